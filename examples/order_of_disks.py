@@ -38,7 +38,7 @@ def psi_6(frame: carom.Frame) -> np.ndarray:
 # %% Three densities, each from a random start in a square box, which fits no perfect crystal.
 figure = Figure(figsize=(9.0, 3.3), layout="constrained")
 for axes, eta in zip(figure.subplots(1, 3), (0.66, 0.71, 0.74), strict=True):
-    scene = carom.Scene.random(n, dimension=2, packing_fraction=eta, seed=1)
+    scene = carom.Scene.random(n, eta, 2, seed=1)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions_per_particle=collisions)
     frame = sim.frame()

@@ -29,7 +29,7 @@ print(study)
 
 # %% The velocity autocorrelation of many spheres at a density of 0.5, without storing a frame.
 eta = 0.5 * np.pi / 6.0
-sim = carom.Simulation(carom.Scene.random(many, dimension=3, packing_fraction=eta, seed=1), seed=1)
+sim = carom.Simulation(carom.Scene.random(many, eta, seed=1), seed=1)
 sim.run(collisions_per_particle=100)
 free_time = float(theory.mean_free_time(theory.best(3)(eta), 3))
 found = sim.measure(Dynamics(blocks=count), time=0.25 * free_time * count)

@@ -32,7 +32,7 @@ SCENES = {
         {},
     ),
     "spheres": (carom.Scene.crystal(cells=3, packing_fraction=0.3), {"neighbors": "lists"}),
-    "spheres in four dimensions": (carom.Scene.random(16, dimension=4, packing_fraction=0.05, seed=1), {}),
+    "spheres in four dimensions": (carom.Scene.random(16, 0.05, 4, seed=1), {}),
 }
 
 

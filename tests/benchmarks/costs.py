@@ -67,7 +67,7 @@ def thin(given: argparse.Namespace) -> None:
     for dimension, numbers in ((2, (100, 500, 2000)), (3, (100, 500, 2000, 10_000))):
         for eta in (1e-4, 1e-3, 1e-2):
             for n in numbers:
-                scene = carom.Scene.random(n, dimension=dimension, packing_fraction=eta, seed=1)
+                scene = carom.Scene.random(n, eta, dimension, seed=1)
                 sims = [carom.Simulation(scene, seed=1, neighbors=wish) for wish in ("auto", "sectors")]
                 for sim in sims:
                     sim.run(walltime=0.2)

@@ -53,7 +53,7 @@ def scenes() -> Iterator[tuple[str, Callable[[], tuple[carom.Scene, dict[str, An
 def _fluid(d, eta, n=500):
     if d == 3 and eta > 0.4:
         return carom.Scene.crystal(cells=5, packing_fraction=eta)
-    return carom.Scene.random(n, dimension=d, packing_fraction=eta, seed=1)
+    return carom.Scene.random(n, eta, d, seed=1)
 
 
 def _of_case(case, scheme):

@@ -22,7 +22,7 @@ def main():
         for n in given.n:
             for fraction in given.packing_fraction:
                 began = time.process_time()
-                scene = carom.Scene.random(n, dimension=dimension, packing_fraction=fraction, seed=1)
+                scene = carom.Scene.random(n, fraction, dimension, seed=1)
                 placed = time.process_time()
                 carom.Scene(scene.positions, scene.box)
                 checked = time.process_time() - placed

@@ -24,7 +24,7 @@ from carom.simulation.run_state import RunState
 
 fluid = Scene.crystal(cells=2, packing_fraction=0.3)
 bumper = Ball((1.0, 3.0), 0.3)
-disks = Scene.random(12, dimension=2, packing_fraction=0.3, periodic=[True, False], obstacles=[bumper], seed=1)
+disks = Scene.random(12, 0.3, 2, periodic=[True, False], obstacles=[bumper], seed=1)
 RunState.schedule = lambda machine: None  # which would compile
 SCENES = {
     "fluid": (fluid, "lists"),

@@ -12,7 +12,7 @@ from carom.errors import InputError
 
 @pytest.fixture(scope="module")
 def scene():
-    return moving(carom.Scene.random(20, dimension=2, packing_fraction=0.4, seed=1), 2)
+    return moving(carom.Scene.random(20, 0.4, 2, seed=1), 2)
 
 
 @pytest.fixture
@@ -150,7 +150,7 @@ def test_slow_and_fast_runs_have_the_same_bits(scene, sim, power):
 
 
 def test_one_fast_sphere_among_spheres_at_rest():
-    still = carom.Scene.random(40, dimension=2, packing_fraction=0.3, seed=1)
+    still = carom.Scene.random(40, 0.3, 2, seed=1)
     velocities = np.zeros((40, 2))
     velocities[7] = [1e6, 3e5]
     sim = carom.Simulation(carom.Scene(still.positions, still.box, velocities=velocities))

@@ -13,9 +13,7 @@ PER_PARTICLE = 10
 
 
 def packed(n, dimension, packing_fraction, seed):
-    return moving(
-        carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=seed), seed + 100
-    )
+    return moving(carom.Scene.random(n, packing_fraction, dimension, seed=seed), seed + 100)
 
 
 RANDOM = [
@@ -140,5 +138,5 @@ def test_two_spheres_collide_under_two_images_at_one_time(tmp_path):
 @pytest.mark.parametrize("mass", [0.125, 3.0])
 @pytest.mark.parametrize("diameter", [0.3, 7.0])
 def test_diameter_and_mass_are_in_the_right_places(diameter, mass, tmp_path):
-    scene = carom.Scene.random(20, dimension=2, packing_fraction=0.4, diameter=diameter, mass=mass, seed=7)
+    scene = carom.Scene.random(20, 0.4, 2, diameter=diameter, mass=mass, seed=7)
     assert_equal_to_oracle(moving(scene, 8), 100, tmp_path)

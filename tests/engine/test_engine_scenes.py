@@ -262,7 +262,7 @@ import numpy as np
 np.seterr(all="ignore")
 import carom
 from helpers.oracle_scenes import moving
-scene = moving(carom.Scene.random(12, dimension=1, packing_fraction=0.5, seed=1), 2).with_(restitution=0.1)
+scene = moving(carom.Scene.random(12, 0.5, 1, seed=1), 2).with_(restitution=0.1)
 sim = carom.Simulation(scene, neighbors="sectors")
 before = sim.kT
 block = sim.run(time=200.0 / before**0.5, collisions=20_000)

@@ -113,7 +113,7 @@ print(sim.time, sim.collisions)
 
 def test_a_drift_that_hides_every_collision_is_named():
     program = """
-scene = carom.Scene.random(4, dimension=2, packing_fraction=0.2, seed=1)
+scene = carom.Scene.random(4, 0.2, 2, seed=1)
 velocities = 1e-12 * np.random.default_rng(1).normal(size=(4, 2)) + 1.0
 sim = carom.Simulation(scene.with_(velocities=velocities))
 """
@@ -123,7 +123,7 @@ sim = carom.Simulation(scene.with_(velocities=velocities))
 def test_collisions_that_come_are_waited_for_however_slow_they_may_get():
     # Contacts count down to a speed of 1e-30, and it would take that long to give up.
     program = """
-scene = carom.Scene.random(4, dimension=1, packing_fraction=0.6, seed=1).with_(restitution=0.9, elastic_below=1e-30)
+scene = carom.Scene.random(4, 0.6, 1, seed=1).with_(restitution=0.9, elastic_below=1e-30)
 print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
 """
     impatient = "from carom.simulation import stall_detector as s\ns.WINDOW = s.CLUSTER = 1\n"

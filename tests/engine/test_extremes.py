@@ -185,7 +185,7 @@ def test_a_million_spheres():
 
 
 def test_a_run_of_1e12_time_units_of_slow_spheres_keeps_its_bits():
-    scene = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.4, seed=1), 2)
+    scene = moving(carom.Scene.random(20, 0.4, 2, seed=1), 2)
     slow = scene.with_(velocities=scene.velocities * 2.0**-40)
     fast_sim, slow_sim = carom.Simulation(scene), carom.Simulation(slow)
     fast_sim.run(time=2.0)
@@ -203,7 +203,7 @@ def power(exponent):
     return round(exponent * math.log2(10.0))
 
 
-DISKS = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.4, seed=1), 2)
+DISKS = moving(carom.Scene.random(20, 0.4, 2, seed=1), 2)
 RANGE = [-150, -100, -20, -7, 7, 20, 100, 150]
 
 
@@ -230,8 +230,8 @@ def test_velocities_from_1e_150_to_1e150_have_the_same_bits(exponent):
 def test_logs_checkpoints_and_samples_of_any_velocities_are_in_the_scenes_units(exponent, tmp_path):
     k = power(exponent)
     walls = DISKS.with_(
-        positions=carom.Scene.random(20, dimension=2, packing_fraction=0.3, periodic=False, seed=1).positions,
-        box=carom.Scene.random(20, dimension=2, packing_fraction=0.3, periodic=False, seed=1).box,
+        positions=carom.Scene.random(20, 0.3, 2, periodic=False, seed=1).positions,
+        box=carom.Scene.random(20, 0.3, 2, periodic=False, seed=1).box,
         periodic=False,
         restitution=0.9,
         elastic_below=0.25,
@@ -269,7 +269,7 @@ def test_logs_checkpoints_and_samples_of_any_velocities_are_in_the_scenes_units(
 @pytest.mark.parametrize("exponent", [-150, 150])
 def test_growth_and_a_new_temperature_of_any_size(exponent):
     k = power(exponent)
-    loose = moving(carom.Scene.random(30, dimension=2, packing_fraction=0.2, seed=1), 2)
+    loose = moving(carom.Scene.random(30, 0.2, 2, seed=1), 2)
     one, two = (
         carom.Simulation(loose.with_(velocities=np.ldexp(loose.velocities, e)), growth=math.ldexp(0.1, e))
         for e in (0, k)
@@ -290,7 +290,7 @@ def test_growth_and_a_new_temperature_of_any_size(exponent):
 
 
 def test_temperatures_of_any_size_are_drawn():
-    still = carom.Scene.random(20, dimension=2, packing_fraction=0.4, seed=1)
+    still = carom.Scene.random(20, 0.4, 2, seed=1)
     for kT in (1e-300, 1e300):
         sim = carom.Simulation(still, kT=kT, seed=1)
         assert sim.kT == pytest.approx(kT, rel=64 * EPS)
@@ -312,7 +312,7 @@ def test_one_fast_mover_among_slow_ones_meets_them_all(slow):
 
 
 def test_one_mover_among_resting_ones_wakes_them_all():
-    still = carom.Scene.random(30, dimension=2, packing_fraction=0.4, seed=1)
+    still = carom.Scene.random(30, 0.4, 2, seed=1)
     velocities = np.zeros((30, 2))
     velocities[3] = [1e-20, 2e-20]
     sim = carom.Simulation(still.with_(velocities=velocities))
@@ -581,7 +581,7 @@ def test_an_overlap_of_1e_6_is_refused_and_named():
     speed=st.integers(-60, 60),
 )
 def test_a_scene_scaled_by_powers_of_two_has_the_same_bits(length, mass, speed):
-    scene = moving(carom.Scene.random(12, dimension=2, packing_fraction=0.3, seed=1), 2)
+    scene = moving(carom.Scene.random(12, 0.3, 2, seed=1), 2)
     other = carom.Scene(
         np.ldexp(scene.positions, length),
         np.ldexp(scene.box, length),

@@ -79,7 +79,7 @@ def _caps():
 
 
 def _fluid(n=80, d=2, eta=0.3, **more):
-    return carom.Scene.random(n, dimension=d, packing_fraction=eta, seed=1, **more)
+    return carom.Scene.random(n, eta, d, seed=1, **more)
 
 
 def _mixture(**more):

@@ -77,7 +77,7 @@ def left():
     lost = 0
     # In the second, somebody was entered by nobody else (once in some thousand events).
     for n, eta, seed in ((7, 0.3, 0), (8, 0.4, 11)):
-        scene = carom.Scene.random(n, dimension=2, packing_fraction=eta, seed=seed)
+        scene = carom.Scene.random(n, eta, 2, seed=seed)
         sim = carom.Simulation(moving(scene, seed), neighbors="sectors")
         model, state, _, calendar, *_ = sim.machine.engine
         event_time, leave, partner = state.rows["event_time"][: scene.n], state.crossing_time, state.partner
@@ -100,7 +100,7 @@ def left():
 
 def epochs():
     """The next event of everybody is as far away after the beginning of an epoch as before."""
-    scene = moving(carom.Scene.random(9, dimension=2, packing_fraction=0.1, seed=1), 2)
+    scene = moving(carom.Scene.random(9, 0.1, 2, seed=1), 2)
     sim = carom.Simulation(scene, neighbors="sectors")
     state, n, length = sim.machine.engine.state, scene.n, sim.epoch_length
     begun = 0

@@ -8,8 +8,8 @@ TINY = """
 import hashlib, carom
 digest = hashlib.sha256()
 cases = [
-    ("sectors", carom.Scene.random(12, dimension=2, packing_fraction=0.4, seed=1), None),
-    ("lists", carom.Scene.random(30, dimension=2, packing_fraction=0.5, seed=1), 1.2),
+    ("sectors", carom.Scene.random(12, 0.4, 2, seed=1), None),
+    ("lists", carom.Scene.random(30, 0.5, 2, seed=1), 1.2),
     ("sectors", carom.Scene.random(3, box=(1.3, 5.0), seed=1), None),
 ]
 for kind, scene, shell in cases:

@@ -411,7 +411,7 @@ def test_every_file_has_the_mode_that_the_mask_leaves(tmp_path, mask, mode):
         for suffix in ("lammpstrj", "data", "dcd", "pdb"):
             carom.io.convert(tmp_path / "a.h5md", tmp_path / f"b.{suffix}")
         sim = carom.Simulation(
-            carom.Scene.random(8, dimension=2, packing_fraction=0.1, seed=1),
+            carom.Scene.random(8, 0.1, 2, seed=1),
             seed=1,
             event_log=tmp_path / "events.h5",
         )

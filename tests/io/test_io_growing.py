@@ -273,7 +273,7 @@ import resource, sys
 import carom
 from carom.io import checkpoint
 
-scene = carom.Scene.random(2000, dimension=2, packing_fraction=0.1, seed=1)
+scene = carom.Scene.random(2000, 0.1, 2, seed=1)
 sim = carom.Simulation(scene, seed=1)
 frame = sim.frame()
 log = carom.Simulation(scene, seed=1, event_log="events.h5")
@@ -338,7 +338,7 @@ def test_a_full_disk_is_a_sentence_wherever_it_fills_up(tmp_path, limit):
 
 def logged_run(tmp_path):
     """Return a run with a log, saved, and then continued."""
-    scene = carom.Scene.random(8, dimension=2, packing_fraction=0.1, seed=1)
+    scene = carom.Scene.random(8, 0.1, 2, seed=1)
     sim = carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5")
     sim.run(collisions=200)
     sim.save(tmp_path / "state.h5")

@@ -91,8 +91,8 @@ def test_a_million_of_any_kind_take_200_megabytes(kind, tmp_path):
         "a mixture": lambda: Scene.random(
             species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.5]), packing_fraction=0.4
         ),
-        "disks": lambda: Scene.random(m, dimension=2, packing_fraction=0.6),
-        "dilute disks": lambda: Scene.random(m, dimension=2, packing_fraction=0.2),
+        "disks": lambda: Scene.random(m, 0.6, 2),
+        "dilute disks": lambda: Scene.random(m, 0.2, 2),
         "a mixture of disks": lambda: Scene.random(
             species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.7]), dimension=2, packing_fraction=0.5
         ),

@@ -26,7 +26,7 @@ FOUR_SIGMA = 4.0
 
 
 def disks(drive, **changes):
-    return carom.Scene.random(64, dimension=2, packing_fraction=0.3, seed=1).with_(drive=drive, **changes)
+    return carom.Scene.random(64, 0.3, 2, seed=1).with_(drive=drive, **changes)
 
 
 def same(a, b):
@@ -137,7 +137,7 @@ def test_heavy_disks_in_a_bath_stand_at_the_heights_of_the_barometric_formula():
 def test_white_noise_gives_what_contacts_lose(d):
     """van Noije and Ernst, Granular Matter 1 (1998) 57; in a box too small for waves of velocity."""
     e, power = 0.9, 0.1
-    scene = carom.Scene.random(256, dimension=d, packing_fraction=0.05, restitution=e, seed=1)
+    scene = carom.Scene.random(256, 0.05, d, restitution=e, seed=1)
     sim = carom.Simulation(scene.with_(drive=WhiteNoise(power, rate=20.0)), seed=1)
     sim.run(collisions_per_particle=100)
     before, start = sim.kT, sim.time
@@ -305,9 +305,7 @@ def test_what_makes_no_sense_is_one_sentence(make, says):
 
 
 def test_several_workers_are_refused_for_a_driven_scene():
-    scene = carom.Scene.random(6000, dimension=2, packing_fraction=0.3, seed=1).with_(
-        drive=Andersen(1.0, 1.0)
-    )
+    scene = carom.Scene.random(6000, 0.3, 2, seed=1).with_(drive=Andersen(1.0, 1.0))
     with pytest.raises(InputError, match="its drive"):
         carom.Simulation(scene, workers=2)
 

@@ -21,7 +21,7 @@ from carom.models.questions.particles import NEVER, lanes
 from carom.simulation.replay import Replay
 from carom.simulation.run_state import RunState
 
-SCENE = carom.Scene.random(30, dimension=2, packing_fraction=0.3, seed=1)
+SCENE = carom.Scene.random(30, 0.3, 2, seed=1)
 
 
 class Answering(NamedTuple):

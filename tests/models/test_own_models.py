@@ -45,7 +45,7 @@ PAGE = Path(__file__).parents[2] / "docs" / "models.md"
 DEPTH = 1e-12
 """Overlap that rounding leaves: places up to 10 diameters, flights of some boxes."""
 
-SCENE = carom.Scene.random(6, dimension=2, packing_fraction=0.1, seed=1)
+SCENE = carom.Scene.random(6, 0.1, 2, seed=1)
 
 
 def test_the_page_runs_as_it_stands(tmp_path):
@@ -255,7 +255,7 @@ class Bent:
 
 
 def test_a_motion_that_bends_meets_no_walls_and_has_no_lists():
-    walled = carom.Scene.random(6, dimension=2, packing_fraction=0.1, seed=1, periodic=[True, False])
+    walled = carom.Scene.random(6, 0.1, 2, seed=1, periodic=[True, False])
     with pytest.raises(InputError, match="met in straight flight only, and Bent bends"):
         carom.Simulation(walled.with_(motion=Bent()))
     with pytest.raises(InputError, match="Neighbour lists are for straight flight"):
@@ -421,9 +421,7 @@ BY_NUMBERS = {
 def test_indices_are_whole_numbers_for_every_model(kind, tmp_path):
     """The replay asks the same functions, in Python, and compares every impulse."""
     changes, options = BY_NUMBERS[kind]
-    scene = carom.Scene.random(20, dimension=2, packing_fraction=0.2, seed=1).with_(
-        interaction=NumberedCores()
-    )
+    scene = carom.Scene.random(20, 0.2, 2, seed=1).with_(interaction=NumberedCores())
     if kind == "a small box":
         scene = carom.Scene([[0.5, 0.5], [1.6, 1.7]], (2.3, 2.3), interaction=NumberedCores())
     elif kind == "a floor":

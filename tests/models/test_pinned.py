@@ -20,7 +20,7 @@ EPS = np.finfo(float).eps
 
 def porous(dimension=2, n=40, fixed=15, packing_fraction=0.25, seed=3, **settings):
     """Return a scene of which the first are pinned, with velocities."""
-    scene = carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=seed)
+    scene = carom.Scene.random(n, packing_fraction, dimension, seed=seed)
     v = np.random.default_rng(seed).normal(size=(n, dimension))
     v[:fixed] = 0.0
     return scene.with_(velocities=v, pinned=np.arange(fixed), **settings)
@@ -187,7 +187,7 @@ def test_the_example_of_the_page_runs(capsys):
 
 
 def test_nobody_pinned_is_the_scene_without():
-    scene = carom.Scene.random(20, dimension=2, packing_fraction=0.3, seed=1)
+    scene = carom.Scene.random(20, 0.3, 2, seed=1)
     assert scene.with_(pinned=np.zeros(20, bool)).pinned is None
     assert scene.with_(pinned=[]).pinned is None
     assert isinstance(porous().interaction, Pinned)

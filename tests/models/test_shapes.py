@@ -142,9 +142,7 @@ def test_solids_in_three_dimensions_stand_in_every_image():
         Segment((6.0, 6.0, 6.0), (7.5, 8.0, 6.5), radius=0.5, name="capped cylinder"),
         Triangle((3.0, 7.0, 3.0), (5.0, 7.5, 3.5), (4.0, 9.0, 5.0), name="facet"),
     ]
-    sim = carom.Simulation(
-        carom.Scene.random(60, dimension=3, packing_fraction=0.03, seed=2, obstacles=obstacles), seed=1
-    )
+    sim = carom.Simulation(carom.Scene.random(60, 0.03, seed=2, obstacles=obstacles), seed=1)
     for frame in sim.sample(every=1.0, count=60):
         for obstacle in obstacles:
             gaps = obstacle.gap(frame.positions, 0.5 * frame.diameters, frame.box, frame.periodic)

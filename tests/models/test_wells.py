@@ -46,7 +46,7 @@ TABLE = StepTable([[AA, AB], [AB, CORE]])
 
 def scattered(n, d, interaction, fraction, seed=1, kT=1.0, **more):
     rng = np.random.default_rng(seed)
-    places = carom.Scene.random(n, dimension=d, packing_fraction=fraction, seed=seed)
+    places = carom.Scene.random(n, fraction, d, seed=seed)
     v = math.sqrt(kT) * rng.normal(size=(n, d))
     return carom.Scene(places.positions, places.box, velocities=v, interaction=interaction, **more)
 

@@ -224,7 +224,7 @@ def test_rods_on_a_line_never_freeze():
 
 
 def test_a_short_run_near_freezing_says_that_its_error_bar_is_too_small():
-    scene = carom.Scene.random(108, dimension=3, packing_fraction=0.49, seed=1)
+    scene = carom.Scene.random(108, 0.49, seed=1)
     sim = carom.Simulation(scene, seed=2)
     sim.run(collisions_per_particle=50)
     with pytest.warns(CaromWarning, match=r"moved by 0\.[3-9]\d* mean spacings .* as long"):
@@ -247,7 +247,7 @@ STATES = [(3, 0.30), (3, 0.45), (3, 0.49), (3, 0.494), (2, 0.68), (2, 0.70), (2,
 def test_errors_of_short_runs_near_freezing_are_right_or_said_to_be_too_small(d, eta, length):
     # One long run in 200 stretches: its mean is known ten times as well as that of one of them.
     runs = 200
-    sim = carom.Simulation(carom.Scene.random(256, dimension=d, packing_fraction=eta, seed=5), seed=6)
+    sim = carom.Simulation(carom.Scene.random(256, eta, d, seed=5), seed=6)
     sim.run(collisions_per_particle=2000)
     means, errors, silent = [], [], []
     for _ in range(runs):

@@ -166,7 +166,7 @@ def test_the_unit_ball_has_its_known_volume(dimension):
         (lambda: Scene.random(0), "n must be"),
         (lambda: Scene.random(10, packing_fraction=0.7), "lattice and equilibrate"),
         (lambda: Scene.random(10, packing_fraction=0.75), "0.740480"),
-        (lambda: Scene.random(10, dimension=1, packing_fraction=1.0), "lattice and equilibrate"),
+        (lambda: Scene.random(10, 1.0, 1), "lattice and equilibrate"),
         (lambda: Scene.random(10, box=[4, 4, 4], density=0.1), "found both"),
         (lambda: Scene.random(10, dimension=2, box=[4, 4, 4]), "one edge or 2"),
         (lambda: Scene.random(10, box="4"), "reduced units"),
@@ -186,7 +186,7 @@ def test_a_start_that_cannot_be_is_refused(build, says):
 def test_random_spheres_do_not_overlap_up_to_the_limit(dimension, part):
     """Scene checks overlaps itself; here the distances are taken once more, by an independent route."""
     fraction = part * placement.random_limit(dimension)
-    scene = Scene.random(300, dimension=dimension, packing_fraction=fraction, seed=7)
+    scene = Scene.random(300, fraction, dimension, seed=7)
     assert scene.packing_fraction == pytest.approx(fraction, rel=TEN_ROUNDINGS)
     box = np.array(scene.box)
     for k in range(1, scene.n):

@@ -60,10 +60,7 @@ def test_sorted_places_have_an_axis_after_the_other_in_memory():
 @pytest.mark.parametrize(("dimension", "packing_fraction"), [(2, 0.5), (3, 0.3), (3, 0.45)])
 def test_many_random_spheres_are_legal_disordered_and_repeat_with_their_seed(dimension, packing_fraction):
     n = overlaps.MANY
-    first, again, other = (
-        carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=s)
-        for s in (1, 1, 2)
-    )
+    first, again, other = (carom.Scene.random(n, packing_fraction, dimension, seed=s) for s in (1, 1, 2))
     np.testing.assert_array_equal(first.positions, again.positions)
     assert (first.positions != other.positions).any()
     x, box = first.positions, np.array(first.box)

@@ -353,11 +353,11 @@ def test_a_frame_of_single_precision_is_moved_apart_with_a_warning():
 
 @pytest.mark.parametrize(("n", "dimension", "fraction"), [(300, 2, 0.79), (300, 3, 0.6), slow(100, 4, 0.43)])
 def test_dense_random_scenes_are_grown(n, dimension, fraction):
-    scene = Scene.random(n, dimension=dimension, packing_fraction=fraction, seed=1)
+    scene = Scene.random(n, fraction, dimension, seed=1)
     assert scene.packing_fraction == pytest.approx(fraction, rel=1e-12)
-    again = Scene.random(n, dimension=dimension, packing_fraction=fraction, seed=1)
+    again = Scene.random(n, fraction, dimension, seed=1)
     assert (again.positions == scene.positions).all()
-    other = Scene.random(n, dimension=dimension, packing_fraction=fraction, seed=2)
+    other = Scene.random(n, fraction, dimension, seed=2)
     assert (other.positions != scene.positions).any()
     assert scene.velocities is None
 
@@ -377,13 +377,13 @@ def test_dense_random_mixtures_between_walls_are_grown():
 
 def test_beyond_what_growth_reaches_the_limit_is_named():
     with pytest.raises(InputError, match=r"up to packing fraction 0\.614"):
-        Scene.random(100, dimension=3, packing_fraction=0.63)
+        Scene.random(100, 0.63)
 
 
 @pytest.mark.slow
 def test_spheres_that_jam_on_the_way_are_refused():
     with pytest.raises(InputError, match="jam at packing fraction"):
-        Scene.random(100, dimension=3, packing_fraction=0.605, periodic=False, seed=1)
+        Scene.random(100, 0.605, periodic=False, seed=1)
 
 
 def test_positions_put_in_order_are_the_same_of_each_kind():

@@ -114,7 +114,7 @@ def test_samples_and_runs_may_take_turns_in_one_thread():
 
 
 def test_what_failed_to_grow_can_be_used_on():
-    scene = carom.Scene.random(20, dimension=2, packing_fraction=0.3, seed=1)
+    scene = carom.Scene.random(20, 0.3, 2, seed=1)
     sim = carom.Simulation(scene, seed=1, growth=0.5)
     with pytest.raises(carom.InputError, match="jam"):
         sim.run(time=1e6)

@@ -24,7 +24,7 @@ def test_spheres_that_cool_have_the_pressure_of_enskog():
     n, eta, e = 108, 0.2, 0.95
     found = []
     for seed in range(4):
-        scene = carom.Scene.random(n, dimension=3, packing_fraction=eta, seed=seed).with_(restitution=e)
+        scene = carom.Scene.random(n, eta, seed=seed).with_(restitution=e)
         sim = carom.Simulation(scene, seed=seed)
         sim.run(collisions_per_particle=20)
         before = sim.kT
@@ -62,7 +62,7 @@ def along(eta, n, growth, duration):
 
 def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
     n, eta, growth, duration = 256, 0.2, 2e-3, 40.0
-    scene = carom.Scene.random(n, dimension=3, packing_fraction=eta, seed=1)
+    scene = carom.Scene.random(n, eta, seed=1)
     sim = carom.Simulation(scene, seed=2, growth=1e-9)
     sim.run(collisions_per_particle=30)
     sim.rescale(1.0, growth=growth)

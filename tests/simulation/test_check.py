@@ -32,7 +32,7 @@ from carom.models.questions.steps import BOUNCE, CORE, IN, OUT, step_bits, step_
 from carom.models.questions.walls import soonest_wall, wall_meeting
 from carom.simulation import own_models
 
-SCENE = carom.Scene.random(30, dimension=2, packing_fraction=0.3, seed=1)
+SCENE = carom.Scene.random(30, 0.3, 2, seed=1)
 PLACES = carom.Scene.random(10, box=(8.0, 6.0), seed=1).positions
 OPEN = carom.Scene(PLACES + np.array([0.0, 2.5]), (8.0, 10.0), periodic=[True, False])
 

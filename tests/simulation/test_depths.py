@@ -253,7 +253,7 @@ def test_a_lost_collision_shows_though_the_two_have_parted_again():
 
 
 def test_the_figure_of_a_sound_run_is_that_of_its_collisions():
-    sim = carom.Simulation(carom.Scene.random(30, dimension=2, packing_fraction=0.3, seed=1), seed=1)
+    sim = carom.Simulation(carom.Scene.random(30, 0.3, 2, seed=1), seed=1)
     for _ in range(5):
         sim.run(collisions=200)
     depth = float(sim.machine.engine.tallies[0].depth)

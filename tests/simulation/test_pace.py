@@ -49,7 +49,7 @@ def test_a_slow_first_call_is_made_up_for(monkeypatch):
 
 @pytest.mark.parametrize("count", [1, 7])
 def test_how_much_a_call_does_changes_no_bit(count, monkeypatch):
-    scene = moving(carom.Scene.random(40, dimension=2, packing_fraction=0.4, seed=1), 2)
+    scene = moving(carom.Scene.random(40, 0.4, 2, seed=1), 2)
     usual = carom.Simulation(scene)
     monkeypatch.setattr(call_budget.CallBudget, "__exit__", lambda self, *error: None)
     monkeypatch.setattr(call_budget, "FIRST", count)

@@ -50,7 +50,7 @@ def test_a_tie_of_two_images_is_told_apart(tmp_path):
 
 def test_a_replay_steps_collision_by_collision(tmp_path):
     path = tmp_path / "events.h5"
-    scene = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.5, seed=1), 1)
+    scene = moving(carom.Scene.random(20, 0.5, 2, seed=1), 1)
     with carom.Simulation(scene, event_log=path) as sim:
         run = Replay(path)
         assert run.step() is False  # nothing logged yet
@@ -64,7 +64,7 @@ def test_a_replay_steps_collision_by_collision(tmp_path):
 
 
 def test_a_continued_log_replays_as_one(tmp_path):
-    scene = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.5, seed=1), 1)
+    scene = moving(carom.Scene.random(20, 0.5, 2, seed=1), 1)
     path, checkpoint = tmp_path / "events.h5", tmp_path / "checkpoint.h5"
     with carom.Simulation(scene, event_log=path) as sim:
         sim.run(collisions=50)
@@ -79,7 +79,7 @@ def test_a_continued_log_replays_as_one(tmp_path):
 @pytest.fixture
 def short_log(tmp_path):
     path = tmp_path / "events.h5"
-    scene = moving(carom.Scene.random(20, dimension=2, packing_fraction=0.5, seed=1), 1)
+    scene = moving(carom.Scene.random(20, 0.5, 2, seed=1), 1)
     with carom.Simulation(scene, event_log=path) as sim:
         sim.run(collisions=30)
     return path

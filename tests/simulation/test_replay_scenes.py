@@ -31,9 +31,9 @@ def scenes():
         "contact": mixture(
             [10, 20], **MIXTURE, dimension=2, packing_fraction=0.3, contact=[[1.0, 0.9], [0.9, 0.4]]
         ),
-        "masses": Scene.random(20, dimension=2, packing_fraction=0.4).with_(mass=1.0 + np.arange(20) % 3),
+        "masses": Scene.random(20, 0.4, 2).with_(mass=1.0 + np.arange(20) % 3),
         "walls": mixture([5, 20], **MIXTURE, box=(7.0, 6.0), periodic=[True, False]),
-        "hard box": Scene.random(20, dimension=3, packing_fraction=0.2, periodic=False),
+        "hard box": Scene.random(20, 0.2, periodic=False),
         "balls": Scene.random(
             15, dimension=2, box=7.0, obstacles=[Ball((0.2, 6.8), 1.1), Ball((8.5, 3.0), 0.6, "far")]
         ),
@@ -49,9 +49,7 @@ def scenes():
             obstacles=[CylindricalContainer(0, (0.0, 3.0, 3.0), 2.7)],
         ),
         "lossy": mixture([10, 20], **MIXTURE, dimension=2, packing_fraction=0.3).with_(restitution=0.8),
-        "lossy equals": Scene.random(30, dimension=2, packing_fraction=0.3).with_(
-            restitution=0.7, elastic_below=0.5
-        ),
+        "lossy equals": Scene.random(30, 0.3, 2).with_(restitution=0.7, elastic_below=0.5),
     }
 
 
@@ -74,12 +72,12 @@ def more_scenes():
     places = [[1.0 + 1.6 * (k % 3), 2.0 + 1.6 * (k // 3)] for k in range(8)]
     falling = {"motion": Gravity((0.0, -1.0)), "obstacles": [floor], "periodic": (True, False)}
     return {
-        "rods": Scene.random(10, dimension=1, packing_fraction=0.5),
+        "rods": Scene.random(10, 0.5, 1),
         "small box with walls": Scene.random(5, dimension=2, box=(2.1, 5.0), periodic=[True, False]),
         "small box with a ball": Scene.random(
             3, dimension=2, box=(2.6, 3.2), obstacles=[Ball((0.1, 0.2), 0.3)]
         ),
-        "well": Scene.random(12, dimension=2, packing_fraction=0.2).with_(interaction=SquareWell(1.5, 1.0)),
+        "well": Scene.random(12, 0.2, 2).with_(interaction=SquareWell(1.5, 1.0)),
         "shaken floor": Scene(places, (5.0, 9.0), **falling),
     }
 

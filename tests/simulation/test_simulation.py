@@ -11,12 +11,12 @@ from carom.models.motions.gravity import Gravity
 from carom.simulation.run_state import RunState
 
 SCENES = {
-    "rods": lambda: carom.Scene.random(20, dimension=1, packing_fraction=0.6, seed=1),
-    "disks": lambda: carom.Scene.random(60, dimension=2, packing_fraction=0.5, seed=2),
+    "rods": lambda: carom.Scene.random(20, 0.6, 1, seed=1),
+    "disks": lambda: carom.Scene.random(60, 0.5, 2, seed=2),
     "spheres": lambda: carom.Scene.crystal(cells=3, packing_fraction=0.45),
-    "few spheres": lambda: carom.Scene.random(5, dimension=3, packing_fraction=0.2, seed=3),
-    "dilute": lambda: carom.Scene.random(100, dimension=3, packing_fraction=0.02, seed=4),
-    "d = 4": lambda: carom.Scene.random(12, dimension=4, packing_fraction=0.1, seed=5),
+    "few spheres": lambda: carom.Scene.random(5, 0.2, seed=3),
+    "dilute": lambda: carom.Scene.random(100, 0.02, seed=4),
+    "d = 4": lambda: carom.Scene.random(12, 0.1, 4, seed=5),
 }
 
 

@@ -154,9 +154,7 @@ def test_two_spheres_have_the_exact_pressure_by_virial_and_by_count(d, boost):
 
 
 def test_equal_velocities_have_no_temperature_at_all():
-    scene = carom.Scene.random(40, dimension=3, packing_fraction=0.1, seed=1).with_(
-        mass=np.linspace(0.1, 7.0, 40)
-    )
+    scene = carom.Scene.random(40, 0.1, seed=1).with_(mass=np.linspace(0.1, 7.0, 40))
     velocities = np.tile([0.1, 1e9 / 3.0, -7e-5], (40, 1))
     assert temperature(scene, velocities) == 0.0
     assert not peculiar(scene, velocities).any()
@@ -164,7 +162,7 @@ def test_equal_velocities_have_no_temperature_at_all():
 
 @pytest.mark.parametrize("boost", [1.0, 1e4, 1e8])
 def test_a_huge_boost_costs_the_digits_that_the_velocities_have_lost_and_no_more(boost):
-    scene = carom.Scene.random(200, dimension=3, packing_fraction=0.1, seed=1)
+    scene = carom.Scene.random(200, 0.1, seed=1)
     velocities = np.random.default_rng(2).normal(size=(200, 3))
     right = temperature(scene, velocities)
     # Every velocity is rounded to eps / 2 of the boost, at random: 600 of them, of one size.

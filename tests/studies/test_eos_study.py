@@ -684,7 +684,7 @@ def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene
 
 
 def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
-    frame = carom.Simulation(carom.Scene.random(1000, dimension=2, packing_fraction=0.6), seed=1).frame()
+    frame = carom.Simulation(carom.Scene.random(1000, 0.6, 2), seed=1).frame()
     own = psi_6(frame)
     freud = pytest.importorskip("freud")
     system = frame.to_freud()
@@ -697,7 +697,7 @@ def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
 
 def test_no_order_parameter_is_measured_in_other_dimensions():
     nothing = OrderParameter(4)
-    nothing.add(carom.Simulation(carom.Scene.random(8, dimension=4, packing_fraction=0.05)).frame())
+    nothing.add(carom.Simulation(carom.Scene.random(8, 0.05, 4)).frame())
     assert nothing.values() is None
 
 
@@ -705,9 +705,7 @@ def test_no_order_parameter_is_measured_in_other_dimensions():
 def test_q_6_is_the_sum_over_spherical_harmonics_of_all_bonds(periodic):
     from scipy.special import sph_harm_y
 
-    frame = carom.Simulation(
-        carom.Scene.random(200, dimension=3, packing_fraction=0.4, periodic=periodic)
-    ).frame()
+    frame = carom.Simulation(carom.Scene.random(200, 0.4, periodic=periodic)).frame()
     ways = frame.positions[:, None] - frame.positions[None]
     box = np.asarray(frame.box)
     ways -= np.where(periodic, box * np.rint(ways / box), 0.0)

@@ -20,7 +20,7 @@ EPS = np.finfo(float).eps
 
 def start(n, dimension, packing_fraction, seed=1):
     """Return spheres in motion without the engine: random places, Gaussian velocities without a drift."""
-    scene = carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=seed)
+    scene = carom.Scene.random(n, packing_fraction, dimension, seed=seed)
     v = np.random.default_rng(seed).normal(size=(n, dimension))
     return scene.positions, v - v.mean(axis=0), np.asarray(scene.box)
 

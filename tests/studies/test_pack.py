@@ -242,7 +242,7 @@ def test_a_folder_without_a_packing_cannot_go_on(tmp_path):
 
 
 def test_rescale_changes_a_growth_but_begins_none():
-    scene = carom.Scene.random(30, dimension=2, packing_fraction=0.2)
+    scene = carom.Scene.random(30, 0.2, 2)
     sim = carom.Simulation(scene, growth=0.01)
     sim.run(time=1.0)
     sim.rescale(1.0, growth=0.02)

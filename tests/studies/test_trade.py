@@ -31,7 +31,7 @@ EPS = np.finfo(float).eps
 @pytest.fixture(scope="module")
 def scene():
     """Sixteen disks in motion, and their mean free time."""
-    return melted(carom.Scene.random(16, dimension=2, packing_fraction=0.3, seed=1), 1)
+    return melted(carom.Scene.random(16, 0.3, 2, seed=1), 1)
 
 
 # Stepping.

@@ -75,7 +75,7 @@ CASES = [
 
 @pytest.mark.parametrize(("dimension", "n", "packing_fraction", "kind"), CASES)
 def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind, simulation):
-    scene = moving(carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=n), n)
+    scene = moving(carom.Scene.random(n, packing_fraction, dimension, seed=n), n)
     sim = simulation(scene, neighbors=kind, shell=1.2 if kind == "lists" else None)
     assert sim.machine.scheme.kind == kind
     for _ in range(200):
@@ -87,7 +87,7 @@ def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind,
 @pytest.mark.parametrize(("dimension", "n"), [(1, 40), (2, 100), (3, 150), slow(4, 160)])
 def test_lists_stay_symmetric_and_complete(dimension, n, simulation):
     eta = {1: 0.5, 2: 0.5, 3: 0.4, 4: 0.1}[dimension]
-    scene = moving(carom.Scene.random(n, dimension=dimension, packing_fraction=eta, seed=1), 2)
+    scene = moving(carom.Scene.random(n, eta, dimension, seed=1), 2)
     sim = simulation(scene, neighbors="lists", shell=1.15)
     for _ in range(12):
         check_lists(sim)
@@ -118,7 +118,7 @@ def test_members_of_sectors_are_where_their_positions_are(box, simulation):
 )
 def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed, monkeypatch, simulation):
     eta = {1: 0.2, 2: 0.1, 3: 0.05, 4: 0.03}[dimension]
-    scene = carom.Scene.random(n, dimension=dimension, packing_fraction=eta, seed=1)
+    scene = carom.Scene.random(n, eta, dimension, seed=1)
     if mixed:
         sizes = {"diameters": [1.0, 0.5], "masses": [1.0, 0.5**dimension], "dimension": dimension}
         scene = mixture([n // 2, n // 2], packing_fraction=eta, seed=1, **sizes)
@@ -152,7 +152,7 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
 
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
-    scene = moving(carom.Scene.random(150, dimension=3, packing_fraction=0.4, seed=1), 2)
+    scene = moving(carom.Scene.random(150, 0.4, seed=1), 2)
     settings = {"neighbors": kind, "shell": 1.2 if kind == "lists" else None}
     usual = simulation(scene, **settings)
     choose = scheme.choose
@@ -175,7 +175,7 @@ def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_room_changes_no_collision(kind, monkeypatch, simulation):
     # The initial capacities are found too small before the first event: nothing is predicted twice then.
-    scene = moving(carom.Scene.random(60, dimension=2, packing_fraction=0.5, seed=1), 2)
+    scene = moving(carom.Scene.random(60, 0.5, 2, seed=1), 2)
     right = simulation(scene, neighbors=kind)
     choose = scheme.choose
     monkeypatch.setattr(scheme, "choose", lambda *a: dataclasses.replace(choose(*a), heap=1))
@@ -208,7 +208,7 @@ def test_looking_ahead_changes_no_collision(n, mixed, tmp_path):
 
 
 def test_a_new_epoch_changes_neither_place_nor_order(simulation):
-    scene = moving(carom.Scene.random(30, dimension=2, packing_fraction=0.3, seed=1), 2)
+    scene = moving(carom.Scene.random(30, 0.3, 2, seed=1), 2)
     sim = simulation(scene)
     start = sim.machine.engine.state.clock[0].epoch
     while sim.machine.engine.state.clock[0].epoch < start + 5:

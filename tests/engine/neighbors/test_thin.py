@@ -53,7 +53,7 @@ def test_so_it_does_for_a_contact_matrix():
 
 
 def chosen(n, dimension, packing_fraction, **more):
-    scene = carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=1, **more)
+    scene = carom.Scene.random(n, packing_fraction, dimension, seed=1, **more)
     return scheme.choose(prepare(scene, np.ones_like(scene.positions)), dimension**0.5)
 
 
@@ -74,17 +74,17 @@ def test_wider_sectors_where_flights_are_long():
 def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
     n = 1000
     found = chosen(n, dimension, packing_fraction)
-    scene = carom.Scene.random(n, dimension=dimension, packing_fraction=packing_fraction, seed=1)
+    scene = carom.Scene.random(n, packing_fraction, dimension, seed=1)
     side = max(sector_side.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
     assert found.shape == tuple(int(edge / side) for edge in scene.box)
 
 
 def test_what_everybody_needs_is_said():
-    scene = carom.Scene.random(5, dimension=2, packing_fraction=0.01, seed=1, periodic=False)
+    scene = carom.Scene.random(5, 0.01, 2, seed=1, periodic=False)
     with pytest.raises(carom.InputError, match="needs a box that is periodic"):
         carom.Simulation(scene, neighbors="all")
     with pytest.raises(carom.InputError, match="3 times the largest diameter"):
-        carom.Simulation(carom.Scene.random(2, dimension=2, packing_fraction=0.3, seed=1), neighbors="all")
+        carom.Simulation(carom.Scene.random(2, 0.3, 2, seed=1), neighbors="all")
 
 
 def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
@@ -150,7 +150,7 @@ import sys
 import carom.engine.neighbors.contact_cache as contacts
 contacts.CAPACITY = int(sys.argv[1])
 import carom
-sim = carom.Simulation(carom.Scene.random(8, dimension=2, packing_fraction=0.03, seed=2), seed=3, neighbors="all")
+sim = carom.Simulation(carom.Scene.random(8, 0.03, 2, seed=2), seed=3, neighbors="all")
 sim.run(collisions=25)
 print([sim.statistics.advancements, sim.time, *sim.frame().positions.ravel().tolist()])
 """

@@ -59,7 +59,7 @@ def test_the_moments_are_those_of_positions_where_nobody_goes_round_the_box():
 
 
 def fluid(**settings):
-    scene = carom.Scene.random(64, dimension=3, packing_fraction=0.3, seed=5)
+    scene = carom.Scene.random(64, 0.3, seed=5)
     return carom.Simulation(scene, seed=2, **settings)
 
 
@@ -111,7 +111,7 @@ def test_a_plain_scene_compiles_no_currents():
 
 
 def test_units_of_time_scale_the_moments_exactly():
-    scene = carom.Scene.random(64, dimension=3, packing_fraction=0.3, seed=5)
+    scene = carom.Scene.random(64, 0.3, seed=5)
     slow, fast = carom.Simulation(scene, kT=1.0, seed=2, currents=True), None
     factor = 2.0**40  # of speeds: the engine's unit of time is another one then
     fast = carom.Simulation(scene.with_(velocities=slow.frame().velocities * factor), currents=True)
@@ -131,7 +131,7 @@ def test_units_of_time_scale_the_moments_exactly():
     ],
 )
 def test_currents_are_refused_where_helfand_does_not_hold(change, says):
-    scene = carom.Scene.random(8, dimension=3, packing_fraction=0.1, seed=1)
+    scene = carom.Scene.random(8, 0.1, seed=1)
     # Far from every face, where some are walls.
     made = carom.Scene(scene.positions + np.array(scene.box) / 2, tuple(2 * e for e in scene.box), **change)
     with pytest.raises(InputError, match=says):

@@ -250,9 +250,7 @@ def test_sums_go_on_when_velocities_are_rescaled_and_when_diameters_have_grown(t
 
 
 def test_events_of_steps_say_which_they_are():
-    scene = carom.Scene.random(60, dimension=2, packing_fraction=0.2, seed=1).with_(
-        interaction=SquareWell(1.5)
-    )
+    scene = carom.Scene.random(60, 0.2, 2, seed=1).with_(interaction=SquareWell(1.5))
     sim = carom.Simulation(scene, seed=2, observers=[seen(scene)])
     sim.run(collisions=2000)
     assert (sim.observers[0].kinds == sim.machine.engine.model.pair.events.sum(axis=0)).all()
@@ -313,7 +311,7 @@ class Worded:
     counts: int = 0
 
 
-SMALL = carom.Scene.random(20, dimension=2, packing_fraction=0.2, seed=1)
+SMALL = carom.Scene.random(20, 0.2, 2, seed=1)
 
 
 @pytest.mark.parametrize(
