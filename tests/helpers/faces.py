@@ -13,13 +13,13 @@ from carom.models.mathematics.parabolas import first_landing
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.blocks import Box
+from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
-from carom.models.obstacles.walls import ROUNDING_MARGIN
 from carom.models.questions.obstacle import encounter, fall, outward, recoil
 from carom.models.questions.particles import NEVER
 

@@ -17,6 +17,7 @@ from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.blocks import Box
+from carom.models.obstacles.box_walls import ROUNDING_MARGIN, cushions
 from carom.models.obstacles.containers import SphericalContainer
 from carom.models.obstacles.faces import stand_ins, yielding
 from carom.models.obstacles.paths import Sine
@@ -24,7 +25,6 @@ from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment, polygon
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
-from carom.models.obstacles.walls import ROUNDING_MARGIN, cushions
 from carom.models.questions.walls import soonest_wall
 
 EPS = np.finfo(float).eps

@@ -16,12 +16,12 @@ from carom.models.files.to_tables import obstacle_to_table
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.balls import SolidBall
+from carom.models.obstacles.box_walls import Cushions
 from carom.models.obstacles.containers import InsideOfCylinder, InsideOfSphere
 from carom.models.obstacles.paths import Parabolas, Sine, pace, place
 from carom.models.obstacles.planes import HalfSpace, Plane
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
-from carom.models.obstacles.walls import Cushions
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import position
 from carom.models.questions.obstacle import arrival, encounter, fall, meeting, outward, recoil, surface_speed

@@ -7,6 +7,7 @@ from fractions import Fraction
 import mpmath
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
 from carom.errors import InputError, OverlapError
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
@@ -215,24 +216,22 @@ def test_species_touch_where_their_matrix_says():
 
 def scenes() -> list:
     """Mixtures of every kind, small enough for 50 digits."""
-    mixture = {"diameters": [1.0, 0.4], "masses": [3.0, 0.5]}
+    sizes = {"diameters": [1.0, 0.4], "masses": [3.0, 0.5]}
     return [
-        mixture([3, 5], **mixture, dimension=1, packing_fraction=0.5, periodic=False),
-        mixture([3, 5], **mixture, box=(5.0, 4.0), periodic=[False, True]),
-        mixture([3, 5], **mixture, box=5.0, dimension=2, obstacles=[Ball((0.1, 4.9), 1.2)]),
-        mixture(
-            [3, 5], **mixture, box=(5.0, 5.0, 4.0), periodic=False, obstacles=[Plane((1, -1, 0.2), -3.0)]
-        ),
-        mixture([3, 5], **mixture, box=6.0, periodic=False, obstacles=[SphericalContainer((3, 3, 3), 2.9)]),
+        mixture([3, 5], **sizes, dimension=1, packing_fraction=0.5, periodic=False),
+        mixture([3, 5], **sizes, box=(5.0, 4.0), periodic=[False, True]),
+        mixture([3, 5], **sizes, box=5.0, dimension=2, obstacles=[Ball((0.1, 4.9), 1.2)]),
+        mixture([3, 5], **sizes, box=(5.0, 5.0, 4.0), periodic=False, obstacles=[Plane((1, -1, 0.2), -3.0)]),
+        mixture([3, 5], **sizes, box=6.0, periodic=False, obstacles=[SphericalContainer((3, 3, 3), 2.9)]),
         mixture(
             [3, 5],
-            **mixture,
+            **sizes,
             box=(2.5, 5.0, 5.0),
             periodic=[True, False, False],
             obstacles=[CylindricalContainer(0, (0, 2.5, 2.5), 2.3), Ball((1.0, 2.0, 2.5), 0.3)],
         ),
-        mixture([3, 5], **mixture, contact=[[1.0, 0.9], [0.9, 0.4]], box=(2.5,) * 4),
-        mixture([3, 5], **mixture, box=(3.0, 3.5, 4.0)).with_(restitution=0.8),
+        mixture([3, 5], **sizes, contact=[[1.0, 0.9], [0.9, 0.4]], box=(2.5,) * 4),
+        mixture([3, 5], **sizes, box=(3.0, 3.5, 4.0)).with_(restitution=0.8),
     ]
 
 

@@ -228,8 +228,8 @@ def packing_network(
     Raises
     ------
     InputError
-        If no pair is near contact, the gap is not between 0 and ``REACH``, or an obstacle does not fit the
-        box.
+        If no pair is near contact, the gap is not between 0 and ``REACH``, or an obstacle is of another
+        dimension.
 
     Notes
     -----
@@ -242,7 +242,8 @@ def packing_network(
     on; or, with ``sided=False``, count contacts only. Crystalline grains vanish in the same way, because a
     disk at the straight edge of a grain has its neighbours on one side.
     """
-    obstacles = checked(obstacles, tuple(frame.box), frame.periodic)
+    # A file may have lost which axes have walls: any box of this dimension will do.
+    obstacles = checked(obstacles, tuple(frame.box), (False,) * frame.dimension)
     pairs, vectors, gaps = _near(frame, contact, obstacles)
     if not len(gaps):
         raise InputError(

@@ -292,7 +292,7 @@ def _box_of(summary: Path) -> list[float] | None:
 
 
 def _of_packing(summary: Path, frame: Frame) -> Sequence[Obstacle]:
-    """Return the obstacles that the summary of a packing lists, and that stand in the box of its frame."""
+    """Return the obstacles that the summary of a packing lists, of the dimension of its frame."""
     from carom.models.files.tables import obstacle_from_table
     from carom.models.obstacles import checked
 
@@ -304,6 +304,6 @@ def _of_packing(summary: Path, frame: Frame) -> Sequence[Obstacle]:
     )
     try:
         listed = [obstacle_from_table(table) for table in found.get("obstacles", [])]
-        return checked(listed, tuple(frame.box), frame.periodic)
+        return checked(listed, tuple(frame.box), (False,) * frame.dimension)
     except InputError as error:
         raise FileError(f"{summary}: {error}") from None

@@ -235,7 +235,7 @@ def crystal(
     --------
     >>> from carom import Scene
     >>> Scene.crystal(500, 0.6)
-    Scene(n=500, dimension=3, box=(7.58398, 7.58398, 7.58398), diameter=1, mass=1, packing_fraction=0.6)
+    Scene(n=500, dimension=3, box=(7.58471, 7.58471, 7.58471), diameter=1, mass=1, packing_fraction=0.6)
     >>> Scene.crystal(1000, 0.6, nearest=True).n
     864
     """

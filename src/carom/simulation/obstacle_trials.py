@@ -13,10 +13,10 @@ import numpy as np
 from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.obstacles import walls
+from carom.models.obstacles.box_walls import cushions
 from carom.models.obstacles.paths import place
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Lossy, Thermostat
-from carom.models.obstacles.walls import cushions
 from carom.models.questions.obstacle import (
     anchor,
     arrival,

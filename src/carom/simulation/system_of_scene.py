@@ -15,7 +15,7 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.interactions.growing_cores import Growing
 from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.obstacles import faces
-from carom.models.obstacles.walls import Cushions, cushions
+from carom.models.obstacles.box_walls import Cushions, cushions
 from carom.models.questions.obstacle import fall, meeting
 from carom.models.questions.walls import wall_meeting
 from carom.scene.temperature import Thermal, thermal_of

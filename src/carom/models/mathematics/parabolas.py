@@ -14,10 +14,10 @@ import numpy as np
 from carom.compiling.registry import inner, optional, required
 from carom.models.mathematics.roots import curvature, next_fall, slope, value
 from carom.models.obstacles.balls import SolidBall
+from carom.models.obstacles.box_walls import Cushions, Faces, Yielding
 from carom.models.obstacles.containers import InsideOfCylinder, InsideOfSphere
 from carom.models.obstacles.paths import Still, pace, place
 from carom.models.obstacles.planes import HalfSpace
-from carom.models.obstacles.walls import Cushions, Faces, Yielding
 from carom.models.questions.obstacle import encounter, fall
 from carom.models.questions.particles import NEVER
 

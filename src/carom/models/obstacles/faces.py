@@ -20,12 +20,12 @@ import numpy as np
 from carom.errors import InputError
 from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.balls import Ball
+from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
 from carom.models.obstacles.convex import Body
 from carom.models.obstacles.planes import Plane, sides, walls
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
-from carom.models.obstacles.walls import ROUNDING_MARGIN
 
 PROBES = 256
 """Places on a wall at which it is asked whether an obstacle of the user's own lies there."""

@@ -115,13 +115,14 @@ def of_all(obstacles: Sequence[Any], box: Any, periodic: Sequence[bool]) -> list
     Raises
     ------
     InputError
-        If something else than a shape is returned, or an obstacle cannot stand in this box.
+        If something else than a shape is returned, or an obstacle is of another dimension.
     """
     name, known = ("outline", PLANE) if len(box) == 2 else ("surface", SPACE)
     found = []
     for obstacle in obstacles:
         if hasattr(obstacle, "check"):  # what is only drawn needs none
-            obstacle.check(tuple(box), tuple(periodic))
+            # Files may have lost which axes have walls: any box of this dimension will do.
+            obstacle.check(tuple(box), (False,) * len(box))
         for shape in shapes(obstacle, name, box, periodic):
             if not isinstance(shape, known):
                 raise InputError(
