@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom import densities, theory
+from carom.errors import InputError
 from carom.plan.sections import SceneSpec
 from carom.scene import lattices, placement
 from carom.scene.scene import Scene
@@ -45,7 +46,12 @@ def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
         return _crystal(asked, lattice, cells, fraction, diameter, rng)
     smaller = diameter * (fraction / asked.packing_fraction) ** (1.0 / lattice.dimension)
     crystal = _crystal(asked, lattice, cells, fraction, smaller, rng)
-    positions = grown(crystal, np.full(crystal.n, diameter), rng, melting=LONG)
+    positions, reached = grown(crystal, np.full(crystal.n, diameter), rng, melting=LONG)
+    if positions is None:
+        raise InputError(
+            f"The spheres jam at packing fraction {reached:.4g}, and {asked.packing_fraction:.4g} is asked "
+            "for: lower packing_fraction."
+        )
     return crystal.with_(positions=positions, diameter=diameter)
 
 
