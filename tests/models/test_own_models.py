@@ -65,7 +65,7 @@ def test_the_page_runs_as_it_stands(tmp_path):
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == "True"
-    assert sum(line.startswith("holds") for line in lines) == 10  # 8 of the first model, 2 of the drive
+    assert sum(line.startswith("holds") for line in lines) == 8
     assert lines[-4:] == ["False ['V', 'momentum', 'virial']", "True", "True", "UnlikeCores"]
 
 
