@@ -23,6 +23,7 @@ from carom.engine.boundary import (
     mirror,
     separation,
 )
+from carom.errors import CaromError
 from carom.models.questions.steps import step_bits
 
 
@@ -208,7 +209,7 @@ def write_steps(lists: Any, pairs: np.ndarray, steps: np.ndarray) -> None:
 
     Raises
     ------
-    RuntimeError
+    CaromError
         If a pair within reach is not listed.
     """
     n = len(lists.counts)
@@ -222,5 +223,8 @@ def write_steps(lists: Any, pairs: np.ndarray, steps: np.ndarray) -> None:
         at = np.searchsorted(keys, i * n + j, sorter=order)
         found = order[np.minimum(at, len(order) - 1)] if len(order) else at
         if not len(order) or (keys[found] != i * n + j).any():
-            raise RuntimeError("A pair within reach is in no list; please report this.")
+            raise CaromError(
+                "A pair on a step is in no list of neighbours: the checkpoint that the run comes from was "
+                "changed, or this is a fault of Carom; please report it."
+            )
         lists.refs[entries[found]] = (j << lists.steps.bits | steps).astype(np.uint32)
