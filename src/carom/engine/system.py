@@ -37,7 +37,7 @@ class System:
     kinds : (n,) int64 array, optional
         Species of each component, 0 to K - 1.
     interaction, motion, impact : values
-        Which make the models of the scene (:mod:`carom.models.questions`).
+        Which make the models of the scene (``carom.models.questions``).
     walls : model or None
         Walls of the box.
     unit : TimeUnit
@@ -64,11 +64,11 @@ class System:
     flights : bool
         Whether to make histograms of free flights and normal speeds.
     drive : value, optional
-        What kicks single components (:mod:`carom.models.drives`).
+        What kicks single components (``carom.models.drives``).
     pinned : (n,) bool array, optional
         Which components stay where they are.
     observers : tuple of NamedTuples
-        Observers of the user's own (:mod:`carom.models.questions.observer`); the run adds up in their arrays.
+        Observers of the user's own (``carom.models.questions.observer``); the run adds up in their arrays.
     """
 
     n: int

@@ -1,4 +1,4 @@
-"""Events of a drive (:mod:`carom.models.drives`), as events of one component."""
+"""Events of a drive (``carom.models.drives``), as events of one component."""
 
 from __future__ import annotations
 

@@ -117,12 +117,12 @@ class SceneSpec:
     species : tuple of SpeciesSpec, or of mappings with its fields
         Species of a mixture.
     obstacles : tuple of obstacles, or of mappings as ``{"kind": "ball", "center": ..., "radius": ...}``
-        See :mod:`carom.models.obstacles`.
+        See ``carom.models.obstacles``.
     interaction, motion, impact : values, or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
         How two components act on each other, how all move, and what contacts lose. When left out, hard cores,
         free flight and ``restitution`` (``carom.models.files.tables``).
     drive : value, or mapping such as ``{"type": "langevin", "kT": 1.0, "friction": 1.0, "step": 0.05}``
-        What kicks single components (:mod:`carom.models.drives`).
+        What kicks single components (``carom.models.drives``).
     pinned : int or tuple of ints
         Number of components, drawn by the seed, that stay where they are, or their indices.
 

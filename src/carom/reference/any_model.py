@@ -54,7 +54,7 @@ def follow(
     box : tuple of d floats
         Edges [length].
     interaction_time, jump, position, velocity, transfer : callables
-        The questions of :mod:`carom.models.questions`, without the model: ``interaction_time(i, j, rr, rv,
+        The questions of ``carom.models.questions``, without the model: ``interaction_time(i, j, rr, rv,
         vv)``, ``jump(i, j, rr, rv)``, ``position(axis, x, v, t)``, ``velocity(axis, v, t)`` and
         ``transfer(rr, rv)``.
     """

@@ -47,7 +47,7 @@ class NaiveRules(NaiveSteps):
     kinds : sequence of n ints
         Kind of each unit.
     rule : callable
-        ``rule(unit, event)``, with the names that :class:`carom.models.Ranges` gives.
+        ``rule(unit, event)``, with the names that ``carom.models.Ranges`` gives.
     timers, memory : sequences
         Those of each kind at the start.
     seed : int

@@ -62,7 +62,7 @@ class Scene(Fields):
         False gives an axis two hard walls, at 0 and at the edge, that the *surfaces* cannot pass: centres
         stay in [radius, edge - radius].
     obstacles : sequence of obstacles
-        Planes, balls, containers (:mod:`carom.models.obstacles`), or your own. A plane or a container that
+        Planes, balls, containers (``carom.models.obstacles``), or your own. A plane or a container that
         gets to a wall of the box, at rest or while it moves, stands for that wall.
     restitution : float
         Fraction of the normal relative velocity that remains after a collision, in (0, 1]; 1 is elastic.
@@ -83,7 +83,7 @@ class Scene(Fields):
         What a contact of two components loses; by default it follows from ``restitution``. The page
         docs/models explains ``interaction``, ``motion`` and ``impact``.
     drive : value, optional
-        What kicks single components at times of its own: a thermostat, noise (:mod:`carom.models.drives`).
+        What kicks single components at times of its own: a thermostat, noise (``carom.models.drives``).
 
     Raises
     ------

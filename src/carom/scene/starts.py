@@ -207,7 +207,7 @@ def crystal(
         d; by default that of the lattice, or 3.
     density : float
         Instead, the number of spheres per diameter^d (of the largest).
-    lattice : str or carom.scene.lattices.Lattice, optional
+    lattice : str or Lattice, optional
         "fcc", "triangular", "cubic" or "dn"; by default the densest of the dimension: a row, triangular, fcc,
         D_n.
     cells : int or d ints, optional

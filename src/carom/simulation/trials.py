@@ -116,7 +116,7 @@ class Setting:
     motion : model
         How they move.
     straight, curved : bool
-        What the value of the motion says of it (:class:`carom.models.questions.motion.Motion`).
+        What the value of the motion says of it (``carom.models.questions.motion.Motion``).
     size, speed : float
         Length and speed of which displacements and velocities are, in the engine's unit of time.
     growth : float

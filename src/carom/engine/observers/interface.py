@@ -2,7 +2,7 @@
 
 An observer is a ``NamedTuple`` of arrays, in the engine's unit of time. Most of the questions are asked by
 compiled code; :func:`at_rest`, :func:`spared` and :func:`limits` are asked from Python, and so is
-:func:`carom.models.questions.memory.copy_state`, by which sums go on in an engine that replaces another.
+``carom.models.questions.memory.copy_state``, by which sums go on in an engine that replaces another.
 """
 
 from __future__ import annotations

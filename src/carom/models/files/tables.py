@@ -44,7 +44,7 @@ PARTS = {"loss": "impact", "path": "path"}
 
 
 def from_table(values: Any, what: str, key: str = "type") -> Any:
-    """Return the value of :func:`carom.models.files.to_tables.to_table`.
+    """Return the value of ``carom.models.files.to_tables.to_table``.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def refuse_one_seed(kept: Sequence[dict[str, Any]]) -> None:
 
 
 def obstacle_from_table(values: Any) -> Obstacle:
-    """Return the obstacle of :func:`carom.models.files.to_tables.obstacle_to_table`.
+    """Return the obstacle of ``carom.models.files.to_tables.obstacle_to_table``.
 
     Raises
     ------

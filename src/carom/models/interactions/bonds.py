@@ -24,7 +24,7 @@ class Bonds(StepInteraction):
     inner, outer : float
         Smallest and largest distance of a bonded pair [length]; ``inner`` may be 0.
     others : interaction, optional
-        Interaction of pairs that are not bonded: :class:`carom.models.SquareWell` or ``StepTable``. By
+        Interaction of pairs that are not bonded: ``carom.models.SquareWell`` or ``StepTable``. By
         default they pass through each other (ideal chains).
     bond : Steps, optional
         Potential of a bonded pair, with ``outside=math.inf``, instead of ``inner`` and ``outer``.

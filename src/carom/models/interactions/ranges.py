@@ -2,7 +2,7 @@
 
 These are Wieland's models of combat, which Lubachevsky's article names as a billiard (sec. 10). If a unit
 detects m of its own and n of the others within a radius, it takes course of action c(m, n), until another
-rule becomes applicable. The compiled model is in :mod:`carom.models.interactions.units`.
+rule becomes applicable. The compiled model is in ``carom.models.interactions.units``.
 """
 
 from __future__ import annotations

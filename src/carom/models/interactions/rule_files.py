@@ -24,7 +24,7 @@ LARGEST = 1 << 20
 
 @dataclass(frozen=True)
 class RuleFile:
-    """Units whose rule stands in a Python file: what a scene file holds of :class:`carom.models.Ranges`.
+    """Units whose rule stands in a Python file: what a scene file holds of ``carom.models.Ranges``.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ class RuleFile:
     rule : str
         Name of the function ``rule(unit, event)`` in it.
     seed : int
-        Of the random numbers that :func:`carom.models.draw` gives to rules.
+        Of the random numbers that ``carom.models.draw`` gives to rules.
     sha256 : str, optional
         Of the file, in hexadecimal. If given, a file that was edited since is refused.
     trust : bool

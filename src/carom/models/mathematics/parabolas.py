@@ -92,7 +92,7 @@ def time_to_moving(body, course, start, g, x, v, radius, growth):
     g : d floats
         Acceleration of the component.
     x, v, radius, growth
-        As of :func:`carom.models.questions.obstacle.encounter`.
+        As of ``carom.models.questions.obstacle.encounter``.
     """
 
 
@@ -341,7 +341,7 @@ def _(obstacle: InsideOfCylinder, g, x, v, radius, growth, now):
 @optional
 def landing_on_wall(walls, g, x, v, radius, growth):
     """Return the time until a component on a parabola touches a wall of the box, and its number; as of
-    :func:`carom.models.questions.walls.soonest_wall`.
+    ``carom.models.questions.walls.soonest_wall``.
     """
     return NEVER, np.int64(-1)
 

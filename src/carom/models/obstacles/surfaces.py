@@ -95,7 +95,7 @@ class Surface(_Covered):
     Parameters
     ----------
     obstacle : obstacle
-        A plane, a ball, a container, or one that is :class:`carom.models.obstacles.shaken.Shaken`.
+        A plane, a ball, a container, or one that is ``carom.models.obstacles.shaken.Shaken``.
     loss : Loss
         What a contact loses, in the frame of the surface.
 
