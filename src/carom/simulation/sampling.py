@@ -80,10 +80,12 @@ def write(
     ----------
     path : path
         ``.h5md``, ``.extxyz`` or ``.gsd``: the suffix says the format.
-    every, count, times, progress
+    every, count, times
         As for :meth:`carom.Simulation.sample`. With ``every`` a ``count`` is needed.
     overwrite : bool
         Replace a file that exists.
+    progress
+        As for :meth:`carom.Simulation.sample`.
 
     Raises
     ------
