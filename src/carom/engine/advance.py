@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom.compiling.registry import inner
-from carom.engine.boundary import count_images
+from carom.engine.boundary import count_images, in_box
 from carom.engine.neighbors.interface import on_wrap
 from carom.models.questions.motion import carry, position, velocity
 
@@ -35,3 +35,13 @@ def into_next_epoch(model, state, neighbors, i, length):
     state.rows[i].t = 0.0
     state.rows[i].event_time -= length
     state.crossing_time[i] -= length
+
+
+@inner
+def place_at(model, state, i, now, x, v):
+    """Write position, in the box, and velocity of component i at the time now into ``x`` and ``v``."""
+    me = state.rows[i]
+    x0, v0, t = carry(model.motion, me.x, me.v, now - me.t, x, v)
+    for axis in range(len(model.boundary.edges)):
+        x[axis] = in_box(model.boundary, i, axis, position(model.motion, axis, x0[axis], v0[axis], t))
+        v[axis] = velocity(model.motion, axis, v0[axis], t)

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner, optional
-from carom.engine.boundary import in_box
+from carom.engine.advance import place_at
 from carom.models.questions.interaction import growth, mass, radius
-from carom.models.questions.motion import carry, position, push, rebound_speed, velocity
+from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import anchor, is_periodic, meeting, member, members, outward
 from carom.models.questions.particles import NEVER
 from carom.models.questions.walls import wall_meeting, wall_normal, yields
@@ -125,18 +125,6 @@ def numbers_of(periodic, models) -> list[int]:
     return walls + [2 * len(periodic) + k for k in numbering(models)]
 
 
-@inner
-def load_component(model, state, i, now):
-    """Put the position of component i at the time now, in the box, and its velocity into the rooms."""
-    obstacles = model.obstacles
-    me = state.rows[i]
-    x0, v0, t = carry(model.motion, me.x, me.v, now - me.t, obstacles.x, obstacles.v)
-    for axis in range(len(model.boundary.edges)):
-        x = position(model.motion, axis, x0[axis], v0[axis], t)
-        obstacles.x[axis] = in_box(model.boundary, i, axis, x)
-        obstacles.v[axis] = velocity(model.motion, axis, v0[axis], t)
-
-
 @optional
 def soonest(obstacles, model, state, i, now, every):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
@@ -149,7 +137,7 @@ def soonest(obstacles, model, state, i, now, every):
 
 @soonest.register
 def _(obstacles: Obstacles, model, state, i, now, every):
-    load_component(model, state, i, now)
+    place_at(model, state, i, now, obstacles.x, obstacles.v)
     size = radius(model.pair, np.int64(i), now)
     rate = growth(model.pair, np.int64(i))
     best = NEVER
@@ -215,7 +203,7 @@ def soonest_image(obstacle, obstacles, model, size, rate, every, now):
 def reflect_component(model, state, i, number, now):
     """Throw component i, which is up to date, back from the obstacle of that number; return the momentum."""
     obstacles = model.obstacles
-    load_component(model, state, i, now)
+    place_at(model, state, i, now, obstacles.x, obstacles.v)
     for axis in range(len(model.boundary.edges)):
         obstacles.image[axis] = wall_normal(obstacles.walls, number, axis)
     momentum = reflect(obstacles.live, model, state, i, number, now)

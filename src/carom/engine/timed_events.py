@@ -8,8 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner, optional
-from carom.engine.advance import advance
-from carom.engine.boundary import in_box
+from carom.engine.advance import advance, place_at
 from carom.engine.constants import TIMER_EVENT
 from carom.engine.observers.interface import gain
 from carom.engine.one_body import earlier_event, run_event
@@ -17,7 +16,6 @@ from carom.engine.tallies import record
 from carom.models.drives import kick, next_time
 from carom.models.questions.interaction import mass
 from carom.models.questions.memory import copy_state
-from carom.models.questions.motion import carry, position, velocity
 
 
 class Timers(NamedTuple):
@@ -31,8 +29,6 @@ class Timers(NamedTuple):
     """When the counting of epochs began, since the start of the run, in the engine's unit, (1,) float64."""
     exponent: int
     """The engine's unit of time is two to this power of the scene's."""
-    events: np.ndarray
-    """How many there were, (1,) int64."""
     x: np.ndarray
     """Room for a position, (d,)."""
     v: np.ndarray
@@ -43,7 +39,7 @@ def make_timers(drive, dimension: int, exponent: int, pinned: np.ndarray | None)
     """Return the events of a drive before the first has happened."""
     rooms = np.zeros(dimension), np.zeros(dimension)
     free = None if pinned is None else ~pinned
-    return Timers(drive, free, np.zeros(1), exponent, np.zeros(1, np.int64), *rooms)
+    return Timers(drive, free, np.zeros(1), exponent, *rooms)
 
 
 @optional
@@ -68,13 +64,9 @@ def _since(timers, state):
 def _(source: Timers, model, state, i, now, t, code):
     if not is_free(source.free, i):
         return t, code
-    me = state.rows[i]
-    x0, v0, elapsed = carry(model.motion, me.x, me.v, now - me.t, source.x, source.v)
-    for axis in range(len(model.boundary.edges)):
-        x = position(model.motion, axis, x0[axis], v0[axis], elapsed)
-        v = np.float64(velocity(model.motion, axis, v0[axis], elapsed))
-        source.x[axis] = in_box(model.boundary, i, axis, x)
-        source.v[axis] = math.ldexp(v, -source.exponent)
+    place_at(model, state, i, now, source.x, source.v)
+    for axis in range(len(source.v)):
+        source.v[axis] = math.ldexp(source.v[axis], -source.exponent)
     begun = _since(source, state)
     time = math.ldexp(begun + now, source.exponent)
     due = next_time(source.drive, np.int64(i), source.x, source.v, time)
@@ -102,7 +94,6 @@ def _(source: Timers, model, state, neighbors, log, i, code, now):
         me.v[axis] = math.ldexp(source.v[axis], source.exponent)
         v = np.float64(me.v[axis])
         after += v * v
-    source.events[0] += 1
     gain(model.observers, 0.5 * weight * (after - before), now)
     record(log, state.clock[0], np.int64(i), code, 0.0)
     return True
@@ -111,7 +102,6 @@ def _(source: Timers, model, state, neighbors, log, i, code, now):
 @copy_state.register
 def _(model: Timers, before, instant, passed, slower):
     model.origin[0] = float(instant)
-    model.events[:] = before.events
     _copy(model.drive, before.drive)
 
 

@@ -14,7 +14,6 @@ times. Andersen, J. Chem. Phys. 72 (1980) 2384; Scala, Phys. Rev. E 86 (2012) 02
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple, Protocol
 
@@ -118,12 +117,12 @@ def _(drive: Noise, i, mass, x, v, time):
 def _noise(
     particles: Particles,
     keep: float,
-    square: Callable[[np.ndarray], np.ndarray],
+    variance: float | np.ndarray,
     interval: float,
     random: bool,
     seed: int,
 ) -> Noise:
-    """Return the model of a drive; ``square`` gives the variance of the noise for masses (n,)."""
+    """Return the model of a drive whose noise has a ``variance`` along each axis, one or (n,)."""
     n = len(particles.radii)
     word = seeds.word(seed, "drives")
     if random:
@@ -131,8 +130,8 @@ def _noise(
         due = -interval * np.log(first)
     else:
         due = (np.arange(n) + 0.5) / n * interval
-    width = np.sqrt(np.broadcast_to(square(np.asarray(particles.masses)), n))
-    return Noise(keep, width.copy(), interval, random, word, due, np.zeros(n, np.int64))
+    width = np.sqrt(np.broadcast_to(variance, n))
+    return Noise(keep, width, interval, random, word, due, np.zeros(n, np.int64))
 
 
 class _Bath:
@@ -178,6 +177,13 @@ class _Bath:
             species = np.zeros(n, np.int64) if particles.species is None else particles.species
             return np.array(self.kT)[species]
         return np.full(n, self.kT)
+
+    def _thermal(
+        self, particles: Particles, keep: float, lost: float, interval: float, random: bool = False
+    ) -> Noise:
+        """Return the model of kicks that keep a part of the velocity, and lose one of its variance."""
+        variance = self._temperatures(particles) * lost / particles.masses
+        return _noise(particles, keep, variance, interval, random, self.seed)
 
     def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
@@ -226,8 +232,7 @@ class Andersen(_Bath):
 
     def model(self, particles: Particles) -> Noise:
         """Return the model that the engine compiles."""
-        kT = self._temperatures(particles)
-        return _noise(particles, 0.0, lambda m: kT / m, 1.0 / self.rate, True, self.seed)
+        return self._thermal(particles, 0.0, 1.0, 1.0 / self.rate, random=True)
 
 
 @dataclass(frozen=True)
@@ -276,9 +281,8 @@ class Langevin(_Bath):
 
     def model(self, particles: Particles) -> Noise:
         """Return the model that the engine compiles."""
-        kT, lost = self._temperatures(particles), -math.expm1(-2.0 * self.friction * self.step)
-        kept = math.exp(-self.friction * self.step)
-        return _noise(particles, kept, lambda m: kT * lost / m, self.step, False, self.seed)
+        kept, lost = math.exp(-self.friction * self.step), -math.expm1(-2.0 * self.friction * self.step)
+        return self._thermal(particles, kept, lost, self.step)
 
 
 @dataclass(frozen=True)
@@ -324,8 +328,7 @@ class Brownian(_Bath):
 
     def model(self, particles: Particles) -> Noise:
         """Return the model that the engine compiles."""
-        kT = self._temperatures(particles)
-        return _noise(particles, 0.0, lambda m: kT / m, self.step, False, self.seed)
+        return self._thermal(particles, 0.0, 1.0, self.step)
 
 
 @dataclass(frozen=True)
@@ -380,5 +383,4 @@ class WhiteNoise:
 
     def model(self, particles: Particles) -> Noise:
         """Return the model that the engine compiles."""
-        variance = self.power / self.rate
-        return _noise(particles, 1.0, lambda m: np.full_like(m, variance), 1.0 / self.rate, False, self.seed)
+        return _noise(particles, 1.0, self.power / self.rate, 1.0 / self.rate, False, self.seed)

@@ -160,7 +160,21 @@ def _until_precise(
     )
 
 
-class _Whole:
+class _Part:
+    """What is measured of one observable."""
+
+    def takes_frame(self, k: int) -> bool:
+        """Return whether it looks at the frame after block k."""
+        return False
+
+    def add(self, k: int, block: Block, frame: Frame | None) -> None:
+        """Add block k, and the frame after it if it was asked for."""
+
+    def result(self) -> Any:
+        """Return what was measured."""
+
+
+class _Whole(_Part):
     """An observable that is estimated from all blocks at the end, with what casts doubt on them."""
 
     def __init__(self, sim: Running, observable: Any):
@@ -168,10 +182,6 @@ class _Whole:
         self._blocks: list[Block] = []
         self._thermometer = Thermometer(sim.machine)
         self._relaxation = StructuralRelaxation(sim.machine)
-
-    def takes_frame(self, k: int) -> bool:
-        """Return whether it looks at the frame after block k."""
-        return False
 
     def add(self, k: int, block: Block, frame: Frame | None) -> None:
         """Add block k."""
@@ -185,7 +195,7 @@ class _Whole:
         return found
 
 
-class _Followed:
+class _Followed(_Part):
     """An observable that is handed every block, or frames at equal times.
 
     Of frames it sees as many as it wants, if that number divides the ``count`` of blocks; else all.
@@ -213,25 +223,18 @@ class _Followed:
         return outcome(self._observable, self._values)
 
 
-class _Observer:
+class _Observer(_Part):
     """An observer of one's own, which sees every event of the stretch."""
 
     def __init__(self, mine: Any):
         self._mine = mine
-
-    def takes_frame(self, k: int) -> bool:
-        """Return whether it looks at the frame after block k."""
-        return False
-
-    def add(self, k: int, block: Block, frame: Frame | None) -> None:
-        """Let block k pass: its events have been seen."""
 
     def result(self) -> Any:
         """Return what the observer says, or the observer with what it has added up."""
         return self._mine.result() if callable(getattr(self._mine, "result", None)) else self._mine
 
 
-def _part_of(sim: Running, observable: Any, count: int, stack: ExitStack) -> _Whole | _Followed | _Observer:
+def _part_of(sim: Running, observable: Any, count: int, stack: ExitStack) -> _Part:
     """Return what is measured of one observable; observers of events are let in until the stack ends."""
     if own_observers.is_observer(observable):
         return _Observer(stack.enter_context(own_observers.observing(sim.machine, observable)))
@@ -257,14 +260,11 @@ def _check_observable(observable: Any) -> None:
 
 
 def _blocks(sim: Running, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
-    """Run on for a number of blocks, and yield each."""
+    """Run on for a number of blocks, and yield each; while a gas cools, of so many collisions each."""
     if time is not None:
         yield from sim.blocks(time / count, count)
         return
     assert collisions is not None
-    if cools(sim):
-        cooling = Blocks(sim, collisions / count)
-        for _ in range(count):
-            yield cooling.next()
-    else:
-        yield from sim.blocks(sim.time_for(collisions) / count, count)
+    cooling = Blocks(sim, collisions / count)
+    for _ in range(count):
+        yield cooling.next()
