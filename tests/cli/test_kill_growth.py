@@ -18,8 +18,7 @@ GROWS = """
 import sys
 from pathlib import Path
 import numpy as np
-from helpers.mixtures import mixture
-from carom import Scene, Simulation
+from carom import Scene, Simulation, Species
 from carom.models import Ball
 
 folder = Path(sys.argv[1])
@@ -27,9 +26,9 @@ state = folder / "checkpoint.h5"
 if state.exists():
     sim = Simulation.load(state)
 else:
-    scene = mixture(
-        [20, 28], diameters=[1.0, 0.6], masses=[1.0, 0.3], dimension=2, packing_fraction=0.2,
-        periodic=[True, False], obstacles=[Ball((2, 2), 0.6)], seed=3,
+    scene = Scene.random(
+        species=[Species(count=20), Species(count=28, diameter=0.6, mass=0.3)], dimension=2,
+        packing_fraction=0.2, periodic=[True, False], obstacles=[Ball((2, 2), 0.6)], seed=3,
     )
     sim = Simulation(scene, seed=3, growth=2e-4)
 while sim.collisions < 12_000:
