@@ -32,7 +32,7 @@ eta = 0.5 * np.pi / 6.0
 sim = carom.Simulation(carom.Scene.random(many, eta, seed=1), seed=1)
 sim.run(collisions_per_particle=100)
 free_time = float(theory.mean_free_time(theory.best(3)(eta), 3))
-found = sim.measure(Dynamics(blocks=count), time=0.25 * free_time * count)
+found = sim.measure(Dynamics(), time=0.25 * free_time * count, blocks=count)
 enskog = theory.enskog(theory.best(3)(eta), eta, 3)
 diffusion = enskog.self_diffusion * theory.erpenbeck_wood(eta)
 tail = theory.velocity_tail(0.5, diffusion, enskog.shear_viscosity, 3)

@@ -20,11 +20,18 @@ _LAZY = {
     "Frame": "carom.frame",
     "Block": "carom.block",
     "Pressure": "carom.observables.pressure",
-    "PotentialEnergy": "carom.observables.potential_energy",
+    "PressureTensor": "carom.observables.pressure_tensor",
     "WallPressure": "carom.observables.wall_pressure",
+    "Energy": "carom.observables.energy",
+    "RDF": "carom.observables.pair_distribution",
+    "StructureFactor": "carom.observables.structure_factor",
+    "Dynamics": "carom.observables.dynamics",
+    "BondOrder": "carom.observables.bond_order",
+    "DensityProfile": "carom.observables.density_profile",
+    "FreeFlights": "carom.observables.flights",
+    "Estimate": "carom.observables.statistics",
     "explain": "carom.simulation.explanation",
     "check": "carom.simulation.conditions",
-    "rdf": "carom.observables.rdf",
     "view": "carom.pictures.view",
     "movie": "carom.pictures.movie",
     "CaromError": "carom.errors",
@@ -38,7 +45,7 @@ _MODULES = {
     "io": "carom.io",
     "models": "carom.models",
     "observables": "carom.observables",
-    "plots": "carom.pictures.plots",
+    "results": "carom.results",
     "reference": "carom.reference",
     "studies": "carom.studies",
     "theory": "carom.theory",
@@ -57,8 +64,22 @@ def _viewed() -> Any:
     return view
 
 
+def _drawn() -> Any:
+    from carom.pictures.results import draw
+
+    return draw
+
+
+def _opened() -> Any:
+    from carom.io.places import open_frames
+
+    return open_frames
+
+
 # Functions that subpackages need from subpackages above them.
+above.install("drawn", _drawn)
 above.install("grown", _grown)
+above.install("opened", _opened)
 above.install("viewed", _viewed)
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]

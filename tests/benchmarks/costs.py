@@ -341,8 +341,9 @@ def observables(given: argparse.Namespace) -> None:
         for frame in frames[:20]:
             observable.update(frame)
         print(f"| {name} | {quickest(observable.update, frames[20:]) / collision:.2f} |", flush=True)
-    carom.rdf(frames[:2], rmax=5.0)
-    print(f"| rdf(rmax=5.0) | {quickest(lambda f: carom.rdf([f], rmax=5.0), frames[20:]) / collision:.2f} |")
+    carom.RDF(rmax=5.0).over(frames[:2])
+    cost = quickest(lambda frame: carom.RDF(rmax=5.0).over([frame]), frames[20:])
+    print(f"| RDF(rmax=5.0) | {cost / collision:.2f} |")
 
 
 def quickest(update: Callable[[Any], object], frames: list[Any]) -> float:
