@@ -21,7 +21,7 @@ MADE = (
     "    for k in range(101):\n"
     "        shown(k / 100)",
     "carom.Block(1.0, 2000, 3.5)",
-    "carom.plots.snapshot(frame)",
+    "from carom.pictures import plots; plots.snapshot(frame)",
     "frame",
 )
 

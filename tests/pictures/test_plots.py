@@ -194,7 +194,7 @@ def test_pictures_leave_pyplot_alone():
     import subprocess
 
     script = (
-        "import sys; from carom import plots; from carom.frame import Frame; import numpy as np; "
+        "import sys; from carom.pictures import plots; from carom.frame import Frame; import numpy as np; "
         "x = np.zeros((1, 2)); plots.snapshot(Frame(0.0, 0, x, x, (2.0, 2.0), np.ones(1), np.ones(1))); "
         "sys.exit('matplotlib.pyplot' in sys.modules)"
     )
