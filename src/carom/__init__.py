@@ -51,6 +51,12 @@ _MODULES = {
     "theory": "carom.theory",
 }
 
+_MEANT = {
+    "PotentialEnergy": "carom.Energy",
+    "plots": "the method plot() of a result, or carom.pictures.plots",
+    "rdf": "carom.RDF().over(frames)",
+}
+
 
 def _grown() -> Any:
     from carom.simulation.growth import grown
@@ -70,6 +76,10 @@ def _drawn() -> Any:
     return draw
 
 
+def _name_results() -> Any:
+    return importlib.import_module("carom.observables")
+
+
 def _opened() -> Any:
     from carom.io.places import open_frames
 
@@ -79,6 +89,7 @@ def _opened() -> Any:
 # Functions that subpackages need from subpackages above them.
 above.install("drawn", _drawn)
 above.install("grown", _grown)
+above.install("name_results", _name_results)
 above.install("opened", _opened)
 above.install("viewed", _viewed)
 
@@ -90,7 +101,8 @@ def __getattr__(name: str) -> Any:
         return getattr(importlib.import_module(_LAZY[name]), name)
     if name in _MODULES:
         return importlib.import_module(_MODULES[name])
-    raise AttributeError(f"module 'carom' has no attribute {name!r}")
+    meant = f"; take {_MEANT[name]}" if name in _MEANT else ""
+    raise AttributeError(f"module 'carom' has no attribute {name!r}{meant}")
 
 
 def __dir__() -> list[str]:

@@ -1,7 +1,7 @@
 """Calls of a subpackage to one above it, which it cannot import: the package installs the functions.
 
 ``Scene.random`` makes a dense scene by a simulation, a frame in a notebook is shown by the viewer, a result
-draws itself, and an observable of frames opens files. ``carom/__init__.py`` installs these functions. Every
+draws itself or is loaded, and an observable of frames opens files. ``carom/__init__.py`` installs these functions. Every
 process that uses a part of Carom runs it first, even a worker that imports only a scene.
 """
 
@@ -41,6 +41,11 @@ def drawn(result: Any, path: Any = None) -> Figure:
     """Return the picture of a result, and save it at ``path``: ``carom.pictures.results.draw``."""
     figure: Figure = _answers["drawn"]()(result, path)
     return figure
+
+
+def name_results() -> None:
+    """Import every module that has a kind of result, so that its name is known to ``carom.results``."""
+    _answers["name_results"]()
 
 
 def opened(path: Any) -> Any:

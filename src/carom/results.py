@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import csv
 import dataclasses
-import importlib
 import io
 import json
 import math
@@ -33,9 +32,6 @@ if TYPE_CHECKING:
 SUFFIXES = (".json", ".csv", ".npz")
 """What :meth:`Result.save` writes."""
 
-HOMES = ["carom.observables"]
-"""Modules that are imported before the class of a saved result is looked up."""
-
 _KINDS: dict[str, type] = {}
 _PARTS = ("error", "n_eff", "tau", "blocks")  # of an estimate, besides its mean
 _NOT_FINITE = ("nan", "inf", "-inf")  # JSON has no such numbers
@@ -43,7 +39,13 @@ _T = TypeVar("_T", bound=type)
 
 
 def part(kind: _T) -> _T:
-    """Let a dataclass be a part of results: a decorator."""
+    """Let a dataclass be a part of results: a decorator.
+
+    Parameters
+    ----------
+    kind : type
+        The dataclass.
+    """
     _KINDS[kind.__name__] = kind
     return kind
 
@@ -165,8 +167,7 @@ def from_dict(values: Mapping[str, Any]) -> Any:
     InputError
         If its kind is not known, or a number is missing.
     """
-    for home in HOMES:
-        importlib.import_module(home)
+    above.name_results()
     kind = _KINDS.get(str(values.get("kind")))
     if kind is None:
         raise InputError(f"No kind of result is called {values.get('kind')!r}.")
@@ -185,7 +186,12 @@ def from_dict(values: Mapping[str, Any]) -> Any:
 
 
 def loaded(path: str | os.PathLike[str]) -> Any:
-    """Return the result in a file that :meth:`Result.save` wrote, ``.json`` or ``.npz``.
+    """Return the result in a file that :meth:`Result.save` wrote.
+
+    Parameters
+    ----------
+    path : path
+        ``.json`` or ``.npz``.
 
     Raises
     ------

@@ -160,10 +160,8 @@ def rdf(
     with replacing(out) as temporary:
         distribution.save(temporary)
     if png:
-        from carom.pictures import plots
-
         with replacing(picture) as temporary:
-            plots.rdf(distribution, path=temporary)
+            distribution.plot(temporary)
     contact = distribution.contact_value
     told = f"{out}: {distribution.g.size} bins from {distribution.frames} frames"
     typer.echo(visible(told + ("" if contact is None else f"; contact value {contact.value_text}")))

@@ -175,7 +175,20 @@ def _common_diameter(frame: Frame) -> float:
 
 
 def species_pair(frame: Frame, pair: tuple[int | str, int | str]) -> tuple[int, int]:
-    """Return the numbers of two species."""
+    """Return the numbers of two species.
+
+    Parameters
+    ----------
+    frame : Frame
+        Frame with these species.
+    pair : two ints or strs
+        Their names or numbers.
+
+    Raises
+    ------
+    InputError
+        If the frame has no such species, or too few particles of them for any pair.
+    """
     if frame.species is None:
         raise InputError("pair is given, and the frames have no species; leave it out.")
     if not isinstance(pair, tuple | list) or len(pair) != 2:

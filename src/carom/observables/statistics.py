@@ -141,12 +141,30 @@ class Estimate:
 
 
 def arrays(found: Sequence[Estimate]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the means and the errors of several estimates."""
+    """Return the means and the errors of estimates.
+
+    Parameters
+    ----------
+    found : sequence of Estimate
+        m estimates.
+
+    Returns
+    -------
+    values, errors : (m,) float64 arrays
+    """
     return np.array([each.mean for each in found]), np.array([each.error for each in found])
 
 
 def shown(values: np.ndarray, errors: np.ndarray, k: int) -> str:
-    """Return number k of an array with its error as text."""
+    """Return a number of an array with its error as text.
+
+    Parameters
+    ----------
+    values, errors : (m,) arrays
+        Numbers and their errors.
+    k : int
+        Which of them.
+    """
     return Estimate(float(values[k]), float(errors[k]), math.inf, 1.0, 1).value_text
 
 
