@@ -1,8 +1,8 @@
 """Calls of a subpackage to one above it, which it cannot import: the package installs the functions.
 
 ``Scene.random`` makes a dense scene by a simulation, a frame in a notebook is shown by the viewer, a result
-draws itself or is loaded, and an observable of frames opens files. ``carom/__init__.py`` installs these functions. Every
-process that uses a part of Carom runs it first, even a worker that imports only a scene.
+draws itself or is loaded, and an observable of frames opens files. ``carom/__init__.py`` installs these
+functions. Every process that uses a part of Carom runs it first, even a worker that imports only a scene.
 """
 
 from __future__ import annotations
