@@ -292,6 +292,8 @@ def _arrays(result: Result) -> dict[str, np.ndarray]:
         field = getattr(result, name, None)
         if isinstance(field, np.ndarray):
             found[name] = field
+        elif isinstance(field, tuple) and all(isinstance(each, int | float) for each in field):
+            found[name] = np.array(value)
         elif isinstance(value, list | dict):
             found[name] = np.array("json:" + json.dumps(_written(value), allow_nan=False))
         elif value is not None:
@@ -309,7 +311,9 @@ def _csv(result: Result) -> str:
     text = io.StringIO()
     constant = {} if len(next(iter(columns.values()))) == 1 else _fields(result)
     for name, value in constant.items():
-        if value is not None and not isinstance(value, list | dict):
+        if isinstance(getattr(result, name, None), tuple) and all(isinstance(each, int) for each in value):
+            text.write(f"# {name}: {' '.join(map(str, value))}\n")
+        elif value is not None and not isinstance(value, list | dict):
             text.write(f"# {name}: {value}\n")
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(columns)

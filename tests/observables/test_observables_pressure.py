@@ -150,12 +150,6 @@ def test_impossible_parameters_are_refused(name, value):
         Pressure.estimate([Block(1.0, 5, 5.0)], **kwargs)
 
 
-@pytest.mark.parametrize("blocks", [0, 1, 2.5, True])
-def test_a_request_for_too_few_blocks_is_refused(blocks):
-    with pytest.raises(InputError, match="at least 2"):
-        Pressure(blocks=blocks)
-
-
 def test_finite_size_correction_keeps_the_error_and_removes_the_known_shift():
     measured = Estimate(theory.tonks(0.6, 20), 0.01, 100.0, 1.0, 64)
     corrected = finite_size_correction(measured, packing_fraction=0.6, n=20, equation=theory.tonks)

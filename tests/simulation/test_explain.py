@@ -7,7 +7,6 @@ from helpers.commands import carom as command
 import carom
 from carom.errors import InputError
 from carom.models import SquareWell
-from carom.simulation import flying
 
 PLAIN = carom.Scene.crystal(cells=5, packing_fraction=0.45)
 
@@ -18,12 +17,6 @@ def names(explanation):
 
 def with_radii():
     return PLAIN.with_(diameter=np.linspace(0.8, 1.0, PLAIN.n))
-
-
-def with_flights():
-    sim = carom.Simulation(PLAIN)
-    flying.keeping(sim.machine).__enter__()
-    return sim
 
 
 FEATURES = {
@@ -38,7 +31,6 @@ FEATURES = {
     "restitution": (lambda: PLAIN.with_(restitution=0.9), {}),
     "steps of pairs": (lambda: PLAIN.with_(interaction=SquareWell(1.2)), {}),
     "currents": (lambda: carom.Simulation(PLAIN, currents=True), {}),
-    "free flights": (with_flights, {}),
     "walls and obstacles": (lambda: carom.Scene([[1.0] * 3, [3.0] * 3], 4.0, periodic=False), {}),
 }
 
