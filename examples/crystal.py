@@ -27,7 +27,7 @@ for eta in (0.56, 0.62, 0.68):
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions_per_particle=100)
     found = sim.measure(carom.Pressure(), collisions_per_particle=length)
-    z = found.compressibility_factor
+    z = found.Z
     infinite = z.mean + (z.mean - 1.0) / scene.n
     moved = [frame.unwrapped - scene.positions for frame in sim.sample(every=0.1, count=50)]
     moved = np.array(moved) - np.mean(moved, axis=1, keepdims=True)  # without the centre of mass

@@ -12,6 +12,7 @@ import numpy as np
 
 import carom
 import carom.io
+from carom.pictures import plots
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="a few particles and frames")
@@ -50,7 +51,7 @@ except carom.InputError as error:
     print(f"No GSD file: {error}")
 
 # %% A picture needs no other program.
-carom.plots.snapshot(frame, path=args.out / "snapshot.png")
+plots.snapshot(frame, path=args.out / "snapshot.png")
 
 # %% What was written.
 for path in sorted(args.out.glob("fluid.*")):

@@ -8,6 +8,7 @@ import argparse
 from pathlib import Path
 
 import carom
+from carom.pictures import plots
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="a few spheres and collisions")
@@ -37,4 +38,4 @@ with carom.io.open(args.out / "fluid.h5md", "w", scene) as trajectory:
 print(sim.statistics)
 
 # %% What it looks like at the end.
-carom.plots.snapshot(sim.frame(), path=args.out / "fluid.png")
+plots.snapshot(sim.frame(), path=args.out / "fluid.png")

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 import carom
+from carom.pictures import plots
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="a few spheres and collisions")
@@ -47,4 +48,4 @@ assert np.array_equal(a.velocities, b.velocities)
 print(f"After {second.collisions} collisions both runs are at time {b.time!r}, with the same bits.")
 
 # %% Where both end.
-carom.plots.snapshot(b, path=args.out / "end.png")
+plots.snapshot(b, path=args.out / "end.png")

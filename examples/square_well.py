@@ -34,16 +34,16 @@ scene = carom.Scene.crystal(cells=cells, density=0.4).with_(interaction=SquareWe
 sim = carom.Simulation(scene, seed=1)
 sim.equilibrate(1.5, collisions_per_particle=2 * LONG)
 before = sim.steps
-pressure = sim.measure(carom.Pressure(blocks=32), collisions=LONG * scene.n)
+pressure = sim.measure(carom.Pressure(), collisions=LONG * scene.n, blocks=32)
 sums = sim.steps - before
 well, core = sums.sides()
 print(
     f"kT = {sums.kT:.3f}, U / N = {sim.potential_energy / scene.n:.2f}, bonds {sums.bonds_per_particle:.2f}"
 )
-print(f"Z = {pressure.compressibility_factor} from the virial, {sums.compressibility_factor():.4f} from g(r)")
+print(f"Z = {pressure.Z} from the virial, {sums.compressibility_factor():.4f} from g(r)")
 jump = well.inside / well.outside
 print(f"g(1.5-) / g(1.5+) = {jump:.3f}, and exp(1 / kT) = {math.exp(1.0 / sums.kT):.3f}")
-gr = carom.rdf(sim.sample(every=0.2, count=10 if args.smoke else 100), rmax=3.0, width=0.02)
+gr = carom.RDF(rmax=3.0, width=0.02).over(sim.sample(every=0.2, count=10 if args.smoke else 100))
 
 # %% Disks below the critical point come together in drops.
 disks = carom.Scene.crystal(cells=12 if args.smoke else 32, dimension=2, packing_fraction=0.25)

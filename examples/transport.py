@@ -32,7 +32,7 @@ eta = 0.5 * np.pi / 6.0
 sim = carom.Simulation(carom.Scene.random(many, eta, seed=1), seed=1)
 sim.run(collisions_per_particle=100)
 free_time = float(theory.mean_free_time(theory.best(3)(eta), 3))
-found = sim.measure(Dynamics(blocks=count), time=0.25 * free_time * count)
+found = sim.measure(Dynamics(), time=0.25 * free_time * count, blocks=count)
 enskog = theory.enskog(theory.best(3)(eta), eta, 3)
 diffusion = enskog.self_diffusion * theory.erpenbeck_wood(eta)
 tail = theory.velocity_tail(0.5, diffusion, enskog.shear_viscosity, 3)
@@ -57,9 +57,10 @@ left.axhline(1.0, c="0.6", lw=0.8)
 left.set(xlabel="packing fraction", ylabel="coefficient / Enskog's", ylim=(0.5, 1.9))
 left.legend(fontsize=8, frameon=False, loc="upper left")
 
-values = [(t, e.mean, e.error) for t, e in zip(found.times, found.velocity_autocorrelation, strict=True)]
-noisy = [k for k, (_, y, e) in enumerate(values) if y < 2.0 * e]  # from the first on it is all noise
-t, y, e = np.transpose(values[: noisy[0]] if noisy and noisy[0] else values)
+t, y, e = found.times, found.velocity_autocorrelation, found.velocity_autocorrelation_error
+noisy = np.flatnonzero(y < 2.0 * e)  # from the first on it is all noise
+if noisy.size and noisy[0]:
+    t, y, e = t[: noisy[0]], y[: noisy[0]], e[: noisy[0]]
 right.errorbar(t / free_time, y, e, fmt=".", ms=4, lw=0.8, label=f"measured, N = {many}")
 late = np.geomspace(4.0, max(30.0, t[-1] / free_time), 50)
 right.plot(late, tail * (late * free_time) ** -1.5, c="C1", label="mode coupling")

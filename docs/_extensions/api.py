@@ -1,7 +1,6 @@
 """``{{ api MODULE }}`` in a page: a table of what a module offers, then each name with its docstring.
 
-A page says which module it is about, and nothing else: a new public name appears by itself. ``NAME as SHOWN``
-shows a module under the name by which it is reached, as in ``{{ api carom.pictures.plots as carom.plots }}``.
+A page says which module it is about, and nothing else: a new public name appears by itself.
 """
 
 from __future__ import annotations
@@ -18,7 +17,7 @@ from sphinx.application import Sphinx
 
 # What several modules offer is shown once, on the page of the first of these.
 ORDER = ("models.own", "models", "errors", "io", "observables", "reference", "studies", "theory", "")
-REQUEST = re.compile(r"^\{\{ api (?P<module>[\w.]+)(?: as (?P<shown>[\w.]+))? \}\}$", re.MULTILINE)
+REQUEST = re.compile(r"^\{\{ api (?P<module>[\w.]+) \}\}$", re.MULTILINE)
 
 
 def public(module: ModuleType) -> dict[str, Any]:
@@ -50,11 +49,10 @@ def shown_on_page(module: ModuleType) -> dict[str, Any]:
 def expanded(request: re.Match[str]) -> str:
     """Return the reStructuredText for one request."""
     module = importlib.import_module(request["module"])
-    shown = request["shown"] or request["module"]
     names = shown_on_page(module)
     lines = ["```{eval-rst}"]
     # The module's own docstring, which also makes it a target of links.
-    lines += [f".. automodule:: {request['module']}", "", f".. currentmodule:: {shown}", ""]
+    lines += [f".. automodule:: {request['module']}", "", f".. currentmodule:: {request['module']}", ""]
     lines += [".. autosummary::", "", *(f"   {name}" for name, x in names.items() if callable(x))]
     for name, thing in names.items():
         if not callable(thing):  # a table or a constant: its docstring would be that of dict

@@ -20,11 +20,18 @@ _LAZY = {
     "Frame": "carom.frame",
     "Block": "carom.block",
     "Pressure": "carom.observables.pressure",
-    "PotentialEnergy": "carom.observables.potential_energy",
+    "PressureTensor": "carom.observables.pressure_tensor",
     "WallPressure": "carom.observables.wall_pressure",
+    "Energy": "carom.observables.energy",
+    "RDF": "carom.observables.pair_distribution",
+    "StructureFactor": "carom.observables.structure_factor",
+    "Dynamics": "carom.observables.dynamics",
+    "BondOrder": "carom.observables.bond_order",
+    "DensityProfile": "carom.observables.density_profile",
+    "FreeFlights": "carom.observables.flights",
+    "Estimate": "carom.observables.statistics",
     "explain": "carom.simulation.explanation",
     "check": "carom.simulation.conditions",
-    "rdf": "carom.observables.rdf",
     "view": "carom.pictures.view",
     "movie": "carom.pictures.movie",
     "CaromError": "carom.errors",
@@ -38,10 +45,16 @@ _MODULES = {
     "io": "carom.io",
     "models": "carom.models",
     "observables": "carom.observables",
-    "plots": "carom.pictures.plots",
+    "results": "carom.results",
     "reference": "carom.reference",
     "studies": "carom.studies",
     "theory": "carom.theory",
+}
+
+_MEANT = {
+    "PotentialEnergy": "carom.Energy",
+    "plots": "the method plot() of a result, or carom.pictures.plots",
+    "rdf": "carom.RDF().over(frames)",
 }
 
 
@@ -57,8 +70,27 @@ def _viewed() -> Any:
     return view
 
 
+def _drawn() -> Any:
+    from carom.pictures.results import draw
+
+    return draw
+
+
+def _name_results() -> Any:
+    return importlib.import_module("carom.observables")
+
+
+def _opened() -> Any:
+    from carom.io.places import open_frames
+
+    return open_frames
+
+
 # Functions that subpackages need from subpackages above them.
+above.install("drawn", _drawn)
 above.install("grown", _grown)
+above.install("name_results", _name_results)
+above.install("opened", _opened)
 above.install("viewed", _viewed)
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]
@@ -69,7 +101,8 @@ def __getattr__(name: str) -> Any:
         return getattr(importlib.import_module(_LAZY[name]), name)
     if name in _MODULES:
         return importlib.import_module(_MODULES[name])
-    raise AttributeError(f"module 'carom' has no attribute {name!r}")
+    meant = f"; take {_MEANT[name]}" if name in _MEANT else ""
+    raise AttributeError(f"module 'carom' has no attribute {name!r}{meant}")
 
 
 def __dir__() -> list[str]:

@@ -1,8 +1,8 @@
 """Calls of a subpackage to one above it, which it cannot import: the package installs the functions.
 
-There are two such calls. ``Scene.random`` makes a dense scene by a simulation, and a frame in a notebook is
-shown by the viewer. ``carom/__init__.py`` installs both functions. Every process that uses a part of Carom
-runs it first, even a worker that imports only a scene.
+``Scene.random`` makes a dense scene by a simulation, a frame in a notebook is shown by the viewer, a result
+draws itself or is loaded, and an observable of frames opens files. ``carom/__init__.py`` installs these
+functions. Every process that uses a part of Carom runs it first, even a worker that imports only a scene.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     import numpy as np
+    from matplotlib.figure import Figure
 
 _answers: dict[str, Callable[[], Callable[..., Any]]] = {}
 
@@ -34,3 +35,19 @@ def viewed(frames: Any) -> str:
     """Return the viewer of a frame or of several as HTML: ``carom.pictures.view.view``."""
     page: str = _answers["viewed"]()(frames)._repr_html_()
     return page
+
+
+def drawn(result: Any, path: Any = None) -> Figure:
+    """Return the picture of a result, and save it at ``path``: ``carom.pictures.results.draw``."""
+    figure: Figure = _answers["drawn"]()(result, path)
+    return figure
+
+
+def name_results() -> None:
+    """Import every module that has a kind of result, so that its name is known to ``carom.results``."""
+    _answers["name_results"]()
+
+
+def opened(path: Any) -> Any:
+    """Return the frames of a file or of the folder of a run, a context: ``carom.io.places.open_frames``."""
+    return _answers["opened"]()(path)

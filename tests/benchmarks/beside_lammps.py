@@ -52,7 +52,7 @@ class Engine:
         before, began = self.sim.time, clock.process_time()
         found = self.sim.measure(carom.Pressure(), time=self.duration)
         self.costs.append((clock.process_time() - began) / (self.sim.time - before))
-        self.z.append(found.compressibility_factor.mean)
+        self.z.append(found.Z.mean)
 
 
 class PseudoHard:

@@ -40,7 +40,7 @@ from carom.block import Block
 from carom.models import ENTERED, Kind, Ranges, SquareWell, Steps, StepTable
 from carom.models.motions.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics
-from carom.simulation import run_loop
+from carom.simulation import flying, run_loop
 from carom.simulation.run_state import RunState
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import StudySpec, scene_spec
@@ -149,7 +149,6 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
         "growth": (plain.with_(diameter=0.99), {"images": False, "growth": 1e-9}),
         "event log": (plain, {"images": False, "event_log": True}),
         "currents": (plain, {"images": False, "currents": True}),
-        "free flights": (plain, {"images": False, "flights": True}),
     }
 
 
@@ -341,8 +340,9 @@ def observables(given: argparse.Namespace) -> None:
         for frame in frames[:20]:
             observable.update(frame)
         print(f"| {name} | {quickest(observable.update, frames[20:]) / collision:.2f} |", flush=True)
-    carom.rdf(frames[:2], rmax=5.0)
-    print(f"| rdf(rmax=5.0) | {quickest(lambda f: carom.rdf([f], rmax=5.0), frames[20:]) / collision:.2f} |")
+    carom.RDF(rmax=5.0).over(frames[:2])
+    cost = quickest(lambda frame: carom.RDF(rmax=5.0).over([frame]), frames[20:])
+    print(f"| RDF(rmax=5.0) | {cost / collision:.2f} |")
 
 
 def quickest(update: Callable[[Any], object], frames: list[Any]) -> float:
@@ -357,17 +357,16 @@ def quickest(update: Callable[[Any], object], frames: list[Any]) -> float:
 
 def counted(given: argparse.Namespace) -> None:
     """Print the rate with currents and with free flights, of the plain scene's, in turn."""
-    settings: dict[str, dict[str, bool]] = {
-        "plain": {}, "currents": {"currents": True}, "free flights": {"flights": True},
-    }  # fmt: skip
+    settings: dict[str, dict[str, bool]] = {"plain": {}, "currents": {"currents": True}, "free flights": {}}
     sims = {name: carom.Simulation(scenes()["plain"][0], seed=1, **more) for name, more in settings.items()}
-    for sim in sims.values():
-        sim.run(collisions_per_particle=40)
-    rates = np.array([[rate(sim, 200_000) for sim in sims.values()] for _ in range(9)])
-    print("| | rate, of plain | bytes a particle |\n|---|---|---|")
-    for name, parts, sim in zip(sims, (rates / rates[:, :1]).T, sims.values(), strict=True):
-        spread = f"{parts.min():.2f} to {parts.max():.2f}"
-        print(f"| {name} | {np.median(parts):.2f} ({spread}) | {size_of(sim):.0f} |")
+    with flying.keeping(sims["free flights"].machine):
+        for sim in sims.values():
+            sim.run(collisions_per_particle=40)
+        rates = np.array([[rate(sim, 200_000) for sim in sims.values()] for _ in range(9)])
+        print("| | rate, of plain | bytes a particle |\n|---|---|---|")
+        for name, parts, sim in zip(sims, (rates / rates[:, :1]).T, sims.values(), strict=True):
+            spread = f"{parts.min():.2f} to {parts.max():.2f}"
+            print(f"| {name} | {np.median(parts):.2f} ({spread}) | {size_of(sim):.0f} |")
 
 
 def work(sim: carom.Simulation) -> None:

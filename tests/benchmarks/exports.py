@@ -11,7 +11,7 @@ import numpy as np
 
 import carom.io
 from carom.frame import Frame
-from carom.observables.rdf import rdf
+from carom.observables import RDF
 
 N, FRAMES, EDGE = 100_000, 5, 56.0
 
@@ -45,7 +45,7 @@ def main():
 
         def distances():
             with carom.io.open(source) as reader:
-                rdf(iter(reader))
+                RDF().over(iter(reader))
 
         told("write H5MD", write)
         told("g(r), compiled or loaded", distances)

@@ -11,8 +11,8 @@ from carom.cli import screen
 from carom.errors import FileError, InputError
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
+from carom.observables import RDF
 from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
-from carom.observables.rdf import rdf
 from carom.pictures import plots
 from carom.pictures.plots import partial_rdf as draw
 from carom.plan.plan import Plan
@@ -76,7 +76,7 @@ def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypa
     pairs = [("a, b", "a, b"), ("a, b", "small"), ("small", "small")]
     assert [name for name in columns if name.startswith("g ")] == [f"g {a}-{b}" for a, b in pairs]
     for (a, b), contact in zip(pairs, (1.0, 0.75, 0.5), strict=True):
-        alone = rdf(frames, pair=(a, b))
+        alone = RDF(pair=(a, b)).over(frames)
         name = f"{a}-{b}"
         assert columns[f"r_lo {name}"][0] == contact
         for key, values in {"r_hi": alone.edges[1:], "g": alone.g, "error": alone.error}.items():

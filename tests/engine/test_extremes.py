@@ -135,7 +135,7 @@ def test_one_part_in_1e9_below_close_packing_has_the_free_volume_pressure(dimens
     sim = carom.Simulation(scene, seed=1)
     run(sim, collisions=50 * scene.n)
     assert_sound(sim, overlap=64 * EPS * max(scene.box))
-    z = sim.measure(carom.Pressure(), collisions=200 * scene.n).compressibility_factor
+    z = sim.measure(carom.Pressure(), collisions=200 * scene.n).Z
     # Free volume: Z -> d / (1 - eta / eta_cp), times (n - 1) / n, up to a constant of order 1 beside 10^9.
     # Gaps of 10^-9 / d are known to 10^-16 times the box.
     limit = dimension / 1e-9 * (scene.n - 1) / scene.n
@@ -221,7 +221,7 @@ def test_velocities_from_1e_150_to_1e150_have_the_same_bits(exponent):
     assert two.statistics.worst_overlap == one.statistics.worst_overlap
     np.testing.assert_array_equal(one.frame().positions, two.frame().positions)
     np.testing.assert_array_equal(np.ldexp(one.frame().velocities, k), two.frame().velocities)
-    z = [sim.measure(carom.Pressure(), collisions=2000).compressibility_factor for sim in (one, two)]
+    z = [sim.measure(carom.Pressure(), collisions=2000).Z for sim in (one, two)]
     assert z[0] == z[1]
 
 

@@ -163,7 +163,7 @@ def beds():
     for d in (2, 3):
         sim = bed([Surface(floor_at(d, d - 1, 0), Loss(0.3, contact_time=0.1))], d)
         lowest = (sim.frame().positions[:, -1] - 0.5 * sim.scene.diameters).tolist()
-        pressure = sim.measure(carom.WallPressure("floor", blocks=16), time=16.0)
+        pressure = sim.measure(carom.WallPressure("floor"), time=16.0, blocks=16)
         found[f"rest {d}"] = hits(sim), lowest, pressure.force.mean, pressure.area
     for path in (Sine(0.25, period=2.0), Sine(0.3, period=1.0, phase=0.25)):
         sim = bed([Shaken(floor_at(2, 1, 0), (0.0, 1.0), path)])

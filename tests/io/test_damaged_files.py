@@ -23,8 +23,8 @@ from carom.io import checkpoint, hdf5
 from carom.io.events import EventLog, read_events, read_initial
 from carom.io.hdf5 import Output
 from carom.io.validation import flaw
+from carom.observables import RDF
 from carom.observables.interrdf import rdf_mdanalysis
-from carom.observables.rdf import rdf
 from carom.simulation.replay import Replay
 
 FLIPS = 100
@@ -519,7 +519,7 @@ def test_any_damage_is_a_sentence_of_the_reader_of_export_and_of_rdf(tmp_path, s
         warnings.simplefilter("ignore", CaromWarning)
         for use in (
             lambda: carom.io.convert(path, target, overwrite=True),
-            lambda: rdf(list(carom.io.open(path))),
+            lambda: RDF().over(list(carom.io.open(path))),
             lambda: carom.io.open(path, "a").close(),
         ):
             with contextlib.suppress(CaromError):

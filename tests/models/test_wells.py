@@ -215,7 +215,7 @@ def test_g_jumps_by_the_exponential_of_the_energy_and_gives_the_pressure_of_the_
         sim.rescale(2.0)
     sim.run(collisions_per_particle=60)
     start = sim.steps
-    pressure = sim.measure(carom.Pressure(blocks=32), collisions=400_000)
+    pressure = sim.measure(carom.Pressure(), collisions=400_000, blocks=32)
     sums = sim.steps - start
     well, core = sums.sides()
     assert (well.distance, core.distance) == (1.5, 1.0)
@@ -223,7 +223,7 @@ def test_g_jumps_by_the_exponential_of_the_energy_and_gives_the_pressure_of_the_
     # Of 256 components at constant energy: kT fluctuates by 2 / (3 n), and with it the exponential.
     finite = 1.0 / sim.scene.n
     assert well.inside / well.outside == pytest.approx(math.exp(1.0 / sums.kT), rel=6.0 * error + finite)
-    z = pressure.compressibility_factor
+    z = pressure.Z
     assert abs(sums.compressibility_factor() - z.mean) < 6.0 * z.error + finite
     assert pressure.kT == pytest.approx(sums.kT, rel=1e-9)
     assert not pressure.note
@@ -475,7 +475,7 @@ def test_a_dilute_gas_has_the_exact_virial_coefficients():
         sim.rescale(2.0)
     sim.run(collisions_per_particle=100)
     start, energies = sim.steps, []
-    pressure = sim.measure(carom.Pressure(blocks=64), collisions=3_000_000)
+    pressure = sim.measure(carom.Pressure(), collisions=3_000_000, blocks=64)
     kT = (sim.steps - start).kT
     for _ in sim.sample(every=2.0, count=1500):
         energies.append(sim.potential_energy / scene.n)
@@ -490,7 +490,7 @@ def test_a_dilute_gas_has_the_exact_virial_coefficients():
 
     beta = 1.0 / kT
     b2, b3 = virial(beta)
-    z, ours = 1.0 + b2 * rho + b3 * rho**2, pressure.compressibility_factor
+    z, ours = 1.0 + b2 * rho + b3 * rho**2, pressure.Z
     # What is left out is of the order of (b0 rho)^3, and 1 / n of the second coefficient.
     rest = (2.0 * math.pi / 3.0 * rho) ** 3 + abs(b2) * rho / scene.n
     assert abs(ours.mean - z) < 4.0 * ours.error + rest

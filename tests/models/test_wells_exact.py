@@ -47,13 +47,13 @@ def measured(sim, kT, collisions, rounds=4):
         sim.rescale(kT)
     sim.run(collisions_per_particle=100)
     start, energies = sim.steps, []
-    pressure = sim.measure(carom.Pressure(blocks=32), collisions=collisions)
+    pressure = sim.measure(carom.Pressure(), collisions=collisions, blocks=32)
     found = (sim.steps - start).kT
     span = sim.time_for(collisions) / 400.0
     for _ in sim.sample(every=span, count=400):
         energies.append(sim.potential_energy / sim.scene.n)
     parts = np.reshape(energies, (20, -1)).mean(axis=1)
-    z = pressure.compressibility_factor
+    z = pressure.Z
     return found, (z.mean, z.error), (parts.mean(), parts.std(ddof=1) / math.sqrt(20))
 
 

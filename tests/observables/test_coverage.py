@@ -53,7 +53,7 @@ def fluid():
     scene = carom.Scene.crystal(cells=3, packing_fraction=0.3)
     sim = carom.Simulation(scene, seed=99, images=False)
     sim.run(collisions_per_particle=200)
-    known = sim.measure(carom.Pressure(blocks=1024), collisions=LONG).compressibility_factor
+    known = sim.measure(carom.Pressure(), collisions=LONG, blocks=1024).Z
     return lambda seed: scene, known.mean
 
 
@@ -65,7 +65,7 @@ SYSTEMS = {
 }
 
 REQUESTS = {
-    "64 blocks": lambda sim: sim.measure(carom.Pressure(blocks=64), collisions=1000),
+    "64 blocks": lambda sim: sim.measure(carom.Pressure(), collisions=1000, blocks=64),
     "256 blocks": lambda sim: sim.measure(carom.Pressure(), collisions=2000),
     "until 3 %": lambda sim: sim.measure(carom.Pressure(), relative_error=0.03),
     "until 1 %": lambda sim: sim.measure(carom.Pressure(), relative_error=0.01),
@@ -81,7 +81,7 @@ def estimates(make, measure, runs):
             sim.run(collisions_per_particle=100)
         # A run to a number of collisions ends with a collision; from there a mean would be biased.
         sim.run(time=0.1 * sim.time_for(1000))
-        found.append(measure(sim).compressibility_factor)
+        found.append(measure(sim).Z)
     return found
 
 

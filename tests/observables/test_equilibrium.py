@@ -253,7 +253,7 @@ def test_errors_of_short_runs_near_freezing_are_right_or_said_to_be_too_small(d,
     for _ in range(runs):
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
-            z = sim.measure(carom.Pressure(), collisions_per_particle=length).compressibility_factor
+            z = sim.measure(carom.Pressure(), collisions_per_particle=length).Z
         means.append(z.mean)
         errors.append(z.error)
         silent.append(not said)

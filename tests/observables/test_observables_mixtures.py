@@ -14,10 +14,9 @@ from carom import Species, theory
 from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.observables import Pressure
+from carom.observables import RDF, Pressure
 from carom.observables.interrdf import rdf_mdanalysis
 from carom.observables.partial_rdf import partial_rdf
-from carom.observables.rdf import rdf
 from carom.scene.scene import Scene
 
 SIX_SIGMA = 6.0
@@ -44,7 +43,7 @@ def points(count: int, n: int, dimension: int, seed: int) -> list[Frame]:
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
 @pytest.mark.parametrize("pair", [(0, 0), (0, 1), (1, 1)])
 def test_an_ideal_mixture_has_partial_distributions_of_one(dimension, pair):
-    distribution = rdf(points(40, 30, dimension, seed=1), pair=pair, bins=4, rmax=2.5)
+    distribution = RDF(pair=pair, bins=4, rmax=2.5).over(points(40, 30, dimension, seed=1))
     assert np.abs((distribution.g - 1) / distribution.error).max() < SIX_SIGMA
     pairs = {(0, 0): 190, (0, 1): 200, (1, 1): 45}[pair]
     # In one dimension rmax is half of the box: every pair is counted.
@@ -63,7 +62,7 @@ def test_partial_counts_are_those_of_every_pair_one_by_one(dimension):
     frame = frame_of(scene.positions, scene.diameters, scene.species, scene.box, names=("big", "small"))
     total = 0
     for a, b in ((0, 0), (0, 1), (1, 1)):
-        one = rdf([frame], pair=(a, b), bins=7, rmax=0.5 * scene.box[0])
+        one = RDF(pair=(a, b), bins=7, rmax=0.5 * scene.box[0]).over([frame])
         assert one.pair == (a, b)
         assert one.diameter == 0.5 * ([1.0, 0.6][a] + [1.0, 0.6][b])
         distances = [
@@ -76,9 +75,11 @@ def test_partial_counts_are_those_of_every_pair_one_by_one(dimension):
         np.testing.assert_array_equal(one.counts, expected)
         assert one.packing_fraction == pytest.approx(0.25, rel=1e-12)
         total += one.counts.sum()
-        named = rdf([frame], pair=(("big", "small")[a], ("big", "small")[b]), bins=7, rmax=0.5 * scene.box[0])
+        named = RDF(pair=(("big", "small")[a], ("big", "small")[b]), bins=7, rmax=0.5 * scene.box[0]).over(
+            [frame]
+        )
         np.testing.assert_array_equal(named.g, one.g)
-        swapped = rdf([frame], pair=(b, a), bins=7, rmax=0.5 * scene.box[0])
+        swapped = RDF(pair=(b, a), bins=7, rmax=0.5 * scene.box[0]).over([frame])
         np.testing.assert_array_equal(swapped.counts, one.counts)
     assert total > 0
 
@@ -86,8 +87,8 @@ def test_partial_counts_are_those_of_every_pair_one_by_one(dimension):
 def test_species_may_touch_at_a_distance_of_their_own():
     frame = frame_of([[1.0, 1.0], [1.7, 1.0], [4.0, 4.0]], [1, 1, 1], [0, 1, 1], (6.0, 6.0))
     with pytest.raises(InputError, match=r"overlap .*contact 1"):
-        rdf([frame], pair=(0, 1))
-    distribution = rdf([frame], pair=(0, 1), contact=0.7, bins=5, rmax=2.0)
+        RDF(pair=(0, 1)).over([frame])
+    distribution = RDF(pair=(0, 1), contact=0.7, bins=5, rmax=2.0).over([frame])
     assert (distribution.edges[0], distribution.counts[0]) == (0.7, 1)
 
 
@@ -98,7 +99,7 @@ def test_the_same_partial_distribution_comes_through_mdanalysis():
     frame = frame_of(scene.positions, scene.diameters, scene.species, scene.box, names=("big", "small"))
     universe = carom.io.universe([frame])
     end = 0.5 * scene.box[0] - 1e-3
-    ours = rdf([frame], pair=("big", "small"), bins=5, rmax=end)
+    ours = RDF(pair=("big", "small"), bins=5, rmax=end).over([frame])
     theirs = rdf_mdanalysis(
         universe, selection="name big", other="name small", bins=5, rmin=0.8, rmax=end, dimension=3
     )
@@ -127,26 +128,26 @@ def test_a_pair_that_is_none_is_refused(arguments, says):
         [[1.0, 1.0], [3.0, 1.0], [5.0, 5.0]], [1, 0.5, 0.5], [0, 1, 1], (7.0, 7.0), names=("a", "b")
     )
     with pytest.raises(InputError, match=says):
-        rdf([frame], **arguments)
+        RDF(**arguments).over([frame])
 
 
 def test_walls_and_frames_without_species_are_refused():
     scene = Scene.random(10, dimension=2, box=8.0)
     plain = Frame(0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses)
     with pytest.raises(InputError, match="no species"):
-        rdf([plain], pair=(0, 1))
+        RDF(pair=(0, 1)).over([plain])
     walled = Frame(
         0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses,
         periodic=(True, False),
     )  # fmt: skip
     with pytest.raises(InputError, match="Axis 1 of the box has walls"):
-        rdf([walled])
+        RDF().over([walled])
 
 
 def test_a_species_of_several_diameters_is_refused():
     frame = frame_of([[1.0, 1.0], [3.0, 1.0], [5.0, 5.0]], [1, 0.5, 0.6], [0, 1, 1], (7.0, 7.0))
     with pytest.raises(InputError, match="Diameters of species 1 differ"):
-        rdf([frame], pair=(0, 1))
+        RDF(pair=(0, 1)).over([frame])
 
 
 def test_pairs_without_room_in_half_of_the_box_are_left_out():
@@ -158,7 +159,7 @@ def test_pairs_without_room_in_half_of_the_box_are_left_out():
 
 
 def test_a_saved_partial_distribution_says_which_it_is(tmp_path):
-    distribution = rdf(points(2, 30, 2, seed=2), pair=(0, 1), bins=4)
+    distribution = RDF(pair=(0, 1), bins=4).over(points(2, 30, 2, seed=2))
     distribution.save(tmp_path / "g.csv")
     assert "# pair: 0 1\n" in (tmp_path / "g.csv").read_text()
     distribution.save(tmp_path / "g.npz")
@@ -171,16 +172,16 @@ def test_the_pressure_of_a_mixture_needs_no_diameter():
     common = {"n": 10, "dimension": 3, "volume": 100.0, "kT": 2.0}
     mixed = Pressure.estimate(blocks, **common, diameter=2.0, packing_fraction=0.1, simple=False)
     equal = Pressure.estimate(blocks, **common, diameter=1.0)
-    assert mixed.compressibility_factor == equal.compressibility_factor
+    assert mixed.Z == equal.Z
     assert mixed.collision_rate == equal.collision_rate
     # P sigma^d / kT with the sigma that was given.
     assert mixed.reduced_pressure.mean == pytest.approx(8 * equal.reduced_pressure.mean, rel=1e-14)
     assert mixed.packing_fraction == 0.1
-    for name in ("contact_value", "compressibility_factor_from_rate"):
+    for name in ("contact_value", "Z_from_rate"):
         assert math.isnan(getattr(mixed, name).mean)
     with pytest.raises(InputError, match="give equation="):
         mixed.infinite_size()
-    assert mixed.infinite_size(theory.carnahan_starling).mean != mixed.compressibility_factor.mean
+    assert mixed.infinite_size(theory.carnahan_starling).mean != mixed.Z.mean
 
 
 @pytest.mark.slow
@@ -193,5 +194,5 @@ def test_contact_values_of_a_binary_fluid_are_those_of_bmcsl():
     frames = list(sim.sample(every=0.2, count=400))
     expected = theory.bmcsl_contact_value(0.3, [0.5, 0.5], diameters)
     for a, b in ((0, 0), (0, 1), (1, 1)):
-        found = rdf(frames, pair=(a, b), rmax=2.0).contact_value
+        found = RDF(pair=(a, b), rmax=2.0).over(frames).contact_value
         assert abs(found.mean - expected[a, b]) < SIX_SIGMA * found.error + 0.01 * expected[a, b]

@@ -8,7 +8,7 @@ import pytest
 from carom import io
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.observables import BondOrder, DensityProfile, Dynamics, Estimate, PairDistribution
+from carom.observables import RDF, BondOrder, DensityProfile, Dynamics, Estimate
 
 N, FRAMES, BOX = 24, 20, (7.0, 5.0, 6.0, 5.5)
 
@@ -47,7 +47,7 @@ def observables(dimension, walls, mixture):
         DensityProfile(axis=dimension - 1, bins=5, species=some),
     ]
     if not walls:
-        found.append(PairDistribution(bins=6, rmax=2.0, pair=("a", "b") if mixture else None))
+        found.append(RDF(bins=6, rmax=2.0, pair=("a", "b") if mixture else None))
     if dimension > 1:
         found += [BondOrder(4, nearest=4, species=some, rmax=2.0, width=0.5), BondOrder(6, reach=2.0)]
     return found
@@ -117,4 +117,4 @@ def test_bonds_on_a_line_and_walls_of_g_of_r_are_refused_from_files_too(tmp_path
     with pytest.raises(InputError, match="on a line"):
         BondOrder(6, nearest=2).update(frame)
     with pytest.raises(InputError, match="walls"):
-        PairDistribution(rmax=2.0).update(frame)
+        RDF(rmax=2.0).update(frame)

@@ -42,7 +42,7 @@ def test_virial_and_collision_count_both_give_the_z_that_made_them(dimension):
     blocks = synthetic_blocks(z, n=n, dimension=dimension, count=200, seed=dimension, duration=0.5, **units)
     volume = 1.3 * n * theory.ball_volume(dimension, units["diameter"]) / 0.2
     result = Pressure.estimate(blocks, n=n, dimension=dimension, volume=volume, **units)
-    virial, count = result.compressibility_factor, result.compressibility_factor_from_rate
+    virial, count = result.Z, result.Z_from_rate
     assert abs(virial.mean - z) < SIX_SIGMA * virial.error
     if dimension == 1:
         assert math.isnan(count.mean)
@@ -63,7 +63,7 @@ def test_every_field_follows_from_the_sums():
     result = Pressure.estimate(blocks, n=n, dimension=d, volume=volume, diameter=diameter, kT=kT)
     z = 1 + 180.0 / (d * n * kT * 8.0)
     eta = n * math.pi / 6 * diameter**3 / volume
-    assert result.compressibility_factor.mean == pytest.approx(z, rel=1e-15)
+    assert result.Z.mean == pytest.approx(z, rel=1e-15)
     assert result.collision_rate.mean == pytest.approx(2 * 122 / (n * 8.0), rel=1e-15)
     assert result.reduced_pressure.mean == pytest.approx(z * n * diameter**3 / volume, rel=1e-15)
     assert result.contact_value.mean == pytest.approx((z - 1) * n / (n - 1) / (4 * eta), rel=1e-14)
@@ -91,8 +91,8 @@ def test_two_spheres_give_the_exact_table():
     result = Pressure.estimate(
         [Block(100 * time, 100, 100 * virial)] * 8, n=n, dimension=d, volume=1.0, diameter=sigma, kT=1.0
     )
-    assert result.compressibility_factor.mean == pytest.approx(z, rel=1e-14)
-    assert result.compressibility_factor_from_rate.mean == pytest.approx(z, rel=1e-14)
+    assert result.Z.mean == pytest.approx(z, rel=1e-14)
+    assert result.Z_from_rate.mean == pytest.approx(z, rel=1e-14)
 
 
 def test_the_estimate_is_scale_free_bit_for_bit():
@@ -101,14 +101,14 @@ def test_the_estimate_is_scale_free_bit_for_bit():
     # Lengths x 4, masses x 1: energies x 16 at equal times.
     scaled = [Block(b.duration, b.collisions, 16.0 * b.virial) for b in blocks]
     two = Pressure.estimate(scaled, n=50, dimension=2, volume=1600.0, diameter=4.0, kT=16.0)
-    assert one.compressibility_factor == two.compressibility_factor
+    assert one.Z == two.Z
     assert one.contact_value == two.contact_value
     assert one.reduced_pressure == two.reduced_pressure
 
 
 def test_one_particle_has_z_one_exactly():
     result = Pressure.estimate([Block(1.0, 0, 0.0)] * 4, n=1, dimension=3, volume=2.0, diameter=1.0, kT=1.0)
-    z = result.compressibility_factor
+    z = result.Z
     assert (z.mean, z.error) == (1.0, 0.0)
     assert result.reduced_pressure.mean == 0.5
     assert math.isnan(result.contact_value.mean)
@@ -120,8 +120,8 @@ def test_no_collision_leaves_the_error_infinite_and_warns():
         result = Pressure.estimate(
             [Block(1.0, 0, 0.0)] * 32, n=2, dimension=3, volume=1e6, diameter=1.0, kT=1.0
         )
-    assert result.compressibility_factor.mean == 1.0
-    assert result.compressibility_factor.error == math.inf
+    assert result.Z.mean == 1.0
+    assert result.Z.error == math.inf
     assert result.contact_value.error == math.inf
     assert "inf" in str(result)
 
@@ -131,7 +131,7 @@ def test_one_block_has_an_infinite_error_and_warns():
         result = Pressure.estimate(
             [Block(1.0, 100, 99.0)], n=9, dimension=2, volume=20.0, diameter=1.0, kT=1.0
         )
-    assert result.compressibility_factor.error == math.inf
+    assert result.Z.error == math.inf
 
 
 def test_blocks_without_duration_are_left_out():
@@ -148,12 +148,6 @@ def test_impossible_parameters_are_refused(name, value):
     kwargs = {"n": 5, "dimension": 2, "volume": 9.0, "diameter": 1.0, "kT": 1.0, "mass": 1.0, name: value}
     with pytest.raises(InputError, match=name):
         Pressure.estimate([Block(1.0, 5, 5.0)], **kwargs)
-
-
-@pytest.mark.parametrize("blocks", [0, 1, 2.5, True])
-def test_a_request_for_too_few_blocks_is_refused(blocks):
-    with pytest.raises(InputError, match="at least 2"):
-        Pressure(blocks=blocks)
 
 
 def test_finite_size_correction_keeps_the_error_and_removes_the_known_shift():
@@ -179,7 +173,7 @@ def test_the_correction_to_infinite_size_warns_where_images_are_felt():
 def test_the_error_of_the_contact_value_is_that_of_z():
     blocks = synthetic_blocks(3.2, n=500, dimension=3, count=200, seed=3)
     found = Pressure.estimate(blocks, n=500, dimension=3, volume=900.0, diameter=1.0, kT=1.0)
-    z, contact = found.compressibility_factor, found.contact_value
+    z, contact = found.Z, found.contact_value
     assert contact.error / contact.mean == pytest.approx(z.error / (z.mean - 1), rel=1e-12)
 
 
@@ -187,9 +181,7 @@ def test_pulls_of_the_pressure_have_unit_variance():
     pulls = []
     for seed in range(300):
         blocks = synthetic_blocks(3.2, n=50, dimension=3, count=128, seed=seed, duration=1.0)
-        z = Pressure.estimate(
-            blocks, n=50, dimension=3, volume=90.0, diameter=1.0, kT=1.0
-        ).compressibility_factor
+        z = Pressure.estimate(blocks, n=50, dimension=3, volume=90.0, diameter=1.0, kT=1.0).Z
         pulls.append((z.mean - 3.2) / z.error)
     # chi squared of 300, at 1e-4 on either side, and t of some 40 degrees of freedom: 2 %.
     assert 0.85 < np.std(pulls) < 1.18
@@ -213,5 +205,5 @@ def test_there_is_no_pressure_where_a_motion_changes_the_momentum():
     with pytest.raises(InputError, match="GreatCircles bends"):
         Pressure().of_scene(blocks, Scene(places, 8.0, diameter=0.5, motion=GreatCircles()), kT=1.0)
     for motion in (None, Gravity((0.0, 0.0, 0.0)), Drift()):
-        z = Pressure().of_scene(blocks, scene.with_(motion=motion), kT=1.0).compressibility_factor
+        z = Pressure().of_scene(blocks, scene.with_(motion=motion), kT=1.0).Z
         assert z.mean == 1.5

@@ -10,9 +10,9 @@ import pytest
 from carom import theory
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.observables import RDF
 from carom.observables.contact import contact_value
 from carom.observables.interrdf import rdf_mdanalysis
-from carom.observables.rdf import rdf
 
 DATA = Path(__file__).parents[1] / "data"
 SIX_SIGMA = 6.0
@@ -52,7 +52,7 @@ def exact_tonks(r, n, rho):
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5, 6])
 def test_an_ideal_gas_has_g_one_in_every_dimension(dimension):
     frames = ideal_gas(dimension, 200, 40, dimension)
-    result = rdf(frames, bins=10)
+    result = RDF(bins=10).over(frames)
     # Counts of independent pairs are Poisson; the shell is known, so that their mean is.
     volume = theory.ball_volume(dimension) * np.diff((2 * result.edges) ** dimension)
     expected = 40 * 200 * 199 / 2 * volume / math.prod(frames[0].box)
@@ -63,7 +63,7 @@ def test_an_ideal_gas_has_g_one_in_every_dimension(dimension):
 
 
 def test_errors_of_an_ideal_gas_are_those_of_independent_pairs():
-    result = rdf(ideal_gas(2, 100, 256, 1), bins=20)
+    result = RDF(bins=20).over(ideal_gas(2, 100, 256, 1))
     poisson = np.sqrt(result.counts) * result.g / result.counts
     # A standard error from about 256 blocks is known to 1 / sqrt(512); 20 bins, six sigma.
     assert (np.abs(result.error / poisson - 1) < SIX_SIGMA / math.sqrt(512)).all()
@@ -71,8 +71,8 @@ def test_errors_of_an_ideal_gas_are_those_of_independent_pairs():
 
 def test_correlated_frames_have_larger_errors():
     independent = ideal_gas(2, 100, 64, 2)
-    once = rdf(independent, bins=10)
-    is_periodic = rdf([f for f in independent for _ in range(8)], bins=10)
+    once = RDF(bins=10).over(independent)
+    is_periodic = RDF(bins=10).over([f for f in independent for _ in range(8)])
     np.testing.assert_array_equal(once.g, is_periodic.g)
     # Eight copies of a frame are one sample. Each ratio is known to about 1 / sqrt(blocks) = 0.25.
     assert np.mean(is_periodic.error / once.error) == pytest.approx(1.0, abs=SIX_SIGMA * 0.25 / math.sqrt(10))
@@ -90,7 +90,7 @@ def test_cubic_lattices_have_their_shells(dimension, shells):
     )
     n = len(sites)
     # The lattice is one of contacts; the shift makes pairs meet across every face.
-    result = rdf([frame(np.mod(sites + 0.75, cells), (cells,) * dimension)], width=0.05, rmax=1.8)
+    result = RDF(width=0.05, rmax=1.8).over([frame(np.mod(sites + 0.75, cells), (cells,) * dimension)])
     assert result.counts[0] == n * shells[0] // 2
     for squared, neighbours in zip((2, 3), shells[1:], strict=True):
         k = int(np.searchsorted(result.edges, math.sqrt(squared)) - 1)
@@ -102,7 +102,9 @@ def test_cubic_lattices_have_their_shells(dimension, shells):
 
 
 def test_boxes_of_unequal_edges_count_images_along_each():
-    result = rdf([frame([[0.1, 0.1], [3.9, 0.1], [0.1, 6.8]], (4.0, 7.0), diameter=0.1)], bins=20, rmax=1.0)
+    result = RDF(bins=20, rmax=1.0).over(
+        [frame([[0.1, 0.1], [3.9, 0.1], [0.1, 6.8]], (4.0, 7.0), diameter=0.1)]
+    )
     # 0.2 apart through one face, 0.3 through the other, and their diagonal.
     distances = np.sort([0.2, 0.3, math.hypot(0.2, 0.3)])
     np.testing.assert_array_equal(result.counts, np.histogram(distances, result.edges)[0])
@@ -110,7 +112,7 @@ def test_boxes_of_unequal_edges_count_images_along_each():
 
 def test_rods_have_the_exact_g_and_contact_value():
     n, rho, count = 50, 0.5, 400
-    result = rdf(tonks_frames(n, rho, count, 3), width=0.05, rmax=2.0)
+    result = RDF(width=0.05, rmax=2.0).over(tonks_frames(n, rho, count, 3))
     exact = np.array(
         [
             np.mean(exact_tonks(np.linspace(lo, hi, 101), n, rho))
@@ -130,7 +132,9 @@ def test_rods_have_the_exact_g_and_contact_value():
 
 def test_contact_errors_of_rods_are_their_scatter():
     n, rho, runs = 50, 0.6, 40
-    values = [rdf(tonks_frames(n, rho, 64, [5, k]), width=0.05, rmax=1.5).contact_value for k in range(runs)]
+    values = [
+        RDF(width=0.05, rmax=1.5).over(tonks_frames(n, rho, 64, [5, k])).contact_value for k in range(runs)
+    ]
     pulls = np.array([(v.mean - 1 / (1 - rho)) / v.error for v in values])
     # Student t with some 60 degrees of freedom: mean 0, variance 1, each known from 40 runs.
     assert abs(pulls.mean()) < SIX_SIGMA / math.sqrt(runs)
@@ -139,8 +143,8 @@ def test_contact_errors_of_rods_are_their_scatter():
 
 def test_contact_errors_do_not_shrink_when_frames_are_repeated():
     frames = list(tonks_frames(50, 0.6, 128, 8))
-    once = rdf(frames, width=0.05, rmax=1.5).contact_value
-    is_periodic = rdf([f for f in frames for _ in range(16)], width=0.05, rmax=1.5).contact_value
+    once = RDF(width=0.05, rmax=1.5).over(frames).contact_value
+    is_periodic = RDF(width=0.05, rmax=1.5).over([f for f in frames for _ in range(16)]).contact_value
     # The histogram is the same in proportion; the fit stops within a hundredth of its error.
     assert is_periodic.mean == pytest.approx(once.mean, abs=0.05 * once.error)
     assert is_periodic.error > 0.5 * once.error
@@ -167,7 +171,7 @@ def test_contact_value_of_reference_histograms_is_the_one_that_z_implies(rho):
 def test_g_does_not_depend_on_the_unit_of_length():
     small = list(tonks_frames(30, 0.5, 20, 4))
     large = [frame(4.0 * f.positions, [4.0 * f.box[0]], 4.0) for f in small]
-    one, two = rdf(small, width=0.125, rmax=2.0), rdf(large, width=0.5, rmax=8.0)
+    one, two = RDF(width=0.125, rmax=2.0).over(small), RDF(width=0.5, rmax=8.0).over(large)
     np.testing.assert_array_equal(one.counts, two.counts)
     np.testing.assert_array_equal(one.g, two.g)
     np.testing.assert_array_equal(4.0 * one.edges, two.edges)
@@ -175,12 +179,14 @@ def test_g_does_not_depend_on_the_unit_of_length():
 
 def test_bins_begin_at_contact_and_end_at_half_the_box():
     frames = list(tonks_frames(6, 0.5, 2, 1))
-    assert rdf(frames).edges[0] == 1.0
+    assert RDF().over(frames).edges[0] == 1.0
     # 5 diameters and half of the edge of 12 are both possible; the nearer one is taken.
-    assert rdf(frames).edges[-1] == 5.0
-    assert rdf(frames, rmax=6.0, bins=10).edges[-1] == 6.0
-    np.testing.assert_allclose(rdf(frames, bins=10, width=0.25).edges, 1 + 0.25 * np.arange(11), rtol=1e-15)
-    assert rdf(frames, width=0.7, rmax=2.0).edges[-1] == pytest.approx(1.7, rel=1e-15)
+    assert RDF().over(frames).edges[-1] == 5.0
+    assert RDF(rmax=6.0, bins=10).over(frames).edges[-1] == 6.0
+    np.testing.assert_allclose(
+        RDF(bins=10, width=0.25).over(frames).edges, 1 + 0.25 * np.arange(11), rtol=1e-15
+    )
+    assert RDF(width=0.7, rmax=2.0).over(frames).edges[-1] == pytest.approx(1.7, rel=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -203,36 +209,36 @@ def test_bins_begin_at_contact_and_end_at_half_the_box():
 def test_impossible_bins_are_refused(arguments, message):
     frames = [frame([[0.5, 0.5], [2.5, 2.5]], (5.0, 8.0))]
     with pytest.raises(InputError, match=message):
-        rdf(frames, **arguments)
+        RDF(**arguments).over(frames)
 
 
 def test_unusable_frames_are_refused():
     good = frame([[0.5, 0.5], [2.5, 2.5]], (5.0, 8.0))
     with pytest.raises(InputError, match="No frame"):
-        rdf([])
+        RDF().over([])
     for frames in (good, 3):
         with pytest.raises(InputError, match="list or an iterator of frames"):
-            rdf(frames)
+            RDF().over(frames)
     with pytest.raises(InputError, match="two or more"):
-        rdf([frame([[0.5, 0.5]], (5.0, 8.0))])
+        RDF().over([frame([[0.5, 0.5]], (5.0, 8.0))])
     with pytest.raises(InputError, match="Particles 0 and 1 overlap"):
-        rdf([frame([[0.5, 0.5], [0.5, 1.25]], (5.0, 8.0))])
+        RDF().over([frame([[0.5, 0.5], [0.5, 1.25]], (5.0, 8.0))])
     with pytest.raises(InputError, match="Frame 1 has box"):
-        rdf([good, frame(good.positions, (5.0, 9.0))])
+        RDF().over([good, frame(good.positions, (5.0, 9.0))])
     unequal = Frame(0.0, 0, good.positions, good.velocities, good.box, np.array([1.0, 0.5]), good.masses)
     with pytest.raises(InputError, match=r"from 0\.5 to 1"):
-        rdf([unequal])
+        RDF().over([unequal])
     with pytest.raises(InputError, match="other diameters"):
-        rdf([good, frame(good.positions, good.box, 0.5)])
+        RDF().over([good, frame(good.positions, good.box, 0.5)])
 
 
 def test_a_box_too_small_for_any_bin_is_refused():
     with pytest.raises(InputError, match="must exceed"):
-        rdf([frame([[0.0, 0.0], [0.9, 0.9]], (1.8, 1.8))])
+        RDF().over([frame([[0.0, 0.0], [0.9, 0.9]], (1.8, 1.8))])
 
 
 def test_csv_holds_every_digit(tmp_path):
-    result = rdf(tonks_frames(30, 0.5, 20, 4), width=0.1, rmax=2.0)
+    result = RDF(width=0.1, rmax=2.0).over(tonks_frames(30, 0.5, 20, 4))
     result.save(tmp_path / "g.csv")
     lines = (tmp_path / "g.csv").read_text().splitlines()
     assert "# n: 30" in lines
@@ -244,7 +250,7 @@ def test_csv_holds_every_digit(tmp_path):
 
 
 def test_npz_is_read_without_pickle(tmp_path):
-    result = rdf(tonks_frames(30, 0.5, 20, 4), width=0.1, rmax=2.0)
+    result = RDF(width=0.1, rmax=2.0).over(tonks_frames(30, 0.5, 20, 4))
     result.save(tmp_path / "g.npz")
     with np.load(tmp_path / "g.npz", allow_pickle=False) as stored:
         np.testing.assert_array_equal(stored["g"], result.g)
@@ -253,10 +259,10 @@ def test_npz_is_read_without_pickle(tmp_path):
 
 
 def test_unwritable_and_unknown_files_are_refused(tmp_path):
-    result = rdf(tonks_frames(30, 0.5, 2, 4), width=0.1, rmax=2.0)
+    result = RDF(width=0.1, rmax=2.0).over(tonks_frames(30, 0.5, 2, 4))
     with pytest.raises(FileError, match="cannot be written"):
         result.save(tmp_path / "missing" / "g.csv")
-    with pytest.raises(FileError, match=r"\.csv or \.npz"):
+    with pytest.raises(FileError, match=r"\.json, \.csv or \.npz"):
         result.save(tmp_path / "g.pickle")
 
 
@@ -275,7 +281,7 @@ def test_mdanalysis_finds_the_same_pairs(dimension):
     universe = MDAnalysis.Universe.empty(n, trajectory=True)
     # In the plane the third edge is a placeholder.
     universe.load_new(coordinates, order="fac", dimensions=[*(*box, 8.0)[:3], 90, 90, 90])
-    ours = rdf(frames, bins=30, rmax=3.0)
+    ours = RDF(bins=30, rmax=3.0).over(frames)
     theirs = rdf_mdanalysis(universe, bins=30, rmax=3.0)
     assert theirs.dimension == dimension
     # A distance within float32 rounding of an edge may fall on its other side: of 5 * 11175 pairs, some

@@ -20,8 +20,6 @@ def sim():
 class Energies:
     """Kinetic energy of every frame."""
 
-    blocks = 8
-
     def update(self, frame):
         return 0.5 * np.sum(frame.masses[:, None] * frame.velocities**2)
 
@@ -36,8 +34,6 @@ class Rates:
 class Displacements:
     """Mean square displacement from the first frame, by hand."""
 
-    blocks = 4
-
     def __init__(self):
         self.start, self.values = None, []
 
@@ -51,7 +47,7 @@ class Displacements:
 
 
 def test_what_update_returns_gets_an_error_bar(sim):
-    energy = sim.measure(Energies(), time=2.0)
+    energy = sim.measure(Energies(), time=2.0, blocks=8)
     assert energy.mean == pytest.approx(1.5 * 107)  # d (n - 1) / 2 kT, conserved
     assert energy.error < 1e-9 * energy.mean
     rate, virial = sim.measure(Rates(), time=20.0)
@@ -63,7 +59,7 @@ def test_what_update_returns_gets_an_error_bar(sim):
 
 
 def test_measure_and_sample_show_an_observable_the_same_frames(sim):
-    measured = sim.measure(Displacements(), time=2.0)
+    measured = sim.measure(Displacements(), time=2.0, blocks=4)
     assert len(measured) == 5  # at the start, and after each block
     again = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     seen = Displacements()
@@ -74,7 +70,7 @@ def test_measure_and_sample_show_an_observable_the_same_frames(sim):
 
 
 def test_error_bars_of_a_loop_are_those_of_measure(sim):
-    measured = sim.measure(Energies(), time=2.0)
+    measured = sim.measure(Energies(), time=2.0, blocks=8)
     again = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     energies = Energies()
     values = [energies.update(again.frame())]
@@ -83,7 +79,7 @@ def test_error_bars_of_a_loop_are_those_of_measure(sim):
 
 
 def test_a_number_of_collisions_is_as_good_as_a_time(sim):
-    assert len(sim.measure(Displacements(), collisions_per_particle=20)) == 5
+    assert len(sim.measure(Displacements(), collisions_per_particle=20, blocks=4)) == 5
 
 
 class Nothing:
@@ -101,6 +97,13 @@ class Words:
         return "much"
 
 
+class Counted:
+    blocks = 8
+
+    def update(self, frame):
+        return 1.0
+
+
 class Phases:
     def update(self, frame):
         return np.exp(1j * frame.positions[:, 0]).mean()
@@ -115,6 +118,7 @@ class Phases:
         (Nameless(), "name its one parameter frame or block"),
         (Words(), "expected a number"),
         (Phases(), "real and imaginary part"),
+        (Counted(), r"argument of measure\(\.\.\., blocks=\)"),
     ],
 )
 def test_what_is_no_observable_is_told_what_is_missing(sim, observable, says):

@@ -25,7 +25,7 @@ def sim():
 
 @pytest.mark.parametrize("relative_error", [3e-2, 1e-2, 3e-3])
 def test_a_measurement_reaches_the_relative_error_it_was_asked_for(sim, relative_error):
-    z = sim.measure(PRESSURE, relative_error=relative_error).compressibility_factor
+    z = sim.measure(PRESSURE, relative_error=relative_error).Z
     assert z.error <= relative_error * z.mean
     assert min(z.n_eff, z.blocks) >= FLOOR
 
@@ -35,7 +35,7 @@ def test_a_measurement_takes_no_more_than_the_law_of_large_numbers_asks(sim):
     # error bar from the 256 blocks that there are at least in the end is known to sqrt(6 / 255); four of
     # these, a tenth for a last look that came late, and a tenth for the law itself.
     before = sim.collisions
-    z = sim.measure(PRESSURE, relative_error=2e-3).compressibility_factor
+    z = sim.measure(PRESSURE, relative_error=2e-3).Z
     expected = (1.1 * (z.mean - 1) / z.mean / 2e-3) ** 2
     known = 4 * math.sqrt(6 / 255)
     assert (1 - known) / 1.1 * expected < sim.collisions - before < (1 + known) * 1.1 * 1.1 * expected
@@ -65,7 +65,7 @@ def test_a_pilot_predicts_what_is_still_to_come(sim):
         predictions.append(prediction)
         done.append(sim.collisions)
 
-    z = sim.measure(PRESSURE, relative_error=2e-3, predicted=look).compressibility_factor
+    z = sim.measure(PRESSURE, relative_error=2e-3, predicted=look).Z
     first, last = predictions[0], predictions[-1]
     # The square of the pilot's error bar, from 64 blocks, is known to sqrt(6 / 63); four of these.
     total, known = done[0] + first.collisions, 1 + 4 * math.sqrt(6 / 63)
@@ -78,16 +78,16 @@ def test_a_pilot_predicts_what_is_still_to_come(sim):
 def test_the_wall_time_bounds_a_request_out_of_reach(sim):
     began = time.perf_counter()
     fractions = []
-    with pytest.warns(CaromWarning, match="max_walltime"):
-        z = sim.measure(PRESSURE, relative_error=1e-9, max_walltime=0.3, progress=fractions.append)
+    with pytest.warns(CaromWarning, match="walltime"):
+        z = sim.measure(PRESSURE, relative_error=1e-9, walltime=0.3, progress=fractions.append)
     assert 0.3 <= time.perf_counter() - began < 10.0
-    assert z.compressibility_factor.error > 1e-9
+    assert z.Z.error > 1e-9
     assert fractions == sorted(fractions)
 
 
 def test_hardly_any_wall_time_leaves_an_estimate_and_warnings(sim):
     with pytest.warns(CaromWarning):
-        z = sim.measure(PRESSURE, relative_error=1e-3, max_walltime=1e-9).compressibility_factor
+        z = sim.measure(PRESSURE, relative_error=1e-3, walltime=1e-9).Z
     assert math.isfinite(z.mean)
 
 
@@ -103,7 +103,7 @@ def test_a_measurement_has_one_length(sim):
     with pytest.raises(InputError, match="exactly one"):
         sim.measure(PRESSURE)
     with pytest.raises(InputError, match="go with relative_error"):
-        sim.measure(PRESSURE, time=1.0, max_walltime=1.0)
+        sim.measure(PRESSURE, time=1.0, walltime=1.0)
 
 
 def test_a_lonely_sphere_has_nothing_to_measure():
@@ -140,8 +140,8 @@ def test_anticorrelated_blocks_do_not_wait_for_ever():
     # Ten rods on a ring move periodically: blocking always ends with 16 blocks, fewer than the floor.
     sim = carom.Simulation(carom.Scene.random(10, dimension=1, density=0.5, seed=1), seed=1)
     with warnings.catch_warnings():
-        warnings.simplefilter("error", CaromWarning)  # that max_walltime came first
-        z = sim.measure(PRESSURE, relative_error=1e-3, max_walltime=30.0).compressibility_factor
+        warnings.simplefilter("error", CaromWarning)  # that walltime came first
+        z = sim.measure(PRESSURE, relative_error=1e-3, walltime=30.0).Z
     assert z.error <= 1e-3 * z.mean
     assert abs(z.mean - 1.9) < 4 * z.error
 

@@ -21,7 +21,7 @@ MADE = (
     "    for k in range(101):\n"
     "        shown(k / 100)",
     "carom.Block(1.0, 2000, 3.5)",
-    "carom.plots.snapshot(frame)",
+    "from carom.pictures import plots; plots.snapshot(frame)",
     "frame",
 )
 
@@ -29,7 +29,7 @@ RUN = (
     "import carom\n"
     "sim = carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.3), seed=1)\n"
     "sim.run(collisions=2000, progress=True)",
-    "sim.measure(carom.Pressure(blocks=16), collisions=3000, progress=True)",
+    "sim.measure(carom.Pressure(), collisions=3000, progress=True, blocks=16)",
     "sim.statistics",
 )
 

@@ -15,8 +15,8 @@ from carom import theory
 from carom.block import Block
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.observables import RDF
 from carom.observables.pressure import Pressure
-from carom.observables.rdf import rdf
 from carom.observables.statistics import Estimate
 from carom.pictures import plots
 from carom.pictures.paper import WARM
@@ -49,7 +49,7 @@ def test_pressure_draws_the_mean_and_theory_at_finite_n(dimension, tmp_path):
     axes = figure.axes[0]
     lines = {line.get_label(): line for line in axes.lines}
     running = next(line for label, line in lines.items() if label.startswith("running"))
-    assert running.get_ydata()[-1] == pytest.approx(result.compressibility_factor.mean, rel=1e-12)
+    assert running.get_ydata()[-1] == pytest.approx(result.Z.mean, rel=1e-12)
     if dimension == 3:
         shown = next(line.get_ydata()[0] for label, line in lines.items() if label.startswith("Carnahan"))
         eta = result.packing_fraction
@@ -59,7 +59,7 @@ def test_pressure_draws_the_mean_and_theory_at_finite_n(dimension, tmp_path):
         # No equation of state is known there, and none is drawn.
         assert len(lines) == 2
     low, high = axes.get_ylim()
-    assert low < result.compressibility_factor.mean < high
+    assert low < result.Z.mean < high
     assert is_png(tmp_path / "p.png")
 
 
@@ -100,7 +100,7 @@ def test_many_blocks_are_drawn_as_means_that_keep_the_mean():
     # 1000 blocks in groups of 16: the last one has 8.
     weights = np.append(np.full(62, 16), 8)
     mean = np.average(points.get_ydata(), weights=weights)
-    assert mean == pytest.approx(result.compressibility_factor.mean, rel=1e-12)
+    assert mean == pytest.approx(result.Z.mean, rel=1e-12)
 
 
 def test_a_pressure_of_infinite_error_is_drawn_without_a_band():
@@ -108,7 +108,7 @@ def test_a_pressure_of_infinite_error_is_drawn_without_a_band():
     assert len(plots.pressure(one).axes[0].lines) >= 2
     result = estimate(3)
     unknown = Estimate(2.0, math.inf, 0.0, math.inf, 1)
-    figure = plots.pressure(type(result)(**{**vars(result), "compressibility_factor": unknown}))
+    figure = plots.pressure(type(result)(**{**vars(result), "Z": unknown}))
     assert not figure.axes[0].collections
 
 
@@ -124,7 +124,7 @@ def test_rdf_draws_g_and_both_contact_values(tmp_path):
     for _ in range(20):
         gaps = rng.dirichlet(np.ones(30)) * 30.0
         frames.append(frame(np.mod(np.cumsum(gaps + 1.0), 60.0)[:, None], (60.0,)))
-    distribution = rdf(frames, width=0.05)
+    distribution = RDF(width=0.05).over(frames)
     implied = Estimate(2.0, 0.01, 100.0, 1.0, 64)
     figure = plots.rdf(distribution, contact_value=implied, path=tmp_path / "g.png")
     axes = figure.axes[0]
@@ -139,7 +139,7 @@ def test_rdf_draws_g_and_both_contact_values(tmp_path):
 
 def test_rdf_of_point_particles_has_no_contact():
     rng = np.random.default_rng(2)
-    figure = plots.rdf(rdf([frame(rng.random((50, 2)), (1.0, 1.0), diameter=0.0)], bins=20))
+    figure = plots.rdf(RDF(bins=20).over([frame(rng.random((50, 2)), (1.0, 1.0), diameter=0.0)]))
     assert not figure.axes[0].child_axes
 
 
@@ -194,7 +194,7 @@ def test_pictures_leave_pyplot_alone():
     import subprocess
 
     script = (
-        "import sys; from carom import plots; from carom.frame import Frame; import numpy as np; "
+        "import sys; from carom.pictures import plots; from carom.frame import Frame; import numpy as np; "
         "x = np.zeros((1, 2)); plots.snapshot(Frame(0.0, 0, x, x, (2.0, 2.0), np.ones(1), np.ones(1))); "
         "sys.exit('matplotlib.pyplot' in sys.modules)"
     )
@@ -218,10 +218,10 @@ def test_every_picture_of_numbers_holds_its_data_within_its_axes():
     strays = {*figure.axes[0].collections, figure.axes[0].lines[0]}
     assert not outside(figure, but=lambda artist: artist in strays)
     (running,) = [line for line in figure.axes[0].lines if "running" in line.get_label()]
-    assert running.get_ydata()[-1] == pytest.approx(found.compressibility_factor.mean, rel=1e-12)
+    assert running.get_ydata()[-1] == pytest.approx(found.Z.mean, rel=1e-12)
     rng = np.random.default_rng(1)
     places = [lattice(3, 5).positions + 0.1 * rng.random((125, 3)) for _ in range(20)]
-    g = rdf([frame(each, (5.5,) * 3, 1.0 - 0.1 * 3**0.5) for each in places])
+    g = RDF().over([frame(each, (5.5,) * 3, 1.0 - 0.1 * 3**0.5) for each in places])
     figure = plots.rdf(g)
     # Errors reach below zero where few pairs are seen, and the zero below contact is cut off at the left.
     cut = {c for axes in (figure.axes[0], *figure.axes[0].child_axes) for c in axes.collections}

@@ -48,14 +48,14 @@ def told(name, *found):
     print(name, seen.hexdigest())
 
 for d in (2, 3):
-    pair = carom.observables.PairDistribution(rmax=3.0, width=0.1, pair=(0, 1))
-    order = carom.observables.BondOrder(rmax=2.0, width=0.2)
-    motion = carom.observables.Dynamics(shells=4)
+    pair = carom.RDF(rmax=3.0, width=0.1, pair=(0, 1))
+    order = carom.BondOrder(rmax=2.0, width=0.2)
+    motion = carom.Dynamics(shells=4)
     for observable in (pair, order, motion):
         for frame in frames(d):
             observable.update(frame)
         told(f"{type(observable).__name__} in {d}D", observable.result())
-    told(f"g(r) in {d}D", carom.rdf(list(frames(d, kinds=1))[:1], rmax=3.0, width=0.1))
+    told(f"g(r) in {d}D", carom.RDF(rmax=3.0, width=0.1).over(list(frames(d, kinds=1))[:1]))
 two = [carom.Species(count=20), carom.Species(count=12, diameter=1.4)]
 scene = carom.Scene.random(species=two, packing_fraction=0.1, seed=1)
 told("box and places of a mixture", scene.positions, np.array(scene.box), scene.packing_fraction)

@@ -9,7 +9,7 @@ import pytest
 from helpers.mixtures import mixed, mixture
 
 from carom import InputError, Scene, Simulation, Species, io, studies
-from carom.observables.rdf import rdf
+from carom.observables import RDF
 from carom.plan.plan import Plan
 from carom.scene.species import pair_name
 
@@ -64,7 +64,7 @@ def test_a_run_with_an_empty_species_has_a_summary(tmp_path, counts):
         assert frame.species_names == NAMES
         assert np.bincount(frame.species, minlength=3).tolist() == list(counts)
     with pytest.raises(InputError, match="too few components"):
-        rdf([frame], pair=(empty[-1], empty[-1]))
+        RDF(pair=(empty[-1], empty[-1])).over([frame])
 
 
 def test_a_fraction_that_rounds_to_no_component_leaves_the_summary_whole(tmp_path):
@@ -101,9 +101,9 @@ def test_a_species_whose_name_is_a_number_is_found_by_its_name():
         seed=1,
     )
     frame = Simulation(scene, seed=1).frame()
-    assert rdf([frame], pair=("1", "1")).counts.sum() == rdf([frame], pair=(0, 0)).counts.sum()
+    assert RDF(pair=("1", "1")).over([frame]).counts.sum() == RDF(pair=(0, 0)).over([frame]).counts.sum()
     unnamed = dataclasses.replace(frame, species_names=())
-    assert rdf([unnamed], pair=("1", "1")).counts.sum() == rdf([frame], pair=(1, 1)).counts.sum()
+    assert RDF(pair=("1", "1")).over([unnamed]).counts.sum() == RDF(pair=(1, 1)).over([frame]).counts.sum()
 
 
 @pytest.mark.parametrize("counts", COUNTS)

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 import carom
 from carom.cells import Grid, SortedCells
 from carom.frame import Frame
-from carom.observables.rdf import rdf
+from carom.observables import RDF
 from carom.scene import overlaps, placement
 from carom.scene.nearby import near_pairs
 from carom.scene.overlaps import Room
@@ -73,7 +73,7 @@ def test_many_random_spheres_are_legal_disordered_and_repeat_with_their_seed(dim
     assert (np.abs(amplitude) ** 2 / n).max() < 30.0
     # Far away g is that of a gas, to five times the counting error of 20 000 spheres.
     frame = Frame(0.0, 0, x, 0 * x, first.box, first.diameters, first.masses)
-    far = rdf([frame], rmax=6.0)
+    far = RDF(rmax=6.0).over([frame])
     assert np.abs(far.g[far.r > 5.0] - 1.0).max() < 5.0 * far.error[far.r > 5.0].max()
 
 

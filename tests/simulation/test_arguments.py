@@ -33,7 +33,7 @@ WRONG = [math.nan, math.inf, -math.inf, -5, "5", None, True, [1], object()]
         lambda sim, x: sim.run(collisions_per_particle=x),
         lambda sim, x: list(sim.sample(every=x, count=1)),
         lambda sim, x: sim.rescale(x),
-        lambda sim, x: carom.Pressure(blocks=x),
+        lambda sim, x: sim.measure(carom.Pressure(), time=1.0, blocks=x),
         lambda sim, x: carom.WallPressure(0, area=x) if x is not None else sim.run(time=x),
     ],
 )

@@ -29,7 +29,7 @@ def test_spheres_that_cool_have_the_pressure_of_enskog():
         sim.run(collisions_per_particle=20)
         before = sim.kT
         result = sim.measure(Pressure(), collisions_per_particle=100)
-        found.append(result.compressibility_factor)
+        found.append(result.Z)
         assert sim.kT < 0.05 * before
         assert sim.kT < result.kT < before
         assert result.pressure.mean == pytest.approx(found[-1].mean * result.kT * n / scene.volume)
@@ -69,7 +69,7 @@ def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
     result = sim.measure(Pressure(), time=duration)
     z, kT, fractions, contact = along(eta, n, growth, duration)
     assert result.packing_fraction == pytest.approx(fractions.mean(), rel=1e-4)
-    found = result.compressibility_factor
+    found = result.Z
     assert found.error < 0.01 * found.mean
     assert abs(found.mean - np.average(z, weights=kT)) < 4 * found.error
     g = result.contact_value
@@ -77,7 +77,7 @@ def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
     # The heat is the work, whose relative error is that of Z - 1.
     gain = kT[-1] - 1.0
     assert abs(sim.kT - kT[-1]) < 4 * gain * found.error / (found.mean - 1)
-    assert abs(result.compressibility_factor_from_rate.mean - found.mean) < 4 * found.error
+    assert abs(result.Z_from_rate.mean - found.mean) < 4 * found.error
     assert "Diameters grow" in result.note
     with pytest.raises(InputError, match="how diameters grew"):
         sim.estimate(Pressure(), [sim.tally])
@@ -97,7 +97,7 @@ def estimate(blocks):
 
 def test_every_block_of_a_gas_that_cools_counts_alike_and_error_bars_cover():
     rng = np.random.default_rng(1)
-    found = [estimate(cooling_blocks(128, rng)).compressibility_factor for _ in range(200)]
+    found = [estimate(cooling_blocks(128, rng)).Z for _ in range(200)]
     pulls = np.array([(z.mean - 3) / z.error for z in found])
     assert abs(pulls.mean()) < SIX_SIGMA / math.sqrt(200)
     assert 0.8 < pulls.std() < 1.2
@@ -115,7 +115,7 @@ def test_a_trend_is_no_scatter_and_the_scatter_is_covered():
         rows = zip(virials, kT, cube, strict=True)
         blocks = [Block(1.0, 40, w, kT_time=k, sizes=Sizes(0.1 * c, c, True)) for w, k, c in rows]
         result = estimate(blocks)
-        found = result.compressibility_factor
+        found = result.Z
         pulls.append((found.mean - np.average(z, weights=kT)) / found.error)
     assert abs(np.mean(pulls)) < SIX_SIGMA / math.sqrt(200)
     assert 0.8 < np.std(pulls) < 1.2
@@ -133,7 +133,7 @@ def test_unequal_rates_make_spheres_unequal_and_leave_contact_values_out():
     sizes = [Sizes(0.1, 1.0, True), Sizes(0.1, 1.1, False)]
     result = estimate([Block(1.0, 40, 60.0, kT_time=1.0, sizes=size) for size in sizes * 8])
     assert math.isnan(result.contact_value.mean)
-    assert math.isnan(result.compressibility_factor_from_rate.mean)
+    assert math.isnan(result.Z_from_rate.mean)
 
 
 def test_the_note_does_not_say_that_a_gas_cools_which_a_surface_heats():
@@ -177,4 +177,4 @@ def test_the_number_of_collisions_of_growing_spheres_gives_the_z_that_made_it(di
         virial = 2.0 * dimension * n * kT * duration * (1.0 + 0.1 * rng.normal())
         blocks.append(Block(duration, count, virial, kT_time=kT * duration, sizes=sizes))
     found = Pressure.estimate(blocks, n=n, dimension=dimension, volume=100.0, diameter=1.0, kT=1.0)
-    assert found.compressibility_factor_from_rate.mean == pytest.approx(z, rel=1e-7)
+    assert found.Z_from_rate.mean == pytest.approx(z, rel=1e-7)

@@ -31,7 +31,6 @@ FEATURES = {
     "restitution": (lambda: PLAIN.with_(restitution=0.9), {}),
     "steps of pairs": (lambda: PLAIN.with_(interaction=SquareWell(1.2)), {}),
     "currents": (lambda: carom.Simulation(PLAIN, currents=True), {}),
-    "free flights": (lambda: carom.Simulation(PLAIN, flights=True), {}),
     "walls and obstacles": (lambda: carom.Scene([[1.0] * 3, [3.0] * 3], 4.0, periodic=False), {}),
 }
 

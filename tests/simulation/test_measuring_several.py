@@ -6,7 +6,7 @@ import pytest
 import carom
 from carom.errors import InputError
 from carom.models import Ball
-from carom.observables import PairDistribution
+from carom.observables import RDF
 
 
 class Fastest:
@@ -25,35 +25,29 @@ def fluid():
 def test_several_observables_are_measured_in_one_pass_and_each_as_alone():
     together = fluid()
     pressure, g, fastest = together.measure(
-        carom.Pressure(), PairDistribution(rmax=3.0), Fastest(), collisions_per_particle=40
+        carom.Pressure(), RDF(rmax=3.0), Fastest(), collisions_per_particle=40
     )
-    each = carom.Pressure(), PairDistribution(rmax=3.0), Fastest()
+    each = carom.Pressure(), RDF(rmax=3.0), Fastest()
     for observable, found in zip(each, (pressure, g, fastest), strict=True):
         alone = fluid()
         expected = alone.measure(observable, collisions_per_particle=40)
-        assert repr(expected) == repr(found)
+        assert expected == found
         assert alone.time == together.time
     assert (together.frame().positions == alone.frame().positions).all()
 
 
-@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")  # of few independent samples
-def test_blocks_suit_every_observable():
-    """An observable of frames sees as many as alone, one of blocks all of them."""
-    few, many = fluid().measure(
-        carom.Pressure(blocks=32), carom.Pressure(blocks=128), collisions_per_particle=40
-    )
-    assert repr(few) == repr(many)
-    counted = Fastest()
-    counted.blocks = 48
-    assert repr(fluid().measure(counted, time=3.0)) == repr(
-        fluid().measure(carom.Pressure(blocks=32), counted, time=3.0)[1]
-    )
+def test_an_observable_is_a_value_that_begins_anew_each_time():
+    sim, g = fluid(), RDF(rmax=3.0)
+    first, second = (sim.measure(g, time=1.0, blocks=8) for _ in range(2))
+    assert first.frames == second.frames == 9
+    with pytest.raises(InputError, match="No frame"):
+        g.result()
 
 
 def test_progress_changes_no_number():
     seen = []
-    found = fluid().measure(carom.Pressure(blocks=32), collisions_per_particle=40, progress=seen.append)
-    assert repr(found) == repr(fluid().measure(carom.Pressure(blocks=32), collisions_per_particle=40))
+    found = fluid().measure(carom.Pressure(), collisions_per_particle=40, progress=seen.append, blocks=32)
+    assert found == (fluid().measure(carom.Pressure(), collisions_per_particle=40, blocks=32))
     assert seen[-1] == 1.0
     assert len(seen) == 32
 

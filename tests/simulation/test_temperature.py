@@ -85,7 +85,7 @@ def measured_of(scene, boost):
     momentum = sim.scene.masses @ sim.frame().velocities
     assert np.abs(momentum[list(conserved(sim.scene))]).max() < 1e-13
     assert sim.kT == pytest.approx(0.7, rel=1e-13)
-    z = found.compressibility_factor
+    z = found.Z
     return kT, z.mean, z.error, sim.collisions
 
 
@@ -134,7 +134,7 @@ def test_two_rods_on_a_ring_have_the_exact_pressure_in_every_frame(boost):
     assert sim.kT == pytest.approx(2 * speed**2, rel=4 * EPS * (1 + boost / speed))
     period = (length - 2) / (2 * speed)
     found = sim.estimate(carom.Pressure(), list(sim.blocks(8 * period, 64)))
-    assert found.compressibility_factor.mean == pytest.approx(1 + 1 / (length - 2), rel=1e-12 * (1 + boost))
+    assert found.Z.mean == pytest.approx(1 + 1 / (length - 2), rel=1e-12 * (1 + boost))
 
 
 @pytest.mark.parametrize(("d", "boost"), [(2, 0.0), (2, 5.0), (3, 0.0), (3, 5.0)])
@@ -148,7 +148,7 @@ def test_two_spheres_have_the_exact_pressure_by_virial_and_by_count(d, boost):
     sim = carom.Simulation(scene)
     found = sim.measure(carom.Pressure(), collisions=60_000)
     exact = 1 + excluded / (volume - excluded) / 2
-    for z in (found.compressibility_factor, found.compressibility_factor_from_rate):
+    for z in (found.Z, found.Z_from_rate):
         assert abs(z.mean - exact) < SIX_SIGMA * z.error
         assert z.error < 0.01 * (exact - 1)
 

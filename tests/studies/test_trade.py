@@ -148,7 +148,7 @@ def test_the_bias_of_coarse_stepping_is_seen_and_the_engine_has_none(scene):
     true = trade_measures.expected_pressure(start)
     good = trade_measures.measured(start, engine(), mean_free_time, 0.2)
     bad = trade_measures.measured(start, stepping(0.3, mean_free_time), mean_free_time, 0.2)
-    z, wrong = good.pressure.compressibility_factor, bad.pressure.compressibility_factor
+    z, wrong = good.pressure.Z, bad.pressure.Z
     # Sixteen disks: what the correction of order 1/N leaves out, beside four errors.
     assert abs(z.mean - true) < 4 * z.error + 0.02 * true
     assert abs(wrong.mean - z.mean) > 4 * math.hypot(wrong.error, z.error)

@@ -71,7 +71,7 @@ def check_mixture(scene, collisions, expected, accuracy, error=0.0):
     sim = carom.Simulation(scene, seed=5, neighbors="lists")
     sim.run(collisions_per_particle=200)
     counts, sums, began = sim.collisions_by_species, sim.virial_by_species, sim.time
-    found = sim.measure(carom.Pressure(), collisions=collisions).compressibility_factor
+    found = sim.measure(carom.Pressure(), collisions=collisions).Z
     counts, sums, time = sim.collisions_by_species - counts, sim.virial_by_species - sums, sim.time - began
     print(f"d={scene.dimension}: Z = {found.mean:.4f} +- {found.error:.4f}, expected {expected:.4f}")
     assert abs(found.mean - expected) < FOUR_ERRORS * math.hypot(found.error, error) + accuracy * expected
@@ -150,7 +150,7 @@ def test_mixtures_drawn_at_random(number):
         theories["BMCSL"] = theory.bmcsl(eta, x, [ratio, 1.0])
     sim = carom.Simulation(scene, kT=1.0, seed=rng)
     sim.run(collisions_per_particle=500)
-    z = sim.measure(carom.Pressure(), collisions=1_500_000).compressibility_factor
+    z = sim.measure(carom.Pressure(), collisions=1_500_000).Z
     # What N costs a mixture is not known here; it is what it costs a fluid of equal spheres, twice at most.
     shift = 2.0 * abs(theory.finite_size_shift(eta, n, theory.best(dimension)))
     beside = ", ".join(f"{name} {value:.4f} ({value / z.mean - 1:+.2%})" for name, value in theories.items())

@@ -108,7 +108,7 @@ def observed(sim, events):
     """Return what is published of a stretch of so many events."""
     scene, start, steps = sim.scene, sim.frame(), sim.steps
     n, d = scene.n, scene.dimension
-    pressure = sim.measure(carom.Pressure(blocks=16), collisions=events)
+    pressure = sim.measure(carom.Pressure(), collisions=events, blocks=16)
     end, steps = sim.frame(), sim.steps - steps
     free = d * n / sim.degrees_of_freedom  # their kT counts the motion of the centre of mass
     kT = steps.kT / free
@@ -116,7 +116,7 @@ def observed(sim, events):
     found = {
         "kT": kT,
         "U": energy_of(sim) - 0.5 * d * kT,  # their sum is constant
-        "P": n / scene.volume * (kT + steps.kT * (pressure.compressibility_factor.mean - 1.0)),
+        "P": n / scene.volume * (kT + steps.kT * (pressure.Z.mean - 1.0)),
         "time": steps.time,
         "core": steps.core / events,
         "in": steps.into / events,

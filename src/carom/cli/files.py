@@ -140,7 +140,6 @@ def rdf(
     from carom.cli.screen import watched
     from carom.errors import InputError
     from carom.io.paths import replacing
-    from carom.observables.rdf import rdf as compute
 
     picture = out.with_suffix(".png")
     species: Any = None
@@ -157,14 +156,12 @@ def rdf(
                 progress("Computing g(r)", k / len(reader))
                 yield frame
 
-        distribution: observables.RadialDistribution = compute(frames(), rmax=rmax, width=width, pair=species)
+        distribution = observables.RDF(rmax=rmax, width=width, pair=species).over(frames())
     with replacing(out) as temporary:
         distribution.save(temporary)
     if png:
-        from carom.pictures import plots
-
         with replacing(picture) as temporary:
-            plots.rdf(distribution, path=temporary)
+            distribution.plot(temporary)
     contact = distribution.contact_value
     told = f"{out}: {distribution.g.size} bins from {distribution.frames} frames"
     typer.echo(visible(told + ("" if contact is None else f"; contact value {contact.value_text}")))

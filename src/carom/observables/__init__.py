@@ -1,46 +1,53 @@
-"""Measurements from frames and tallies, each number with its error bar.
+"""Observables, and results that give each number with its error bar.
 
 Nothing here runs a simulation or reads the engine's arrays.
 """
 
-from carom.observables.bond_order import BondOrder, BondOrderEstimate
+from carom.observables.bond_order import BondOrder, BondOrderResult
 from carom.observables.combined import combined
-from carom.observables.dynamics import Dynamics, DynamicsEstimate
-from carom.observables.flights import Distribution, FlightsEstimate
+from carom.observables.density_profile import DensityProfile, DensityProfileResult
+from carom.observables.dynamics import Dynamics, DynamicsResult
+from carom.observables.energy import Energy, EnergyResult
+from carom.observables.flights import Distribution, FreeFlights, FreeFlightsResult
 from carom.observables.moments import HelfandMoments
 from carom.observables.packing import PackingNetwork, packing_network
-from carom.observables.pair_distribution import PairDistribution
-from carom.observables.potential_energy import PotentialEnergy, PotentialEnergyEstimate
+from carom.observables.pair_distribution import RDF
 from carom.observables.precision import Prediction
-from carom.observables.pressure import Pressure, PressureEstimate
+from carom.observables.pressure import Pressure, PressureResult
+from carom.observables.pressure_tensor import PressureTensor, PressureTensorResult
 from carom.observables.protocol import Observable, averages
-from carom.observables.radial import RadialDistribution
+from carom.observables.radial import RDFResult
 from carom.observables.statistics import Estimate, blocking
-from carom.observables.structure import DensityProfile, ProfileEstimate
-from carom.observables.wall_pressure import WallPressure, WallPressureEstimate
+from carom.observables.structure_factor import StructureFactor, StructureFactorResult
+from carom.observables.wall_pressure import WallPressure, WallPressureResult
 
 __all__ = [
+    "RDF",
     "BondOrder",
-    "BondOrderEstimate",
+    "BondOrderResult",
     "DensityProfile",
+    "DensityProfileResult",
     "Distribution",
     "Dynamics",
-    "DynamicsEstimate",
+    "DynamicsResult",
+    "Energy",
+    "EnergyResult",
     "Estimate",
-    "FlightsEstimate",
+    "FreeFlights",
+    "FreeFlightsResult",
     "HelfandMoments",
     "Observable",
     "PackingNetwork",
-    "PairDistribution",
-    "PotentialEnergy",
-    "PotentialEnergyEstimate",
     "Prediction",
     "Pressure",
-    "PressureEstimate",
-    "ProfileEstimate",
-    "RadialDistribution",
+    "PressureResult",
+    "PressureTensor",
+    "PressureTensorResult",
+    "RDFResult",
+    "StructureFactor",
+    "StructureFactorResult",
     "WallPressure",
-    "WallPressureEstimate",
+    "WallPressureResult",
     "averages",
     "blocking",
     "combined",

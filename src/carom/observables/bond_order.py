@@ -14,6 +14,7 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -22,8 +23,10 @@ from carom.arithmetic import factor
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables.neighbors import nearest, pairs_within
-from carom.observables.statistics import Estimate, blocking
+from carom.observables.of_frames import OfFrames
+from carom.observables.statistics import Estimate, arrays, blocking
 from carom.observables.tessellation import voronoi_bonds
+from carom.results import Result
 from carom.scene.overlaps import Room
 
 NEAREST = {2: 6, 3: 12, 4: 24}
@@ -35,11 +38,10 @@ PORTION = 2**15
 
 
 @dataclass
-class BondOrder:
+class BondOrder(OfFrames):
     """Local and global bond-orientational order, and its correlation: an observable of frames.
 
-    Give it to :meth:`carom.Simulation.measure`, or call :meth:`update` with frames of a simulation or of a
-    trajectory file, and :meth:`result` whenever wanted.
+    Give it to :meth:`carom.Simulation.measure`, or frames or a path to :meth:`over`.
 
     Parameters
     ----------
@@ -59,8 +61,6 @@ class BondOrder:
         Width of the bins of the correlation [length].
     species : int, optional
         Species to measure, with the bonds between its components; by default all components.
-    blocks : int
-        Number of frames that ``measure`` takes.
 
     Raises
     ------
@@ -73,9 +73,7 @@ class BondOrder:
     --------
     >>> import carom
     >>> crystal = carom.Simulation(carom.Scene.crystal(108, 0.6), seed=1).frame()
-    >>> order = carom.observables.BondOrder(6)
-    >>> order.update(crystal)
-    >>> round(order.result().global_order.mean, 5)
+    >>> round(BondOrder(6).over([crystal]).global_order.mean, 5)
     0.57452
     """
 
@@ -86,7 +84,6 @@ class BondOrder:
     rmax: float | None = None
     width: float = 0.1
     species: int | None = None
-    blocks: int = 64
     _local: list[float] = field(default_factory=list, init=False, repr=False)
     _global: list[float] = field(default_factory=list, init=False, repr=False)
     _bonds: list[float] = field(default_factory=list, init=False, repr=False)
@@ -95,7 +92,6 @@ class BondOrder:
 
     def __post_init__(self) -> None:
         checks.integer(self.l, "l", low=1, high=12)
-        checks.integer(self.blocks, "blocks", low=2)
         checks.number(self.width, "width", low=0.0, open_low=True)
         if (self.nearest is not None) + (self.reach is not None) + bool(self.voronoi) > 1:
             raise InputError("nearest, reach and voronoi each say who the neighbours are; give one of them.")
@@ -180,7 +176,7 @@ class BondOrder:
         assert self.rmax is not None
         return self.width * np.arange(max(int(self.rmax / self.width * (1.0 + 1e-12)), 1) + 1)
 
-    def result(self) -> BondOrderEstimate:
+    def result(self) -> BondOrderResult:
         """Return what was measured so far, with error bars from blocking over the frames."""
         if not self._local:
             raise InputError("No frame was given yet, so there is no order.")
@@ -193,7 +189,7 @@ class BondOrder:
                 edges = self._edges
                 rows = zip(np.transpose(self._products), np.transpose(self._pairs), strict=True)
                 correlation = [_ratio(sums, counts) for sums, counts in rows]
-        return BondOrderEstimate(self.l, local, whole, square, bonds, edges, correlation)
+        return BondOrderResult(self.l, local, whole, square, bonds, edges, *arrays(correlation))
 
 
 def orders_of(degree: int, n: int, pairs: np.ndarray, bonds: Callable[[slice], np.ndarray]) -> np.ndarray:
@@ -246,8 +242,8 @@ def _refuse_images(room: Room, reach: float, name: str) -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class BondOrderEstimate:
+@dataclass(frozen=True, eq=False, repr=False)
+class BondOrderResult(Result):
     """Bond-orientational order, with error bars.
 
     Attributes
@@ -264,9 +260,9 @@ class BondOrderEstimate:
         Number of neighbours of a component.
     edges : (b + 1,) array
         Edges of the bins of the correlation [length].
-    correlation : list of Estimate
-        Mean of ``q_i . q_j`` over pairs in a bin; ``g_6(r) / g(r)`` for d = 2 and l = 6. It is nan if no pair
-        was seen.
+    correlation, correlation_error : (b,) arrays
+        Mean of ``q_i . q_j`` over pairs in a bin, and its standard error; ``g_6(r) / g(r)`` for d = 2 and
+        l = 6. It is nan if no pair was seen.
     """
 
     l: int
@@ -275,17 +271,34 @@ class BondOrderEstimate:
     global_square: Estimate
     neighbors: Estimate
     edges: np.ndarray
-    correlation: list[Estimate]
+    correlation: np.ndarray
+    correlation_error: np.ndarray
 
     @property
     def middle(self) -> np.ndarray:
         """Middle of each bin, (b,) [length]."""
         return 0.5 * (self.edges[1:] + self.edges[:-1])
 
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        rows = [
+            ("local", self.local_order),
+            ("global", self.global_order),
+            ("neighbors", self.neighbors),
+        ]
+        return f"Bond order of degree {self.l}", [(name, each.value_text) for name, each in rows]
+
+    def _columns(self) -> dict[str, Any]:
+        if not self.correlation.size:
+            return super()._columns()
+        return {
+            "r_lo": self.edges[:-1], "r_hi": self.edges[1:],
+            "correlation": self.correlation, "correlation_error": self.correlation_error,
+        }  # fmt: skip
+
     def __str__(self) -> str:
         return (
             f"order {self.l}: local {self.local_order.value_text}, global {self.global_order.value_text}, "
-            f"{self.neighbors.mean:.3g} neighbours"
+            f"{self.neighbors.mean:.3g} neighbors"
         )
 
 

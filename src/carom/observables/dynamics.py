@@ -18,10 +18,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks, jit
-from carom.arithmetic import cosine_and_sine
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.observables.statistics import Estimate, blocking
+from carom.observables.of_frames import OfFrames
+from carom.observables.statistics import Estimate, arrays, blocking, shown
+from carom.observables.waves import Waves
+from carom.results import Result
 from carom.scene import temperature
 
 if TYPE_CHECKING:
@@ -69,16 +71,13 @@ def _kernel() -> Any:
 
 
 @dataclass
-class Dynamics:
+class Dynamics(OfFrames):
     """Mean square displacement, velocity autocorrelation, non-Gaussian parameter: an observable of frames.
 
-    Give it to :meth:`carom.Simulation.measure`, or call :meth:`update` with frames at equal times, of a
-    simulation or of a trajectory file, and :meth:`result` whenever wanted.
+    Give it to :meth:`carom.Simulation.measure`, or frames at equal times or a path to :meth:`over`.
 
     Parameters
     ----------
-    blocks : int
-        Number of frames that ``measure`` takes.
     species : int, optional
         Species to measure; by default all components.
     shells : int
@@ -98,12 +97,11 @@ class Dynamics:
     --------
     >>> import carom
     >>> sim = carom.Simulation(carom.Scene.crystal(108, 0.3), seed=1)
-    >>> found = sim.measure(carom.observables.Dynamics(blocks=64), time=16.0)
+    >>> found = sim.measure(carom.Dynamics(), time=16.0, blocks=64)
     >>> float(found.times[0])
     0.25
     """
 
-    blocks: int = 1024
     species: int | None = None
     shells: int = 0
     conserved: Sequence[bool] | None = None
@@ -120,7 +118,6 @@ class Dynamics:
     _square: list[float] = field(default_factory=list, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        checks.integer(self.blocks, "blocks", low=2)
         checks.integer(self.shells, "shells", low=0)
 
     def prepare(self, scene: Scene) -> None:
@@ -208,7 +205,7 @@ class Dynamics:
             np.array([x.mean(axis=0) for _, x, _ in rows]).reshape(-1, 4),
         )
 
-    def result(self) -> DynamicsEstimate:
+    def result(self) -> DynamicsResult:
         """Return what was measured so far, with error bars from blocking over the origins of time.
 
         Raises
@@ -222,32 +219,35 @@ class Dynamics:
                 f"{self._frames} frames are too few for a correlation in time; take {FEW + 1} or more."
             )
         d = self._shape[1]
-        columns: dict[str, list[Estimate]] = {
-            name: []
-            for name in ("mean_square", "non_gaussian", "velocity_autocorrelation", "running_diffusion")
-        }
-        scattering: list[list[Estimate]] = []
+        squares: list[Estimate] = []
+        gaussian: list[Estimate] = []
+        velocities: list[Estimate] = []
+        diffusion: list[Estimate] = []
+        scattering: list[tuple[np.ndarray, np.ndarray]] = []
         with warnings.catch_warnings():
             # A long time has few origins; its wide error bar shows this.
             warnings.simplefilter("ignore", CaromWarning)
             for _, x, f in rows:
                 square, fourth, product, moved = x.T
-                columns["mean_square"].append(blocking(square))
-                columns["non_gaussian"].append(_non_gaussian(square, fourth, d))
-                columns["velocity_autocorrelation"].append(blocking(product / d))
-                columns["running_diffusion"].append(blocking(moved / d))
-                scattering.append([blocking(column) for column in f.T])
-            structure = [blocking(column) for column in np.transpose(self._structure)]
+                squares.append(blocking(square))
+                gaussian.append(_non_gaussian(square, fourth, d))
+                velocities.append(blocking(product / d))
+                diffusion.append(blocking(moved / d))
+                scattering.append(arrays([blocking(column) for column in f.T]))
+            structure = arrays([blocking(column) for column in np.transpose(self._structure)])
             square_now = blocking(np.array(self._square) / d)
         q = np.zeros(0) if self._waves is None else self._waves.lengths
-        return DynamicsEstimate(
-            dimension=d,
-            times=np.array([lag * self._every for lag, _, _ in rows]),
-            velocity_square=square_now,
-            wave_numbers=q,
-            structure_factor=structure,
-            scattering=scattering,
-            **columns,
+        return DynamicsResult(
+            d,
+            np.array([lag * self._every for lag, _, _ in rows]),
+            *arrays(squares),
+            *arrays(gaussian),
+            *arrays(velocities),
+            *arrays(diffusion),
+            square_now,
+            q,
+            *structure,
+            *(np.array(part) for part in zip(*scattering, strict=True)),
         )
 
     def _rows(self, least: int) -> list[tuple[int, np.ndarray, np.ndarray]]:
@@ -307,69 +307,9 @@ class _Level:
         self.count += 1
 
 
-@dataclass(frozen=True, eq=False)
-class Waves:
-    """Wave vectors that fit a periodic box, in shells of one length each.
-
-    Attributes
-    ----------
-    numbers : (m, d) int array
-        Number of waves along each axis; only one of q and -q.
-    shell : (m,) int array
-        Index of the length of each wave vector.
-    lengths : (s,) array
-        Lengths of the wave vectors [1 / length].
-    box : (d,) array
-        Edges of the box [length].
-    """
-
-    numbers: np.ndarray
-    shell: np.ndarray
-    lengths: np.ndarray
-    box: np.ndarray
-
-    @classmethod
-    def of(cls, box: tuple[float, ...], shells: int) -> Waves:
-        """Return the wave vectors of the shortest lengths."""
-        edges = np.asarray(box)
-        most = 1
-        while True:
-            reach = 2.0 * math.pi * most / edges.max()
-            waves = np.floor(reach * edges / (2.0 * math.pi) + 0.5).astype(int)
-            ranges = [np.arange(-k, k + 1) for k in waves]
-            numbers = np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, len(edges))
-            numbers = numbers[len(numbers) // 2 + 1 :]  # only one of q and -q, without q = 0
-            lengths = 2.0 * math.pi * np.sqrt(np.sum((numbers / edges) ** 2, axis=1))
-            found = np.unique(np.round(lengths / lengths.min(), 9)) * lengths.min()
-            inside = found[found <= reach * (1.0 + 1e-9)]
-            if len(inside) >= shells:
-                break
-            most += 1
-        kept = inside[:shells]
-        near = np.searchsorted(kept, lengths * (1.0 - 1e-8))
-        chosen = lengths <= kept[-1] * (1.0 + 1e-8)
-        return cls(numbers[chosen], near[chosen], kept, edges)
-
-    def density(self, positions: np.ndarray) -> np.ndarray:
-        """Return the parts of ``sum exp(i q.r)`` over positions (n, d), real and imaginary, (m, 2)."""
-        most = int(np.abs(self.numbers).max())
-        turns = np.arange(-most, most + 1)[:, None, None] * (positions / self.box)
-        cosines, sines = cosine_and_sine(turns)
-        real, imaginary = np.ones(1), np.zeros(1)
-        for axis in range(positions.shape[1]):
-            which = self.numbers[:, axis] + most
-            c, s = cosines[which, :, axis], sines[which, :, axis]
-            real, imaginary = real * c - imaginary * s, real * s + imaginary * c
-        return np.stack([np.sum(real, axis=1), np.sum(imaginary, axis=1)], axis=1)
-
-    def average(self, values: np.ndarray) -> np.ndarray:
-        """Return the mean over each shell, (s,)."""
-        return np.bincount(self.shell, values) / np.bincount(self.shell)
-
-
-@dataclass(frozen=True, eq=False)
-class DynamicsEstimate:
-    """Correlations in time of one component, each with its error bar.
+@dataclass(frozen=True, eq=False, repr=False)
+class DynamicsResult(Result):
+    """Correlations in time of one particle: arrays by time, each with its standard error.
 
     Attributes
     ----------
@@ -377,39 +317,59 @@ class DynamicsEstimate:
         d.
     times : (l,) array
         Times between two frames, evenly spaced up to 15 frames and then logarithmically [time].
-    mean_square : list of Estimate
+    mean_square, mean_square_error : (l,) arrays
         Mean square displacement at each time [length^2].
-    non_gaussian : list of Estimate
+    non_gaussian, non_gaussian_error : (l,) arrays
         ``d <r^4> / ((d + 2) <r^2>^2) - 1``.
-    velocity_autocorrelation : list of Estimate
+    velocity_autocorrelation, velocity_autocorrelation_error : (l,) arrays
         ``<v(0).v(t)> / d`` [length^2 / time^2].
-    running_diffusion : list of Estimate
+    running_diffusion, running_diffusion_error : (l,) arrays
         ``<v(0).(r(t) - r(0))> / d``: the exact integral of the velocity autocorrelation up to the time. Its
         plateau is the coefficient of self-diffusion [length^2 / time].
     velocity_square : Estimate
         The velocity autocorrelation at time zero [length^2 / time^2].
     wave_numbers : (s,) array
         Lengths q of the wave vectors [1 / length].
-    structure_factor : list of Estimate
+    structure_factor, structure_factor_error : (s,) arrays
         S(q), by wave number.
-    scattering : list of lists of Estimate
+    scattering, scattering_error : (l, s) arrays
         F(q, t), by time and wave number.
     """
 
     dimension: int
     times: np.ndarray
-    mean_square: list[Estimate]
-    non_gaussian: list[Estimate]
-    velocity_autocorrelation: list[Estimate]
-    running_diffusion: list[Estimate]
+    mean_square: np.ndarray
+    mean_square_error: np.ndarray
+    non_gaussian: np.ndarray
+    non_gaussian_error: np.ndarray
+    velocity_autocorrelation: np.ndarray
+    velocity_autocorrelation_error: np.ndarray
+    running_diffusion: np.ndarray
+    running_diffusion_error: np.ndarray
     velocity_square: Estimate
     wave_numbers: np.ndarray
-    structure_factor: list[Estimate]
-    scattering: list[list[Estimate]]
+    structure_factor: np.ndarray
+    structure_factor_error: np.ndarray
+    scattering: np.ndarray
+    scattering_error: np.ndarray
+
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        rows = [
+            ("mean square displacement [length^2]", self.mean_square, self.mean_square_error),
+            ("running diffusion [length^2 / time]", self.running_diffusion, self.running_diffusion_error),
+        ]
+        title = f"{len(self.times)} times from {self.times[0]:g} to {self.times[-1]:g}; at the last"
+        return title, [(name, shown(values, errors, -1)) for name, values, errors in rows]
+
+    def _columns(self) -> dict[str, Any]:
+        names = ("mean_square", "non_gaussian", "velocity_autocorrelation", "running_diffusion")
+        found = {"time": self.times}
+        for name in names:
+            found |= {name: getattr(self, name), f"{name}_error": getattr(self, f"{name}_error")}
+        return found
 
     def __str__(self) -> str:
-        last = len(self.times) - 1
         return (
-            f"{len(self.times)} times from {self.times[0]:g} to {self.times[last]:g}; there the mean square "
-            f"displacement is {self.mean_square[last].value_text}"
+            f"{len(self.times)} times from {self.times[0]:g} to {self.times[-1]:g}; there the mean square "
+            f"displacement is {shown(self.mean_square, self.mean_square_error, -1)} length^2"
         )

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.errors import CaromWarning
-from carom.observables.statistics import Estimate, ratio
+from carom.observables.statistics import Estimate, arrays, ratio
+from carom.results import Result
 
 
 class FlightSums(NamedTuple):
@@ -26,7 +27,7 @@ class FlightSums(NamedTuple):
     met : (K, K, 3) array
         Number of collisions, sum of the normal speeds [length / time], and sum of their squares.
     returns : (K, 2) array
-        Number of collisions of components that had collided before, and of those with the same partner again.
+        Number of collisions of particles that had collided before, and of those with the same partner again.
     """
 
     times: np.ndarray
@@ -37,8 +38,33 @@ class FlightSums(NamedTuple):
     returns: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
-class Distribution:
+@dataclass(frozen=True)
+class FreeFlights:
+    """Free times, free paths, collision rates and normal speeds, by species: an observable of a run.
+
+    Give it to :meth:`carom.Simulation.measure`. The engine then adds up every flight and collision of the
+    stretch in histograms, which are compiled for it. This does not affect the trajectory. Flights that begin
+    before the stretch or end after it are left out: the stretch should be long compared with a free time.
+    Pinned particles have no flights, but collisions.
+
+    Raises
+    ------
+    InputError
+        From ``measure``, where the length of a flight is not its duration times the speed at its end: in a
+        field, with a drive, with moving walls or walls that take energy, or where diameters grow.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.crystal(108, 0.3), seed=1)
+    >>> found = sim.measure(FreeFlights(), collisions_per_particle=100, blocks=64)
+    >>> found.free_path[0].mean.mean < 0.5
+    True
+    """
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Distribution(Result):
     """A probability density over bins of equal width, and its mean.
 
     Attributes
@@ -47,7 +73,7 @@ class Distribution:
         Edges of the bins.
     density, error : (b,) arrays
         Probability density and its standard error. Values beyond the last edge are included in the
-        normalisation.
+        normalization.
     mean : Estimate
         Mean of the quantity itself.
     """
@@ -62,41 +88,61 @@ class Distribution:
         """Middle of each bin, (b,)."""
         return 0.5 * (self.edges[1:] + self.edges[:-1])
 
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        return f"Distribution in {self.density.size} bins", [("mean", self.mean.value_text)]
 
-@dataclass(frozen=True, eq=False)
-class FlightsEstimate:
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "x_lo": self.edges[:-1], "x_hi": self.edges[1:], "density": self.density, "error": self.error,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FreeFlightsResult(Result):
     """Free flights and meetings of a fluid.
 
     Attributes
     ----------
-    free_time, free_path : list of Distribution
-        Time [time] and length [length] from one collision of a component to its next, of each species.
+    free_time, free_path : tuple of Distribution
+        Time [time] and length [length] from one collision of a particle to its next, of each species.
     normal_speed : dict of Distribution
         Relative normal speed of two that collide [length / time], by the numbers of their species.
-    collision_rate : list of Estimate
-        Collisions of one component per time, of each species.
-    return_probability : list of Estimate
-        Probability that the next partner of a component is its previous one, of each species. Two isolated
+    collision_rate, collision_rate_error : (K,) arrays
+        Collisions of one particle per time, of each species.
+    return_probability, return_probability_error : (K,) arrays
+        Probability that the next partner of a particle is its previous one, of each species. Two isolated
         hard spheres never collide twice; a third one must send one of them back. The probability therefore
         vanishes in a dilute gas and grows where spheres are caged.
     """
 
-    free_time: list[Distribution]
-    free_path: list[Distribution]
+    free_time: tuple[Distribution, ...]
+    free_path: tuple[Distribution, ...]
     normal_speed: dict[tuple[int, int], Distribution]
-    collision_rate: list[Estimate]
-    return_probability: list[Estimate]
+    collision_rate: np.ndarray
+    collision_rate_error: np.ndarray
+    return_probability: np.ndarray
+    return_probability_error: np.ndarray
 
-    def __str__(self) -> str:
-        return "\n".join(
-            f"species {k}: mean free time {t.mean.value_text}, mean free path {p.mean.value_text}"
-            for k, (t, p) in enumerate(zip(self.free_time, self.free_path, strict=True))
-        )
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        rows = []
+        for k, (t, path) in enumerate(zip(self.free_time, self.free_path, strict=True)):
+            of = f" of species {k}" if len(self.free_time) > 1 else ""
+            rows += [(f"free time{of} [time]", t.mean.value_text)]
+            rows += [(f"free path{of} [length]", path.mean.value_text)]
+        return "Means of free flights", rows
+
+    def _columns(self) -> dict[str, Any]:
+        found: dict[str, Any] = {"species": np.arange(len(self.free_time))}
+        for name in ("free_time", "free_path"):
+            found[name], found[f"{name}_error"] = arrays([each.mean for each in getattr(self, name)])
+        for name in ("collision_rate", "return_probability"):
+            found |= {name: getattr(self, name), f"{name}_error": getattr(self, f"{name}_error")}
+        return found
 
 
 def flights_of(
     blocks: list[FlightSums], durations: list[float], counts: np.ndarray, widths: np.ndarray
-) -> FlightsEstimate:
+) -> FreeFlightsResult:
     """Return distributions from the sums of blocks.
 
     Parameters
@@ -106,40 +152,42 @@ def flights_of(
     durations : list of float
         Duration of each stretch [time].
     counts : (K,) array
-        Number of components of each species.
+        Number of particles of each species.
     widths : (3,) array
         Widths of the bins of time, path and speed.
     """
-    kinds = len(counts)
+    kinds = range(len(counts))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", CaromWarning)  # bins with few samples have wide error bars
-        found = FlightsEstimate(
-            [
-                _distribution([b.times[k] for b in blocks], [b.flown[k, :2] for b in blocks], widths[0])
-                for k in range(kinds)
-            ],
-            [
-                _distribution([b.paths[k] for b in blocks], [b.flown[k, ::2] for b in blocks], widths[1])
-                for k in range(kinds)
-            ],
-            {
-                (a, b): _distribution(
-                    [block.speeds[a, b] for block in blocks],
-                    [block.met[a, b, :2] for block in blocks],
-                    widths[2],
+        times, paths = (
+            tuple(
+                _distribution(
+                    [getattr(each, name)[k] for each in blocks],
+                    [each.flown[k, [0, column]] for each in blocks],
+                    widths[column - 1],
                 )
-                for a in range(kinds)
-                for b in range(a, kinds)
-                if any(block.met[a, b, 0] for block in blocks)
-            },
-            [],
-            [_probability([b.returns[k] for b in blocks]) for k in range(kinds)],
+                for k in kinds
+            )
+            for name, column in (("times", 1), ("paths", 2))
         )
-        for k in range(kinds):
-            # A collision within a species counts for both components.
-            rates = [(b.met[k, :, 0].sum() + b.met[:, k, 0].sum()) / max(counts[k], 1) for b in blocks]
-            found.collision_rate.append(ratio(rates, durations))
-    return found
+        speeds = {
+            (a, b): _distribution(
+                [block.speeds[a, b] for block in blocks],
+                [block.met[a, b, :2] for block in blocks],
+                widths[2],
+            )
+            for a in kinds
+            for b in kinds[a:]
+            if any(block.met[a, b, 0] for block in blocks)
+        }
+        met = [block.met for block in blocks]
+        # A collision within a species counts for both particles.
+        rates = [
+            ratio([(x[k, :, 0].sum() + x[:, k, 0].sum()) / max(counts[k], 1) for x in met], durations)
+            for k in kinds
+        ]
+        returns = [_probability([b.returns[k] for b in blocks]) for k in kinds]
+    return FreeFlightsResult(times, paths, speeds, *arrays(rates), *arrays(returns))
 
 
 def _probability(rows: list[np.ndarray]) -> Estimate:

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.arithmetic import power
 from carom.errors import FileError, InputError
-from carom.observables.radial import RadialDistribution
+from carom.observables.radial import RDFResult
 from carom.observables.rdf import checked_rmax, independent_errors
 from carom.theory import ball_volume
 
@@ -28,7 +28,7 @@ def rdf_mdanalysis(
     selection: str = "all",
     other: str | None = None,
     diameter: float = 1.0,
-) -> RadialDistribution:
+) -> RDFResult:
     """g(r) by MDAnalysis's ``InterRDF``, in three dimensions or two.
 
     Parameters
@@ -50,7 +50,7 @@ def rdf_mdanalysis(
 
     Returns
     -------
-    RadialDistribution
+    RDFResult
         It has the errors of independent pairs, and no contact value: MDAnalysis has single precision.
 
     Raises
@@ -116,7 +116,7 @@ def rdf_mdanalysis(
     volumes = [math.prod(float(edge) for edge in step.dimensions[:dimension]) for step in universe.trajectory]
     shells = ball_volume(dimension) * np.diff(power(2.0 * edges, dimension))
     expected = pairs * shells * float(np.mean(1.0 / np.array(volumes)))
-    return RadialDistribution(
+    return RDFResult(
         edges=edges,
         g=counts / (frames * expected),
         error=independent_errors(counts, frames * expected),

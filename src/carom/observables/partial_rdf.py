@@ -15,7 +15,7 @@ import numpy as np
 
 from carom.errors import FileError
 from carom.frame import Frame
-from carom.observables.radial import RadialDistribution
+from carom.observables.radial import RDFResult
 from carom.observables.rdf import distributions
 from carom.scene.species import pair_name
 from carom.texts import visible
@@ -46,8 +46,8 @@ def species_of(scene: Scene) -> np.ndarray | None:
     return which.astype(np.int64) if sizes.size <= MOST_SPECIES and scene.contact is None else None
 
 
-def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str, RadialDistribution]:
-    """g_ij(r) of every pair of species, in the default bins of :func:`carom.rdf`.
+def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str, RDFResult]:
+    """g_ij(r) of every pair of species, in the default bins of :class:`carom.RDF`.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
 
     Returns
     -------
-    dict of str to RadialDistribution
+    dict of str to RDFResult
         The g_ij(r) by ``carom.scene.species.pair_name``: "large-small", or "0-1". Pairs that do not
         occur are left out, and pairs whose contact lies beyond half of the box. It is empty if
         :func:`species_of` is None.
@@ -87,7 +87,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
     return distributions(alike(), wanted) if wanted else {}
 
 
-def write_partial(distributions: Mapping[str, RadialDistribution], path: str | os.PathLike[str]) -> None:
+def write_partial(distributions: Mapping[str, RDFResult], path: str | os.PathLike[str]) -> None:
     """Write a table with the columns ``r_lo, r_hi, g, error, counts`` of each pair, named "g large-small".
 
     The bins of every pair begin at its contact. A pair with fewer bins than another leaves its cells empty.
@@ -95,7 +95,7 @@ def write_partial(distributions: Mapping[str, RadialDistribution], path: str | o
 
     Parameters
     ----------
-    distributions : mapping of str to RadialDistribution
+    distributions : mapping of str to RDFResult
         The g_ij(r) by name, as from :func:`partial_rdf`.
     path : path
         Where to write.
@@ -125,7 +125,7 @@ def write_partial(distributions: Mapping[str, RadialDistribution], path: str | o
         raise FileError(f"{path} cannot be written ({error.strerror}); choose another place.") from error
 
 
-def _columns(found: RadialDistribution) -> list[tuple[str, ...]]:
+def _columns(found: RDFResult) -> list[tuple[str, ...]]:
     """Return the rows of one g(r) as text, with all digits."""
     floats = (found.edges[:-1], found.edges[1:], found.g, found.error)
     return [

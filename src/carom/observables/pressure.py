@@ -13,9 +13,9 @@ import numpy as np
 from carom import theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
-from carom.notebook import table
 from carom.observables.course import Course
 from carom.observables.statistics import Estimate
+from carom.results import Result
 from carom.scene.temperature import kept_by_motion
 
 if TYPE_CHECKING:
@@ -35,33 +35,23 @@ UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
 
 @dataclass(frozen=True)
 class Pressure:
-    """Request to measure the pressure, for :meth:`carom.Simulation.measure`.
+    """The pressure from collisions: an observable of a run, for :meth:`carom.Simulation.measure`.
 
-    Parameters
-    ----------
-    blocks : int
-        Number of blocks of equal time into which the run is cut; their scatter gives the error bar.
-
-    Raises
-    ------
-    InputError
-        If `blocks` is not an integer of at least 2.
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.crystal(108, 0.3), seed=1)
+    >>> sim.run(collisions_per_particle=100)
+    >>> 2.0 < sim.measure(Pressure(), collisions_per_particle=1000).contact_value.mean < 3.0
+    True
     """
-
-    blocks: int = 256
-
-    def __post_init__(self) -> None:
-        if isinstance(self.blocks, bool) or not isinstance(self.blocks, int) or self.blocks < 2:
-            raise InputError(
-                f"blocks is {self.blocks!r}; an error bar needs at least 2 blocks, better 64 or more."
-            )
 
     def prepare(self, scene: Scene) -> None:
         """Raise InputError if the virial is not the pressure of a ``scene``; the text says why."""
         if reason := without_pressure(scene):
             raise InputError(reason)
 
-    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> PressureEstimate:
+    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> PressureResult:
         """Pressure of any scene, from blocks of its run at the temperature ``kT``; see :meth:`estimate`.
 
         Raises
@@ -96,7 +86,7 @@ class Pressure:
         packing_fraction: float | None = None,
         simple: bool = True,
         exchanges: bool = False,
-    ) -> PressureEstimate:
+    ) -> PressureResult:
         """Pressure of n particles in a periodic box.
 
         Parameters
@@ -125,7 +115,7 @@ class Pressure:
 
         Returns
         -------
-        PressureEstimate
+        PressureResult
             Z, the pressure and what follows from them.
 
         Raises
@@ -166,7 +156,7 @@ class Pressure:
         if n == 1:
             z, rate = Estimate.exact(1.0), Estimate.exact(0.0)
             times = [block.duration for block in kept]
-            return PressureEstimate(
+            return PressureResult(
                 z, rate, Estimate.exact(diameter**dimension / volume), UNKNOWN, z, n, dimension,
                 packing_fraction, tuple(times), (1.0,) * len(times), simple, kT, Estimate.exact(kT / volume),
             )  # fmt: skip
@@ -190,12 +180,12 @@ class Pressure:
         size = diameter if not course.grows else course.cube ** (1.0 / dimension)
         per_rate = 1.0 / theory.collision_rate(2.0, dimension, n=n, diameter=size, mass=mass, kT=kT)
         per_excess = theory.contact_value(2.0, course.packing_fraction, dimension, n)
-        return PressureEstimate(
-            compressibility_factor=z,
+        return PressureResult(
+            Z=z,
             collision_rate=rate,
             reduced_pressure=z.scaled(n * course.cube / volume),
             contact_value=contact.scaled(per_excess) if simple else UNKNOWN,
-            compressibility_factor_from_rate=(
+            Z_from_rate=(
                 paced.scaled(2.0 / n).scaled(per_rate, offset=1.0) if simple and dimension > 1 else UNKNOWN
             ),
             n=n,
@@ -211,14 +201,14 @@ class Pressure:
         )
 
 
-@dataclass(frozen=True)
-class PressureEstimate:
+@dataclass(frozen=True, eq=False)
+class PressureResult(Result):
     """Pressure of a fluid, from the virial and, for equal particles, from the collision rate.
 
     Parameters
     ----------
-    compressibility_factor : Estimate
-        Z = P V / (n kT), canonical, of n particles.
+    Z : Estimate
+        The compressibility factor P V / (n kT), canonical, of n particles.
     collision_rate : Estimate
         Collisions of one particle per time; each collision counts for both partners.
     reduced_pressure : Estimate
@@ -226,7 +216,7 @@ class PressureEstimate:
     contact_value : Estimate
         g(sigma+) that Z implies, with g normalised by (n - 1) / V; nan for one particle, and where the
         particles are not ``simple``.
-    compressibility_factor_from_rate : Estimate
+    Z_from_rate : Estimate
         Z from the collision rate omega, ``Z - 1 = omega sqrt(pi) sigma / (2 d c_D) sqrt(m / kT)``. It must
         agree with the first within a few standard errors, which are correlated. It is nan if the particles
         are not ``simple``, and on a line: collisions there only exchange the initial velocities, on which
@@ -249,11 +239,11 @@ class PressureEstimate:
         Whether a constant value is expected, which is not so while diameters grow.
     """
 
-    compressibility_factor: Estimate
+    Z: Estimate
     collision_rate: Estimate
     reduced_pressure: Estimate
     contact_value: Estimate
-    compressibility_factor_from_rate: Estimate
+    Z_from_rate: Estimate
     n: int
     dimension: int
     packing_fraction: float
@@ -265,34 +255,34 @@ class PressureEstimate:
     note: str = ""
     steady: bool = True
 
-    def _repr_html_(self) -> str:
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
-            ("Z = PV / NkT", self.compressibility_factor),
+            ("Z = PV / NkT", self.Z),
             ("P σ^d / kT", self.reduced_pressure),
             ("P [energy / length^d]", self.pressure),
             ("g(σ+)", self.contact_value),
             ("collisions of one [1 / time]", self.collision_rate),
         ]
-        shown = [(name, e.value_text.replace("+-", "±")) for name, e in rows if math.isfinite(e.mean)]
         title = f"{self.n} particles at packing fraction {self.packing_fraction:.6g}"
-        return table(title, shown) + (f"<p>{self.note}</p>" if self.note else "")
+        return title, [(name, e.value_text) for name, e in rows if math.isfinite(e.mean)]
+
+    def _repr_html_(self) -> str:
+        return super()._repr_html_() + (f"<p>{self.note}</p>" if self.note else "")
 
     def __str__(self) -> str:
-        return f"Z = {self.compressibility_factor}" + (f". {self.note}" if self.note else "")
+        lines = [f"Z = {self.Z}"]
+        if math.isfinite(self.pressure.mean):
+            lines.append(f"P = {self.pressure.value_text} energy / length^{self.dimension}")
+        return "\n".join([*lines, *filter(None, [self.note])])
 
     def __float__(self) -> float:
         """Return the mean of Z."""
         return self.Z.mean
 
     @property
-    def Z(self) -> Estimate:
-        """The compressibility factor, P V / (n kT)."""
-        return self.compressibility_factor
-
-    @property
     def primary(self) -> Estimate:
         """The quantity that a ``relative_error`` refers to: Z."""
-        return self.compressibility_factor
+        return self.Z
 
     @property
     def quantity(self) -> str:
@@ -325,7 +315,7 @@ class PressureEstimate:
         if doubt := finite_size_doubt(self.packing_fraction, self.n, self.dimension):
             warnings.warn(doubt, CaromWarning, stacklevel=2)
         return finite_size_correction(
-            self.compressibility_factor,
+            self.Z,
             packing_fraction=self.packing_fraction,
             n=self.n,
             equation=theory.best(self.dimension) if equation is None else equation,

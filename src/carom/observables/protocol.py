@@ -24,9 +24,8 @@ SEEN = ("frame", "block")
 class Observable(Protocol):
     """Interface of an observable, for :meth:`carom.Simulation.measure`.
 
-    It may have ``blocks``, the number of stretches of equal time that the run is cut into (256 by default),
-    ``result()``, and ``prepare(scene)``, which is called first. An observable of frames gets one at the
-    start, and one at the end of each stretch.
+    It may have ``result()``, and ``prepare(scene)``, which is called first. An observable of frames gets one
+    at the start, and one at the end of each block.
     """
 
     def update(self, seen: Any, /) -> Any:

@@ -1,25 +1,22 @@
-"""g(r) as a value: a histogram of pair distances, with error bars, and its files."""
+"""g(r) as a value: a histogram of pair distances, with error bars."""
 
 from __future__ import annotations
 
-import contextlib
-import os
-from collections.abc import Iterator
-from dataclasses import dataclass, field
-from pathlib import Path
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.errors import FileError, InputError
-from carom.observables.statistics import Estimate
+from carom.errors import InputError
+from carom.observables.statistics import Estimate, shown
+from carom.results import Result
 
 if TYPE_CHECKING:
     import pandas
 
 
-@dataclass(frozen=True, eq=False)
-class RadialDistribution:
+@dataclass(frozen=True, eq=False, repr=False)
+class RDFResult(Result):
     """A histogram of pair distances, normalised to 1 for an ideal gas of the same n particles.
 
     Parameters
@@ -36,14 +33,14 @@ class RadialDistribution:
     diameter : float
         Distance at contact [length]; for two species the distance at which they touch.
     packing_fraction : float
-        Packing fraction of all components together.
+        Packing fraction of all particles together.
     contact_value : Estimate or None
         g(sigma+), extrapolated (see :func:`carom.observables.contact.contact_value`); None if no bin begins
         at contact.
     pair : (int, int) or None
         The species of the two particles; None if all particles are counted.
-    running : two (m,) arrays or None
-        Running coordination numbers, which :meth:`coordination` returns.
+    neighbors, neighbors_error : (m,) float64 arrays or None
+        Running coordination numbers and their errors, which :meth:`coordination` returns.
     """
 
     edges: np.ndarray
@@ -55,9 +52,10 @@ class RadialDistribution:
     frames: int
     diameter: float
     packing_fraction: float
-    contact_value: Estimate | None = field(default=None)
+    contact_value: Estimate | None = None
     pair: tuple[int, int] | None = None
-    running: tuple[np.ndarray, np.ndarray] | None = field(default=None, repr=False)
+    neighbors: np.ndarray | None = None
+    neighbors_error: np.ndarray | None = None
 
     @property
     def r(self) -> np.ndarray:
@@ -65,9 +63,9 @@ class RadialDistribution:
         return 0.5 * (self.edges[:-1] + self.edges[1:])
 
     def coordination(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the mean number of neighbours up to the upper edge of each bin, and its error, (m,) each.
+        """Return the mean number of neighbors up to the upper edge of each bin, and its error, (m,) each.
 
-        For two species it is the number of neighbours of the second one around a component of the first.
+        For two species it is the number of neighbors of the second one around a particle of the first.
         Errors are by blocking over 16 frames or more, otherwise those of independent pairs.
 
         Raises
@@ -75,70 +73,42 @@ class RadialDistribution:
         InputError
             If the distribution was made by MDAnalysis, which does not count frame by frame.
         """
-        if self.running is None:
-            raise InputError("Running coordination numbers need the counts of each frame: carom.rdf(frames).")
-        return self.running
+        if self.neighbors is None or self.neighbors_error is None:
+            raise InputError("Running coordination numbers need each frame by itself: RDF().over(frames).")
+        return self.neighbors, self.neighbors_error
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the file ``path``: ``.csv`` (see :meth:`to_csv`) or ``.npz`` (NumPy arrays), by its suffix.
-
-        Raises
-        ------
-        FileError
-            If the suffix is another one, or the file cannot be written.
-        """
-        path = Path(path)
-        if path.suffix == ".csv":
-            self.to_csv(path)
-        elif path.suffix == ".npz":
-            arrays = {"edges": self.edges, "g": self.g, "error": self.error, "counts": self.counts}
-            if self.pair is not None:
-                arrays["pair"] = np.array(self.pair)
-            numbers = {name: np.array(value) for name, value in self._header().items()}
-            with _writing(path):
-                np.savez(path, allow_pickle=False, **arrays, **numbers)
-        else:
-            raise FileError(f"{path} ends in {path.suffix!r}; g(r) is written as .csv or .npz.")
-
-    def to_pandas(self) -> pandas.DataFrame:
-        """Return r, g and its error as a pandas DataFrame."""
-        import pandas
-
-        return pandas.DataFrame({"r": self.r, "g": self.g, "error": self.error})
-
-    def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the columns ``r_lo, r_hi, g, error, counts`` to the file ``path``, with all digits.
-
-        Lines that begin with # before them say what was measured.
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written.
-        """
-        lines = [f"# {name}: {value}" for name, value in self._header().items()]
-        if self.pair is not None:
-            lines.append(f"# pair: {self.pair[0]} {self.pair[1]}")
-        lines.append("r_lo,r_hi,g,error,counts")
-        for k in range(self.g.size):
-            row = (self.edges[k], self.edges[k + 1], self.g[k], self.error[k])
-            lines.append(",".join(f"{value:.17g}" for value in row) + f",{self.counts[k]:d}")
-        with _writing(Path(path)):
-            Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
-
-    def _header(self) -> dict[str, float]:
-        """Return the numbers at the head of a file, by name."""
-        names = ("n", "dimension", "frames", "diameter", "packing_fraction")
-        header = {name: getattr(self, name) for name in names}
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        peak = int(np.argmax(self.g))
+        rows = [
+            ("frames", str(self.frames)),
+            ("bins", f"{self.g.size}, r = {self.edges[0]:.6g} to {self.edges[-1]:.6g} [length]"),
+            ("highest g", f"{shown(self.g, self.error, peak)} at r = {self.r[peak]:.4g}"),
+        ]
         if self.contact_value is not None:
-            header |= {"contact_value": self.contact_value.mean, "contact_error": self.contact_value.error}
-        return header
+            rows.append(("g(σ+)", self.contact_value.value_text))
+        return f"g(r) of {self.n} particles at packing fraction {self.packing_fraction:.6g}", rows
 
+    def __str__(self) -> str:
+        contact = "" if self.contact_value is None else f"; contact value {self.contact_value.value_text}"
+        return (
+            f"g(r) in {self.g.size} bins from {self.edges[0]:.6g} to {self.edges[-1]:.6g} [length], "
+            f"{self.frames} frames{contact}"
+        )
 
-@contextlib.contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    """Raise FileError in place of an OSError."""
-    try:
-        yield
-    except OSError as error:
-        raise FileError(f"{path} cannot be written ({error.strerror}); choose another place.") from error
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "r_lo": self.edges[:-1], "r_hi": self.edges[1:], "g": self.g, "error": self.error,
+            "counts": self.counts,
+        }  # fmt: skip
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return r, the edges of each bin, g, its error and the counts as a pandas DataFrame.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        found = super().to_dataframe()
+        found.insert(0, "r", self.r)
+        return found

@@ -1,4 +1,4 @@
-"""The radial distribution function g(r) in any dimension, in float64, with bins that begin at contact."""
+"""Histograms of pair distances in any dimension, with bins that begin at contact: g(r) of frames."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables.contact import contact_value
 from carom.observables.pairs import distance_counts
-from carom.observables.radial import RadialDistribution
+from carom.observables.radial import RDFResult
 from carom.observables.statistics import MIN_BLOCKS, blocking
 from carom.scene.overlaps import Room
 from carom.theory import ball_volume
@@ -30,64 +30,6 @@ DEFAULT_REACH = 5.0
 MOST_BINS = 10_000_000
 
 
-def rdf(
-    frames: Iterable[Frame],
-    *,
-    bins: int | None = None,
-    width: float | None = None,
-    rmax: float | None = None,
-    pair: tuple[int | str, int | str] | None = None,
-    contact: float | None = None,
-) -> RadialDistribution:
-    """g(r) of equal particles, or the partial g_ij(r) of two species of a mixture, in a periodic box.
-
-    Parameters
-    ----------
-    frames : iterable of Frame
-        Frames with the same n, dimension, diameters, species and box. They are read once, one at a time.
-    bins : int, optional
-        Number of bins from contact to `rmax`.
-    width : float, optional
-        Width of a bin [length]; 0.02 diameters where neither `bins` nor `width` is given.
-    rmax : float, optional
-        End of the last bin [length]. By default it follows from `bins` and `width`, or it is half of the
-        shortest edge but at most five diameters. If `width` does not divide the range, the last bin ends
-        before `rmax`.
-    pair : two ints or strs, optional
-        Names or numbers of the two species, which may be the same. Each must have one diameter. A number may
-        be text; a species with that name comes first.
-    contact : float, optional
-        Distance at which the two species touch [length], if it is not the mean of their diameters. For a
-        pair, "diameter" above means this distance.
-
-    Returns
-    -------
-    RadialDistribution
-
-    Raises
-    ------
-    InputError
-        If there is no frame, frames differ, or what is given are no frames. If an axis has walls: the fluid
-        is then not homogeneous, and g depends on more than r. Frames hold no obstacles: around them this g is
-        not that of a fluid, either. If diameters are unequal and no pair is given, a species is unknown, or a
-        pair overlaps. If bins, width and rmax are all given, or there are more than ten million bins. If
-        `rmax` does not exceed the diameter, or exceeds half of the shortest edge, beyond which the shells
-        leave the box.
-
-    Notes
-    -----
-    ``g = counts / (n (n - 1) / 2 shell / V)`` with the exact volume of each shell. It is 1 for an ideal gas
-    of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n. For two species
-    the number of pairs is ``n_i n_j``, for one species ``n_i (n_i - 1) / 2``.
-
-    Compiled code counts the pairs over sorted cells (``carom.observables.pairs``), in double precision, in as
-    many threads as Numba uses (``NUMBA_NUM_THREADS``); their number does not change the result. Pairs in
-    contact, and those that overlap by no more than the rounding of positions stored in single precision
-    (1.2e-7 box edges), belong to the first bin.
-    """
-    return distributions(frames, {"": (pair, contact)}, bins=bins, width=width, rmax=rmax)[""]
-
-
 def distributions(
     frames: Iterable[Frame],
     wanted: Mapping[str, tuple[tuple[int | str, int | str] | None, float | None]],
@@ -95,26 +37,24 @@ def distributions(
     bins: int | None = None,
     width: float | None = None,
     rmax: float | None = None,
-) -> dict[str, RadialDistribution]:
-    """Several g(r) of the same frames, each as from :func:`carom.rdf`, in one pass over them.
+) -> dict[str, RDFResult]:
+    """Several g(r) of the same frames, each as from :class:`carom.RDF`, in one pass over them.
 
     Parameters
     ----------
-    frames
-        As for :func:`carom.rdf`.
+    frames : iterable of Frame
+        Frames of one system; they are read once.
     wanted : mapping of str to (pair, contact)
-        What to compute, by name: ``pair`` and ``contact`` as for :func:`carom.rdf`.
+        What to compute, by name: ``pair`` and ``contact`` as for :class:`carom.RDF`.
     bins, width, rmax
-        As for :func:`carom.rdf`.
+        As for :class:`carom.RDF`.
 
     Raises
     ------
     InputError
-        As :func:`carom.rdf` does.
+        As :class:`carom.RDF` does.
     """
     found = Histograms(wanted, bins=bins, width=width, rmax=rmax)
-    if isinstance(frames, Frame) or not isinstance(frames, Iterable):
-        raise InputError(f"frames must be a list or an iterator of frames, found {checks.describe(frames)}.")
     for frame in frames:
         found.update(frame)
     return found.result()
@@ -159,13 +99,13 @@ class Histograms:
                 "the same everywhere, in a box with periodic axes only."
             )
         for name, (pair, contact) in self._wanted.items():
-            chosen = None if pair is None else _species(first, pair)
+            chosen = None if pair is None else species_pair(first, pair)
             if contact is not None and chosen is None:
                 raise InputError("contact is the distance of two species, and no pair is given.")
             diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
             self._asked[name] = (chosen, _bin_edges(diameter, min(first.box), *self._binning))
 
-    def result(self) -> dict[str, RadialDistribution]:
+    def result(self) -> dict[str, RDFResult]:
         """Return g(r) of all frames so far, by name.
 
         Raises
@@ -183,10 +123,11 @@ class Histograms:
 
 def _distribution(
     first: Frame, counts: np.ndarray, edges: np.ndarray, pair: tuple[int, int] | None
-) -> RadialDistribution:
+) -> RDFResult:
     """Return g(r) from the histograms (frames, m) of frames like the first."""
     expected = ideal_counts(edges, _pairs(first, pair), first.box)
-    return RadialDistribution(
+    neighbors, neighbors_error = _running(first, counts, pair)
+    return RDFResult(
         edges=edges,
         g=counts.mean(axis=0) / expected,
         error=_errors(counts, expected),
@@ -198,14 +139,13 @@ def _distribution(
         packing_fraction=_packing_fraction(first),
         contact_value=contact_value(counts, expected, edges, first.dimension),
         pair=pair,
-        running=_running(first, counts, pair),
+        neighbors=neighbors,
+        neighbors_error=neighbors_error,
     )
 
 
-def _running(
-    first: Frame, counts: np.ndarray, pair: tuple[int, int] | None
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the numbers of neighbours below the upper edge of each bin, and their errors, (m,) each.
+def _running(first: Frame, counts: np.ndarray, pair: tuple[int, int] | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of neighbors below the upper edge of each bin, and their errors, (m,) each.
 
     Blocking is applied to the sums over bins. Bins of one frame are not independent, because a particle that
     leaves one enters the next.
@@ -234,8 +174,21 @@ def _common_diameter(frame: Frame) -> float:
     return float(diameters[0])
 
 
-def _species(frame: Frame, pair: tuple[int | str, int | str]) -> tuple[int, int]:
-    """Return the numbers of two species."""
+def species_pair(frame: Frame, pair: tuple[int | str, int | str]) -> tuple[int, int]:
+    """Return the numbers of two species.
+
+    Parameters
+    ----------
+    frame : Frame
+        Frame with these species.
+    pair : two ints or strs
+        Their names or numbers.
+
+    Raises
+    ------
+    InputError
+        If the frame has no such species, or too few particles of them for any pair.
+    """
     if frame.species is None:
         raise InputError("pair is given, and the frames have no species; leave it out.")
     if not isinstance(pair, tuple | list) or len(pair) != 2:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,6 +14,7 @@ from carom.arithmetic import dot
 from carom.errors import CaromWarning, InputError
 from carom.notebook import table
 from carom.observables.quantiles import chi_squared_below, student_above
+from carom.results import part
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -29,6 +31,7 @@ QUANTILE = 0.95
 FEW_SAMPLES = 4.0
 
 
+@part
 @dataclass(frozen=True)
 class Estimate:
     """A mean with its standard error, and what this error is based on.
@@ -135,6 +138,34 @@ class Estimate:
     def exact(cls, mean: float) -> Estimate:
         """Estimate of a quantity whose ``mean`` is known without sampling: its error is 0."""
         return cls(float(mean), 0.0, math.inf, 1.0, 1)
+
+
+def arrays(found: Sequence[Estimate]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the means and the errors of estimates.
+
+    Parameters
+    ----------
+    found : sequence of Estimate
+        m estimates.
+
+    Returns
+    -------
+    values, errors : (m,) float64 arrays
+    """
+    return np.array([each.mean for each in found]), np.array([each.error for each in found])
+
+
+def shown(values: np.ndarray, errors: np.ndarray, k: int) -> str:
+    """Return a number of an array with its error as text.
+
+    Parameters
+    ----------
+    values, errors : (m,) arrays
+        Numbers and their errors.
+    k : int
+        Which of them.
+    """
+    return Estimate(float(values[k]), float(errors[k]), math.inf, 1.0, 1).value_text
 
 
 def blocking(samples: ArrayLike) -> Estimate:

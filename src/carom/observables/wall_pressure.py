@@ -14,9 +14,9 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.models.obstacles.faces import bare, stand_ins
 from carom.models.obstacles.planes import Plane, sides, walls
-from carom.notebook import table
 from carom.observables.statistics import Estimate, ratio
 from carom.observables.surface_changes import freed, place_of
+from carom.results import Result
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class WallPressure:
-    """Request to measure the pressure on a wall or an obstacle, for :meth:`carom.Simulation.measure`.
+    """The pressure on a wall or an obstacle: an observable of a run, for :meth:`carom.Simulation.measure`.
 
     Parameters
     ----------
@@ -36,13 +36,11 @@ class WallPressure:
         surface of the ball or container (not of the surface on which centres turn back); 1 in one dimension.
         Of a plane that stands for a wall it is that of the wall. It is required for other planes, for
         segments without a radius, and for your own obstacles.
-    blocks : int
-        Number of blocks of equal time into which the run is cut; their scatter gives the error bar.
 
     Raises
     ------
     InputError
-        If the area is not positive, or there are fewer than 2 blocks.
+        If the area is not positive.
 
     Notes
     -----
@@ -51,12 +49,10 @@ class WallPressure:
 
     obstacle: int | str = 0
     area: float | None = None
-    blocks: int = 256
 
     def __post_init__(self) -> None:
         if self.area is not None:
             checks.number(self.area, "area", low=0.0, open_low=True)
-        checks.integer(self.blocks, "blocks", low=2)
 
     def prepare(self, scene: Scene) -> None:
         """Raise InputError if a ``scene`` has no such obstacle, or its area is not known."""
@@ -64,7 +60,7 @@ class WallPressure:
         if self.area is None:
             _area(scene, k)
 
-    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> WallPressureEstimate:
+    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> WallPressureResult:
         """Pressure on a wall or obstacle of a scene, from blocks of its run.
 
         Parameters
@@ -114,7 +110,9 @@ class WallPressure:
         else:
             force = ratio(flux, durations)
         values = tuple((flux / durations / area).tolist())
-        return WallPressureEstimate(force.scaled(1.0 / area), force, names[k], area, values)
+        return WallPressureResult(
+            force.scaled(1.0 / area), force, names[k], area, values, tuple(durations.tolist())
+        )
 
     def _number(self, scene: Scene) -> int:
         """Return the number of the obstacle among all walls and obstacles."""
@@ -140,8 +138,8 @@ class WallPressure:
         return checks.integer(self.obstacle, "obstacle", low=0, high=len(names) - 1)
 
 
-@dataclass(frozen=True)
-class WallPressureEstimate:
+@dataclass(frozen=True, eq=False)
+class WallPressureResult(Result):
     """The pressure on a wall or an obstacle, and the force.
 
     Parameters
@@ -154,8 +152,8 @@ class WallPressureEstimate:
         Name of the wall or obstacle.
     area : float
         Area by which the force was divided [length^(d-1)].
-    block_values : tuple of float
-        Pressure in each block.
+    block_values, block_durations : tuple of float
+        Pressure and duration [time] of each block.
     """
 
     pressure: Estimate
@@ -163,18 +161,23 @@ class WallPressureEstimate:
     name: str
     area: float
     block_values: tuple[float, ...] = field(default=(), repr=False)
+    block_durations: tuple[float, ...] = field(default=(), repr=False)
 
-    def _repr_html_(self) -> str:
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         if self.never_hit:
-            return table(self.name, [("hits", "none")])
+            return self.name, [("hits", "none")]
         rows = [("P [energy / length^d]", self.pressure), ("force [energy / length]", self.force)]
-        shown = [(name, e.value_text.replace("+-", "±")) for name, e in rows]
-        return table(self.name, [*shown, ("area [length^(d-1)]", f"{self.area:.6g}")])
+        texts = [(name, e.value_text) for name, e in rows]
+        return self.name, [*texts, ("area [length^(d-1)]", f"{self.area:.6g}")]
 
     def __str__(self) -> str:
         if self.never_hit:
             return f"P on {self.name}: nothing hit it"
         return f"P on {self.name} = {self.pressure.value_text} energy / length^d"
+
+    def __float__(self) -> float:
+        """Return the mean of the pressure."""
+        return self.pressure.mean
 
     @property
     def never_hit(self) -> bool:

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from carom.frame import Frame
     from carom.models.obstacles import Obstacle
     from carom.observables.packing import PackingNetwork
-    from carom.observables.pressure import PressureEstimate
-    from carom.observables.radial import RadialDistribution
+    from carom.observables.pressure import PressureResult
+    from carom.observables.radial import RDFResult
     from carom.observables.statistics import Estimate
 
 # More blocks than this are drawn as means of groups, so that points do not merge.
@@ -35,7 +35,7 @@ _MOST_POINTS = 64
 
 
 def pressure(
-    estimate: PressureEstimate,
+    estimate: PressureResult,
     *,
     equations: Mapping[str, theory.Equation | float] | None = None,
     path: str | os.PathLike[str] | None = None,
@@ -44,7 +44,7 @@ def pressure(
 
     Parameters
     ----------
-    estimate : PressureEstimate
+    estimate : PressureResult
         The measured pressure.
     equations : mapping of str to callable or float, optional
         Equations of state of the fluid to draw, by label; each is shifted to the finite n of the run. A
@@ -75,7 +75,7 @@ def pressure(
     values = np.array(estimate.block_values)
     time = np.cumsum(durations)
     running = np.cumsum(durations * values) / time
-    z = estimate.compressibility_factor
+    z = estimate.Z
     group = math.ceil(values.size / _MOST_POINTS)
     means, middles = _grouped(values, durations, group)
     label = "blocks" if group == 1 else f"means of {group} blocks"
@@ -117,7 +117,7 @@ def pressure(
 
 
 def rdf(
-    distribution: RadialDistribution,
+    distribution: RDFResult,
     *,
     contact_value: Estimate | None = None,
     path: str | os.PathLike[str] | None = None,
@@ -126,7 +126,7 @@ def rdf(
 
     Parameters
     ----------
-    distribution : RadialDistribution
+    distribution : RDFResult
         The measured g(r).
     contact_value : Estimate, optional
         The contact value that the pressure implies, to compare with the extrapolated one.
@@ -171,13 +171,13 @@ def rdf(
 
 
 def partial_rdf(
-    distributions: Mapping[str, RadialDistribution], *, path: str | os.PathLike[str] | None = None
+    distributions: Mapping[str, RDFResult], *, path: str | os.PathLike[str] | None = None
 ) -> Figure:
     """g(r) of every pair of species of a mixture, each from its contact on.
 
     Parameters
     ----------
-    distributions : mapping of str to RadialDistribution
+    distributions : mapping of str to RDFResult
         By the names of the two species, as :func:`carom.observables.partial_rdf.partial_rdf` returns them.
     path : path, optional
         Where to save the picture.
@@ -431,7 +431,7 @@ def _frame_values(axes: Axes, shown: list[float], means: np.ndarray) -> None:
     axes.set_ylim(low - margin, high + margin)
 
 
-def _contact_inset(axes: Axes, distribution: RadialDistribution, implied: Estimate | None) -> None:
+def _contact_inset(axes: Axes, distribution: RDFResult, implied: Estimate | None) -> None:
     """Draw the first quarter of a diameter enlarged, with the contact values at its left border."""
     fitted: Any = distribution.contact_value
     unit = distribution.diameter

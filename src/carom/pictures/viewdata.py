@@ -50,7 +50,7 @@ def _common(frame: Frame, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
     if not 1 <= frame.dimension <= 3:
         raise InputError(
             f"The viewer shows one to three dimensions, and these frames have {frame.dimension}; "
-            "carom.plots.snapshot shows two of their coordinates."
+            "carom.pictures.plots.snapshot shows two of their coordinates."
         )
     shapes = None if frame.dimension == 1 else shapes_of(obstacles, frame.box, frame.periodic)
     kinds = None if frame.species is None else _packed(frame.species % 256, "u1")

@@ -15,7 +15,7 @@ from carom.io.paths import reason
 from carom.models.contacts.restitution import Restitution
 from carom.scene.scene import Scene
 from carom.scene.temperature import thermal_of
-from carom.simulation import own_observers
+from carom.simulation import flying, own_observers
 from carom.simulation.clock import LAST_EPOCH
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_state import RunState, requested_of
@@ -171,6 +171,8 @@ def load(
             raise
         sentence = reason(error).rstrip(".")
         raise FileError(f"{path} cannot be loaded as a checkpoint: {sentence}.") from None
+    if machine.system.flights:  # it was saved while they were measured
+        flying.leave_out(machine)
     if event_log is not None and logged is None:
         raise InputError(f"{path} was written without an event log, so {event_log} cannot be its log.")
     if logged is not None:

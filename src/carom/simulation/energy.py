@@ -8,7 +8,7 @@ import numpy as np
 
 from carom.block import Block, Energy
 from carom.errors import InputError
-from carom.observables.potential_energy import without_potential
+from carom.observables.energy import without_potential
 from carom.scene.temperature import kept_by_motion
 from carom.simulation import pair_steps
 from carom.simulation.temperature import temperature

@@ -188,7 +188,6 @@ def _explanation(
         "image counts": engine.state.images is None,
         "an event log": not logged,
         "currents": not system.currents,
-        "free flights": not system.flights,
     }
     return Explanation(
         scene=repr(scene),

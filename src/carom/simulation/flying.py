@@ -1,17 +1,21 @@
-"""Collision statistics on the way: the method :meth:`carom.Simulation.free_flights`."""
+"""Free flights: histograms that the engine keeps while :class:`carom.FreeFlights` are measured."""
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom import checks
+from carom.block import Block
 from carom.errors import InputError
-from carom.observables.flights import FlightsEstimate, FlightSums, flights_of
+from carom.frame import Frame
+from carom.observables.flights import FlightSums, FreeFlightsResult, flights_of
 
 if TYPE_CHECKING:
-    from carom.engine.system import System
+    from carom.engine.observers.flights import Flights
     from carom.simulation.run_state import RunState
     from carom.simulation.running import Running
 
@@ -19,10 +23,16 @@ REACH = (12.0, 12.0, 8.0)
 """Where histograms end: in mean free times, mean free paths and thermal speeds of the lightest."""
 
 
-def check(system: System) -> None:
-    """Raise InputError where the length of a flight is not its duration times the speed at its end."""
+def check(machine: RunState) -> None:
+    """Raise InputError where flights bend or change their speeds, or there are several workers."""
     from carom.engine.dynamic_obstacles import is_live
 
+    if machine.executive is not None:
+        raise InputError(
+            "FreeFlights observes every collision when it happens, and this simulation has several workers: "
+            "make it with workers=1."
+        )
+    system = machine.system
     moving = any(map(is_live, system.obstacle_models))
     missing = {
         "straight flight": system.straight,
@@ -33,87 +43,90 @@ def check(system: System) -> None:
     }
     wrong = [name for name, right in missing.items() if not right]
     if wrong:
-        raise InputError(f"flights=True needs {' and '.join(wrong)}; leave it out, or change the scene.")
+        raise InputError(f"FreeFlights needs {' and '.join(wrong)}; leave it out, or change the scene.")
 
 
-def free_flights(
-    sim: Running,
-    *,
-    collisions_per_particle: float | None = None,
-    time: float | None = None,
-    blocks: int = 64,
-) -> FlightsEstimate:
-    """Continue the run and return free times, free paths, collision rates and normal speeds.
-
-    This does not affect the trajectory.
+class Flying:
+    """What is measured of free flights during a stretch.
 
     Parameters
     ----------
-    collisions_per_particle, time : float
-        Length of the stretch; give one of the two.
-    blocks : int
-        Number of stretches of equal time; their scatter gives the error bars.
-
-    Returns
-    -------
-    FlightsEstimate
-        By species; see :mod:`carom.observables.flights`. Flights that begin before the stretch or end after
-        it are left out: the stretch should be long compared with a free time. Pinned components have no
-        flights, but collisions.
-
-    Raises
-    ------
-    InputError
-        If the simulation was made without ``flights=True``, or not exactly one length is given, or it is not
-        a positive number.
+    sim : Running
+        The simulation, whose engine keeps histograms from now on (:func:`keeping`).
     """
-    machine = sim.machine
-    flights = _flights(machine)
-    if flights is None:
-        raise InputError("free_flights() needs a simulation made with flights=True.")
-    if (collisions_per_particle is None) == (time is None):
-        raise InputError("free_flights() needs either collisions_per_particle or time.")
-    count = checks.integer(blocks, "blocks", low=2)
-    n = sim.scene.n
-    # Checked before anything runs, or is cleared.
-    if time is None:
-        length = checks.number(
-            collisions_per_particle, "collisions_per_particle of free_flights()", low=0.0, open_low=True
-        )
-        time = sim.time_for(checks.collisions_of(length, n))
-    else:
-        time = checks.number(time, "time of free_flights()", low=0.0, open_low=True)
-    free = sim.time_for(0.5 * n)  # each collision ends two flights
-    speed = float(np.sqrt(sim.kT / sim.scene.masses.min()))
-    widths = np.array([free, free * speed, speed]) * REACH / (flights.times.shape[1] - 1)
+
+    def __init__(self, sim: Running):
+        self._sim = sim
+        machine = sim.machine
+        free = sim.time_for(0.5 * sim.scene.n)  # each collision ends two flights
+        speed = float(np.sqrt(sim.kT / sim.scene.masses.min()))
+        bins = _flights(machine).times.shape[1] - 1
+        self._widths = np.array([free, free * speed, speed]) * REACH / bins
+        with machine.alone.changing():
+            unit, flights = machine.unit, _flights(machine)
+            flights.widths[:] = (
+                unit.to_kernel(self._widths[0], 1), self._widths[1], unit.to_kernel(self._widths[2], -1),
+            )  # fmt: skip
+        self._before = _sums(machine)
+        self._sums: list[FlightSums] = []
+        self._durations: list[float] = []
+
+    takes_frames = False
+
+    def add(self, block: Block, frame: Frame | None) -> None:
+        """Add what flew during a block."""
+        after = _sums(self._sim.machine)
+        self._sums.append(FlightSums(*(b - a for a, b in zip(self._before, after, strict=True))))
+        self._durations.append(block.duration)
+        self._before = after
+
+    def result(self) -> FreeFlightsResult:
+        """Return distributions and means."""
+        scene = self._sim.scene
+        kinds = np.zeros(scene.n, np.int64) if scene.species is None else scene.species
+        counts = np.bincount(kinds, minlength=len(self._before.times))
+        return flights_of(self._sums, self._durations, counts, self._widths)
+
+
+@contextmanager
+def keeping(machine: RunState) -> Iterator[None]:
+    """Let the engine keep histograms of flights for as long as the body runs."""
+    from carom.engine.observers.flights import make_flights
+    from carom.models.interactions.pinned import PinnedCores
+
+    system, pair = machine.system, machine.engine.model.pair
+    kinds = None if system.kinds is None else system.particles.with_ghost(system.kinds, np.int64)
+    inverse = pair.inverse if isinstance(pair, PinnedCores) else None
     with machine.alone.changing():
-        _clear(machine, widths)
-    sums, durations, before = [], [], _sums(machine)
-    for block in sim.blocks(time / count, count):
-        after = _sums(machine)
-        sums.append(FlightSums(*(b - a for a, b in zip(before, after, strict=True))))
-        durations.append(block.duration)
-        before = after
-    kinds = np.zeros(n, np.int64) if sim.scene.species is None else sim.scene.species
-    return flights_of(sums, durations, np.bincount(kinds, minlength=len(flights.times)), widths)
+        _exchange(machine, make_flights(system.n, kinds, inverse))
+    try:
+        yield
+    finally:
+        leave_out(machine)
 
 
-def _flights(machine: RunState):
+def leave_out(machine: RunState) -> None:
+    """Let the engine go on without histograms of flights."""
+    _exchange(machine, None)
+
+
+def _exchange(machine: RunState, new: Flights | None) -> None:
+    """Put histograms in the place of those that there are, before the observers of the user."""
+    from carom.engine.observers.flights import Flights
+    from carom.engine.observers.interface import chained, listed
+    from carom.engine.observers.own import Own
+
+    there = [each for each in listed(machine.engine.model.observers) if not isinstance(each, Flights)]
+    own = [each for each in there if isinstance(each, Own)]
+    machine.system = dataclasses.replace(machine.system, flights=new is not None)
+    machine.observe(chained([*(each for each in there if not isinstance(each, Own)), new, *own]))
+
+
+def _flights(machine: RunState) -> Flights:
     from carom.engine.observers.flights import Flights
 
-    return machine.observer(Flights)
-
-
-def _clear(machine: RunState, widths: np.ndarray) -> None:
-    """Begin new histograms."""
-    flights, unit = _flights(machine), machine.unit
-    flights.widths[:] = [unit.to_kernel(widths[0], 1), widths[1], unit.to_kernel(widths[2], -1)]
-    flights.last[:] = np.inf
-    flights.partners[:] = -1
-    for part in (
-        flights.times, flights.paths, flights.speeds, flights.flown, flights.met, flights.returns,
-    ):  # fmt: skip
-        part[:] = 0
+    found: Flights = machine.observer(Flights)
+    return found
 
 
 def _sums(machine: RunState) -> FlightSums:

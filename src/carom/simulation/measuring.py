@@ -12,9 +12,12 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.notebook import watchable
+from carom.observables.flights import FreeFlights
+from carom.observables.of_frames import OfFrames
 from carom.observables.precision import Goal, Prediction
+from carom.observables.pressure_tensor import PressureTensor
 from carom.observables.protocol import outcome, sees
-from carom.simulation import own_observers
+from carom.simulation import flying, own_observers
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import StructuralRelaxation
@@ -24,12 +27,7 @@ if TYPE_CHECKING:
     from carom.simulation.running import Running
 
 BLOCKS = 256
-"""Blocks for an observable of one's own that does not say how many."""
-
-MOST_BLOCKS = 4096
-"""Up to so many blocks are made where several observables want different numbers, so that each number divides
-them.
-"""
+"""Blocks where ``measure`` is not told how many."""
 
 
 @watchable("Measuring")
@@ -40,30 +38,34 @@ def measure(
     collisions_per_particle: float | None = None,
     time: float | None = None,
     relative_error: float | None = None,
-    max_walltime: float | None = None,
+    blocks: int = BLOCKS,
+    walltime: float | None = None,
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ):
     """Continue the run and measure :class:`~carom.observables.Pressure`, or other observables, in one pass.
 
-    The stretch is cut into blocks of equal *time*; of several observables, into as many as suit all. Blocks
-    that end with a collision would bias the mean. A number of collisions is converted to a time by the rate
+    The stretch is cut into blocks of equal *time*, whose scatter gives the error bars. Observables of frames
+    see one at the start and one at the end of each block. Blocks that end with a collision would bias the
+    mean. A number of collisions is converted to a time by the rate
     seen so far, or by a short pilot. Where contacts lose energy, the time between collisions grows. A block
     then lasts as long as its collisions take at the temperature at its beginning, unless ``time`` is given.
-    ``PressureEstimate.note`` says what is measured where kT or diameters change.
+    ``PressureResult.note`` says what is measured where kT or diameters change.
 
     Parameters
     ----------
-    *observables : Pressure, WallPressure, ..., or objects of your own class
-        What is measured. Your own class has ``update(frame)`` or ``update(block)``, and ``result()`` unless
-        ``update`` returns numbers (:class:`carom.observables.Observable`). Or it is an observer of events
-        (``docs/models``), which sees those of this stretch.
+    *observables : Pressure, Energy, RDF, ..., or objects of your own class
+        What is measured; each begins anew. Your own class has ``update(frame)`` or ``update(block)``, and
+        ``result()`` unless ``update`` returns numbers (:class:`carom.observables.Observable`). Or it is an
+        observer of events (``docs/models``), which sees those of this stretch.
     collisions, collisions_per_particle, time : float, optional
         How long, as in :meth:`carom.Simulation.run`.
     relative_error : float, optional
         Alternatively, run until one standard error is at most this fraction of the mean (of Z, for the
         pressure), confirmed by at least 64 independent blocks.
-    max_walltime : float, optional
+    blocks : int
+        Number of blocks; with ``relative_error`` the least number in the end.
+    walltime : float, optional
         Wall time, without that of compiling, after which the run ends even if the error is not reached [s].
     progress : callable or True, optional
         Called with the fraction done (with ``relative_error``, of the expected length); True shows a bar.
@@ -73,7 +75,7 @@ def measure(
 
     Returns
     -------
-    The observable's estimate, with its error bar; of several observables a tuple of these. For your own
+    The observable's result, with error bars; of several observables a tuple of these. For your own
     class: what its ``result()`` returns, or the means of what its ``update`` returned, with error bars. For
     an observer of events: what its ``result()`` returns, or the observer with what it has added up.
 
@@ -85,7 +87,7 @@ def measure(
     Warns
     -----
     CaromWarning
-        If ``max_walltime`` came first. If the measured quantity drifts, or changes so slowly that there are
+        If ``walltime`` came first. If the measured quantity drifts, or changes so slowly that there are
         fewer than 8 independent samples. If the stretch is too short near freezing, where the particles
         hardly leave their neighbourhoods. If species of different masses have different temperatures, or
         exchange energy too slowly for the stretch. One of a thousand runs in equilibrium is flagged as
@@ -95,8 +97,14 @@ def measure(
         raise InputError("measure() needs an observable, such as carom.Pressure(); found none.")
     for each in observables:
         _check_observable(each)
+    observables = tuple(each.fresh() if isinstance(each, OfFrames) else each for each in observables)
+    for each in observables:  # before a run that would be in vain
         if callable(getattr(each, "prepare", None)):
-            each.prepare(sim.scene)  # before a run that would be in vain
+            each.prepare(sim.scene)
+        if isinstance(each, FreeFlights):
+            flying.check(sim.machine)
+        elif isinstance(each, PressureTensor) and sim.machine.system.rates is not None:
+            raise InputError("PressureTensor needs diameters that do not grow; measure carom.Pressure().")
     given = {
         "collisions": collisions,
         "collisions_per_particle": collisions_per_particle,
@@ -108,25 +116,26 @@ def measure(
     for name in ("collisions", "collisions_per_particle", "time"):
         if given[name] is not None:
             checks.number(given[name], name, low=0.0)
+    checks.integer(blocks, "blocks", low=2)
     if relative_error is not None:
-        return _until_precise(sim, observables, relative_error, max_walltime, progress, predicted)
-    if max_walltime is not None or predicted is not None:
-        raise InputError("max_walltime and predicted go with relative_error, which is missing.")
+        return _until_precise(sim, observables, relative_error, blocks, walltime, progress, predicted)
+    if walltime is not None or predicted is not None:
+        raise InputError("walltime and predicted go with relative_error, which is missing.")
     if collisions_per_particle is not None:
         collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
     if time is None and not cools(sim):
         assert collisions is not None
         time = sim.time_for(collisions)  # it may run a pilot, which nothing is measured of
-    # An observer of events needs no blocks.
-    seen = BLOCKS if progress is not None else 1
-    counts = [seen if own_observers.is_observer(x) else getattr(x, "blocks", BLOCKS) for x in observables]
-    count = math.lcm(*counts) if math.lcm(*counts) <= MOST_BLOCKS else max(counts)
+    if any(isinstance(each, FreeFlights) for each in observables):
+        sim.time_for(1)  # likewise
+    # Observers of events alone need no blocks.
+    count = 1 if progress is None and all(map(own_observers.is_observer, observables)) else blocks
     with ExitStack() as stack:
-        parts = [_part_of(sim, x, count, stack) for x in observables]
+        parts = [_part_of(sim, x, stack) for x in observables]
         for k, block in enumerate(_blocks(sim, count, time, collisions), start=1):
-            frame = sim.frame() if any(part.takes_frame(k) for part in parts) else None
+            frame = sim.frame() if any(part.takes_frames for part in parts) else None
             for part in parts:
-                part.add(k, block, frame)
+                part.add(block, frame)
             if progress is not None:
                 progress(k / count)
         results = tuple(part.result() for part in parts)
@@ -137,7 +146,8 @@ def _until_precise(
     sim: Running,
     observables: tuple[Any, ...],
     relative_error: float,
-    max_walltime: float | None,
+    blocks: int,
+    walltime: float | None,
     progress: Callable[[float], object] | None,
     predicted: Callable[[Prediction], object] | None,
 ) -> Any:
@@ -150,25 +160,25 @@ def _until_precise(
             f"relative_error needs an estimate on the way, which {type(observable).__name__} does not give; "
             "name a length instead."
         )
-    seconds = (
-        math.inf
-        if max_walltime is None
-        else checks.number(max_walltime, "max_walltime", low=0.0, open_low=True)
-    )
+    seconds = math.inf if walltime is None else checks.number(walltime, "walltime", low=0.0, open_low=True)
     return until(
-        sim, observable, Goal(relative_error), max_walltime=seconds, progress=progress, predicted=predicted
-    )
+        sim, observable, Goal(relative_error), blocks=blocks, walltime=seconds, progress=progress,
+        predicted=predicted,
+    )  # fmt: skip
+
+
+_TOLD = (FreeFlights, PressureTensor)
+"""Observables that are told of every event."""
 
 
 class _Part:
     """What is measured of one observable."""
 
-    def takes_frame(self, k: int) -> bool:
-        """Return whether it looks at the frame after block k."""
-        return False
+    takes_frames = False
+    """Whether it looks at the frame after each block."""
 
-    def add(self, k: int, block: Block, frame: Frame | None) -> None:
-        """Add block k, and the frame after it if it was asked for."""
+    def add(self, block: Block, frame: Frame | None) -> None:
+        """Add a block, and the frame after it if it was asked for."""
 
     def result(self) -> Any:
         """Return what was measured."""
@@ -183,8 +193,8 @@ class _Whole(_Part):
         self._thermometer = Thermometer(sim.machine)
         self._relaxation = StructuralRelaxation(sim.machine)
 
-    def add(self, k: int, block: Block, frame: Frame | None) -> None:
-        """Add block k."""
+    def add(self, block: Block, frame: Frame | None) -> None:
+        """Add a block."""
         self._blocks.append(block)
         self._thermometer.look()
 
@@ -196,31 +206,35 @@ class _Whole(_Part):
 
 
 class _Followed(_Part):
-    """An observable that is handed every block, or frames at equal times.
+    """An observable that is handed every block, or frames at equal times."""
 
-    Of frames it sees as many as it wants, if that number divides the ``count`` of blocks; else all.
-    """
+    def __init__(self, sim: Running, observable: Any):
+        self._observable, self.takes_frames = observable, sees(observable) == "frame"
+        self._values = [observable.update(sim.frame())] if self.takes_frames else []
 
-    def __init__(self, sim: Running, observable: Any, count: int):
-        self._observable, self._of_frames = observable, sees(observable) == "frame"
-        wanted = getattr(observable, "blocks", BLOCKS)
-        self._every = count // wanted if count % wanted == 0 else 1
-        self._values = [observable.update(sim.frame())] if self._of_frames else []
-
-    def takes_frame(self, k: int) -> bool:
-        """Return whether it looks at the frame after block k."""
-        return self._of_frames and k % self._every == 0
-
-    def add(self, k: int, block: Block, frame: Frame | None) -> None:
-        """Hand over block k, or the frame after it."""
-        if not self._of_frames:
-            self._values.append(self._observable.update(block))
-        elif self.takes_frame(k):
-            self._values.append(self._observable.update(frame))
+    def add(self, block: Block, frame: Frame | None) -> None:
+        """Hand over a block, or the frame after it."""
+        self._values.append(self._observable.update(frame if self.takes_frames else block))
 
     def result(self) -> Any:
         """Return what the observable says, or the means of what it returned."""
         return outcome(self._observable, self._values)
+
+
+class _Told(_Part):
+    """An observable with an observer of events, whose sums are taken after each block."""
+
+    def __init__(self, sim: Running, observable: Any, stack: ExitStack):
+        self._sums = observable.begin(sim.scene, sim.frame())
+        self._seen = stack.enter_context(own_observers.observing(sim.machine, self._sums.observer))
+
+    def add(self, block: Block, frame: Frame | None) -> None:
+        """Take the sums after a block."""
+        self._sums.add(self._seen, block)
+
+    def result(self) -> Any:
+        """Return what was measured."""
+        return self._sums.result()
 
 
 class _Observer(_Part):
@@ -234,11 +248,16 @@ class _Observer(_Part):
         return self._mine.result() if callable(getattr(self._mine, "result", None)) else self._mine
 
 
-def _part_of(sim: Running, observable: Any, count: int, stack: ExitStack) -> _Part:
+def _part_of(sim: Running, observable: Any, stack: ExitStack) -> Any:
     """Return what is measured of one observable; observers of events are let in until the stack ends."""
     if own_observers.is_observer(observable):
         return _Observer(stack.enter_context(own_observers.observing(sim.machine, observable)))
-    return _Whole(sim, observable) if hasattr(observable, "of_scene") else _Followed(sim, observable, count)
+    if isinstance(observable, FreeFlights):
+        stack.enter_context(flying.keeping(sim.machine))
+        return flying.Flying(sim)
+    if isinstance(observable, PressureTensor):
+        return _Told(sim, observable, stack)
+    return _Whole(sim, observable) if hasattr(observable, "of_scene") else _Followed(sim, observable)
 
 
 def _check_observable(observable: Any) -> None:
@@ -246,7 +265,7 @@ def _check_observable(observable: Any) -> None:
     if own_observers.is_observer(observable):
         return
     updated = callable(getattr(observable, "update", None))
-    whole = callable(getattr(observable, "of_scene", None)) and hasattr(observable, "blocks")
+    whole = callable(getattr(observable, "of_scene", None)) or isinstance(observable, _TOLD)
     if isinstance(observable, type) or not (updated or whole):
         found = f"the class {observable.__name__}" if isinstance(observable, type) else None
         raise InputError(
@@ -254,7 +273,10 @@ def _check_observable(observable: Any) -> None:
             "of your own with update(frame) or update(block), and result(); found "
             f"{found or checks.describe(observable)}."
         )
-    checks.integer(getattr(observable, "blocks", BLOCKS), "the observable's blocks", low=1)
+    if isinstance(getattr(observable, "blocks", None), int):
+        raise InputError(
+            f"{type(observable).__name__} has blocks; their number is an argument of measure(..., blocks=)."
+        )
     if not whole:
         sees(observable)
 

@@ -82,7 +82,7 @@ class Running:
     def potential_energy(self) -> float:
         """Potential energy now, of all pairs on steps and of all components in a field [energy].
 
-        Its mean with an error bar is :class:`carom.observables.PotentialEnergy`.
+        Its mean with an error bar is :class:`carom.Energy`.
 
         Raises
         ------

@@ -12,7 +12,7 @@ from carom.errors import InputError
 from carom.scene.scene import Scene
 from carom.scene.temperature import at_temperature
 from carom.scene.velocities import velocities_of
-from carom.simulation import checkpoint, equilibration, flying, helfand, measuring, own_observers, sampling
+from carom.simulation import checkpoint, equilibration, helfand, measuring, own_observers, sampling
 from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_guard import exclusive
@@ -63,9 +63,6 @@ class Simulation(Running):
         Write every collision to this HDF5 file (see ``docs/files``); in double precision only.
     currents : bool
         Add up the currents of momentum and heat, for :meth:`helfand`.
-    flights : bool
-        Keep histograms of free flights and of normal speeds, for :meth:`free_flights`. It needs straight
-        flight and obstacles at rest.
     observers : sequence of NamedTuples
         Observers of your own, which add up something of every event (``docs/models``). They need one worker.
     workers : int or "auto"
@@ -100,7 +97,6 @@ class Simulation(Running):
         growth: float | ArrayLike | None = None,
         event_log: str | PathLike[str] | None = None,
         currents: bool = False,
-        flights: bool = False,
         observers: Sequence[Any] = (),
         workers: int | str = 1,
     ):
@@ -121,9 +117,6 @@ class Simulation(Running):
         if currents:
             helfand.check(system)
             system = dataclasses.replace(system, currents=True)
-        if flights:
-            flying.check(system)
-            system = dataclasses.replace(system, flights=True)
         if observers:
             own = own_observers.checked(observers, scene, system)
             system = dataclasses.replace(system, observers=own)
@@ -174,7 +167,6 @@ class Simulation(Running):
     write = sampling.write
     measure = measuring.measure
     helfand = helfand.helfand
-    free_flights = flying.free_flights
 
     @exclusive
     def save(self, path: str | PathLike[str], **extra: Any) -> None:

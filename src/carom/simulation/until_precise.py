@@ -26,7 +26,8 @@ def until(
     observable: Any,
     goal: Goal,
     *,
-    max_walltime: float = math.inf,
+    blocks: int,
+    walltime: float = math.inf,
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ) -> Any:
@@ -36,16 +37,16 @@ def until(
     -----
     The error is computed after a pilot of 64 blocks, and then at the end that the previous error predicted.
     The stretch never becomes more than four times as long from one time to the next. When there are twice
-    ``observable.blocks`` blocks, neighbours are merged. The length depends on the measured values only,
-    except for ``max_walltime``.
+    the wanted number of blocks, neighbours are merged. The length depends on the measured values only,
+    except for ``walltime``.
     """
-    stretch = _Stretch(sim, observable, goal, max_walltime, progress, predicted)
+    stretch = _Stretch(sim, observable, goal, blocks, walltime, progress, predicted)
     if not lengthen(goal, FLOOR, stretch.extend, stretch.error_bar, stretch.expect):
         stretch.result = sim.estimate(observable, stretch.blocks)
         found = stretch.result.primary
         if not goal.reached(found):
             warnings.warn(
-                f"max_walltime = {max_walltime:g} s ended the measurement at a relative error of "
+                f"walltime = {walltime:g} s ended the measurement at a relative error of "
                 f"{found.relative_error:.2g}; {goal.relative_error:g} was asked for.",
                 CaromWarning,
                 stacklevel=3,
@@ -72,15 +73,16 @@ class _Stretch:
         sim: Running,
         observable: Any,
         goal: Goal,
-        max_walltime: float,
+        blocks: int,
+        walltime: float,
         progress: Callable[[float], object] | None,
         predicted: Callable[[Prediction], object] | None,
     ):
         self._sim, self._observable, self._goal = sim, observable, goal
-        self._seconds, self._deadline = max_walltime, compile_listeners.running() + max_walltime
+        self._seconds, self._deadline = walltime, compile_listeners.running() + walltime
         self._progress, self._predicted = progress, predicted
         self._source = Blocks(sim, block_collisions(sim.scene.n))
-        self._capacity = 2 * max(int(observable.blocks), 2 * FLOOR)
+        self._capacity = 2 * max(blocks, 2 * FLOOR)
         self._size = 1  # of a block now
         self._expected = math.inf
         self._rate = _Rate(sim)

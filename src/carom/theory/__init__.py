@@ -46,6 +46,7 @@ from carom.theory.mixture import (
 )
 from carom.theory.mixture_size import mixture_finite_size_shift
 from carom.theory.solid import almarza, free_volume, hall, speedy
+from carom.theory.structure import structure_factor
 from carom.theory.transport import (
     Enskog,
     diffusion_shift,
@@ -98,6 +99,7 @@ __all__ = [
     "species_collision_rate",
     "speed_factor",
     "speedy",
+    "structure_factor",
     "tonks",
     "velocity_tail",
     "virial_coefficients",

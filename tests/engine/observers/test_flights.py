@@ -9,9 +9,11 @@ from carom.engine.observers.flights import Flights
 from carom.engine.observers.interface import PairEvent, before_pair
 from carom.errors import InputError
 from carom.models import Kind, Ranges
+from carom.models.drives import Andersen
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.surfaces import Thermal
+from carom.simulation import flying
 from carom.simulation.run_state import RunState
 
 FIVE = 5.0
@@ -24,11 +26,11 @@ def found():
         packing_fraction=0.3,
         seed=2,
     )
-    sim = carom.Simulation(scene, seed=3, flights=True)
+    sim = carom.Simulation(scene, seed=3)
     sim.run(collisions_per_particle=100)
     before = sim.collisions_by_species
     time = sim.time
-    result = sim.free_flights(collisions_per_particle=1500, blocks=64)
+    result = sim.measure(carom.FreeFlights(), collisions_per_particle=1500, blocks=64)
     return sim, result, (sim.collisions_by_species - before) / (sim.time - time)
 
 
@@ -36,7 +38,7 @@ def test_free_times_and_collision_rates_are_inverse(found):
     _, result, _ = found
     for k in (0, 1):
         mean, rate = result.free_time[k].mean, result.collision_rate[k]
-        assert mean.mean * rate.mean == pytest.approx(1.0, rel=2e-3)  # but for flights cut off at the ends
+        assert mean.mean * rate == pytest.approx(1.0, rel=2e-3)  # but for flights cut off at the ends
         # A free path is not the mean speed times the mean free time: who is fast flies shorter times.
         speed = np.sqrt(8.0 / (np.pi * [1.0, 0.25][k]))
         assert 0.8 < result.free_path[k].mean.mean / (speed * mean.mean) < 1.05
@@ -46,7 +48,7 @@ def test_the_rates_are_those_that_the_run_counts(found):
     _, result, rates = found
     for k in (0, 1):
         right = (rates[k].sum() + rates[k, k]) / 64
-        assert result.collision_rate[k].mean == pytest.approx(right, rel=1e-9)
+        assert result.collision_rate[k] == pytest.approx(right, rel=1e-9)
 
 
 def test_normal_speeds_have_the_exact_distribution(found):
@@ -77,7 +79,7 @@ def test_the_return_probability_is_counted_by_hand(found, tmp_path):
     sim.save(tmp_path / "run.h5")
     twin = carom.Simulation.load(tmp_path / "run.h5")
     collisions = 1500
-    estimate = sim.free_flights(time=sim.time_for(collisions), blocks=8)
+    estimate = sim.measure(carom.FreeFlights(), time=sim.time_for(collisions), blocks=8)
     before, last, seen, back = twin.frame().velocities, {}, np.zeros(2), np.zeros(2)
     while twin.collisions < sim.collisions:
         twin.run(collisions=1)
@@ -89,16 +91,17 @@ def test_the_return_probability_is_counted_by_hand(found, tmp_path):
             back[kind] += last.get(one) == other
             last[one] = other
         before = after
-    assert [e.mean for e in estimate.return_probability] == pytest.approx(back / seen, rel=1e-12)
+    assert estimate.return_probability == pytest.approx(back / seen, rel=1e-12)
     # Who is caged returns often; light spheres more often, because a heavy one hardly moves meanwhile.
-    assert 0.01 < result.return_probability[0].mean < 0.5
-    assert result.return_probability[0].error < 0.1 * result.return_probability[0].mean
+    assert 0.01 < result.return_probability[0] < 0.5
+    assert result.return_probability_error[0] < 0.1 * result.return_probability[0]
 
 
 RULES = Ranges([Kind("a", circles=[1.5])], lambda unit, event: None)
 FLUID = carom.Scene.crystal(cells=3, packing_fraction=0.1)
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("change", "settings", "says"),
     [
@@ -106,18 +109,21 @@ FLUID = carom.Scene.crystal(cells=3, packing_fraction=0.1)
         ({"obstacles": [Thermal(Ball((2.07, 0.69, 0.69), 0.2), kT=1.0)]}, {}, "obstacles that rest"),
         ({}, {"growth": 0.01}, "diameters that do not grow"),
         ({"interaction": RULES}, {}, "units that do not decide"),
+        ({"drive": Andersen(1.0, rate=1.0)}, {}, "no drive"),
     ],
 )
 def test_flights_are_refused_where_speeds_change_on_the_way(change, settings, says):
-    with pytest.raises(InputError, match=f"flights=True needs {says}"):
-        carom.Simulation(FLUID.with_(**change), flights=True, **settings)
+    sim = carom.Simulation(FLUID.with_(**change), **settings)
+    with pytest.raises(InputError, match=f"FreeFlights needs {says}"):
+        sim.measure(carom.FreeFlights(), time=1.0)
 
 
 def test_what_is_pinned_does_not_fly(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     scene = FLUID.with_(pinned=np.arange(FLUID.n) % 2 == 0)
-    machine = carom.Simulation(scene, seed=1, flights=True).machine
-    engine, flights = machine.engine, machine.observer(Flights)
+    machine = carom.Simulation(scene, seed=1).machine
+    with flying.keeping(machine):
+        engine, flights = machine.engine, machine.observer(Flights)
     assert (flights.moves == np.arange(FLUID.n) % 2).all()
     for now in (0.25, 0.75):
         event = PairEvent(np.int64(0), np.int64(1), 1, now, 1.0, -1.0, 1.0, 1.0, 1.0, 0, 0, 0)
@@ -127,18 +133,25 @@ def test_what_is_pinned_does_not_fly(monkeypatch):
     assert flights.met[0, 0, 0] == 2.0
 
 
-def test_statistics_leave_no_trace_and_are_asked_for(found):
-    scene = found[0].scene
-    with pytest.raises(InputError, match="flights=True"):
-        carom.Simulation(scene).free_flights(time=1.0)
-    with pytest.raises(InputError, match="either"):
-        found[0].free_flights()
-    seen = found[0].machine.observer(Flights).times.sum()
-    for wrong in ({"time": "a"}, {"time": -1.0}, {"time": 0.0}, {"collisions_per_particle": "a"}):
-        with pytest.raises(InputError, match=next(iter(wrong))):
-            found[0].free_flights(**wrong)
-    assert found[0].machine.observer(Flights).times.sum() == seen > 0  # nothing was cleared
-    assert "flights" not in carom.explain(scene).models
+def test_histograms_are_kept_only_while_they_are_measured(tmp_path):
+    def fluid():
+        sim = carom.Simulation(FLUID, seed=1)
+        sim.run(collisions_per_particle=40)
+        return sim
+
+    plain, seen, kept = fluid(), fluid(), []
+
+    def look(fraction):
+        kept.append(seen.machine.observer(Flights) is not None)
+        seen.save(tmp_path / "during.h5")
+
+    found = seen.measure(carom.FreeFlights(), carom.Pressure(), time=2.0, blocks=8, progress=look)
+    assert found[1] == plain.measure(carom.Pressure(), time=2.0, blocks=8)
+    assert (plain.frame().positions == seen.frame().positions).all()
+    assert kept == [True] * 8
+    # Neither the simulation nor what was saved on the way goes on with them.
+    for sim in (seen, carom.Simulation.load(tmp_path / "during.h5")):
+        assert sim.machine.observer(Flights) is None
 
 
 def test_sums_of_flights_are_in_the_unit_of_time_of_the_scene():

@@ -13,7 +13,7 @@ import numpy as np
 from carom import theory
 from carom.block import Block
 from carom.errors import CaromError, CaromWarning
-from carom.observables import Pressure, PressureEstimate
+from carom.observables import Pressure, PressureResult
 from carom.observables.statistics import Estimate
 from carom.reference import NaiveSystem
 from carom.scene.scene import Scene
@@ -183,7 +183,7 @@ class Measured:
 
     Attributes
     ----------
-    pressure : PressureEstimate
+    pressure : PressureResult
     diffusion : Estimate
         D by the rule of :class:`EinsteinSlope` [length^2 / time].
     seconds : float
@@ -191,7 +191,7 @@ class Measured:
     motion : Motion
     """
 
-    pressure: PressureEstimate
+    pressure: PressureResult
     diffusion: Estimate
     seconds: float
     motion: Motion

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 from carom import theory
 from carom.errors import CaromError, CaromWarning
-from carom.observables import Pressure
-from carom.observables.rdf import rdf
+from carom.observables import RDF, Pressure
 from carom.scene import lattices
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
@@ -108,9 +107,9 @@ def _size(scene: Scene, seed: int, seconds: float) -> SizeRow:
     pace = (sim.collisions - before) / (clock.process_time() - began)
     began, before = clock.process_time(), sim.collisions
     # A run of less than twenty collisions per particle would not resolve the correlation of the virial.
-    found = sim.measure(Pressure(blocks=512), collisions=round(max(pace * seconds, 10.0 * scene.n)))
+    found = sim.measure(Pressure(), collisions=round(max(pace * seconds, 10.0 * scene.n)), blocks=512)
     spent = clock.process_time() - began
-    z = found.compressibility_factor
+    z = found.Z
     relative = z.relative_error * math.sqrt(spent)
     try:
         equation = theory.best(scene.dimension)
@@ -147,7 +146,7 @@ def sampling(
         began = clock.process_time()
         every = interval * mean_free_time
         count = max(round(duration / every), 2)
-        found = rdf(sim.sample(every=every, count=count), width=0.02 * scene.diameter)
+        found = RDF(width=0.02 * scene.diameter).over(sim.sample(every=every, count=count))
         spent = clock.process_time() - began
         near = found.r < 2.0 * scene.diameter
         contact = found.contact_value

@@ -160,7 +160,7 @@ def trade(
             # The engine is the first method. Slow ones are compared with its D on the small scene.
             right = found if method.fast else measured(small, followed[0], mean_free_time, seconds)
             z = expected_pressure(where)  # without a theory, the engine's own Z
-            own = right.pressure.compressibility_factor.mean
+            own = right.pressure.Z.mean
             rights[where.n] = (own if z is None else z), right.diffusion
         rows.append(_row(method, where, found, followings, mean_free_time, seconds, *rights[where.n]))
     by_size = sizes(
@@ -205,9 +205,9 @@ def _row(
     ]
     overlap, energy, momentum = found.motion.faults()
     collisions = found.motion.tally()[1]
-    mine, own = found.pressure.compressibility_factor, found.diffusion
+    mine, own = found.pressure.Z, found.diffusion
     # g(sigma+) is proportional to Z - 1.
-    count = mine if method.kind == "pseudo-hard" else found.pressure.compressibility_factor_from_rate
+    count = mine if method.kind == "pseudo-hard" else found.pressure.Z_from_rate
     contact = count.scaled(1.0 / (z - 1.0), offset=-1.0 / (z - 1.0))
     return Row(
         method=method.name,

@@ -69,7 +69,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         moved = _moved(began_at, sim.frame())
         sampler = OrderParameter(scene.dimension) if task["frames"] else None
         every = task["blocks"] // task["frames"] if task["frames"] else 0
-        request = Pressure(blocks=task["blocks"])
+        request = Pressure()
         duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
         blocks: list[Block] = []
         thermometer, relaxation = Thermometer(sim.machine), StructuralRelaxation(sim.machine)
@@ -84,7 +84,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
             return wanted
 
         def error_bar() -> Estimate:
-            return sim.estimate(request, blocks).compressibility_factor
+            return sim.estimate(request, blocks).Z
 
         lengthen(Planned(task["relative_error"], task["blocks"]), task["blocks"], extend, error_bar)
         estimate = sim.estimate(request, blocks)
@@ -95,7 +95,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "dimension": scene.dimension,
         "packing_fraction": scene.packing_fraction,
         "kT": estimate.kT,
-        "compressibility_factor": _plain(estimate.compressibility_factor),
+        "compressibility_factor": _plain(estimate.Z),
         "reduced_pressure": _plain(estimate.reduced_pressure),
         "collision_rate": _plain(estimate.collision_rate),
         "block_values": [float(value) for value in estimate.block_values],

@@ -179,7 +179,7 @@ class Packing:
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Draw the contacts and the rattlers.
 
-        Parameters and errors are those of :func:`carom.plots.packing`.
+        Parameters and errors are those of :func:`carom.pictures.plots.packing`.
         """
         from carom.pictures import plots
 

@@ -22,17 +22,16 @@ from carom.io.paths import replacing, writing
 from carom.models import model_checks
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.planes import sides
-from carom.observables import Estimate, Pressure, PressureEstimate, RadialDistribution, WallPressure
+from carom.observables import RDF, Estimate, Pressure, PressureResult, RDFResult, WallPressure
+from carom.observables.energy import (
+    Energy,
+    EnergyResult,
+    without_potential,
+)
 from carom.observables.equilibrium import doubts_about, slow_structure
 from carom.observables.layers import Layers
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
-from carom.observables.potential_energy import (
-    PotentialEnergy,
-    PotentialEnergyEstimate,
-    without_potential,
-)
 from carom.observables.pressure import finite_size_doubt, without_pressure
-from carom.observables.rdf import rdf
 from carom.observables.statistics import ratio
 from carom.observables.wall_pressure import obstacle_names
 from carom.plan.plan import Plan
@@ -137,7 +136,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
     pressure = parts.of("pressure", lambda: pressure_of(facts.sim, facts.blocks), None)
     energy = parts.of("potential energy", lambda: energy_of(facts.sim, facts.blocks), None)
     reason = without_rdf(facts.sim.scene, bool(facts.trajectories or facts.without))
-    distributions: dict[str, RadialDistribution] = {}
+    distributions: dict[str, RDFResult] = {}
     if reason is None:
         distributions = parts.of("g(r)", lambda: _write_distributions(folder, facts, report), distributions)
         reason = None if distributions else " ".join(parts.remarks[-1:]) or None
@@ -159,15 +158,15 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
     return summary
 
 
-def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureEstimate | None:
+def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureResult | None:
     """Return the pressure; None where there is none (:func:`no_pressure`), or nothing moves."""
     without = sim.kT == 0.0 or no_pressure(sim.scene) is not None
     return None if without else sim.estimate(Pressure(), blocks)
 
 
-def energy_of(sim: Simulation, blocks: list[Block]) -> PotentialEnergyEstimate | None:
+def energy_of(sim: Simulation, blocks: list[Block]) -> EnergyResult | None:
     """Return the potential energy; None where there is none."""
-    return None if without_potential(sim.scene) else sim.estimate(PotentialEnergy(), blocks)
+    return None if without_potential(sim.scene) else sim.estimate(Energy(), blocks)
 
 
 def no_pressure(scene: Scene) -> str | None:
@@ -202,25 +201,29 @@ def without_rdf(scene: Scene, frames: bool) -> str | None:
 
 def _write_distributions(
     folder: RunFolder, facts: Facts, report: Callable[[str, float], None]
-) -> dict[str, RadialDistribution]:
+) -> dict[str, RDFResult]:
     """Write g(r), and return it as :func:`_distributions`."""
     distributions = _distributions(facts, report)
     if distributions:
         with replacing(folder.rdf) as temporary:
             if facts.sim.scene.equal:
-                distributions[""].to_csv(temporary)
+                distributions[""].save(temporary)
             else:
                 write_partial(distributions, temporary)
     return distributions
 
 
-def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[str, RadialDistribution]:
+def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[str, RDFResult]:
     """Return g(r), named "", or that of each pair of species of a mixture."""
     scene, sim = facts.sim.scene, facts.sim
     if facts.without:
         # The final state replaces the missing frames.
         report("Computing g(r)", 0.0)
-        return {"": rdf([sim.frame()])} if scene.equal else partial_rdf(scene, lambda: iter([sim.frame()]))
+        return (
+            {"": RDF().over([sim.frame()])}
+            if scene.equal
+            else partial_rdf(scene, lambda: iter([sim.frame()]))
+        )
     # From the file, so that a resumed run sees every frame. H5MD is preferred, because text is slow to read.
     source = next((path for path in facts.trajectories if path.suffix == ".h5md"), facts.trajectories[0])
     with io.open(source) as reader:
@@ -231,14 +234,14 @@ def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[s
                 report("Computing g(r)", k / len(reader))
                 yield frame
 
-        return {"": rdf(frames())} if scene.equal else partial_rdf(scene, frames)
+        return {"": RDF().over(frames())} if scene.equal else partial_rdf(scene, frames)
 
 
 def _draw(
     folder: RunFolder,
     facts: Facts,
-    pressure: PressureEstimate | None,
-    distributions: dict[str, RadialDistribution],
+    pressure: PressureResult | None,
+    distributions: dict[str, RDFResult],
     lines: dict[str, float],
 ) -> None:
     from carom.pictures import plots
@@ -278,9 +281,9 @@ def _compared(scene: Scene, phase: Phase | None) -> list[dict[str, Any]]:
 
 def _summary(
     facts: Facts,
-    pressure: PressureEstimate | None,
-    energy: PotentialEnergyEstimate | None,
-    distributions: dict[str, RadialDistribution],
+    pressure: PressureResult | None,
+    energy: EnergyResult | None,
+    distributions: dict[str, RDFResult],
     reason: str | None,
     phase: Phase | None,
     compared: list[dict[str, Any]],
@@ -322,9 +325,9 @@ def _summary(
         "trajectories": [path.name for path in facts.trajectories],
         "without_trajectory": facts.without,
         "relative_error": plan.run.relative_error,
-        "potential_energy": _number(None if energy is None else energy.per_particle),
-        "compressibility_factor": measured("compressibility_factor"),
-        "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),
+        "potential_energy": _number(None if energy is None else energy.U),
+        "compressibility_factor": measured("Z"),
+        "compressibility_factor_from_rate": measured("Z_from_rate"),
         "compressibility_factor_infinite": _number(infinite),
         "reduced_pressure": measured("reduced_pressure"),
         "collision_rate": measured("collision_rate"),
@@ -366,9 +369,7 @@ def _other_temperature(facts: Facts, kT: Estimate) -> str | None:
     return f"{said} still being exchanged, so equilibrate longer."
 
 
-def _doubts(
-    facts: Facts, pressure: PressureEstimate | None, energy: PotentialEnergyEstimate | None
-) -> list[str]:
+def _doubts(facts: Facts, pressure: PressureResult | None, energy: EnergyResult | None) -> list[str]:
     """Return what speaks against the equilibrium of the run."""
     sim, scene = facts.sim, facts.sim.scene
     said = [sentence for found in (pressure, energy) if found is not None for sentence in doubts_about(found)]
@@ -382,9 +383,7 @@ def _doubts(
     return said + facts.thermometer.doubts(error)
 
 
-def _temperature(
-    facts: Facts, pressure: PressureEstimate | None, energy: PotentialEnergyEstimate | None
-) -> float:
+def _temperature(facts: Facts, pressure: PressureResult | None, energy: EnergyResult | None) -> float:
     """Return kT, where it changes as an average over the measured stretch."""
     if pressure is not None:
         return pressure.kT
@@ -397,7 +396,7 @@ def _temperature(
     return math.fsum(times) / duration if times else facts.sim.kT
 
 
-def _thermal(facts: Facts, pressure: PressureEstimate | None) -> bool:
+def _thermal(facts: Facts, pressure: PressureResult | None) -> bool:
     """Return whether pressures may be given in units of kT: where it is constant, or averaged."""
     scene = facts.sim.scene
     if facts.layers.weight is not None or _decides(scene):
@@ -483,14 +482,14 @@ def _note(phase: Phase, scene: Scene) -> str | None:
     return " ".join(filter(None, (phase.note, small))) or None
 
 
-def _infinite(pressure: PressureEstimate | None, phase: Phase | None) -> Estimate | None:
+def _infinite(pressure: PressureResult | None, phase: Phase | None) -> Estimate | None:
     """Return Z of infinitely many particles, or None where no theory gives the correction."""
     if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
         return None
     if phase.name == "solid":
         # For a crystal the correction follows from its own Z: Z - 1 is that of n - 1 vibrating particles.
         factor = pressure.n / (pressure.n - 1.0)
-        return pressure.compressibility_factor.scaled(factor, offset=1.0 - factor)
+        return pressure.Z.scaled(factor, offset=1.0 - factor)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # the note on the phase has the same text

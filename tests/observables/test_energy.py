@@ -54,13 +54,13 @@ def two_rods(depth, interaction):
 )
 def test_two_rods_spend_the_exact_time_in_their_well(depth, interaction):
     sim, share, kT = two_rods(depth, interaction)
-    found = sim.measure(carom.PotentialEnergy(blocks=64), time=4000.0)
+    found = sim.measure(carom.Energy(), time=4000.0, blocks=64)
     # What is left of a period at the end is a part of 1e-3 of the time.
-    assert found.per_particle.mean == pytest.approx(-0.5 * depth * share, rel=2e-3)
-    assert found.total.mean == 2.0 * found.per_particle.mean
+    assert found.U.mean == pytest.approx(-0.5 * depth * share, rel=2e-3)
+    assert found.total.mean == pytest.approx(found.U.mean + found.kinetic.mean, rel=1e-12)
     assert found.kT.mean == pytest.approx(kT, rel=2e-3)
-    assert found.per_particle.error < 2e-3
-    assert found.primary == found.per_particle
+    assert found.U.error < 2e-3
+    assert found.primary == found.U
 
 
 @pytest.mark.parametrize("g", [0.5, -0.5])
@@ -76,11 +76,11 @@ def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
     )
     sim = carom.Simulation(scene)
     assert sim.potential_energy == pytest.approx(3.0 * 0.5 * 2.0, rel=1e-12)
-    found = sim.measure(carom.PotentialEnergy(blocks=1000), time=3000.0)
+    found = sim.measure(carom.Energy(), time=3000.0, blocks=1000)
     # Of 1.5 above the floor, on which the centre is half a diameter high; the mean of a parabola.
     exact = 3.0 * 0.5 * (0.5 + 1.5 * 2.0 / 3.0)
     # A thousand looks at incommensurate times miss a period by some thousandths.
-    assert found.per_particle.mean == pytest.approx(exact, rel=5e-3)
+    assert found.U.mean == pytest.approx(exact, rel=5e-3)
     assert found.kT.mean == pytest.approx(2.0 * (3.0 * 0.5 * 2.0 - exact) / 2.0, rel=1e-2)
 
 
@@ -94,18 +94,18 @@ def fluid():
 
 
 def test_a_fluid_of_wells_has_the_published_energy(fluid):
-    found = fluid.measure(carom.PotentialEnergy(), collisions_per_particle=3000)
+    found = fluid.measure(carom.Energy(), collisions_per_particle=3000)
     # tests/data/square_well_eos.csv, with the slope by kT; the fit is good to some 3 %.
     expected = -2.07423 + 0.09186 * (found.kT.mean - 3.0)
-    assert found.per_particle.mean == pytest.approx(expected, rel=0.035)
-    assert 0.0 < found.per_particle.error < 0.01
+    assert found.U.mean == pytest.approx(expected, rel=0.035)
+    assert 0.0 < found.U.error < 0.01
 
 
 # Of 32 runs one may be flagged by chance: one of some hundreds is.
 @pytest.mark.filterwarnings("ignore:The potential energy (drifts|relaxes)")
 def test_the_error_of_the_energy_is_the_scatter_of_runs(fluid):
-    request = carom.PotentialEnergy()
-    runs = [fluid.measure(request, collisions_per_particle=1500).per_particle for _ in range(32)]
+    request = carom.Energy()
+    runs = [fluid.measure(request, collisions_per_particle=1500).U for _ in range(32)]
     means = np.array([run.mean for run in runs])
     rms = math.sqrt(float(np.mean([((run.mean - means.mean()) / run.error) ** 2 for run in runs])))
     # A standard deviation of 32 normal numbers is known to 12.5 %; one of them is the mean.
@@ -113,11 +113,11 @@ def test_the_error_of_the_energy_is_the_scatter_of_runs(fluid):
 
 
 def test_the_energy_can_be_measured_to_an_error(fluid):
-    found = fluid.measure(carom.PotentialEnergy(blocks=16), relative_error=3e-3)
-    assert found.per_particle.error <= 3e-3 * abs(found.per_particle.mean)
-    longer = fluid.measure(carom.PotentialEnergy(blocks=64), collisions_per_particle=1000)
-    error = math.hypot(found.per_particle.error, longer.per_particle.error)
-    assert abs(found.per_particle.mean - longer.per_particle.mean) < FIVE * error
+    found = fluid.measure(carom.Energy(), relative_error=3e-3, blocks=16)
+    assert found.U.error <= 3e-3 * abs(found.U.mean)
+    longer = fluid.measure(carom.Energy(), collisions_per_particle=1000, blocks=64)
+    error = math.hypot(found.U.error, longer.U.error)
+    assert abs(found.U.mean - longer.U.mean) < FIVE * error
 
 
 def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
@@ -126,7 +126,7 @@ def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
         scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
         sim = carom.Simulation(scene, kT=3.0, seed=seed)
         sim.equilibrate(3.0, collisions_per_particle=1600)
-        kT = sim.measure(carom.PotentialEnergy(), collisions_per_particle=600).kT
+        kT = sim.measure(carom.Energy(), collisions_per_particle=600).kT
         pulls.append((kT.mean - 3.0) / kT.error)  # what it misses is the error of a stretch as long
     # Six sums of two errors: their root mean square is sqrt(2), known to 29 %.
     assert math.sqrt(float(np.mean(np.square(pulls)))) < math.sqrt(2.0) * (1.0 + 3.0 * 0.29)
@@ -169,13 +169,18 @@ def test_a_run_without_a_lasting_temperature_is_not_brought_to_one(scene, settin
         carom.Simulation(scene(), **settings).equilibrate(1.0, collisions_per_particle=10)
 
 
-def test_where_nothing_has_a_potential_energy_none_is_measured():
-    sim = carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.2))
-    with pytest.raises(InputError, match="no steps"):
-        sim.measure(carom.PotentialEnergy(), collisions_per_particle=10)
+def test_where_nothing_has_a_potential_energy_it_is_zero_and_all_is_kinetic():
+    sim = carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.2), kT=2.0)
+    found = sim.measure(carom.Energy(), collisions_per_particle=10)
+    assert Estimate.exact(0.0) == found.U
+    assert found.total.mean == found.kinetic.mean == pytest.approx(0.5 * 2.0 * 3 * 31 / 32, rel=1e-12)
+    assert found.primary == found.kinetic
+
+
+def test_blocks_without_energies_are_refused():
     well = carom.Simulation(carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell()))
     with pytest.raises(InputError, match=r"Simulation\.blocks"):
-        well.estimate(carom.PotentialEnergy(), [well.run(collisions=10)])
+        well.estimate(carom.Energy(), [well.run(collisions=10)])
 
 
 def test_neighbouring_blocks_of_any_length_have_the_means_of_both():

@@ -1,21 +1,26 @@
-"""Structure during a run: the density along an axis, an observable of frames."""
+"""The number density along an axis: an observable of frames."""
 
 from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.observables.statistics import Estimate, blocking
+from carom.observables.of_frames import OfFrames
+from carom.observables.statistics import arrays, blocking, shown
+from carom.results import Result
 
 
 @dataclass
-class DensityProfile:
-    """Number density along an axis, for :meth:`carom.Simulation.measure` or frames of a file.
+class DensityProfile(OfFrames):
+    """Number density along an axis: an observable of frames.
+
+    Give it to :meth:`carom.Simulation.measure`, or frames or a path to :meth:`over`.
 
     Parameters
     ----------
@@ -24,9 +29,7 @@ class DensityProfile:
     bins : int
         Slabs of equal width from 0 to the edge of the box.
     species : int, optional
-        Species to measure; by default all components.
-    blocks : int
-        Number of frames that ``measure`` takes.
+        Species to measure; by default all particles.
 
     Raises
     ------
@@ -38,7 +41,6 @@ class DensityProfile:
     axis: int = 0
     bins: int = 64
     species: int | None = None
-    blocks: int = 256
     _counts: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
     _edges: np.ndarray = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _slab: float = field(default=0.0, init=False, repr=False)
@@ -46,7 +48,6 @@ class DensityProfile:
     def __post_init__(self) -> None:
         checks.integer(self.axis, "axis", low=0)
         checks.integer(self.bins, "bins", low=1)
-        checks.integer(self.blocks, "blocks", low=2)
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""
@@ -66,32 +67,53 @@ class DensityProfile:
             self._slab = float(np.prod(frame.box)) / self.bins
         self._counts.append(np.histogram(x, self._edges)[0] / self._slab)
 
-    def result(self) -> ProfileEstimate:
+    def result(self) -> DensityProfileResult:
         """Return the profile so far, with error bars from blocking over the frames."""
         if not self._counts:
             raise InputError("No frame was given yet, so there is no profile.")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # few frames have wide error bars
-            density = [blocking(column) for column in np.transpose(self._counts)]
-        return ProfileEstimate(self._edges, density)
+            found = [blocking(column) for column in np.transpose(self._counts)]
+        density, error = arrays(found)
+        return DensityProfileResult(self._edges, density, error, self.axis, len(self._counts))
 
 
-@dataclass(frozen=True, eq=False)
-class ProfileEstimate:
+@dataclass(frozen=True, eq=False, repr=False)
+class DensityProfileResult(Result):
     """Number density in slabs.
 
     Attributes
     ----------
     edges : (b + 1,) array
         Edges of the slabs [length].
-    density : list of Estimate
-        Number density in each slab [1 / length^d].
+    density, error : (b,) arrays
+        Number density in each slab and its standard error [1 / length^d].
+    axis : int
+        Number of the axis.
+    frames : int
+        Number of frames.
     """
 
     edges: np.ndarray
-    density: list[Estimate]
+    density: np.ndarray
+    error: np.ndarray
+    axis: int
+    frames: int
 
     @property
     def middle(self) -> np.ndarray:
         """Middle of each slab, (b,) [length]."""
         return 0.5 * (self.edges[1:] + self.edges[:-1])
+
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        rows = [
+            ("slabs", str(self.density.size)),
+            ("lowest", shown(self.density, self.error, int(np.argmin(self.density)))),
+            ("highest", shown(self.density, self.error, int(np.argmax(self.density)))),
+        ]
+        return f"Density along axis {self.axis} [1 / length^d], {self.frames} frames", rows
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "x_lo": self.edges[:-1], "x_hi": self.edges[1:], "density": self.density, "error": self.error,
+        }  # fmt: skip

@@ -1,0 +1,246 @@
+"""The pressure tensor: momentum that particles carry and hand over, along every pair of axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from carom.block import Block
+from carom.errors import InputError
+from carom.models.questions.observer import at_obstacle, at_pair
+from carom.observables.pressure import without_pressure
+from carom.observables.statistics import Estimate, arrays, ratio, shown
+from carom.results import Result
+from carom.scene.temperature import conserved, degrees_of_freedom, peculiar
+
+if TYPE_CHECKING:
+    from carom.frame import Frame
+    from carom.scene.scene import Scene
+
+
+class MomentumFlux(NamedTuple):
+    """What the events of a stretch add to the pressure tensor: an observer of events."""
+
+    masses: np.ndarray
+    """Of each particle, (n,) [mass]."""
+    drift: np.ndarray
+    """Velocity of the centre of mass along axes on which the momentum is conserved, else 0 (d,)."""
+    origin: float
+    """When the stretch began [time]."""
+    virial: np.ndarray
+    """Sum of ``r_a dp_b`` over events of pairs, (d, d) [mass length^2 / time]."""
+    change: np.ndarray
+    """Sum of the changes of ``m v_a v_b`` at events, (d, d) [energy]."""
+    moment: np.ndarray
+    """Sum of these changes times the time since the origin, (d, d) [energy time]."""
+
+
+@at_pair.register
+def _(observer: MomentumFlux, event):
+    later = event.time - observer.origin
+    mi, mj = observer.masses[event.i], observer.masses[event.j]
+    for a in range(len(event.r)):
+        for b in range(len(event.r)):
+            u, w = observer.drift[a], observer.drift[b]
+            gained = mi * (
+                (event.after[0, a] - u) * (event.after[0, b] - w)
+                - (event.before[0, a] - u) * (event.before[0, b] - w)
+            ) + mj * (
+                (event.after[1, a] - u) * (event.after[1, b] - w)
+                - (event.before[1, a] - u) * (event.before[1, b] - w)
+            )
+            observer.change[a, b] += gained
+            observer.moment[a, b] += gained * later
+            observer.virial[a, b] += event.r[a] * mj * (event.after[1, b] - event.before[1, b])
+
+
+@at_obstacle.register
+def _(observer: MomentumFlux, event):
+    later = event.time - observer.origin
+    for a in range(len(event.x)):
+        for b in range(len(event.x)):
+            u, w = observer.drift[a], observer.drift[b]
+            gained = observer.masses[event.i] * (
+                (event.after[a] - u) * (event.after[b] - w) - (event.before[a] - u) * (event.before[b] - w)
+            )
+            observer.change[a, b] += gained
+            observer.moment[a, b] += gained * later
+
+
+@dataclass(frozen=True)
+class PressureTensor:
+    """The pressure tensor from events: an observable of a run, for :meth:`carom.Simulation.measure`.
+
+    An observer of all events is compiled into the engine while it is measured. This does not affect the
+    trajectory.
+
+    Raises
+    ------
+    InputError
+        From ``measure``, where the virial is not the pressure (pinned particles, a field), where particles
+        are driven or follow rules, and where diameters grow.
+
+    Notes
+    -----
+    ``P_ab V t = int sum m v_a v_b dt + sum r_a dp_b``, with the integral over the time t of the stretch and
+    the sum over the collisions in it (J. H. Irving and J. G. Kirkwood, J. Chem. Phys. 18, 817 (1950),
+    averaged over the box). Velocities are those about the centre of mass. Its own motion takes part of the
+    thermal one: along axes on which the momentum is conserved the kinetic part is multiplied by ``n / (n -
+    1)``. All of it is then scaled so that its trace is ``n d kT``. The trace of P is so d times the pressure
+    of :class:`carom.Pressure` in the same stretch, where no contact loses energy.
+
+    With walls or obstacles it is the average over the whole box. P_aa is then the force on the walls of axis
+    a times the free length of the axis, over the volume of the box.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.crystal(108, 0.3), seed=1)
+    >>> p, tensor = sim.measure(carom.Pressure(), PressureTensor(), collisions_per_particle=200)
+    >>> abs(tensor.pressure.mean / p.pressure.mean - 1.0) < 1e-9
+    True
+    """
+
+    def prepare(self, scene: Scene) -> None:
+        """Raise InputError if events do not tell the pressure tensor of a ``scene``."""
+        if reason := without_pressure(scene):
+            raise InputError(reason)
+        if scene.drive is not None or getattr(scene.interaction, "decides", False):
+            raise InputError(
+                "PressureTensor needs velocities that change at events only; here a drive or rules change "
+                "them, so measure carom.Pressure()."
+            )
+
+    def begin(self, scene: Scene, frame: Frame) -> TensorSums:
+        """Return the sums of a stretch that begins with the ``frame``."""
+        return TensorSums(scene, frame)
+
+
+class TensorSums:
+    """The pressure tensor of each block of a stretch.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene of the run.
+    frame : Frame
+        The beginning of the stretch.
+
+    Attributes
+    ----------
+    observer : MomentumFlux
+        What is to see the events of the stretch.
+    """
+
+    def __init__(self, scene: Scene, frame: Frame):
+        self._scene, self._origin, self._time = scene, frame.time, frame.time
+        d, masses = scene.dimension, scene.masses
+        still = np.array(conserved(scene))
+        drift = np.where(still, np.sum(masses[:, None] * frame.velocities, axis=0) / masses.sum(), 0.0)
+        v = peculiar(scene, frame.velocities)
+        self._kinetic = np.einsum("i,ia,ib->ab", masses, v, v)
+        empty = np.zeros((d, d))
+        self.observer = MomentumFlux(
+            masses, drift, float(frame.time), empty, np.zeros((d, d)), np.zeros((d, d))
+        )
+        self._before = (empty.copy(),) * 3
+        self._blocks: list[tuple[float, np.ndarray, np.ndarray]] = []
+
+    def add(self, seen: MomentumFlux, block: Block) -> None:
+        """Add a block, after which the observer holds these sums."""
+        virial, change, moment = (part.copy() for part in (seen.virial, seen.change, seen.moment))
+        before, self._before = self._before, (virial, change, moment)
+        self._time += block.duration
+        elapsed = self._time - self._origin
+        flown = (self._kinetic + before[1]) * block.duration
+        flown += (change - before[1]) * elapsed - (moment - before[2])
+        if block.duration > 0.0:
+            self._blocks.append((block.duration, flown, virial - before[0]))
+
+    def result(self) -> PressureTensorResult:
+        """Return the tensor with its errors."""
+        if not self._blocks:
+            raise InputError("No block of positive duration was given; run before measuring the pressure.")
+        scene, d, n = self._scene, self._scene.dimension, self._scene.n
+        durations = np.array([each[0] for each in self._blocks])
+        flown, virial = (np.array([each[k] for each in self._blocks]) for k in (1, 2))
+        factor = np.sqrt([n / (n - 1.0) if still else 1.0 for still in conserved(scene)])
+        carried = flown * np.outer(factor, factor)
+        heat = n * d * np.trace(flown, axis1=1, axis2=2) / degrees_of_freedom(scene)
+        carried *= (heat / np.trace(carried, axis1=1, axis2=2))[:, None, None]
+        virial = 0.5 * (virial + np.swapaxes(virial, 1, 2))
+
+        def averaged(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            rows = [ratio(column, durations) for column in parts.reshape(len(parts), -1).T / scene.volume]
+            values, errors = arrays(rows)
+            return values.reshape(d, d), errors.reshape(d, d)
+
+        whole = carried + virial
+        pressure = ratio(np.trace(whole, axis1=1, axis2=2) / (d * scene.volume), durations)
+        return PressureTensorResult(
+            *averaged(whole), *averaged(carried), *averaged(virial), pressure, n, d, len(self._blocks)
+        )
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PressureTensorResult(Result):
+    """The pressure tensor of a run.
+
+    Attributes
+    ----------
+    tensor, error : (d, d) arrays
+        P_ab and its standard error [energy / length^d].
+    kinetic, kinetic_error : (d, d) arrays
+        The part that particles carry [energy / length^d].
+    collisional, collisional_error : (d, d) arrays
+        The part that they hand over at collisions [energy / length^d].
+    pressure : Estimate
+        A d-th of the trace [energy / length^d].
+    n, dimension, blocks : int
+        Number of particles, of dimensions, and of blocks.
+    """
+
+    tensor: np.ndarray
+    error: np.ndarray
+    kinetic: np.ndarray
+    kinetic_error: np.ndarray
+    collisional: np.ndarray
+    collisional_error: np.ndarray
+    pressure: Estimate
+    n: int
+    dimension: int
+    blocks: int
+
+    def _pairs(self) -> list[tuple[int, int]]:
+        """Return the diagonal, and then each pair of axes once."""
+        d = self.dimension
+        return [(a, a) for a in range(d)] + [(a, b) for a in range(d) for b in range(a + 1, d)]
+
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        rows = [(f"P_{a}{b}", shown(self.tensor[a], self.error[a], b)) for a, b in self._pairs()]
+        return f"Pressure tensor of {self.n} particles [energy / length^{self.dimension}]", rows
+
+    def _columns(self) -> dict[str, Any]:
+        axes = np.array(self._pairs()).T
+        found: dict[str, Any] = {"a": axes[0], "b": axes[1]}
+        for name in ("tensor", "error", "kinetic", "kinetic_error", "collisional", "collisional_error"):
+            found[name] = getattr(self, name)[axes[0], axes[1]]
+        return found
+
+    def __str__(self) -> str:
+        lines = [f"P = {self.pressure.value_text} energy / length^{self.dimension}"]
+        for name, pairs in (
+            ("diagonal", self._pairs()[: self.dimension]),
+            ("off it", self._pairs()[self.dimension :]),
+        ):
+            if pairs:
+                lines.append(
+                    f"{name}: " + ", ".join(shown(self.tensor[a], self.error[a], b) for a, b in pairs)
+                )
+        return "\n".join(lines)
+
+    def __float__(self) -> float:
+        """Return the mean of the pressure."""
+        return self.pressure.mean

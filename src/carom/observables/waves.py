@@ -1,0 +1,109 @@
+"""Wave vectors of a periodic box, and the density at them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from carom.arithmetic import cosine_and_sine
+from carom.errors import InputError
+
+MOST = 10_000_000
+"""Wave vectors at most."""
+
+PORTION = 2**20
+"""Products of particles and wave vectors at a time, so that memory stays small."""
+
+
+@dataclass(frozen=True, eq=False)
+class Waves:
+    """Wave vectors that fit a periodic box, in shells of one length each.
+
+    Attributes
+    ----------
+    numbers : (m, d) int array
+        Number of waves along each axis; only one of q and -q.
+    shell : (m,) int array
+        Index of the length of each wave vector.
+    lengths : (s,) array
+        Lengths of the wave vectors [1 / length].
+    box : (d,) array
+        Edges of the box [length].
+    """
+
+    numbers: np.ndarray
+    shell: np.ndarray
+    lengths: np.ndarray
+    box: np.ndarray
+
+    @classmethod
+    def of(cls, box: tuple[float, ...], shells: int) -> Waves:
+        """Return the wave vectors of the shortest lengths."""
+        edges = np.asarray(box)
+        most = 1
+        while True:
+            reach = 2.0 * math.pi * most / edges.max()
+            numbers, lengths, found = _up_to(edges, reach)
+            if len(found) >= shells:
+                return cls._shells(numbers, lengths, found[:shells], edges)
+            most += 1
+
+    @classmethod
+    def within(cls, box: tuple[float, ...], kmax: float) -> Waves:
+        """Return the wave vectors up to the length ``kmax`` [1 / length].
+
+        Raises
+        ------
+        InputError
+            If there is none, or there are more than ten million.
+        """
+        edges = np.asarray(box)
+        shortest = 2.0 * math.pi / float(edges.max())
+        if kmax < shortest:
+            raise InputError(
+                f"kmax is {kmax:.6g}, below the shortest wave vector of the box, {shortest:.6g}."
+            )
+        if np.prod(kmax * edges / math.pi + 1.0) > MOST:
+            raise InputError(
+                f"There are more than {MOST} wave vectors up to kmax = {kmax:.6g}; take a shorter one."
+            )
+        return cls._shells(*_up_to(edges, kmax), edges)
+
+    @classmethod
+    def _shells(cls, numbers: np.ndarray, lengths: np.ndarray, kept: np.ndarray, edges: np.ndarray) -> Waves:
+        near = np.searchsorted(kept, lengths * (1.0 - 1e-8))
+        chosen = lengths <= kept[-1] * (1.0 + 1e-8)
+        return cls(numbers[chosen], near[chosen], kept, edges)
+
+    def density(self, positions: np.ndarray) -> np.ndarray:
+        """Return the parts of ``sum exp(i q.r)`` over positions (n, d), real and imaginary, (m, 2)."""
+        most = int(np.abs(self.numbers).max())
+        turns = np.arange(-most, most + 1)[:, None, None] * (positions / self.box)
+        cosines, sines = cosine_and_sine(turns)
+        step = max(PORTION // max(len(positions), 1), 1)
+        parts = []
+        for at in range(0, len(self.numbers), step):
+            real, imaginary = np.ones(1), np.zeros(1)
+            for axis in range(positions.shape[1]):
+                which = self.numbers[at : at + step, axis] + most
+                c, s = cosines[which, :, axis], sines[which, :, axis]
+                real, imaginary = real * c - imaginary * s, real * s + imaginary * c
+            parts.append(np.stack([np.sum(real, axis=1), np.sum(imaginary, axis=1)], axis=1))
+        return np.concatenate(parts)
+
+    def average(self, values: np.ndarray) -> np.ndarray:
+        """Return the mean over each shell, (s,)."""
+        return np.bincount(self.shell, values) / np.bincount(self.shell)
+
+
+def _up_to(edges: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return numbers of waves (m, d), lengths (m,), and each length up to ``reach`` once."""
+    waves = np.floor(reach * edges / (2.0 * math.pi) + 0.5).astype(int)
+    ranges = [np.arange(-k, k + 1) for k in waves]
+    numbers = np.stack(np.meshgrid(*ranges, indexing="ij"), axis=-1).reshape(-1, len(edges))
+    numbers = numbers[len(numbers) // 2 + 1 :]  # only one of q and -q, without q = 0
+    lengths = 2.0 * math.pi * np.sqrt(np.sum((numbers / edges) ** 2, axis=1))
+    found = np.unique(np.round(lengths / lengths.min(), 9)) * lengths.min()
+    return numbers, lengths, found[found <= reach * (1.0 + 1e-9)]

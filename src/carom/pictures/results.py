@@ -1,0 +1,177 @@
+"""The picture of each result, which its method ``plot`` draws."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.pictures import plots
+from carom.pictures.paper import GREY, INK, PALE, TITLE, TOP, WARM, lay_out, saved, sheet
+from carom.texts import label as label_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from carom.observables import (
+        BondOrderResult,
+        DensityProfileResult,
+        Distribution,
+        DynamicsResult,
+        EnergyResult,
+        FreeFlightsResult,
+        PressureTensorResult,
+        StructureFactorResult,
+        WallPressureResult,
+    )
+    from carom.observables.statistics import Estimate
+
+COLORS = (INK, WARM, GREY, PALE)
+"""Of several curves in one picture."""
+
+
+def draw(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
+    """Return the picture of a ``result``, and save it if a ``path`` is given.
+
+    Raises
+    ------
+    InputError
+        If there is none, or nothing to draw.
+    FileError
+        If the picture cannot be saved.
+    """
+    name = type(result).__name__
+    if name == "PressureResult":
+        return plots.pressure(result, path=path)
+    if name == "RDFResult":
+        return plots.rdf(result, path=path)
+    if name not in _PICTURES:
+        raise InputError(f"There is no picture of a {name}; to_dataframe() gives a table.")
+    figure, axes = sheet(7.0, 4.2)
+    _PICTURES[name](axes, result)
+    axes.set_title(label_of(result._rows()[0]), fontsize=TITLE, y=TOP)
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(loc="best", fontsize=8.5, framealpha=0.92, edgecolor="none")
+    lay_out(figure, axes)
+    return saved(figure, path)
+
+
+def _curve(
+    axes: Axes, x: np.ndarray, values: np.ndarray, errors: np.ndarray, label: str = "", color: str = INK
+) -> None:
+    """Draw a curve with its band of one standard error."""
+    known = np.where(np.isfinite(errors), errors, 0.0)
+    axes.fill_between(x, values - known, values + known, color=color, alpha=0.25, linewidth=0)
+    axes.plot(x, values, color=color, linewidth=1.4, label=label or None)
+
+
+def _course(axes: Axes, durations: Sequence[float], values: Sequence[float], mean: Estimate) -> None:
+    """Draw block values and their running mean."""
+    if not values:
+        raise InputError("The result holds no block of the run, so there is nothing to draw.")
+    steps, heights = np.array(durations), np.array(values)
+    time = np.cumsum(steps)
+    axes.plot(time - 0.5 * steps, heights, ".", color=PALE, markersize=4, label="blocks")
+    text = mean.value_text.replace("+-", "±")
+    axes.plot(
+        time, np.cumsum(steps * heights) / time, color=INK, linewidth=1.6, label=f"running mean, {text}"
+    )
+    axes.set_xlabel("time t")
+
+
+def _energy(axes: Axes, result: EnergyResult) -> None:
+    _course(axes, result.block_durations, result.block_values, result.U)
+    axes.set_ylabel("potential energy U of a particle")
+
+
+def _wall_pressure(axes: Axes, result: WallPressureResult) -> None:
+    _course(axes, result.block_durations, result.block_values, result.pressure)
+    axes.set_ylabel("pressure P")
+
+
+def _pressure_tensor(axes: Axes, result: PressureTensorResult) -> None:
+    pairs = result._pairs()
+    for k, (a, b) in enumerate(pairs):
+        axes.errorbar(
+            [k],
+            [result.tensor[a, b]],
+            [result.error[a, b]],
+            fmt="o",
+            color=INK if a == b else WARM,
+            capsize=3,
+        )
+    axes.axhline(result.pressure.mean, color=GREY, linestyle="--", linewidth=0.9)
+    axes.axhline(0.0, color=GREY, linestyle=":", linewidth=0.8)
+    axes.set_xticks(range(len(pairs)), [f"{a}{b}" for a, b in pairs])
+    axes.set_xlabel("axes a, b")
+    axes.set_ylabel("pressure tensor $P_{ab}$")
+
+
+def _structure_factor(axes: Axes, result: StructureFactorResult) -> None:
+    axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
+    errors = np.where(np.isfinite(result.error), result.error, 0.0)
+    axes.errorbar(result.k, result.S, errors, fmt=".-", color=INK, linewidth=0.9, markersize=4)
+    axes.set_xlim(left=0.0)
+    axes.set_xlabel("wave number k")
+    axes.set_ylabel("structure factor S(k)")
+
+
+def _dynamics(axes: Axes, result: DynamicsResult) -> None:
+    _curve(axes, result.times, result.mean_square, result.mean_square_error)
+    axes.set_xscale("log")
+    if (result.mean_square > 0.0).all():
+        axes.set_yscale("log")
+    axes.set_xlabel("time t")
+    axes.set_ylabel("mean square displacement")
+
+
+def _bond_order(axes: Axes, result: BondOrderResult) -> None:
+    seen = np.isfinite(result.correlation)
+    if not seen.any():
+        raise InputError("The correlation of orders was not measured; give BondOrder(rmax=...).")
+    _curve(axes, result.middle[seen], result.correlation[seen], result.correlation_error[seen])
+    axes.axhline(0.0, color=GREY, linewidth=0.8, linestyle=":")
+    axes.set_xlabel("distance r")
+    axes.set_ylabel("correlation of local orders")
+
+
+def _density_profile(axes: Axes, result: DensityProfileResult) -> None:
+    axes.stairs(result.density, result.edges, color=INK, linewidth=1.2)
+    errors = np.where(np.isfinite(result.error), result.error, 0.0)
+    axes.errorbar(result.middle, result.density, errors, fmt="none", color=INK, linewidth=0.9)
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel(f"axis {result.axis}")
+    axes.set_ylabel("number density")
+
+
+def _distribution(axes: Axes, result: Distribution) -> None:
+    _curve(axes, result.middle, result.density, result.error)
+    axes.set_ylabel("probability density")
+
+
+def _free_flights(axes: Axes, result: FreeFlightsResult) -> None:
+    for k, each in enumerate(result.free_time):
+        label = f"species {k}" if len(result.free_time) > 1 else ""
+        seen = each.density > 0.0
+        color = COLORS[k % len(COLORS)]
+        _curve(axes, each.middle[seen], each.density[seen], each.error[seen], label, color)
+    axes.set_yscale("log")
+    axes.set_xlabel("free time")
+    axes.set_ylabel("probability density")
+
+
+_PICTURES: dict[str, Any] = {
+    "BondOrderResult": _bond_order,
+    "DensityProfileResult": _density_profile,
+    "Distribution": _distribution,
+    "DynamicsResult": _dynamics,
+    "EnergyResult": _energy,
+    "FreeFlightsResult": _free_flights,
+    "PressureTensorResult": _pressure_tensor,
+    "StructureFactorResult": _structure_factor,
+    "WallPressureResult": _wall_pressure,
+}

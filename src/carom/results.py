@@ -1,0 +1,330 @@
+"""What a measurement gives: one base by which every result prints, draws itself, and goes to files.
+
+A result is a frozen dataclass of numbers, texts, arrays and :class:`~carom.observables.Estimate`. Its
+dictionary has the names of its fields; an estimate ``Z`` is there as ``Z`` and ``Z_error``, with ``Z_n_eff``,
+``Z_tau`` and ``Z_blocks``. The key ``kind`` names the class, by which :func:`loaded` finds it again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import dataclasses
+import io
+import json
+import math
+import os
+import zipfile
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import numpy as np
+
+from carom import above
+from carom.errors import FileError, InputError
+from carom.notebook import table
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+SUFFIXES = (".json", ".csv", ".npz")
+"""What :meth:`Result.save` writes."""
+
+_KINDS: dict[str, type] = {}
+_PARTS = ("error", "n_eff", "tau", "blocks")  # of an estimate, besides its mean
+_NOT_FINITE = ("nan", "inf", "-inf")  # JSON has no such numbers
+_T = TypeVar("_T", bound=type)
+
+
+def part(kind: _T) -> _T:
+    """Let a dataclass be a part of results: a decorator.
+
+    Parameters
+    ----------
+    kind : type
+        The dataclass.
+    """
+    _KINDS[kind.__name__] = kind
+    return kind
+
+
+class Result:
+    """Base of results.
+
+    A class of its own is a dataclass with ``frozen=True, eq=False`` whose ``_rows`` names the numbers of its
+    short table. It may have ``_columns``, its arrays of one length for tables and ``.csv`` files.
+    """
+
+    def __init_subclass__(cls) -> None:
+        part(cls)
+
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        """Return the title of the short table, and its rows."""
+        raise NotImplementedError
+
+    def _columns(self) -> dict[str, Any]:
+        """Return the columns of the table by name; by default one row of all numbers and texts."""
+        plain = _fields(self)
+        return {name: [value] for name, value in plain.items() if not isinstance(value, list | dict)}
+
+    def _repr_html_(self) -> str:
+        title, rows = self._rows()
+        return table(title, [(name, value.replace("+-", "±")) for name, value in rows])
+
+    def __str__(self) -> str:
+        title, rows = self._rows()
+        return f"{title}: " + ", ".join(f"{name} = {value}" for name, value in rows)
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self}>"
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, Result) or type(self) is not type(other):
+            return NotImplemented
+        return _text(self) == _text(other)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as numbers, texts and lists, by the names of the fields.
+
+        Notes
+        -----
+        Of an estimate ``x`` there are ``x``, ``x_error``, ``x_n_eff``, ``x_tau`` and ``x_blocks``.
+        """
+        return {"kind": type(self).__name__, **_fields(self)}
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return a table for pandas: a row for each bin or time, or one row of numbers.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        try:
+            import pandas
+        except ImportError:
+            raise InputError(
+                "A DataFrame needs the package pandas; pip install pandas, or use to_dict()."
+            ) from None
+        return pandas.DataFrame(self._columns())
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the file ``path``, by its suffix.
+
+        Parameters
+        ----------
+        path : path
+            ``.json`` and ``.npz`` (NumPy arrays) hold everything, and ``carom.load`` reads them. ``.csv`` is
+            the table of :meth:`to_dataframe` with all digits, for other programs; lines that begin with #
+            before it hold the numbers that are the same in all rows.
+
+        Raises
+        ------
+        FileError
+            If the suffix is another one, or the file cannot be written.
+        """
+        path = Path(path)
+        if path.suffix not in SUFFIXES:
+            raise FileError(f"{path} ends in {path.suffix!r}; a result is saved as .json, .csv or .npz.")
+        with _writing(path):
+            if path.suffix == ".npz":
+                np.savez(path, allow_pickle=False, **_arrays(self))
+            else:
+                text = _text(self, indent=1) + "\n" if path.suffix == ".json" else _csv(self)
+                path.write_text(text, encoding="utf-8")
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+        """Draw the result.
+
+        Parameters
+        ----------
+        path : path, optional
+            Where to save the picture; the suffix is the format (png, pdf, svg).
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            If there is nothing to draw.
+        FileError
+            If the picture cannot be saved.
+        """
+        return above.drawn(self, path)
+
+
+def from_dict(values: Mapping[str, Any]) -> Any:
+    """Return the result of which ``values`` is the dictionary: the inverse of :meth:`Result.to_dict`.
+
+    Raises
+    ------
+    InputError
+        If its kind is not known, or a number is missing.
+    """
+    above.name_results()
+    kind = _KINDS.get(str(values.get("kind")))
+    if kind is None:
+        raise InputError(f"No kind of result is called {values.get('kind')!r}.")
+    made = {}
+    for field in dataclasses.fields(kind):
+        name = field.name
+        if f"{name}_n_eff" in values:
+            numbers = (values[name], *(values[f"{name}_{each}"] for each in _PARTS))
+            mean, error, n_eff, tau, blocks = map(_number, numbers)
+            made[name] = _KINDS["Estimate"](mean, error, n_eff, tau, int(blocks))
+        elif name in values:
+            made[name] = _value(values[name], str(field.type))
+        elif field.default is dataclasses.MISSING:
+            raise InputError(f"A saved {kind.__name__} lacks {name!r}.")
+    return kind(**made)
+
+
+def loaded(path: str | os.PathLike[str]) -> Any:
+    """Return the result in a file that :meth:`Result.save` wrote.
+
+    Parameters
+    ----------
+    path : path
+        ``.json`` or ``.npz``.
+
+    Raises
+    ------
+    FileError
+        If there is no such file, or it holds no result.
+    """
+    path = Path(path)
+    if path.suffix == ".csv":
+        raise FileError(f"{path} is a table for other programs; load the .json or .npz of a result.")
+    try:
+        if path.suffix == ".npz":
+            with np.load(path, allow_pickle=False) as file:
+                values = {name: _of_array(file[name]) for name in file.files}
+        else:
+            values = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(values, dict):
+            raise FileError(f"{path} holds no result of a measurement.")
+        return from_dict(values)
+    except OSError as error:
+        raise FileError(f"{path} cannot be read ({error.strerror}).") from error
+    except (ValueError, TypeError, KeyError, zipfile.BadZipFile, InputError) as error:
+        raise FileError(f"{path} holds no result of a measurement: {error}") from error
+
+
+def _fields(result: Any) -> dict[str, Any]:
+    """Return the fields of a dataclass as numbers, texts and lists."""
+    found: dict[str, Any] = {}
+    for field in dataclasses.fields(result):
+        if not field.init:
+            continue
+        value = getattr(result, field.name)
+        if type(value).__name__ == "Estimate":
+            found[field.name] = float(value.mean)
+            found |= {f"{field.name}_{each}": _plain(getattr(value, each)) for each in _PARTS}
+        else:
+            found[field.name] = _plain(value)
+    return found
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, list | tuple):
+        return [_plain(each) for each in value]
+    if isinstance(value, dict):
+        return {_key(name): _plain(each) for name, each in value.items()}
+    if type(value).__name__ in _KINDS:
+        return {"kind": type(value).__name__, **_fields(value)}
+    return value
+
+
+def _key(name: Any) -> str:
+    return "-".join(map(str, name)) if isinstance(name, tuple) else str(name)
+
+
+def _value(value: Any, annotation: str) -> Any:
+    """Return the value of a field that a dictionary of texts, numbers and lists holds."""
+    if isinstance(value, dict) and "kind" in value:
+        return from_dict(value)
+    if isinstance(value, dict):
+        pairs = annotation.startswith("dict[tuple")
+        return {
+            tuple(map(int, name.split("-"))) if pairs else name: _value(each, "")
+            for name, each in value.items()
+        }
+    if annotation.startswith("np.ndarray") and value is not None:
+        return np.array(_finite(value))
+    if isinstance(value, list):
+        return tuple(_value(each, "") for each in value)
+    return value if annotation.startswith("str") else _number(value)
+
+
+def _finite(value: Any) -> Any:
+    return [_finite(each) for each in value] if isinstance(value, list) else _number(value)
+
+
+def _number(value: Any) -> Any:
+    return float(value) if value in _NOT_FINITE else value
+
+
+def _written(value: Any) -> Any:
+    """Return a value for JSON, in which numbers that are not finite are texts."""
+    if isinstance(value, list):
+        return [_written(each) for each in value]
+    if isinstance(value, dict):
+        return {name: _written(each) for name, each in value.items()}
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def _text(result: Result, indent: int | None = None) -> str:
+    return json.dumps(_written(result.to_dict()), indent=indent, allow_nan=False, ensure_ascii=False)
+
+
+def _arrays(result: Result) -> dict[str, np.ndarray]:
+    """Return everything as arrays; what is none of numbers is JSON."""
+    found = {}
+    for name, value in result.to_dict().items():
+        field = getattr(result, name, None)
+        if isinstance(field, np.ndarray):
+            found[name] = field
+        elif isinstance(field, tuple) and all(isinstance(each, int | float) for each in field):
+            found[name] = np.array(value)
+        elif isinstance(value, list | dict):
+            found[name] = np.array("json:" + json.dumps(_written(value), allow_nan=False))
+        elif value is not None:
+            found[name] = np.array(value)
+    return found
+
+
+def _of_array(array: np.ndarray) -> Any:
+    value = array.tolist()
+    return json.loads(value[5:]) if isinstance(value, str) and value.startswith("json:") else value
+
+
+def _csv(result: Result) -> str:
+    columns = {name: np.asarray(column) for name, column in result._columns().items()}
+    text = io.StringIO()
+    constant = {} if len(next(iter(columns.values()))) == 1 else _fields(result)
+    for name, value in constant.items():
+        if isinstance(getattr(result, name, None), tuple) and all(isinstance(each, int) for each in value):
+            text.write(f"# {name}: {' '.join(map(str, value))}\n")
+        elif value is not None and not isinstance(value, list | dict):
+            text.write(f"# {name}: {value}\n")
+    rows = csv.writer(text, lineterminator="\n")
+    rows.writerow(columns)
+    rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    return text.getvalue()
+
+
+@contextlib.contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Raise FileError in place of an OSError."""
+    try:
+        yield
+    except OSError as error:
+        raise FileError(f"{path} cannot be written ({error.strerror}); choose another place.") from error

@@ -1,0 +1,201 @@
+"""Every result prints, draws itself, and goes to tables and files and back."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import carom
+from carom import results
+from carom.errors import FileError, InputError
+from carom.observables import Estimate
+
+
+def two_species():
+    species = [carom.Species("a", count=40), carom.Species("b", count=24, diameter=0.5, mass=0.25)]
+    return carom.Scene.random(species=species, dimension=2, packing_fraction=0.3, seed=1)
+
+
+@pytest.fixture(scope="module")
+def found():
+    sim = carom.Simulation(two_species(), seed=1)
+    sim.run(collisions_per_particle=20)
+    return sim.measure(
+        carom.Pressure(),
+        carom.PressureTensor(),
+        carom.Energy(),
+        carom.RDF(rmax=3.0, pair=("a", "b")),
+        carom.StructureFactor(shells=6),
+        carom.Dynamics(shells=2),
+        carom.BondOrder(rmax=3.0),
+        carom.DensityProfile(bins=8),
+        carom.FreeFlights(),
+        collisions_per_particle=100,
+        blocks=64,
+    )
+
+
+@pytest.fixture(scope="module")
+def walls():
+    sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, seed=1, periodic=False), seed=1)
+    return sim.measure(carom.WallPressure(), collisions_per_particle=60, blocks=32)
+
+
+KINDS = (
+    "PressureResult", "PressureTensorResult", "EnergyResult", "RDFResult", "StructureFactorResult",
+    "DynamicsResult", "BondOrderResult", "DensityProfileResult", "FreeFlightsResult", "WallPressureResult",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("k", range(len(KINDS)), ids=KINDS)
+class TestEveryResult:
+    @pytest.fixture
+    def result(self, found, walls, k):
+        return (*found, walls)[k]
+
+    def test_comes_back_from_files_as_it_was(self, result, k, tmp_path):
+        assert type(result).__name__ == KINDS[k]
+        for suffix in (".json", ".npz"):
+            result.save(tmp_path / f"result{suffix}")
+            again = results.loaded(tmp_path / f"result{suffix}")
+            assert type(again) is type(result)
+            assert again == result
+            assert str(again) == str(result)
+        assert results.from_dict(result.to_dict()) == result
+
+    def test_prints_three_lines_at_most_and_a_short_table(self, result, k):
+        assert 1 <= len(str(result).splitlines()) <= 3
+        assert "\n" not in str(result) or len(str(result)) < 300
+        html = result._repr_html_()
+        assert html.startswith("<table")
+        assert len(html) < 3000
+        assert len(repr(result)) < 20000
+
+    def test_is_a_table_with_all_digits(self, result, k, tmp_path):
+        pytest.importorskip("pandas")
+        table = result.to_dataframe()
+        result.save(tmp_path / "result.csv")
+        lines = [line for line in (tmp_path / "result.csv").read_text().splitlines() if line[0] != "#"]
+        header = lines[0].split(",")
+        assert set(header) <= set(table.columns)
+        assert len(lines) == len(table) + 1
+        for name, text in zip(header, lines[1].split(","), strict=True):
+            if isinstance(table[name][0], float):
+                assert float(text) == table[name][0] or math.isnan(table[name][0])
+
+    def test_draws_itself(self, result, k, tmp_path):
+        if KINDS[k] == "EnergyResult":
+            with pytest.raises(InputError, match="nothing to draw"):
+                result.plot()
+            return
+        figure = result.plot(tmp_path / "picture.png")
+        assert (tmp_path / "picture.png").stat().st_size > 1000
+        assert figure.axes[0].get_xlabel()
+        assert figure.axes[0].get_ylabel()
+
+
+def test_keys_are_those_of_the_attributes(found):
+    pressure = found[0].to_dict()
+    assert pressure["kind"] == "PressureResult"
+    assert pressure["Z"] == found[0].Z.mean
+    assert pressure["Z_error"] == found[0].Z.error
+    assert {"pressure", "reduced_pressure", "contact_value", "collision_rate", "kT", "n"} <= pressure.keys()
+    assert {"U", "U_error", "kinetic", "total"} <= found[2].to_dict().keys()
+    assert found[3].to_dict()["g"] == found[3].g.tolist()
+
+
+def test_a_saved_result_is_strict_json(found, tmp_path):
+    found[0].save(tmp_path / "z.json")  # a mixture has no contact value
+
+    def refuse(name):
+        raise ValueError(name)
+
+    values = json.loads((tmp_path / "z.json").read_text(), parse_constant=refuse)
+    assert values["contact_value"] == "nan"
+    assert values["contact_value_error"] == "inf"
+    assert math.isnan(results.loaded(tmp_path / "z.json").contact_value.mean)
+
+
+def test_results_that_differ_are_not_equal(found):
+    first = found[0].to_dict()
+    assert results.from_dict({**first, "Z": first["Z"] + 1e-12}) != found[0]
+    assert found[0] != found[1]
+    assert found[0] != 1
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "says"),
+    [
+        ("a.csv", "r,g\n", "is a table"),
+        ("a.json", "[1]", "holds no result"),
+        ("a.json", '{"kind": "os.system"}', "No kind of result"),
+        ("a.json", '{"kind": "EnergyResult"}', "lacks 'U'"),
+        ("a.json", "{", "holds no result"),
+        ("a.npz", "PK", "holds no result"),
+        ("missing.json", None, "cannot be read"),
+    ],
+)
+def test_what_is_no_result_is_not_loaded(name, text, says, tmp_path):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    with pytest.raises(FileError, match=says):
+        results.loaded(tmp_path / name)
+
+
+def test_files_that_cannot_be_written_are_said(found, tmp_path):
+    for result in (found[0], found[3]):
+        with pytest.raises(FileError, match=r"\.json, \.csv or \.npz"):
+            result.save(tmp_path / "a.txt")
+        for suffix in results.SUFFIXES:
+            with pytest.raises(FileError, match="cannot be written"):
+                result.save(tmp_path / "missing" / f"a{suffix}")
+
+
+def test_without_pandas_a_table_is_a_sentence(found, monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(InputError, match="pip install pandas"):
+        found[0].to_dataframe()
+
+
+def test_frames_of_a_list_a_file_and_a_folder_are_the_same(tmp_path):
+    sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, seed=1), seed=1)
+    frames = list(sim.sample(every=0.5, count=12))
+    path = tmp_path / "run" / "trajectory.h5md"
+    path.parent.mkdir()
+    with carom.io.open(path, "w") as writer:
+        for frame in frames:
+            writer.write(frame)
+    g = carom.RDF(rmax=2.0)
+    right = g.over(frames)
+    assert g.over(iter(frames)) == g.over(path) == g.over(str(path.parent)) == right
+    with carom.io.open(path) as reader:
+        assert g.over(reader) == right
+    with pytest.raises(FileError, match="holds no trajectory"):
+        g.over(tmp_path)
+    for wrong in (3, frames[0], [1.0]):
+        with pytest.raises(InputError, match="frames must"):
+            g.over(wrong)
+
+
+def test_a_result_of_estimates_alone_has_a_default_text():
+    from dataclasses import dataclass
+
+    @dataclass(frozen=True, eq=False, repr=False)
+    class HeightResult(results.Result):
+        height: Estimate
+
+        def _rows(self):
+            return "Height", [("h [length]", self.height.value_text)]
+
+    found = HeightResult(Estimate(1.0, 0.1, 10.0, 1.0, 10))
+    assert str(found) == "Height: h [length] = 1.00 +- 0.10"
+    assert repr(found) == "<HeightResult: Height: h [length] = 1.00 +- 0.10>"
+    assert results.from_dict(found.to_dict()) == found
+    with pytest.raises(InputError, match="no picture of a HeightResult"):
+        found.plot()
+    with pytest.raises(TypeError):
+        hash(found)
+    assert np.isfinite(found._columns()["height"][0])
