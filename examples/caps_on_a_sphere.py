@@ -1,3 +1,5 @@
+import carom
+
 """Spherical codes: caps on a sphere that grow until they jam, the best of some seeds, and a picture.
 
     python examples/caps_on_a_sphere.py [--smoke] [--out caps]
@@ -9,8 +11,6 @@ After Section 10 of Lubachevsky (1991), "optimal spherical codes" (Smith).
 import argparse
 from pathlib import Path
 
-from carom import studies
-
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="one seed instead of eight")
 parser.add_argument("--out", type=Path, default=Path("caps"), help="folder of the files")
@@ -19,7 +19,7 @@ seeds = 1 if args.smoke else 8
 
 # %% Twenty-four points: the snub cube, known since Robinson (1961). Every seed is a run of the engine: random
 # points move on great circles and grow into caps. The contacts of the best are solved for to 32 digits.
-code = studies.spherical_code(24, seeds=seeds, executor="serial")
+code = carom.spherical_code(24, seeds=seeds, executor="serial")
 print(code)
 
 # %% The file has one point a line, with all digits, as public tables of codes have.
@@ -32,5 +32,5 @@ code.plot(args.out / "snub_cube.png", pixels=600)
 print(args.out / "snub_cube.png")
 
 # %% Nineteen points leave one cap loose: the search names it.
-loose = studies.spherical_code(19, seeds=2 * seeds, executor="serial")
+loose = carom.spherical_code(19, seeds=2 * seeds, executor="serial")
 print(f"{loose.n} points, {loose.angle:.9f} degrees, rattlers: {loose.rattlers.tolist()}")

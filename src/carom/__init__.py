@@ -25,6 +25,14 @@ _LAZY = {
     "explain": "carom.simulation.explanation",
     "check": "carom.simulation.conditions",
     "rdf": "carom.observables.rdf",
+    "run": "carom.studies.runs.execution",
+    "pack": "carom.studies.packings.compression",
+    "spherical_code": "carom.studies.codes.search",
+    "equation_of_state": "carom.studies.eos.study",
+    "transport": "carom.studies.coefficients.study",
+    "resume": "carom.studies.saved",
+    "load": "carom.studies.saved",
+    "open": "carom.io.trajectory",
     "view": "carom.pictures.view",
     "movie": "carom.pictures.movie",
     "CaromError": "carom.errors",
@@ -33,6 +41,7 @@ _LAZY = {
     "OverlapError": "carom.errors",
     "FileError": "carom.errors",
     "CaromWarning": "carom.errors",
+    "Interrupted": "carom.studies.signals",
 }
 _MODULES = {
     "io": "carom.io",
@@ -40,7 +49,6 @@ _MODULES = {
     "observables": "carom.observables",
     "plots": "carom.pictures.plots",
     "reference": "carom.reference",
-    "studies": "carom.studies",
     "theory": "carom.theory",
 }
 

@@ -64,7 +64,7 @@ def test_json_is_all_that_standard_output_holds(done):
         (["--eta", "a lot"], "must be numbers with commas"),
         (["--eta", "0.1:0.2:1"], "first:last:count"),
         (["--n", "many"], "must be integers"),
-        (["--eta", "0.9"], "packing_fractions must be"),
+        (["--eta", "0.9"], "packing_fraction must be"),
         (["--relative-error", "1e-3", "--collisions-per-particle", "10"], "contradict"),
         (["--engine", "steam"], "executor must be one of"),
         (["--engine", "serial", "--scheduler", "tcp://x:1"], "contradict"),

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from carom import studies
+import carom
 from carom.plan.plan import Plan
 
 PLAN = """
@@ -94,6 +94,6 @@ def stopped(given: Plan, out: Path, stage: str = "Measuring", after: float = 0.5
         if now == stage and fraction > after:
             os.kill(os.getpid(), signal.SIGINT)
 
-    with pytest.raises(studies.Interrupted, match="carom resume"):
-        studies.run(given, out, progress=impatient)
+    with pytest.raises(carom.Interrupted, match="carom resume"):
+        carom.run(given, out, progress=impatient)
     return out

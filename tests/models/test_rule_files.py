@@ -206,13 +206,12 @@ def test_a_missing_file_is_refused_in_a_sentence(files):
 SCRIPT = """
 import numpy as np, sys
 import carom
-from carom import studies
 from carom.plan.plan import Plan
 from carom.pictures.view import rules_beside
 from pathlib import Path
 
 plan = Plan.load("scene.toml").trusted()
-whole = studies.run(plan, "whole")
+whole = carom.run(plan, "whole")
 
 def stop(stage, fraction):
     if stage == "Measuring" and fraction > 0.3:
@@ -220,16 +219,16 @@ def stop(stage, fraction):
         signal.raise_signal(signal.SIGINT)
 
 try:
-    studies.run(plan, "half", progress=stop)
+    carom.run(plan, "half", progress=stop)
     raise SystemExit("not stopped")
 except KeyboardInterrupt:
     pass
 try:
-    studies.resume("half")
+    carom.resume("half")
     raise SystemExit("not refused")
 except carom.errors.InputError as refusal:
     assert "--trust-code" in str(refusal)
-parts = studies.resume("half", trust_code=True)
+parts = carom.resume("half", trust_code=True)
 for name in ("collisions", "time", "units", "momentum_drift"):
     assert whole.summary[name] == parts.summary[name], name
 assert sum(whole.summary["units"].values()) <= 20

@@ -86,8 +86,8 @@ def test_only_a_field_has_weights():
 
 
 BED = {
-    "reduced_pressure": NOTHING, "collision_rate": NOTHING, "compressibility_factor": NOTHING,
-    "compressibility_factor_infinite": NOTHING, "thermal": False, "weight": 4.0, "kT": 1e-9,
+    "reduced_pressure": NOTHING, "collision_rate": NOTHING, "Z": NOTHING,
+    "Z_infinite": NOTHING, "thermal": False, "weight": 4.0, "kT": 1e-9,
     "obstacles": [
         {"name": "upper wall of axis 1", "force": {"mean": 0.0, "error": None},
          "pressure": {"mean": 0.0, "error": None}, "power": NOTHING},

@@ -10,7 +10,6 @@ import pytest
 from helpers import full_run
 
 import carom
-from carom import studies
 from carom.block import Block, Energy
 from carom.errors import InputError
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains
@@ -235,11 +234,11 @@ def wells(equilibration=2000, measured=1000, log=False):
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """Return the summary of an uninterrupted run of wells."""
-    return studies.run(wells(), tmp_path_factory.mktemp("wells") / "run").summary
+    return carom.run(wells(), tmp_path_factory.mktemp("wells") / "run").summary
 
 
 def test_a_run_of_wells_is_at_its_temperature_and_tells_its_energy(whole):
-    kT, u = whole["temperature"], whole["potential_energy"]
+    kT, u = whole["temperature"], whole["U"]
     assert abs(kT["mean"] - 3.0) < FIVE * math.sqrt(2.0) * kT["error"]
     assert kT["mean"] == pytest.approx(whole["kT"], rel=1e-12)
     # The published fit, as above; 108 spheres.
@@ -255,13 +254,13 @@ def test_a_run_of_wells_is_at_its_temperature_and_tells_its_energy(whole):
 )
 def test_a_run_of_wells_goes_on_from_every_round(whole, tmp_path, stage, after):
     out = full_run.stopped(wells(), tmp_path / "run", stage, after)
-    again = studies.resume(out).summary
-    for name in ("potential_energy", "temperature", "compressibility_factor", "collisions", "energy_drift"):
+    again = carom.resume(out).summary
+    for name in ("U", "temperature", "Z", "collisions", "energy_drift"):
         assert again[name] == whole[name], name
 
 
 def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_path):
-    summary = studies.run(wells(500, 1000, log=True), tmp_path / "run").summary
+    summary = carom.run(wells(500, 1000, log=True), tmp_path / "run").summary
     assert abs(summary["kT"] - 3.0) > 0.1
     assert summary["note"].startswith(f"kT = 3 was asked for, and its mean is {summary['kT']:.4g}")
     assert "event log" in summary["note"]
@@ -289,8 +288,8 @@ frames = 2
 [output]
 pictures = false
 """)
-    summary = studies.run(plan, tmp_path / "run").summary
-    u, kT = summary["potential_energy"], summary["temperature"]
+    summary = carom.run(plan, tmp_path / "run").summary
+    u, kT = summary["U"], summary["temperature"]
     assert summary["kT"] == kT["mean"]
     assert "kT = 1 was asked for" in summary["note"]
     # Total energy is conserved: both ends of the run belong to the means.

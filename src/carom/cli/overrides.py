@@ -7,12 +7,10 @@ from typing import Any
 
 from carom.plan.plan import Plan
 from carom.plan.sections import SceneSpec
+from carom.studies.runs.asked import changed
 
 RIVALS = (("cells", "n"), ("packing_fraction", "density", "box"))
 """Groups of keys. A scene has one key of a group: a value for one of them replaces the others."""
-
-LENGTHS = ("collisions_per_particle", "relative_error")
-"""The same for a run."""
 
 FLUIDS: dict[int, dict[str, Any]] = {
     1: {"initial": "cubic", "dimension": 1, "n": 1000, "packing_fraction": 0.5},
@@ -51,13 +49,4 @@ def overridden(
         if given.get("initial") == "random":
             cleared["cells"] = None
         plan = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, **{**cleared, **given}))
-    for section, values in (("run", run), ("output", output)):
-        kept = {name: value for name, value in values.items() if value is not None}
-        if kept.keys() & {*LENGTHS}:
-            kept = {**dict.fromkeys(LENGTHS), **kept}
-            if kept["relative_error"] is None:
-                kept.setdefault("max_walltime", None)
-        if kept:
-            spec = dataclasses.replace(getattr(plan, section), **kept)
-            plan = dataclasses.replace(plan, **{section: spec})
-    return plan
+    return changed(plan, run=run, output=output)

@@ -135,6 +135,15 @@ class RadialDistribution:
         return header
 
 
+def is_table(path: Path) -> bool:
+    """Return whether a file is a table of g(r) that Carom wrote."""
+    try:
+        with path.open("rb") as file:
+            return file.read(5) == b"# n: "
+    except OSError:
+        return False
+
+
 @contextlib.contextmanager
 def _writing(path: Path) -> Iterator[None]:
     """Raise FileError in place of an OSError."""

@@ -32,6 +32,13 @@ ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "t
 """Files of a folder that can be shown; the first that exists is taken."""
 
 
+MARK = '<meta name="generator" content="Carom">'
+"""By what a page tells that Carom wrote it."""
+
+LONGEST_HEAD = 1024
+"""Bytes at the beginning of a page within which its mark is."""
+
+
 class View:
     """One self-contained page of HTML, which needs no network and no server.
 
@@ -229,6 +236,15 @@ def _title(path: Path) -> str:
     """Return the title of the page of a file; a byte that is no text becomes a question mark in a diamond."""
     title = f"{path.parent.name}/{path.name}" if path.parent.name else path.name
     return os.fsencode(title).decode("utf-8", "replace")
+
+
+def is_page(path: Path) -> bool:
+    """Return whether a file is a page that :class:`View` wrote."""
+    try:
+        with path.open("rb") as file:
+            return MARK.encode() in file.read(LONGEST_HEAD)
+    except OSError:
+        return False
 
 
 def rules_beside(source: Path) -> Interaction | None:

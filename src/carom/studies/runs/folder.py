@@ -28,8 +28,9 @@ class RunFolder:
 
     Attributes
     ----------
-    scene, checkpoint, summary, events, rdf : Path
-        The plan of the run, the state to continue from, the result (written last), the event log, g(r).
+    scene, checkpoint, summary, events, rdf, start : Path
+        The plan of the run, the state to continue from, the result (written last), the event log, g(r), the
+        scene from which a run began that was given as one.
     """
 
     kind = "a run"
@@ -41,6 +42,7 @@ class RunFolder:
         self.summary = path / "summary.json"
         self.events = path / "events.h5"
         self.rdf = path / "rdf.csv"
+        self.start = path / "start.h5md"
 
     def trajectory(self, form: str) -> Path:
         """Return the trajectory of a format."""
@@ -51,7 +53,8 @@ class RunFolder:
         # Without a summary the run is not finished; without a checkpoint it is not under way.
         trajectories = [self.trajectory(form) for form in FORMATS]
         pictures = [self.path / name for name in PICTURES]
-        return [self.summary, self.checkpoint, self.scene, *trajectories, self.events, self.rdf, *pictures]
+        others = [self.events, self.rdf, self.start, *pictures]
+        return [self.summary, self.checkpoint, self.scene, *trajectories, *others]
 
     def check_free(self, overwrite: bool) -> None:
         """Refuse a folder in which :meth:`begin` would fail; no file is changed.
@@ -107,7 +110,7 @@ class RunFolder:
         self._write_scene(text)
         with writing(self.path):
             for path in self._files():
-                if path != self.scene:
+                if path != self.scene and str(path.absolute()) != plan.scene.file:
                     path.unlink(missing_ok=True)
 
     def check_empty(self) -> None:

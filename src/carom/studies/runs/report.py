@@ -259,7 +259,7 @@ def _draw(
 
 def _lines(rows: list[dict[str, Any]]) -> dict[str, float]:
     """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
-    values = {row["name"]: row["compressibility_factor"] for row in rows}
+    values = {row["name"]: row["Z"] for row in rows}
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -322,10 +322,10 @@ def _summary(
         "trajectories": [path.name for path in facts.trajectories],
         "without_trajectory": facts.without,
         "relative_error": plan.run.relative_error,
-        "potential_energy": _number(None if energy is None else energy.per_particle),
-        "compressibility_factor": measured("compressibility_factor"),
-        "compressibility_factor_from_rate": measured("compressibility_factor_from_rate"),
-        "compressibility_factor_infinite": _number(infinite),
+        "U": _number(None if energy is None else energy.per_particle),
+        "Z": measured("compressibility_factor"),
+        "Z_from_rate": measured("compressibility_factor_from_rate"),
+        "Z_infinite": _number(infinite),
         "reduced_pressure": measured("reduced_pressure"),
         "collision_rate": measured("collision_rate"),
         "contact_value": measured("contact_value"),
@@ -513,8 +513,8 @@ def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
         rows.append(
             {
                 "name": name,
-                "compressibility_factor": _finite(finite),
-                "compressibility_factor_infinite": _finite(infinite),
+                "Z": _finite(finite),
+                "Z_infinite": _finite(infinite),
                 "contact_value": _finite(contact),
             }
         )
@@ -547,8 +547,8 @@ def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
         rows.append(
             {
                 "name": f"{name}, infinite N",
-                "compressibility_factor": _finite(value),
-                "compressibility_factor_infinite": _finite(value),
+                "Z": _finite(value),
+                "Z_infinite": _finite(value),
                 "contact_value": None,
             }
         )
