@@ -30,6 +30,7 @@ _LAZY = {
     "spherical_code": "carom.studies.codes.search",
     "equation_of_state": "carom.studies.eos.study",
     "transport": "carom.studies.coefficients.study",
+    "plan": "carom.studies.planner.plan",
     "resume": "carom.studies.saved",
     "load": "carom.studies.saved",
     "open": "carom.io.trajectory",

@@ -17,7 +17,7 @@ from helpers.commands import CAROM, carom, complaints, plan, start, wait_for
 
 import carom as library
 from carom import io
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 HELP_SECONDS = 0.5
 """From the issue of the first release: nobody waits for help."""
@@ -299,7 +299,7 @@ def test_init_writes_the_default_plan_with_comments(tmp_path):
     assert "carom run scene.toml" in done.stdout
     text = (tmp_path / "scene.toml").read_text()
     assert text.count("#") > 10
-    assert Plan.from_toml(text) == Plan()
+    assert SceneFile.from_toml(text) == SceneFile()
 
 
 def test_export_keeps_every_bit(finished, tmp_path):

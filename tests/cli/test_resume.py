@@ -17,7 +17,7 @@ from helpers.marks import slow
 import carom
 from carom import io
 from carom.io import checkpoint
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 ONE_SECOND = 1.0
 """What a person who pressed Ctrl-C waits without wondering."""
@@ -114,7 +114,7 @@ def stopped(reference, tmp_path):
             os.kill(os.getpid(), signal.SIGINT)
 
     with pytest.raises(carom.Interrupted, match="carom resume"):
-        carom.run(Plan.load(scene), out, progress=impatient)
+        carom.run(SceneFile.load(scene), out, progress=impatient)
     return out
 
 
@@ -128,7 +128,7 @@ def test_ctrl_c_in_any_phase_costs_nothing(reference, tmp_path, stage):
             os.kill(os.getpid(), signal.SIGINT)
 
     with pytest.raises(carom.Interrupted, match=r"carom resume .* goes on"):
-        carom.run(Plan.load(scene), out, progress=impatient)
+        carom.run(SceneFile.load(scene), out, progress=impatient)
     assert not (out / "summary.json").exists()
     before = began(out)
     carom.resume(out, progress=lambda now, fraction: later.append(now))
@@ -154,7 +154,7 @@ def test_a_run_stopped_again_and_again_ends_with_the_same_bits(reference, tmp_pa
         if stage in ("Equilibrating", "Measuring") and dice.random() < 0.1:
             os.kill(os.getpid(), signal.SIGINT)
 
-    go = lambda progress: carom.run(Plan.load(scene), out, progress=progress)  # noqa: E731
+    go = lambda progress: carom.run(SceneFile.load(scene), out, progress=progress)  # noqa: E731
     while stops < 12:
         try:
             go(sometimes)
@@ -175,7 +175,9 @@ def test_sampling_and_progress_change_no_bit(reference, tmp_path):
     scene, whole = reference
     text = scene.read_text().replace("frames = 64", "frames = 16")
     seen = []
-    carom.run(Plan.from_toml(text), tmp_path / "run", progress=lambda stage, fraction: seen.append(stage))
+    carom.run(
+        SceneFile.from_toml(text), tmp_path / "run", progress=lambda stage, fraction: seen.append(stage)
+    )
     assert {"Compiling", "Equilibrating", "Measuring", "Computing g(r)", "Done"} <= {*seen}
     few, many = (io.read(folder / "trajectory.h5md", ":") for folder in (tmp_path / "run", whole))
     assert len(few) == 16

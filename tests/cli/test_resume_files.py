@@ -14,7 +14,7 @@ from carom.errors import CaromWarning, FileError, InputError
 from carom.io.events import EventLog, read_events
 from carom.io.hdf5 import Input
 from carom.models.obstacles.balls import Ball
-from carom.plan.plan import Plan, SceneSpec
+from carom.scene_file.scene_file import SceneFile, SceneSpec
 from carom.simulation.simulation import Simulation
 from carom.studies.runs import report
 from carom.studies.runs.folder import RunFolder
@@ -243,7 +243,9 @@ class Own(Ball):
 
 def test_a_plan_that_no_file_holds_leaves_the_run_that_is_there(out):
     before = content(out)
-    plan = Plan(scene=SceneSpec(initial="random", n=4, box=(9.0, 9.0), obstacles=(Own((4.0, 4.0), 1.0),)))
+    plan = SceneFile(
+        scene=SceneSpec(initial="random", n=4, box=(9.0, 9.0), obstacles=(Own((4.0, 4.0), 1.0),))
+    )
     with pytest.raises(InputError, match="class of one's own"):
         RunFolder(out).begin(plan)
     assert content(out) == before

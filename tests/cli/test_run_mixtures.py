@@ -16,7 +16,7 @@ from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
 from carom.observables.rdf import rdf
 from carom.pictures import plots
 from carom.pictures.plots import partial_rdf as draw
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 from carom.studies.runs.report import _mixture_theory
 
 BINARY = """
@@ -48,7 +48,7 @@ trajectory = {trajectory}
 
 
 def plan(dimension=3, more="", trajectory='["h5md"]'):
-    return Plan.from_toml(BINARY.format(dimension=dimension, more=more, trajectory=trajectory))
+    return SceneFile.from_toml(BINARY.format(dimension=dimension, more=more, trajectory=trajectory))
 
 
 def table_of(path):

@@ -11,7 +11,7 @@ from helpers.commands import carom as command
 import carom
 from carom.errors import InputError
 from carom.observables.precision import FLOOR
-from carom.plan.plan import Plan, RunSpec
+from carom.scene_file.scene_file import RunSpec, SceneFile
 
 PRECISE = """
 [scene]
@@ -65,7 +65,7 @@ def test_a_precise_run_stopped_again_and_again_ends_with_the_same_bits(finished,
             moments.pop(0)
             os.kill(os.getpid(), signal.SIGINT)
 
-    go = lambda: carom.run(Plan.load(scene), out, progress=stop)  # noqa: E731
+    go = lambda: carom.run(SceneFile.load(scene), out, progress=stop)  # noqa: E731
     while moments:
         with pytest.raises(carom.Interrupted):
             go()
@@ -124,7 +124,7 @@ def test_a_run_without_a_pressure_takes_no_relative_error(tmp_path, name):
     key, says = NONE[name]
     n = 1 if name == "one" else 16
     scene = f'[scene]\ninitial = "random"\nn = {n}\ndimension = 2\nbox = [9.0, 9.0]\n{key}\n'
-    plan = Plan.from_toml(scene + "[run]\nrelative_error = 0.05\n")
+    plan = SceneFile.from_toml(scene + "[run]\nrelative_error = 0.05\n")
     with pytest.raises(InputError, match=rf"needs a pressure; give collisions_per_particle.*{says}"):
         carom.run(plan, tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -24,7 +24,7 @@ from carom.cli import screen
 from carom.errors import CaromError, FileError, InputError
 from carom.io import records
 from carom.models.obstacles.balls import Ball
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 from carom.studies import tasks
 from carom.studies.codes import toml as codes
 from carom.studies.codes.code import SphericalCode
@@ -179,10 +179,10 @@ SCENES = {
 
 def built(text):
     """Read a scene file, and build its scene where that is quick."""
-    plan = Plan.from_toml(text)
+    plan = SceneFile.from_toml(text)
     if (plan.scene.n or 0) < 1000:
         plan.build_scene()
-    assert Plan.from_toml(plan.to_toml()) == plan
+    assert SceneFile.from_toml(plan.to_toml()) == plan
 
 
 @pytest.mark.parametrize("all_of_them", [False, slow(True)])

@@ -7,7 +7,7 @@ import sys
 
 import carom
 from carom.cli import screen
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 SCENE = """
 [scene]
@@ -48,7 +48,7 @@ pictures = false
 """
 
 if __name__ == "__main__":
-    plan = Plan.from_toml(SCENE)
+    plan = SceneFile.from_toml(SCENE)
     whole = carom.run(plan, f"{sys.argv[1]}/whole")
     asked = []
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import carom
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 PLAN = """
 [scene]
@@ -76,7 +76,7 @@ type = "square-well"
 def other(name):
     """Return the plan of one of them."""
     scene, measured = OTHERS[name]
-    return Plan.from_toml(scene + RUN.format(measured=measured))
+    return SceneFile.from_toml(scene + RUN.format(measured=measured))
 
 
 def plan(*, equilibration=200, measured=1000, frames=16, without=()):
@@ -84,10 +84,10 @@ def plan(*, equilibration=200, measured=1000, frames=16, without=()):
     text = PLAN.format(equilibration=equilibration, measured=measured, frames=frames)
     for form in without:
         text = text.replace(f', "{form}"', "").replace(f'"{form}", ', "")
-    return Plan.from_toml(text)
+    return SceneFile.from_toml(text)
 
 
-def stopped(given: Plan, out: Path, stage: str = "Measuring", after: float = 0.5) -> Path:
+def stopped(given: SceneFile, out: Path, stage: str = "Measuring", after: float = 0.5) -> Path:
     """Begin a run and press Ctrl-C when so much of a stage is done."""
 
     def impatient(now, fraction):

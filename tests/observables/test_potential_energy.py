@@ -15,8 +15,8 @@ from carom.errors import InputError
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains
 from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate
-from carom.plan.plan import Plan
 from carom.scene.description import kind
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.until_precise import merged
 from carom.studies.runs.report import _other_temperature
 from carom.studies.runs.stretch import Stretch
@@ -226,7 +226,7 @@ event_log = {log}
 
 
 def wells(equilibration=2000, measured=1000, log=False):
-    return Plan.from_toml(
+    return SceneFile.from_toml(
         WELLS.format(equilibration=equilibration, measured=measured, log="true" if log else "false")
     )
 
@@ -267,7 +267,7 @@ def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_p
 
 
 def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(tmp_path):
-    plan = Plan.from_toml("""
+    plan = SceneFile.from_toml("""
 [scene]
 initial = "random"
 dimension = 2

@@ -53,9 +53,9 @@ with carom.Simulation(scene, seed=2, event_log="events.h5") as logged:
 """,
     "looking.md": FLUID
     + """
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 text = "[scene]\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
-carom.run(Plan.from_toml(text + "collisions_per_particle = 20\\nframes = 3\\n"), "carom-run")
+carom.run(SceneFile.from_toml(text + "collisions_per_particle = 20\\nframes = 3\\n"), "carom-run")
 """,
     "packings.md": """
 from carom import studies

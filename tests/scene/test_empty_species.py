@@ -11,8 +11,8 @@ from helpers.mixtures import mixed, mixture
 import carom
 from carom import InputError, Scene, Simulation, Species, io
 from carom.observables.rdf import rdf
-from carom.plan.plan import Plan
 from carom.scene.species import pair_name
+from carom.scene_file.scene_file import SceneFile
 
 PLAN = """
 [scene]
@@ -44,7 +44,7 @@ def plan_of(counts, key="count", n=None):
     table = '[[scene.species]]\nname = "{}"\ndiameter = {}\n{} = {}\n'
     species = "\n".join(table.format(*row) for row in zip(NAMES, DIAMETERS, (key,) * 3, counts, strict=True))
     given = "" if n is None else f"n = {n}\n"
-    return Plan.from_toml(PLAN.format(species=given + species))
+    return SceneFile.from_toml(PLAN.format(species=given + species))
 
 
 @pytest.mark.parametrize("counts", COUNTS)
@@ -84,7 +84,7 @@ def test_every_pair_of_species_has_a_name_of_its_own(tmp_path, monkeypatch):
     assert pair_name("very-large", 1) == '"very-large"-1'
 
     text = PLAN.format(species=f"n = 60\n{KINDS.format(*names[:4])}").replace("true", "false")
-    result = carom.run(Plan.from_toml(text), tmp_path / "run")
+    result = carom.run(SceneFile.from_toml(text), tmp_path / "run")
     wanted = [pair_name(*pair) for pair in itertools.combinations_with_replacement(names[:4], 2)]
     assert list(result.summary["collisions_by_species"]) == wanted
     assert sum(result.summary["collisions_by_species"].values()) >= result.summary["collisions"]

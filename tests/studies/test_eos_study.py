@@ -23,8 +23,8 @@ from carom.models.contacts.losses import Loss
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate, drift
-from carom.plan.sections import SceneSpec
 from carom.scene import lattices
+from carom.scene_file.sections import SceneSpec
 from carom.studies import executors as engines
 from carom.studies import tasks
 from carom.studies.eos import fits, pictures, spec, table, toml

@@ -200,7 +200,7 @@ def init(
     carom init disks.toml
     """
     from carom.io.paths import replacing, writing
-    from carom.plan.plan import template
+    from carom.scene_file.scene_file import template
 
     refuse_to_replace(path, overwrite=overwrite)
     with replacing(path) as temporary, writing(path):

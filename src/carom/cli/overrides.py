@@ -5,8 +5,8 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from carom.plan.plan import Plan
-from carom.plan.sections import SceneSpec
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
 from carom.studies.runs.asked import changed
 
 RIVALS = (("cells", "n"), ("packing_fraction", "density", "box"))
@@ -24,8 +24,8 @@ FLUIDS: dict[int, dict[str, Any]] = {
 
 
 def overridden(
-    plan: Plan | None, *, scene: dict[str, Any], run: dict[str, Any], output: dict[str, Any]
-) -> Plan:
+    plan: SceneFile | None, *, scene: dict[str, Any], run: dict[str, Any], output: dict[str, Any]
+) -> SceneFile:
     """Return the plan with the given values; None stands for those not given.
 
     Raises
@@ -35,7 +35,7 @@ def overridden(
     """
     given = {name: value for name, value in scene.items() if value is not None}
     if plan is None:
-        plan = Plan()
+        plan = SceneFile()
         if given.get("dimension") in FLUIDS and "initial" not in given:
             fluid = FLUIDS[given.pop("dimension")]
             plan = dataclasses.replace(plan, scene=SceneSpec(**fluid))

@@ -252,9 +252,9 @@ def rules_beside(source: Path) -> Interaction | None:
     folder = source if source.is_dir() else source.parent
     if not (folder / "scene.toml").exists():
         return None
-    from carom.plan.plan import Plan
+    from carom.scene_file.scene_file import SceneFile
 
-    return Plan.load(folder / "scene.toml").trusted().scene.own().get("interaction")
+    return SceneFile.load(folder / "scene.toml").trusted().scene.own().get("interaction")
 
 
 def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
@@ -280,10 +280,10 @@ def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
     if not plan.exists() or not any((folder / name).exists() for name in ("summary.json", "checkpoint.h5")):
         return ()
     from carom.models.obstacles import checked
-    from carom.plan.plan import Plan
+    from carom.scene_file.scene_file import SceneFile
 
     try:
-        scene = Plan.load(plan).scene
+        scene = SceneFile.load(plan).scene
     except CaromError as error:
         warnings.warn(f"Obstacles of the run are not drawn: {error}", CaromWarning, stacklevel=3)
         return ()

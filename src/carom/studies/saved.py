@@ -19,7 +19,7 @@ from carom.io import checkpoint, records
 from carom.io.trajectory import open_reader
 from carom.io.validation import flaw
 from carom.models.files.tables import obstacle_from_table
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
 from carom.studies.codes.code import FORMAT as A_CODE
 from carom.studies.codes.code import load as load_code
@@ -91,7 +91,7 @@ def load(path: str | PathLike[str], *, trust_code: bool = False) -> Any:
         raise FileError(f"{path} does not exist; expected {KNOWN}.")
     suffix = where.suffix.lower()
     if suffix == ".toml":
-        plan = Plan.load(where)
+        plan = SceneFile.load(where)
         return (plan.trusted() if trust_code else plan).build_scene()
     if suffix == ".json":
         return _of_json(where)

@@ -13,8 +13,8 @@ from carom import checks, theory
 from carom.errors import InputError
 from carom.io.records import toml_tables
 from carom.models.files import to_tables
-from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
 from carom.studies.coefficients import windows
 from carom.studies.eos.spec import GRID, StudySpec, replaced, scene_spec
 from carom.studies.tasks import Task
@@ -155,7 +155,7 @@ def of_scene(path: str | Path, **given: Any) -> TransportSpec:
     text = toml.read(path)
     if "study" in toml_tables(text):
         return TransportSpec(**replaced(vars(toml.load(path, TransportSpec)), given))
-    plan = Plan.load(path)
+    plan = SceneFile.load(path)
     words: dict[str, Any] = {"initial": "auto"}
     scene = plan.scene
     if scene.initial == "file":

@@ -12,8 +12,8 @@ from carom import checks, densities, theory
 from carom.errors import InputError
 from carom.models import obstacles
 from carom.models.files import to_tables
-from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene import lattices
+from carom.scene_file.sections import SceneSpec, SpeciesSpec
 from carom.studies.session import cost
 from carom.studies.tasks import Task
 from carom.version import __version__

@@ -23,11 +23,11 @@ from carom.errors import FileError, InputError
 from carom.io import checkpoint
 from carom.io.paths import writing
 from carom.notebook import by_stage, watchable
-from carom.plan.plan import Plan
 from carom.scene import lattices
 from carom.scene.overlaps import rounding
 from carom.scene.scene import Scene
 from carom.scene.species import Species, checked_species
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
 from carom.studies.arguments import refuse_unknown
 from carom.studies.packings.packing import HISTORY, Packing, parted
@@ -291,7 +291,7 @@ def _start(start: Any, of_points: dict[str, Any], seed: int) -> Scene:
     if isinstance(start, Scene):
         return start
     if isinstance(start, str | PathLike):
-        return Plan.load(Path(start)).build_scene()
+        return SceneFile.load(Path(start)).build_scene()
     raise InputError(
         f"pack() starts from a number of particles, a Scene or a scene file (TOML), found "
         f"{checks.describe(start)}."

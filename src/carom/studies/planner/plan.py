@@ -420,7 +420,7 @@ def plan(
         d.
     species : sequence of mappings, optional
         Species of a mixture, such as ``{"fraction": 0.5, "diameter": 1.4, "mass": 2.0}``.
-    scene : path, Plan or System
+    scene : path, SceneFile or System
         A scene. The plan may change its number of particles.
     n : int, optional
         Number of particles; by default the plan chooses it.

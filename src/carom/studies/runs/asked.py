@@ -13,9 +13,9 @@ from carom import checks, io
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.paths import replacing
-from carom.plan.plan import Plan
-from carom.plan.sections import SceneSpec
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
 from carom.studies.runs.folder import RunFolder
 
 LENGTHS = ("collisions_per_particle", "relative_error")
@@ -25,7 +25,7 @@ MODELS = ("interaction", "motion", "impact")
 """Keywords of a scene that its scene file names in the same words, and that may follow from others."""
 
 
-def plan_of(asked: Any) -> Plan:
+def plan_of(asked: Any) -> SceneFile:
     """Return the scene file that a file, a folder of a run or a value describes; without one the default.
 
     Raises
@@ -36,18 +36,18 @@ def plan_of(asked: Any) -> Plan:
         If the file cannot be read.
     """
     if asked is None:
-        return Plan()
-    if isinstance(asked, Plan):
+        return SceneFile()
+    if isinstance(asked, SceneFile):
         return asked.beside(Path())
     if isinstance(asked, str | PathLike):
         path = Path(asked)
-        return Plan.load(path / RunFolder(path).scene.name if path.is_dir() else path)
+        return SceneFile.load(path / RunFolder(path).scene.name if path.is_dir() else path)
     raise InputError(
         f"run() takes a Scene, a scene file (TOML) or the folder of a run, found {checks.describe(asked)}."
     )
 
 
-def changed(plan: Plan, *, run: dict[str, Any], output: dict[str, Any]) -> Plan:
+def changed(plan: SceneFile, *, run: dict[str, Any], output: dict[str, Any]) -> SceneFile:
     """Return a plan with other values in its sections [run] and [output]; None stands for those not given."""
     for section, values in (("run", run), ("output", output)):
         kept = {name: value for name, value in values.items() if value is not None}
@@ -61,7 +61,7 @@ def changed(plan: Plan, *, run: dict[str, Any], output: dict[str, Any]) -> Plan:
     return plan
 
 
-def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> Plan:
+def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFile:
     """Return a plan that starts from a scene, which is written to the folder of its run.
 
     Parameters
@@ -93,7 +93,7 @@ def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> Plan:
         words["contact"] = tuple(map(tuple, scene.contact.tolist()))
     if scene.restitution < 1.0:
         words |= {"restitution": scene.restitution, "elastic_below": scene.elastic_below}
-    plan = Plan(scene=SceneSpec(initial="file", file=str(folder.start.absolute()), kT=kT, **words))
+    plan = SceneFile(scene=SceneSpec(initial="file", file=str(folder.start.absolute()), kT=kT, **words))
     plan.to_toml()  # which refuses what no file can hold, before anything is written
     folder.make()
     velocities = np.zeros_like(scene.positions) if scene.velocities is None else scene.velocities

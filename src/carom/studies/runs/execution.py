@@ -11,8 +11,8 @@ from typing import Any
 from carom.errors import CaromError, FileError
 from carom.io import checkpoint
 from carom.notebook import by_stage, watchable
-from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
 from carom.studies.arguments import refuse_unknown
 from carom.studies.runs.asked import changed, plan_of, plan_of_scene
 from carom.studies.runs.edited import check_unedited
@@ -25,7 +25,7 @@ from carom.studies.signals import stoppable
 
 @watchable("Running", by_stage)
 def run(
-    scene: Scene | Plan | str | PathLike[str] | None = None,
+    scene: Scene | SceneFile | str | PathLike[str] | None = None,
     out: str | PathLike[str] = "carom-run",
     *,
     kT: float | None = None,
@@ -48,8 +48,8 @@ def run(
 
     Parameters
     ----------
-    scene : Scene or path, optional
-        The scene; or its scene file (TOML), or the folder of a run, which also say how to run it. By default
+    scene : Scene, SceneFile or path, optional
+        The scene; or a scene file (TOML), or the folder of a run, which also say how to run it. By default
         2048 hard spheres at packing fraction 0.45.
     out : path
         The folder; made if needed.
@@ -105,7 +105,7 @@ def run(
     refuse_unknown("run()", others, _ARGUMENTS)
     folder = RunFolder(Path(out))
     given = scene if isinstance(scene, Scene) else None
-    plan = plan_of(scene) if given is None else Plan()
+    plan = plan_of(scene) if given is None else SceneFile()
     if kT is not None and given is None:
         plan = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, kT=kT))
     wanted = {
@@ -194,21 +194,21 @@ def resume(
         begun = folder.checkpoint.is_file()
         if not begun:
             folder.check_empty()
-        plan, notes = _noted(folder.checkpoint) if begun else (Plan.load(folder.scene), {})
+        plan, notes = _noted(folder.checkpoint) if begun else (SceneFile.load(folder.scene), {})
         plan = plan.trusted() if trust_code else plan
         run = Run(plan, folder, stop, progress, predicted, cores)
         summary = run.from_checkpoint(notes) if begun else run.from_the_start()
     return RunResult(folder.path, summary, new=True)
 
 
-def _noted(path: Path) -> tuple[Plan, dict[str, Any]]:
+def _noted(path: Path) -> tuple[SceneFile, dict[str, Any]]:
     """Return the plan and the notes that the checkpoint of a run keeps."""
     _, attributes = checkpoint.load(path)
     try:
         notes = json.loads(attributes["extra"])
         if missing := {*KEPT, "written"} - {*notes}:
             raise ValueError(f"it has no {min(missing)}")
-        return Plan.from_toml(notes["plan"]), notes
+        return SceneFile.from_toml(notes["plan"]), notes
     except (KeyError, TypeError, ValueError) as error:
         raise FileError(f"{path} is not the checkpoint of a run: {error}.") from None
 

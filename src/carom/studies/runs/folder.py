@@ -11,8 +11,8 @@ from carom.errors import CaromError, FileError
 from carom.io.events import read_events
 from carom.io.paths import reason, remnants, replacing, writing
 from carom.io.trajectory import open_reader
-from carom.plan.plan import Plan
-from carom.plan.sections import FORMATS
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import FORMATS
 from carom.studies.places import of_the_user, refuse_others, title
 
 PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
@@ -92,7 +92,7 @@ class RunFolder:
         with writing(self.path):
             self.path.mkdir(parents=True, exist_ok=True)
 
-    def begin(self, plan: Plan) -> None:
+    def begin(self, plan: SceneFile) -> None:
         """Remove an older run from the folder and write the plan.
 
         If this is interrupted at any moment, the folder starts again as the old run or as the new one, or
@@ -130,7 +130,7 @@ class RunFolder:
                 f"`carom run {self.scene} --out {self.path} --overwrite`, which replaces them."
             )
 
-    def restore_scene(self, plan: Plan) -> None:
+    def restore_scene(self, plan: SceneFile) -> None:
         """Write the plan again if its file is missing."""
         if not self.scene.exists():
             self._write_scene(_text(plan))
@@ -150,7 +150,7 @@ class RunFolder:
         return owned(self.path)
 
 
-def _text(plan: Plan) -> str:
+def _text(plan: SceneFile) -> str:
     """Return the scene file of a plan."""
     return f"{title('carom run')}\n\n{plan.to_toml()}"
 

@@ -35,11 +35,11 @@ from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.rdf import rdf
 from carom.observables.statistics import ratio
 from carom.observables.wall_pressure import obstacle_names
-from carom.plan.plan import Plan
 from carom.scene.description import kind
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
@@ -59,7 +59,7 @@ class Facts:
 
     Attributes
     ----------
-    plan : Plan
+    plan : SceneFile
     sim : Simulation
         At the end of the run.
     blocks : list of Block
@@ -85,7 +85,7 @@ class Facts:
         Why there are no trajectories, if the plan left that open.
     """
 
-    plan: Plan
+    plan: SceneFile
     sim: Simulation
     blocks: list[Block]
     equilibration: tuple[int, float]

@@ -18,8 +18,8 @@ from carom.io.formats import Writer
 from carom.observables.layers import Layers
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
-from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.checkpoint import size, size_of_file
 from carom.simulation.equilibration import Equilibration, drifts
 from carom.simulation.equipartition import Thermometer
@@ -64,7 +64,7 @@ class Run:
 
     def __init__(
         self,
-        plan: Plan,
+        plan: SceneFile,
         folder: RunFolder,
         stop: Stop,
         progress: Progress | None,

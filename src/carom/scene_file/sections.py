@@ -14,11 +14,11 @@ from carom.errors import InputError
 from carom.models.files import tables
 from carom.models.interactions.rule_files import RuleFile
 from carom.models.obstacles import Obstacle
-from carom.plan.fields import Fields
 from carom.scene import lattices
 from carom.scene.lattices import Lattice
 from carom.scene.scene import Scene
 from carom.scene.species import Species
+from carom.scene_file.fields import Fields
 
 INITIAL = ("fcc", "cubic", "triangular", "dn", "random", "file")
 NEIGHBORS = ("auto", "sectors", "lists", "all")
@@ -354,7 +354,7 @@ class SceneSpec:
         Raises
         ------
         InputError
-            If the code of the rule was not allowed to run (:meth:`Plan.trusted`), or fails.
+            If the code of the rule was not allowed to run (:meth:`SceneFile.trusted`), or fails.
         """
         rules = self.interaction
         return {"interaction": rules.ranges()} if isinstance(rules, RuleFile) else {}
