@@ -13,7 +13,6 @@ from pathlib import Path
 import carom
 from carom.observables import packing_network
 from carom.pictures import plots
-from carom.studies.packings.compression import points
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="50 disks, 300 000 collisions")
@@ -24,7 +23,7 @@ n, collisions, rate = (50, 300_000, 0.002) if args.smoke else (2000, 42_000_000,
 # %% Slow growth lets large parts of the disks order: grains of the triangular lattice with gaps between them,
 # in which the rattlers are.
 packing = carom.pack(
-    points(n, dimension=2, seed=1), rate=rate, collisions=collisions, seed=1, out=args.out,
+    n, dimension=2, rate=rate, collisions=collisions, seed=1, out=args.out,
     overwrite=True,
 )  # fmt: skip
 print(packing)

@@ -1,6 +1,3 @@
-import carom
-from carom.studies.packings.compression import points
-
 """The paper's 27 disks: points that grow while they move until they jam, and the rattlers.
 
     python examples/disks_27.py [--smoke] [--out disks_27.png]
@@ -12,6 +9,8 @@ After Section 8 of Lubachevsky (1991), "27 disks after 100000 collisions; disk 2
 import argparse
 from pathlib import Path
 
+import carom
+
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="a tenth of the collisions")
 parser.add_argument("--out", type=Path, default=Path("disks_27.png"), help="file of the picture")
@@ -22,12 +21,11 @@ collisions = 10_000 if args.smoke else 100_000
 # scaled back and balanced every few collisions per disk, because every contact of growing disks adds energy.
 rate = 0.05 if args.smoke else 0.006
 for seed in range(1, 10):
-    start = points(27, dimension=2, seed=seed)
-    packing = carom.pack(start, rate=rate, collisions=collisions, seed=seed)
+    packing = carom.pack(27, dimension=2, rate=rate, collisions=collisions, seed=seed)
     if len(packing.rattlers) == 1:  # as in the paper; some starts jam without one
         break
 print(f"seed {seed}, {packing.note}")
-print(f"packing fraction {packing.packing_fraction:.6f}, Z = PV/NkT = {packing.pressure:.2e}")
+print(f"packing fraction {packing.packing_fraction:.6f}, Z = PV/NkT = {packing.Z:.2e}")
 print(f"jams at {packing.jamming_fraction:.8f}")
 
 # %% Disks count from 1, as in the paper. The gap that tells contacts from near contacts is chosen where the

@@ -27,6 +27,6 @@ print(study.virials())
 
 # %% Pictures and tables.
 study.plot(args.out / "eos.png")
-study.to_csv(args.out / "eos.csv")
+study.save(args.out / "eos.csv")
 study.report(args.out / "report.html")
 print(f"Pictures and a report are in {args.out}.")

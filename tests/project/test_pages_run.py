@@ -58,10 +58,9 @@ text = "[scene]\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5
 carom.run(SceneFile.from_toml(text + "collisions_per_particle = 20\\nframes = 3\\n"), "carom-run")
 """,
     "packings.md": """
-from carom import studies
-_points, _pack = studies.points, carom.pack
-studies.points = lambda n, dimension, seed: _points(40, dimension=dimension, seed=seed)
-carom.pack = lambda start, until_Z, seed: _pack(start, rate=0.05, until_Z=1e4, seed=seed)
+import carom
+_pack = carom.pack
+carom.pack = lambda n, dimension, until_Z, seed: _pack(40, dimension=3, rate=0.05, until_Z=1e4, seed=seed)
 """,
     "studies.md": SMALL_STUDY,
     "trade.md": FLUID,

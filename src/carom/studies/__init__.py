@@ -1,4 +1,31 @@
 """Whole studies: runs with a folder of results, packings, equations of state, transport, spherical codes.
 
-Nothing here knows how a particle moves; the simulation does. What users call is in ``carom``.
+Nothing here knows how a particle moves; the simulation does. What users call is in ``carom``; here are the
+classes of what it returns.
 """
+
+from __future__ import annotations
+
+import importlib
+from typing import Any
+
+_LAZY = {
+    "RunResult": "carom.studies.runs.result",
+    "Packing": "carom.studies.packings.packing",
+    "SphericalCode": "carom.studies.codes.code",
+    "EquationOfState": "carom.studies.eos.result",
+    "Transport": "carom.studies.coefficients.result",
+    "RunPlan": "carom.studies.planner.plan",
+    "Outcome": "carom.studies.planner.outcome",
+    "StudySpec": "carom.studies.eos.spec",
+    "TransportSpec": "carom.studies.coefficients.spec",
+    "Target": "carom.studies.planner.target",
+}
+
+__all__ = [*_LAZY]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(_LAZY[name]), name)
+    raise AttributeError(f"module 'carom.studies' has no attribute {name!r}")
