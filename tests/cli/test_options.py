@@ -472,7 +472,7 @@ def material(tmp_path_factory):
         "collisions_per_particle = 40\n[output]\nevent_log = true\npictures = false\n"
     )
     (folder / "study.toml").write_text(
-        "[study]\npacking_fractions = [0.1]\nn = 32\ncollisions_per_particle = 40\n[scene]\nmass = 2.0\n"
+        "[study]\npacking_fraction = [0.1]\nn = 32\ncollisions_per_particle = 40\n[scene]\nmass = 2.0\n"
     )
     scene = carom.Scene.random(
         species=[carom.Species(count=12), carom.Species(count=12)], box=(6.0, 6.0, 6.0), seed=1

@@ -28,12 +28,13 @@ from carom.scene_file.scene_file import SceneFile
 from carom.studies import tasks
 from carom.studies.codes import toml as codes
 from carom.studies.codes.code import SphericalCode
+from carom.studies.codes.code import load as load_code
 from carom.studies.coefficients.spec import of_scene
 from carom.studies.eos import toml
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import load as load_study
 from carom.studies.packings.packing import HISTORY, Packing
-from carom.studies.runs.execution import RunResult
+from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
 
 
@@ -231,7 +232,7 @@ def test_a_strange_value_in_a_study_file_is_a_sentence(tmp_path, all_of_them):
     for tables, reader in (
         (STUDY, eos),
         (STUDY, transport),
-        (SEARCH, lambda text: codes.arguments(codes.parse(text))),
+        (SEARCH, codes.parse),
     ):
         for changed, *_ in damaged(tables, all_of_them):
             if (text := as_toml(changed)) is not None:
@@ -331,7 +332,9 @@ def test_a_strange_value_beside_a_trajectory_is_a_sentence(tmp_path, all_of_them
     packed.mkdir()
     obstacles = (Ball((1.0, 1.0), 0.1),)
     frame = crystal(2, 6)
-    summary = Packing(frame, np.array([], HISTORY), "", 1, 0.0, obstacles).save(packed, pictures=False)
+    packing = Packing(frame, np.array([], HISTORY), "", 1, 0.0, obstacles)
+    packing.save(packed, pictures=False)
+    summary = packing.to_dict()
     for changed, *_ in damaged({"obstacles": summary["obstacles"]}, all_of_them):
         (packed / "summary.json").write_text(as_json({**summary, **changed}))
         sentence(carom.view, packed)
@@ -409,7 +412,7 @@ def test_what_is_no_json_is_a_sentence_of_every_reader(tmp_path, content):
         ("summary.json", lambda: read_summary(tmp_path / "summary.json")),
         ("plan.json", lambda: carom.load(tmp_path)),
         ("study.json", lambda: load_study(tmp_path)),
-        ("code.json", lambda: SphericalCode.load(tmp_path / "code.json")),
+        ("code.json", lambda: load_code(tmp_path / "code.json")),
     ):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(FileError):

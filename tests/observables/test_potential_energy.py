@@ -319,7 +319,7 @@ def test_what_is_simulated_is_called_by_its_interaction(interaction, words):
 
 def test_the_screen_shows_wells_with_their_energy_and_temperature(whole, tmp_path, capsys):
     from carom.cli.screen import results
-    from carom.studies.runs.execution import RunResult
+    from carom.studies.runs.result import RunResult
 
     results(RunResult(tmp_path, whole, new=True), as_json=False)
     shown = " ".join(capsys.readouterr().out.split())

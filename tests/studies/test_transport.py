@@ -319,7 +319,7 @@ def test_a_fluid_of_moderate_density_is_near_enskog(study):
 def test_the_row_of_infinitely_many_shows_enskogs_value_and_the_ratio_to_it(study):
     (row,) = study[0].table
     finite, infinite = (
-        [c[4:6] for c in study[0].cells() if c[1:3] == (n, "self_diffusion")] for n in ("64", "inf")
+        [c[4:6] for c in study[0].cells() if c[1:3] == (n, "self diffusion")] for n in ("64", "inf")
     )
     assert infinite[0][0] == finite[0][0] == f"{row.enskog.self_diffusion:.5g}"
     assert infinite[0][1] == f"{row.self_diffusion_infinite.mean / row.enskog.self_diffusion:.3f}"
@@ -436,10 +436,10 @@ def test_a_scene_file_of_no_bulk_fluid_is_refused(tmp_path, more, says):
 
 def test_what_is_given_takes_the_place_of_what_a_file_says(tmp_path):
     path = tmp_path / "study.toml"
-    path.write_text("[study]\npacking_fractions = [0.1]\n")
+    path.write_text("[study]\npacking_fraction = [0.1]\n")
     assert of_scene(path, collisions_per_particle=5.0).relative_error is None
     assert of_scene(path, dimension=2).packing_fraction == DENSITIES[2]
-    path.write_text("[study]\npacking_fractions = [0.1]\ncollisions_per_particle = 50\n")
+    path.write_text("[study]\npacking_fraction = [0.1]\ncollisions_per_particle = 50\n")
     spec = of_scene(path, relative_error=0.1)
     assert (spec.relative_error, spec.collisions_per_particle) == (0.1, None)
     assert spec.packing_fraction == (0.1,)

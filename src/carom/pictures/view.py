@@ -239,7 +239,7 @@ def _title(path: Path) -> str:
 
 
 def is_page(path: Path) -> bool:
-    """Return whether a file is a page that :class:`View` wrote."""
+    """Return whether the file ``path`` is a page that :class:`View` wrote."""
     try:
         with path.open("rb") as file:
             return MARK.encode() in file.read(LONGEST_HEAD)

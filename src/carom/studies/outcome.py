@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import os
 import time as clock
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from carom.errors import FileError, InputError
-from carom.io.paths import replacing, writing
 from carom.studies.arguments import processes
 from carom.studies.eos.spec import GRID
 from carom.studies.results import Result, plain
@@ -182,22 +180,3 @@ def held(out: str | os.PathLike[str], kind: Callable[..., Any]) -> tuple[Any, li
     folder.check(spec.settings())
     records = [record for task in spec.tasks() if (record := folder.load(task)) is not None]
     return spec, records, folder.path
-
-
-def write_csv(path: str | os.PathLike[str], columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write a table with the names of the columns as its first line.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be written.
-    """
-    path = Path(path)
-    with (
-        replacing(path) as temporary,
-        writing(path),
-        temporary.open("w", newline="", encoding="utf-8") as file,
-    ):
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)

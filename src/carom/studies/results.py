@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -62,8 +63,6 @@ class Result:
         FileError
             If the file cannot be written.
         """
-        from carom.studies.outcome import write_csv
-
         columns = self.columns()
         write_csv(path, columns, ([_cell(row[name]) for name in columns] for row in self.rows()))
 
@@ -163,3 +162,22 @@ def _cell(value: Any) -> Any:
     if isinstance(value, float):
         return repr(value) if math.isfinite(value) else ""
     return "; ".join(map(str, value)) if isinstance(value, Sequence) and not isinstance(value, str) else value
+
+
+def write_csv(path: str | PathLike[str], columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+    """Write a table with the names of the columns as its first line.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be written.
+    """
+    path = Path(path)
+    with (
+        replacing(path) as temporary,
+        writing(path),
+        temporary.open("w", newline="", encoding="utf-8") as file,
+    ):
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(rows)

@@ -121,7 +121,7 @@ class SphericalCode(Result):
         }
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return the points, a dictionary for each, with x, y, z (x1, x2, ... from d = 4 on) in doubles."""
+        """Return the points in double precision, a dictionary of coordinates for each."""
         return [dict(zip(self._axes(), point, strict=True)) for point in self.points.tolist()]
 
     def _axes(self) -> list[str]:

@@ -37,7 +37,13 @@ class Transport(Measured):
 
     @property
     def self_diffusion(self) -> Coefficient:
-        """Self-diffusion of a study of one point and one species [length^2 / time]."""
+        """Self-diffusion of a study of one point and one species [length^2 / time].
+
+        Raises
+        ------
+        InputError
+            If there are several species, or not one point.
+        """
         found = self._only("self_diffusion").self_diffusion
         if len(found) > 1:
             raise InputError(f"Each of {len(found)} species has its own: study.table[0].self_diffusion.")

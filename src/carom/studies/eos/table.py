@@ -42,7 +42,7 @@ class Row:
     Z, Z_error : float
         Z of n particles and its standard error: the mean over replicas weighted by their lengths; see
         :func:`combined`.
-    infinite : float
+    Z_infinite : float
         Z of infinitely many particles, by the correction of order 1 / n from theory; nan if there is none. It
         has the same error.
     reduced_pressure, reduced_pressure_error : float
