@@ -224,7 +224,7 @@ def test_bad_scenes_are_refused_in_one_sentence(tmp_path, text, sentence):
     ("arguments", "sentence"),
     [
         (["run", "nowhere.toml"], "nowhere.toml does not exist"),
-        (["run", "."], "is not a file"),
+        (["run", "."], "scene.toml does not exist"),
         (["run", "--n", "-5"], "n"),
         (["run", "--density", "2"], "density"),
         (["run", "--dimension", "2", "--initial", "fcc"], "dimension is 3"),
