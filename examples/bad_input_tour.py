@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import carom
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="no difference here")
@@ -47,10 +47,10 @@ attempt("A negative time", lambda: sim.run(time=-1.0))
 attempt("A sample in the past", lambda: list(sim.sample(times=[-1.0])))
 
 # %% Scene files: an unknown key gets the nearest known one.
-attempt("A misspelt key", lambda: Plan.from_toml("[scene]\npacking_fracton = 0.4"))
-attempt("A wrong type", lambda: Plan.from_toml('[scene]\npacking_fraction = "0.4"'))
-attempt("A unit", lambda: Plan.from_toml("[scene]\ndiameter = 1.0 nm"))
-attempt("No TOML at all", lambda: Plan.from_toml("scene: {n: 4}"))
+attempt("A misspelt key", lambda: SceneFile.from_toml("[scene]\npacking_fracton = 0.4"))
+attempt("A wrong type", lambda: SceneFile.from_toml('[scene]\npacking_fraction = "0.4"'))
+attempt("A unit", lambda: SceneFile.from_toml("[scene]\ndiameter = 1.0 nm"))
+attempt("No TOML at all", lambda: SceneFile.from_toml("scene: {n: 4}"))
 
 # %% Files: missing, foreign, cut short.
 attempt("A missing file", lambda: carom.io.read(args.out / "nowhere.h5md"))

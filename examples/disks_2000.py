@@ -10,7 +10,7 @@ After Section 8 of Lubachevsky (1991). The whole run takes about half a minute; 
 import argparse
 from pathlib import Path
 
-from carom import studies
+import carom
 from carom.observables import packing_network
 from carom.pictures import plots
 
@@ -22,8 +22,8 @@ n, collisions, rate = (50, 300_000, 0.002) if args.smoke else (2000, 42_000_000,
 
 # %% Slow growth lets large parts of the disks order: grains of the triangular lattice with gaps between them,
 # in which the rattlers are.
-packing = studies.pack(
-    studies.points(n, dimension=2, seed=1), rate=rate, collisions=collisions, seed=1, out=args.out,
+packing = carom.pack(
+    n, dimension=2, rate=rate, collisions=collisions, seed=1, out=args.out,
     overwrite=True,
 )  # fmt: skip
 print(packing)

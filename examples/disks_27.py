@@ -9,7 +9,7 @@ After Section 8 of Lubachevsky (1991), "27 disks after 100000 collisions; disk 2
 import argparse
 from pathlib import Path
 
-from carom import studies
+import carom
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="a tenth of the collisions")
@@ -21,12 +21,11 @@ collisions = 10_000 if args.smoke else 100_000
 # scaled back and balanced every few collisions per disk, because every contact of growing disks adds energy.
 rate = 0.05 if args.smoke else 0.006
 for seed in range(1, 10):
-    start = studies.points(27, dimension=2, seed=seed)
-    packing = studies.pack(start, rate=rate, collisions=collisions, seed=seed)
+    packing = carom.pack(27, dimension=2, rate=rate, collisions=collisions, seed=seed)
     if len(packing.rattlers) == 1:  # as in the paper; some starts jam without one
         break
 print(f"seed {seed}, {packing.note}")
-print(f"packing fraction {packing.packing_fraction:.6f}, Z = PV/NkT = {packing.pressure:.2e}")
+print(f"packing fraction {packing.packing_fraction:.6f}, Z = PV/NkT = {packing.Z:.2e}")
 print(f"jams at {packing.jamming_fraction:.8f}")
 
 # %% Disks count from 1, as in the paper. The gap that tells contacts from near contacts is chosen where the

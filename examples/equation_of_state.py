@@ -16,7 +16,7 @@ args = parser.parse_args()
 n, error = (108, 2e-2) if args.smoke else (1372, 2e-4)
 
 # %% The study: twelve densities of the fluid, two runs of each. Run it again, and nothing is left to do.
-study = carom.studies.equation_of_state(n=n, relative_error=error, out=args.out)
+study = carom.equation_of_state(n=n, relative_error=error, out=args.out)
 
 # %% The table: Z of n spheres, of infinitely many, and by the best equation known; deviations in errors.
 print(study)
@@ -27,6 +27,6 @@ print(study.virials())
 
 # %% Pictures and tables.
 study.plot(args.out / "eos.png")
-study.to_csv(args.out / "eos.csv")
+study.save(args.out / "eos.csv")
 study.report(args.out / "report.html")
 print(f"Pictures and a report are in {args.out}.")

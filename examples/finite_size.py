@@ -17,7 +17,7 @@ args = parser.parse_args()
 sizes, error = ((108, 256), 2e-2) if args.smoke else ((108, 256, 500, 1372, 4000), 3e-4)
 
 # %% Two densities of the fluid, and one of the crystal, at five sizes.
-study = carom.studies.equation_of_state([0.20, 0.45, 0.60], n=sizes, relative_error=error, out=args.out)
+study = carom.equation_of_state([0.20, 0.45, 0.60], n=sizes, relative_error=error, out=args.out)
 print(study)
 
 # %% A line through each: where it meets 1/N = 0 is Z of infinitely many, and its slope is what a size costs.
@@ -25,7 +25,7 @@ print(study)
 # one vibration that N particles have less than N: -(Z - 1). Sizes too small for a line are left out.
 for fit in study.extrapolate():
     print(
-        f"eta = {fit.packing_fraction:.2f}: Z = {fit.compressibility_factor:.5f} +- {fit.error:.5f}, "
+        f"eta = {fit.packing_fraction:.2f}: Z = {fit.Z:.5f} +- {fit.Z_error:.5f}, "
         f"slope {fit.slope:.2f} +- {fit.slope_error:.2f}, by theory {fit.theory_slope:.2f}, "
         f"from N = {fit.sizes[0]} on"
     )

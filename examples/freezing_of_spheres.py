@@ -21,10 +21,10 @@ n, error = (108, 1e-2) if args.smoke else (4000, 2e-4)
 
 # %% The two branches: a fluid that starts at random, and a crystal that starts as fcc and goes on a little
 # below melting, as a metastable state that lives longer than these runs.
-fluid = carom.studies.equation_of_state(
+fluid = carom.equation_of_state(
     [0.40, 0.43, 0.46, 0.48, 0.49], n=n, relative_error=error, initial="random", out=args.out / "fluid"
 )
-crystal = carom.studies.equation_of_state(
+crystal = carom.equation_of_state(
     [0.53, 0.54, 0.55, 0.57, 0.60], n=n, relative_error=error, initial="fcc", out=args.out / "crystal"
 )
 print(fluid, crystal, sep="\n")
@@ -36,9 +36,9 @@ def fitted(study, equation):
     rows = [row for row in study.table if row.equilibrated]
     eta = np.array([row.packing_fraction for row in rows])
     known = equation(eta) - 1.0
-    ratio = np.array([row.infinite - 1.0 for row in rows]) / known - 1.0
+    ratio = np.array([row.Z_infinite - 1.0 for row in rows]) / known - 1.0
     line = np.polynomial.Polynomial.fit(
-        eta, ratio, min(1, len(rows) - 1), w=known / [row.error for row in rows]
+        eta, ratio, min(1, len(rows) - 1), w=known / [row.Z_error for row in rows]
     )
     low, high = eta.min(), eta.max()
 
@@ -70,7 +70,7 @@ for equation, low, high, name in (
 for study, marker, name in ((fluid, "o", "fluid"), (crystal, "s", "crystal")):
     rows = study.table
     eta = np.array([row.packing_fraction for row in rows])
-    pressure = eta / volume * [row.infinite for row in rows]
+    pressure = eta / volume * [row.Z_infinite for row in rows]
     axes.plot(eta, pressure, marker, color="#1f4e79", markersize=4.5, label=name)
 axes.plot(
     [measured.freezing, measured.melting], [measured.pressure] * 2, color="#c0392b", linewidth=1.4,

@@ -31,14 +31,14 @@ else:
 # box made for a crystal of a thousand disks it would be more stable than in a large system, and the loop many
 # times deeper. Beyond melting a random start freezes into grains, so these points start as a crystal. What is
 # not in equilibrium is flagged by the drift of the pressure or of psi_6, or because replicas disagree.
-study = carom.studies.equation_of_state(
+study = carom.equation_of_state(
     etas, dimension=2, n=sizes, initial="random", out=args.out / "melting", **length
 )
-crystal = carom.studies.equation_of_state(
+crystal = carom.equation_of_state(
     crystals, dimension=2, n=sizes, initial="triangular", out=args.out / "crystal", **length
 )
 for row in [*study.table, *crystal.table]:
-    pressure = f"P* = {row.pressure:.4f} +- {row.pressure_error:.4f}"
+    pressure = f"P* = {row.reduced_pressure:.4f} +- {row.reduced_pressure_error:.4f}"
     order = f"|psi_6| = {row.order:.3f}, susceptibility {row.susceptibility:.1f}"
     print(f"eta = {row.packing_fraction:.3f}, N = {row.n}: {pressure}, {order}  {'; '.join(row.remarks)}")
 
@@ -54,8 +54,8 @@ for number, n in enumerate(sorted({row.n for row in study.table})):
     rows = [row for row in study.table if row.n == n]
     axes.errorbar(
         [row.packing_fraction for row in rows],
-        [row.pressure for row in rows],
-        [row.pressure_error for row in rows],
+        [row.reduced_pressure for row in rows],
+        [row.reduced_pressure_error for row in rows],
         fmt="os"[number % 2] + "-",
         color=("#1f4e79", "#c0392b")[number % 2],
         markersize=4,

@@ -23,7 +23,7 @@ n, error = (108, 2e-2) if args.smoke else (1000, 5e-4)
 
 # %% One function, because Dask's own workers import this file, too.
 def study(where, folder):
-    found = carom.studies.equation_of_state(
+    found = carom.equation_of_state(
         [0.2, 0.3, 0.4], n=n, relative_error=error, executor=where, out=args.out / folder
     )
     print(f"{found.engine or folder}: {found.seconds:.1f} s, {len(found.records)} runs")

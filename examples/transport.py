@@ -24,7 +24,7 @@ else:
     etas, n, length, many, count = [0.05, 0.1, 0.2, 0.3, 0.4, 0.45], 500, {"relative_error": 0.03}, 4000, 4000
 
 # %% Helfand's moments are sums over collisions: there is no time step. Four runs a density.
-study = carom.studies.transport(etas, n=n, out=args.out / "study", **length)
+study = carom.transport(etas, n=n, out=args.out / "study", **length)
 print(study)
 
 # %% The velocity autocorrelation of many spheres at a density of 0.5, without storing a frame.

@@ -32,6 +32,15 @@ _LAZY = {
     "Estimate": "carom.observables.statistics",
     "explain": "carom.simulation.explanation",
     "check": "carom.simulation.conditions",
+    "run": "carom.studies.runs.execution",
+    "pack": "carom.studies.packings.compression",
+    "spherical_code": "carom.studies.codes.search",
+    "equation_of_state": "carom.studies.eos.study",
+    "transport": "carom.studies.coefficients.study",
+    "plan": "carom.studies.planner.plan",
+    "resume": "carom.studies.saved",
+    "load": "carom.studies.saved",
+    "open": "carom.io.trajectory",
     "view": "carom.pictures.view",
     "movie": "carom.pictures.movie",
     "CaromError": "carom.errors",
@@ -40,6 +49,7 @@ _LAZY = {
     "OverlapError": "carom.errors",
     "FileError": "carom.errors",
     "CaromWarning": "carom.errors",
+    "Interrupted": "carom.studies.signals",
 }
 _MODULES = {
     "io": "carom.io",
@@ -47,7 +57,6 @@ _MODULES = {
     "observables": "carom.observables",
     "results": "carom.results",
     "reference": "carom.reference",
-    "studies": "carom.studies",
     "theory": "carom.theory",
 }
 

@@ -62,7 +62,7 @@ class Block(NamedTuple):
         ``carom.observables.surface_changes``). Empty if there is none, or if they were not measured.
     works : tuple of float
         Energy that each wall and obstacle gave to components [energy]. Known of the stretches of
-        :func:`carom.studies.run`, else empty.
+        :func:`carom.run`, else empty.
     energy : Energy or None
         Means over the stretch, where there is a potential energy; None if it was not measured.
     kT_time : float or None

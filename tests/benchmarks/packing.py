@@ -12,7 +12,8 @@ import argparse
 import statistics
 import time
 
-from carom import studies
+import carom
+from carom.studies.packings.compression import points
 
 PRESSURE = 1e6
 """Reduced pressure to which spheropack's own packing goes."""
@@ -30,9 +31,7 @@ def timed(run):
 
 def carom_run(n, dimension, rate, seed):
     """Return a packing to the same reduced pressure."""
-    return studies.pack(
-        studies.points(n, dimension, seed=seed), rate=rate, until_pressure=PRESSURE, seed=seed
-    )
+    return carom.pack(points(n, dimension, seed=seed), rate=rate, until_Z=PRESSURE, seed=seed)
 
 
 def first_above(packing, fraction):
@@ -72,9 +71,9 @@ def main():
             seconds, other = timed(lambda: peer(density=density))  # noqa: B023
             theirs.append(seconds)
         collisions = first_above(full, density)
-        begun = studies.points(args.n, args.dimension, seed=seed)
+        begun = points(args.n, args.dimension, seed=seed)
         seconds, packing = timed(
-            lambda: studies.pack(begun, rate=args.rate, collisions=collisions, seed=seed)  # noqa: B023
+            lambda: carom.pack(begun, rate=args.rate, collisions=collisions, seed=seed)  # noqa: B023
         )
         ours.append(seconds)
         line += f"; to {density:.5f} carom {seconds:.2f} s ({packing.packing_fraction:.5f})"

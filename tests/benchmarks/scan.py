@@ -1,6 +1,6 @@
 """The scan behind the rule that chooses the neighbour scheme: rate over packing fraction and reach.
 
-python tests/benchmarks/scan.py --dimension 3 --cells 10 --packing-fractions 0.05 0.3 0.49
+python tests/benchmarks/scan.py --dimension 3 --cells 10 --packing-fraction 0.05 0.3 0.49
 """
 
 import argparse
@@ -28,13 +28,11 @@ def main() -> None:
     )
     parser.add_argument("--dimension", type=int, default=3)
     parser.add_argument("--cells", type=int, default=10, help="cells of the densest lattice along an edge")
-    parser.add_argument(
-        "--packing-fractions", type=float, nargs="+", default=[0.05, 0.2, 0.3, 0.4, 0.49, 0.6]
-    )
+    parser.add_argument("--packing-fraction", type=float, nargs="+", default=[0.05, 0.2, 0.3, 0.4, 0.49, 0.6])
     parser.add_argument("--shells", type=float, nargs="+", default=[1.4, 1.5, 1.6, 1.8, 2.0, 2.4])
     parser.add_argument("--collisions", type=float, default=2e5)
     given = parser.parse_args()
-    for eta in given.packing_fractions:
+    for eta in given.packing_fraction:
         scene = carom.Scene.crystal(cells=given.cells, dimension=given.dimension, packing_fraction=eta)
         choices = {"sectors": {"neighbors": "sectors"}}
         choices |= {f"lists {shell}": {"neighbors": "lists", "shell": shell} for shell in given.shells}

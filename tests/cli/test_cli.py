@@ -17,7 +17,7 @@ from helpers.commands import CAROM, carom, complaints, plan, start, wait_for
 
 import carom as library
 from carom import io
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 HELP_SECONDS = 0.5
 """From the issue of the first release: nobody waits for help."""
@@ -80,7 +80,7 @@ def test_summary_has_its_numbers(finished):
     assert (found["seed"], found["n"], found["dimension"], found["frames"]) == (3, 256, 3, 20)
     assert found["packing_fraction"] == pytest.approx(0.4)
     for name in ("mean", "error", "n_eff"):
-        assert isinstance(found["compressibility_factor"][name], float)
+        assert isinstance(found["Z"][name], float)
     for name in ("mean", "error"):
         assert isinstance(found["contact_value"][name], float)
     # About as many as were asked for: the rate while the lattice melts is off by some.
@@ -96,9 +96,9 @@ def test_summary_has_its_numbers(finished):
 def test_the_pressure_agrees_with_theory(finished):
     out, _ = finished
     found = json.loads((out / "summary.json").read_text())
-    z, best = found["compressibility_factor"], found["theory"][-1]
+    z, best = found["Z"], found["theory"][-1]
     assert best["name"] == "Pieprzyk et al."
-    assert abs(z["mean"] - best["compressibility_factor"]) < FOUR_ERRORS * z["error"]
+    assert abs(z["mean"] - best["Z"]) < FOUR_ERRORS * z["error"]
     # sigma(Z - 1) / (Z - 1) is about 1.1 / sqrt(collisions); within a factor of two that is the error bar.
     expected = 1.1 * (z["mean"] - 1) / found["collisions"] ** 0.5
     assert expected / 2 < z["error"] < 2 * expected
@@ -114,8 +114,8 @@ def test_the_table_tells_the_numbers_of_the_summary(finished):
     for word in ("Carnahan-Starling", "Pieprzyk", "energy drift", "worst overlap", "Results in fluid"):
         assert word in done.stdout
     mean, error = re.search(r"Z, N = 256 +([\d.]+) ± ([\d.]+)", done.stdout).groups()
-    assert float(mean) == pytest.approx(found["compressibility_factor"]["mean"], abs=float(error))
-    assert float(error) == pytest.approx(found["compressibility_factor"]["error"], rel=0.5)
+    assert float(mean) == pytest.approx(found["Z"]["mean"], abs=float(error))
+    assert float(error) == pytest.approx(found["Z"]["error"], rel=0.5)
 
 
 def test_other_programs_open_the_trajectories(finished):
@@ -144,7 +144,7 @@ def test_the_written_scene_repeats_the_run(finished, tmp_path):
     assert again.returncode == 0, again.stderr
     # Standard output holds the JSON summary alone.
     printed, first = json.loads(again.stdout), json.loads((out / "summary.json").read_text())
-    for name in ("compressibility_factor", "collisions", "contact_value_from_rdf", "momentum_drift"):
+    for name in ("Z", "collisions", "contact_value_from_rdf", "momentum_drift"):
         assert printed[name] == first[name]
     same = "trajectory.extxyz"
     assert (tmp_path / "again" / same).read_bytes() == (out / same).read_bytes()
@@ -189,7 +189,7 @@ def test_scenes_without_collisions_end_properly(tmp_path, scene, z):
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     found = json.loads((tmp_path / "run" / "summary.json").read_text(), parse_constant=pytest.fail)
-    assert found["compressibility_factor"]["mean"] == z
+    assert found["Z"]["mean"] == z
     assert found["collisions"] == 0
     assert len(io.read(tmp_path / "run" / "trajectory.h5md", ":")) == 3
 
@@ -224,7 +224,7 @@ def test_bad_scenes_are_refused_in_one_sentence(tmp_path, text, sentence):
     ("arguments", "sentence"),
     [
         (["run", "nowhere.toml"], "nowhere.toml does not exist"),
-        (["run", "."], "is not a file"),
+        (["run", "."], "scene.toml does not exist"),
         (["run", "--n", "-5"], "n"),
         (["run", "--density", "2"], "density"),
         (["run", "--dimension", "2", "--initial", "fcc"], "dimension is 3"),
@@ -299,7 +299,7 @@ def test_init_writes_the_default_plan_with_comments(tmp_path):
     assert "carom run scene.toml" in done.stdout
     text = (tmp_path / "scene.toml").read_text()
     assert text.count("#") > 10
-    assert Plan.from_toml(text) == Plan()
+    assert SceneFile.from_toml(text) == SceneFile()
 
 
 def test_export_keeps_every_bit(finished, tmp_path):

@@ -64,7 +64,7 @@ def test_json_is_all_that_standard_output_holds(done):
         (["--eta", "a lot"], "must be numbers with commas"),
         (["--eta", "0.1:0.2:1"], "first:last:count"),
         (["--n", "many"], "must be integers"),
-        (["--eta", "0.9"], "packing_fractions must be"),
+        (["--eta", "0.9"], "packing_fraction must be"),
         (["--relative-error", "1e-3", "--collisions-per-particle", "10"], "contradict"),
         (["--engine", "steam"], "executor must be one of"),
         (["--engine", "serial", "--scheduler", "tcp://x:1"], "contradict"),
@@ -107,7 +107,7 @@ def test_a_table_that_cannot_be_written_is_shown_all_the_same(tmp_path):
 
 def test_files_of_the_user_in_the_folder_of_a_study_stay(tmp_path):
     text = (
-        "# Mine.\n[study]\npacking_fractions = [0.1]  # first try\nn = 32\nreplicas = 1\n"
+        "# Mine.\n[study]\npacking_fraction = [0.1]  # first try\nn = 32\nreplicas = 1\n"
         "collisions_per_particle = 50\n"
     )
     (tmp_path / "study.toml").write_text(text)
@@ -133,7 +133,7 @@ def test_files_of_the_user_in_the_folder_of_a_study_stay(tmp_path):
 def test_flags_take_the_place_of_what_the_file_says(tmp_path):
     file = tmp_path / "study.toml"
     file.write_text(
-        "[study]\npacking_fractions = [0.1]\nn = 108\nreplicas = 1\nrelative_error = 0.01\n"
+        "[study]\npacking_fraction = [0.1]\nn = 108\nreplicas = 1\nrelative_error = 0.01\n"
         "equilibration = 20\n[scene]\nmass = 2.0\n"
     )
     finished = carom(
@@ -151,7 +151,7 @@ def test_a_run_that_fails_is_told_with_exit_code_2_and_tried_again(tmp_path):
     """More spheres than fit at random between two walls: the other density goes on."""
     file = tmp_path / "study.toml"
     file.write_text(
-        "[study]\npacking_fractions = [0.1, 0.62]\nn = 32\nreplicas = 1\ncollisions_per_particle = 50\n"
+        "[study]\npacking_fraction = [0.1, 0.62]\nn = 32\nreplicas = 1\ncollisions_per_particle = 50\n"
         'initial = "random"\n'
     )
     for options in ([], ["--json"]):

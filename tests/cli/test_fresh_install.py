@@ -37,7 +37,7 @@ TYPED = {
     "rdf": ("out/trajectory.h5md", "--out", "rdf.csv", "--png"),
     "view": ("out", "--out", "page.html", "--no-open"),
     "movie": ("out/trajectory.h5md", "movie.gif"),
-    "pack": ("--n", "20", "--dimension", "2", "--rate", "0.1", "--until-pressure", "1e3", "--out", "packed"),
+    "pack": ("--n", "20", "--dimension", "2", "--rate", "0.1", "--until-Z", "1e3", "--out", "packed"),
     "plan": ("scene.toml", "--target", "Z=0.05", "--run", "--out", "planned"),
     "eos": ("--dimension", "2", "--eta", "0.3", "--n", "64", "--replicas", "1", "--collisions-per-particle",
             "50", "--equilibration", "20", "--engine", "serial", "--out", "eos"),

@@ -7,10 +7,12 @@ import sys
 
 import pytest
 from helpers import full_run
-from helpers.commands import assert_same_run, began, carom, complaints, start, wait_for
+from helpers.commands import assert_same_run, began, complaints, start, wait_for
+from helpers.commands import carom as command
 from helpers.marks import slow
 
-from carom import io, studies
+import carom
+from carom import io
 from carom.io import checkpoint, checksums
 from carom.io.trajectory import open_reader
 
@@ -30,7 +32,7 @@ def reference(tmp_path_factory):
     folder = tmp_path_factory.mktemp("full")
     scene = folder / "full.toml"
     scene.write_text(full_run.plan(**SIZE).to_toml())
-    return scene, studies.run(full_run.plan(**SIZE), folder / "run").folder
+    return scene, carom.run(full_run.plan(**SIZE), folder / "run").folder
 
 
 def killed(arguments, out, seconds):
@@ -57,7 +59,7 @@ def kill_again_and_again(reference, out, kills, seed):
     for _ in range(kills - 1):
         landed += killed(["resume", out], out, dice.uniform(0.0, 0.3))
     assert landed, "no kill came in time to mean anything"
-    done = carom("resume", out)
+    done = command("resume", out)
     assert (done.returncode, complaints(done)) == (0, ""), "after a kill every file is whole"
     assert began(out) == beginning, "the run did not go on, but started again"
     assert_same_run(whole, out)
@@ -80,7 +82,7 @@ def test_kills_change_no_bit_of_other_physics(name, tmp_path):
     plan = full_run.other(name)
     scene = tmp_path / "scene.toml"
     scene.write_text(plan.to_toml())
-    whole = studies.run(plan, tmp_path / "whole").folder
+    whole = carom.run(plan, tmp_path / "whole").folder
     kill_again_and_again((scene, whole), tmp_path / "run", kills=4, seed=1)
 
 
@@ -99,7 +101,7 @@ def test_a_run_with_one_trajectory_alone_goes_on_after_a_kill(reference, tmp_pat
     written, beginning = checkpointed(out), began(out)
     with open_reader(out / f"trajectory.{form}", torn=True) as reader:
         assert len(reader) >= written, "the checkpoint knows frames that the file has not"
-    done = carom("resume", out)
+    done = command("resume", out)
     assert (done.returncode, complaints(done)) == (0, "")
     assert began(out) == beginning, "the run did not go on, but started again"
     name = f"trajectory.{form}"

@@ -53,7 +53,7 @@ main()
 
 PACKING = [
     "pack", "--dimension", "2", "--walls", "--species", "30:1", "--species", "30:1.4", "--rate", "0.003",
-    "--until-pressure", "1e6", "--no-pictures", "--seed", "2",
+    "--until-Z", "1e6", "--no-pictures", "--seed", "2",
 ]  # fmt: skip
 
 

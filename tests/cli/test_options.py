@@ -20,7 +20,7 @@ from carom.frame import Frame
 
 RUN = ("--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10", "--frames", "2",
        "--collisions-per-particle", "40", "--no-pictures")  # fmt: skip
-PACK = ("--n", "20", "--dimension", "2", "--rate", "0.1", "--until-pressure", "1e3", "--no-pictures")
+PACK = ("--n", "20", "--dimension", "2", "--rate", "0.1", "--until-Z", "1e3", "--no-pictures")
 EOS = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "50", "--equilibration",
        "20", "--engine", "serial", "--no-pictures")  # fmt: skip
 TRANSPORT = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "100",
@@ -122,7 +122,7 @@ def ratio(done):
 
 
 def reached(done):
-    z = done.summary["compressibility_factor"]
+    z = done.summary["Z"]
     return z["error"] <= 1e-3 * z["mean"]
 
 
@@ -147,26 +147,26 @@ TOO_SLOW = {
     ),
     *(
         ("movie", option)
-        for option in ("trajectory", "target", "--fps", "--size", "--colour", "--overwrite")
+        for option in ("trajectory", "target", "--fps", "--size", "--color", "--overwrite")
     ),
     *(("trade", option) for option in ("scene", "--out", "--seconds", "--overwrite")),
     *(
         ("plan", option)
         for option in (
             "scene", "--target", "--packing-fraction", "--dimension", "--species", "--n", "--seed", "--cores",
-            "--hours", "--pilot", "--run", "--out", "--json",
+            "--walltime", "--pilot", "--run", "--out", "--json",
         )
     ),
     *(
         ("eos", option)
-        for option in ("--dimension", "--relative-error", "--engine", "--workers", "--scheduler")
+        for option in ("--dimension", "--relative-error", "--engine", "--cores", "--scheduler")
     ),
-    *(("code", option) for option in ("--seeds", "--first", "--rate", "--hops", "--starts", "--workers")),
+    *(("code", option) for option in ("--tries", "--seed", "--rate", "--hops", "--starts", "--cores")),
     *(
         ("transport", option)
         for option in (
-            "scene", "--out", "--packing-fractions", "--n", "--replicas", "--dimension", "--seed",
-            "--relative-error", "--collisions-per-particle", "--equilibration", "--engine", "--workers",
+            "scene", "--out", "--packing-fraction", "--n", "--replicas", "--dimension", "--seed",
+            "--relative-error", "--collisions-per-particle", "--equilibration", "--engine", "--cores",
             "--scheduler",
         )
     ),
@@ -207,8 +207,8 @@ CASES = {
         "--relative-error": added(
             (*LOGGED, *OUT), ("--relative-error", "0.05"), told("relative_error"), 0.05
         ),
-        "--max-walltime": added(
-            (*NO_LENGTH, *OUT, "--relative-error", "1e-3"), ("--max-walltime", "0.001"), reached, False
+        "--walltime": added(
+            (*NO_LENGTH, *OUT, "--relative-error", "1e-3"), ("--walltime", "0.001"), reached, False
         ),
         "--frames": added((*RUN, *OUT), ("--frames", "5"), lambda done: len(done.frames), 5),
         # How many there are is a matter of the clock, too: a checkpoint may take a tenth of a run.
@@ -224,16 +224,23 @@ CASES = {
         "--no-pictures": added((*RUN[:-1], *OUT), ("--no-pictures",), made("out/pressure.png"), False),
         "--explain": added((*RUN, *OUT), ("--explain",), made("out"), False),
         # Several change no bit; that the number is read is seen by one that is refused.
-        "--workers": added((*RUN, *OUT), ("--workers", "0"), lambda done: done.code, 2),
+        "--cores": added((*RUN, *OUT), ("--cores", "0"), lambda done: done.code, 2),
         "--trust-code": added(("hunt/scene.toml", "--explain"), ("--trust-code",), made("hunt/ran"), True),
     },
     "resume": {
-        "--workers": added(("begun",), ("--workers", "two"), lambda done: done.code, 2),
+        "--cores": added(("begun",), ("--cores", "two"), lambda done: done.code, 2),
         "--trust-code": added(("hunt",), ("--trust-code",), made("hunt/ran"), True),
         "folder": added((), ("finished",), lambda done: (done.code, "already" in done.printed), (0, True)),
         "--json": added(("finished",), ("--json",), json_alone, True),
     },
     "pack": {
+        "scene": added(
+            (*PACK[4:], *OUT, "--collisions", "300"), ("scene.toml",), lambda done: done.summary["n"], 32
+        ),
+        "--packing-fraction": added(
+            (*PACK, *OUT), ("--packing-fraction", "0.3"), lambda done: done.history["packing_fraction"][0],
+            lambda seen: seen > 0.3,
+        ),
         "--out": added(PACK, ("--out", "elsewhere"), made("elsewhere/summary.json"), True),
         "--seed": added(
             (*PACK, *OUT), ("--seed", "5"),
@@ -246,11 +253,11 @@ CASES = {
         "--species": added((*PACK, *OUT), SPECIES, ratio, 1.4),
         "--walls": added((*PACK, *OUT), ("--walls",), lambda done: done.frames[-1].periodic, (False, False)),
         "--rate": added((*PACK, *OUT), ("--rate", "0.2"), lambda done: {*done.history["rate"]}, {0.2}),
-        "--until-pressure": added(
-            (*PACK, *OUT), ("--until-pressure", "1e4"), told("note"), "Z = PV/NkT = 10000 reached"
+        "--until-Z": added(
+            (*PACK, *OUT), ("--until-Z", "1e4"), told("note"), "Z = PV/NkT = 10000 reached"
         ),
         "--stage": added(
-            (*without(PACK, "--rate", "--until-pressure"), *OUT, "--collisions", "2000"),
+            (*without(PACK, "--rate", "--until-Z"), *OUT, "--collisions", "2000"),
             ("--stage", "0.2:10", "--stage", "0.1:1e3"),
             lambda done: {*done.history["rate"]}, {0.1, 0.2},
         ),
@@ -311,7 +318,7 @@ CASES = {
         "--n": added((), ("--n", "100"), lambda done: done.asked["n"], 100),
         "--seed": added((), ("--seed", "7"), lambda done: done.asked["seed"], 7),
         "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
-        "--hours": added((), ("--hours", "0.5"), lambda done: done.asked["hours"], 0.5),
+        "--walltime": added((), ("--walltime", "1800"), lambda done: done.asked["walltime"], 1800.0),
         "--pilot": added((), ("--pilot", "2"), lambda done: done.asked["pilot_seconds"], 2.0),
         "--run": added((), ("--run",), made("carom-plan/outcome.json"), True),
         "--out": added((), OUT, made("out/plan.json"), True),
@@ -322,17 +329,15 @@ CASES = {
         "--dimension": added(
             ("5",), ("--dimension", "4"), lambda done: "5 points on S^3" in done.printed, True
         ),
-        "--seeds": added(("9",), ("--seeds", "3"), lambda done: list(done.asked["seeds"]), [0, 1, 2]),
-        "--first": added(
-            ("9", "--seeds", "2"), ("--first", "7"), lambda done: list(done.asked["seeds"]), [7, 8]
-        ),
+        "--tries": added(("9",), ("--tries", "3"), lambda done: done.asked.get("tries"), 3),
+        "--seed": added(("9",), ("--seed", "7"), lambda done: done.asked.get("seed"), 7),
         "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked.get("rate"), 0.1),
         "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked.get("hops"), 2),
         "--starts": added(("9",), ("--starts", "3"), lambda done: done.asked.get("starts"), 3),
         "--digits": added(
             ("5", "--json"), ("--digits", "40"), lambda done: len(json.loads(done.printed)["angle"]), 41
         ),
-        "--workers": added(("9",), ("--workers", "1"), lambda done: done.asked["workers"], 1),
+        "--cores": added(("9",), ("--cores", "1"), lambda done: done.asked["cores"], 1),
         "--out": added(("5",), ("--out", "five.txt"), made("five.txt"), True),
         "--overwrite": added(
             ("5", "--out", "full/rdf.csv"), ("--overwrite",), lambda done: done.code, 0
@@ -342,8 +347,8 @@ CASES = {
     "eos": {
         "study": added((*EOS, *OUT), ("study.toml",), scene_told("mass"), {2.0}),
         "--out": added(EOS, ("--out", "elsewhere"), made("elsewhere/eos.csv"), True),
-        "--packing-fractions": added(
-            (*EOS[2:], *OUT, "study.toml"), ("--packing-fractions", "0.15"),
+        "--packing-fraction": added(
+            (*EOS[2:], *OUT, "study.toml"), ("--packing-fraction", "0.15"),
             scene_told("packing_fraction"), {0.15},
         ),
         "--n": added((*EOS, *OUT), ("--n", "40"), scene_told("n"), {40}),
@@ -360,7 +365,7 @@ CASES = {
         ),
         "--equilibration": added((*EOS, *OUT), ("--equilibration", "30"), tasked("equilibration"), {30.0}),
         "--engine": added((), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
-        "--workers": added((), ("--workers", "3"), lambda done: done.asked["workers"], 3),
+        "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
         "--scheduler": added(
             (), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
         ),
@@ -371,11 +376,11 @@ CASES = {
     },
     "transport": {
         "scene": added(
-            (), ("scene.toml",), lambda done: done.asked["spec"].packing_fractions, close_to((0.3,))
+            (), ("scene.toml",), lambda done: done.asked["spec"].packing_fraction, close_to((0.3,))
         ),
         "--out": added((), ("--out", "elsewhere"), lambda done: str(done.asked["out"]), "elsewhere"),
-        "--packing-fractions": added(
-            (), ("--packing-fractions", "0.15"), lambda done: done.asked["spec"].packing_fractions, (0.15,)
+        "--packing-fraction": added(
+            (), ("--packing-fraction", "0.15"), lambda done: done.asked["spec"].packing_fraction, (0.15,)
         ),
         "--n": added((), ("--n", "40"), lambda done: done.asked["spec"].n, (40,)),
         "--replicas": added((), ("--replicas", "2"), lambda done: done.asked["spec"].replicas, 2),
@@ -392,7 +397,7 @@ CASES = {
             (), ("--equilibration", "30"), lambda done: done.asked["spec"].equilibration, 30.0
         ),
         "--engine": added((), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
-        "--workers": added((), ("--workers", "3"), lambda done: done.asked["workers"], 3),
+        "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
         "--scheduler": added(
             (), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
         ),
@@ -431,7 +436,7 @@ CASES = {
         ),
         "--fps": added(MOVIE, ("--fps", "12"), lambda done: done.asked["fps"], 12),
         "--size": added(MOVIE, ("--size", "200"), lambda done: done.asked["size"], 200),
-        "--colour": added(MOVIE, ("--colour", "speed"), lambda done: done.asked["colour"], "speed"),
+        "--color": added(MOVIE, ("--color", "speed"), lambda done: done.asked["color"], "speed"),
         "--overwrite": added(
             ("two.extxyz", "full/rdf.csv"), ("--overwrite",), lambda done: bool(done.asked), True
         ),
@@ -467,7 +472,7 @@ def material(tmp_path_factory):
         "collisions_per_particle = 40\n[output]\nevent_log = true\npictures = false\n"
     )
     (folder / "study.toml").write_text(
-        "[study]\npacking_fractions = [0.1]\nn = 32\ncollisions_per_particle = 40\n[scene]\nmass = 2.0\n"
+        "[study]\npacking_fraction = [0.1]\nn = 32\ncollisions_per_particle = 40\n[scene]\nmass = 2.0\n"
     )
     scene = carom.Scene.random(
         species=[carom.Species(count=12), carom.Species(count=12)], box=(6.0, 6.0, 6.0), seed=1
@@ -541,7 +546,7 @@ def type_in(folder, command, *arguments, asked=None):
             patch.setattr("carom.pictures.view.view", view)
             patch.setattr("carom.pictures.movie.movie", movie)
             patch.setattr("typer.launch", lambda page: asked.update(launched=page))
-            patch.setattr("carom.studies.spherical_code", code)
+            patch.setattr("carom.studies.codes.search.spherical_code", code)
             patch.setattr("carom.studies.accuracy.trade.trade", trade)
             patch.setattr("carom.studies.planner.plan.plan", plan)
             patch.setattr("carom.studies.eos.study.run", run)

@@ -10,13 +10,14 @@ import time
 import MDAnalysis
 import numpy as np
 import pytest
-from helpers.commands import assert_same_run, began, carom, start, summary, wait_for, whole_run
+from helpers.commands import assert_same_run, began, start, summary, wait_for, whole_run
+from helpers.commands import carom as command
 from helpers.marks import slow
 
-import carom as library
-from carom import io, studies
+import carom
+from carom import io
 from carom.io import checkpoint
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 ONE_SECOND = 1.0
 """What a person who pressed Ctrl-C waits without wondering."""
@@ -66,7 +67,7 @@ def test_a_run_stopped_by_a_signal_goes_on_and_ends_with_the_same_bits(reference
     assert universe.atoms.n_atoms == 108
     universe.trajectory.close()
     before = began(out)
-    done = carom("resume", out)
+    done = command("resume", out)
     assert done.returncode == 0, done.stderr
     assert began(out) == before, "the run did not go on, but started again"
     assert_same_run(whole, out)
@@ -84,7 +85,7 @@ def test_stopped_while_equilibrating_resumes_to_the_same_bits(tmp_path_factory, 
     before = notes(out)
     assert before["equilibrated"] is None, "the kill came too late to test what it should"
     beginning = began(out)
-    assert carom("resume", out).returncode == 0
+    assert command("resume", out).returncode == 0
     assert began(out) == beginning, "the run did not go on, but started again"
     assert_same_run(whole, out)
 
@@ -97,7 +98,7 @@ def test_killed_before_the_first_checkpoint_starts_again(reference, tmp_path):
     # As a kill leaves it between two steps of the beginning.
     (out / "trajectory.h5md").write_bytes(b"")
     (out / ".checkpoint.77.tmp.h5").write_bytes(b"half")
-    done = carom("resume", out)
+    done = command("resume", out)
     assert done.returncode == 0, done.stderr
     assert_same_run(whole, out)
 
@@ -112,8 +113,8 @@ def stopped(reference, tmp_path):
         if stage == "Measuring" and fraction > 0.4:
             os.kill(os.getpid(), signal.SIGINT)
 
-    with pytest.raises(studies.Interrupted, match="carom resume"):
-        studies.run(Plan.load(scene), out, progress=impatient)
+    with pytest.raises(carom.Interrupted, match="carom resume"):
+        carom.run(SceneFile.load(scene), out, progress=impatient)
     return out
 
 
@@ -126,11 +127,11 @@ def test_ctrl_c_in_any_phase_costs_nothing(reference, tmp_path, stage):
         if now == stage and fraction > 0.3:
             os.kill(os.getpid(), signal.SIGINT)
 
-    with pytest.raises(studies.Interrupted, match=r"carom resume .* goes on"):
-        studies.run(Plan.load(scene), out, progress=impatient)
+    with pytest.raises(carom.Interrupted, match=r"carom resume .* goes on"):
+        carom.run(SceneFile.load(scene), out, progress=impatient)
     assert not (out / "summary.json").exists()
     before = began(out)
-    studies.resume(out, progress=lambda now, fraction: later.append(now))
+    carom.resume(out, progress=lambda now, fraction: later.append(now))
     assert began(out) == before, "the run did not go on, but started again"
     assert ("Equilibrating" in later) == (stage == "Equilibrating")
     assert_same_run(whole, out)
@@ -138,7 +139,7 @@ def test_ctrl_c_in_any_phase_costs_nothing(reference, tmp_path, stage):
 
 def test_a_moved_folder_resumes_where_it_is(reference, stopped):
     elsewhere = stopped.rename(stopped.with_name("elsewhere"))
-    studies.resume(elsewhere)
+    carom.resume(elsewhere)
     assert_same_run(reference[1], elsewhere)
     assert not stopped.exists()
 
@@ -153,17 +154,17 @@ def test_a_run_stopped_again_and_again_ends_with_the_same_bits(reference, tmp_pa
         if stage in ("Equilibrating", "Measuring") and dice.random() < 0.1:
             os.kill(os.getpid(), signal.SIGINT)
 
-    go = lambda progress: studies.run(Plan.load(scene), out, progress=progress)  # noqa: E731
+    go = lambda progress: carom.run(SceneFile.load(scene), out, progress=progress)  # noqa: E731
     while stops < 12:
         try:
             go(sometimes)
             break
-        except studies.Interrupted:
+        except carom.Interrupted:
             stops += 1
-        go = lambda progress: studies.resume(out, progress=progress)  # noqa: E731
+        go = lambda progress: carom.resume(out, progress=progress)  # noqa: E731
         if stops == 1:
             beginning = began(out)
-    studies.resume(out)
+    carom.resume(out)
     assert stops >= 3, "too few stops to mean anything"
     assert began(out) == beginning, "the run did not go on, but started again"
     assert_same_run(whole, out)
@@ -174,7 +175,9 @@ def test_sampling_and_progress_change_no_bit(reference, tmp_path):
     scene, whole = reference
     text = scene.read_text().replace("frames = 64", "frames = 16")
     seen = []
-    studies.run(Plan.from_toml(text), tmp_path / "run", progress=lambda stage, fraction: seen.append(stage))
+    carom.run(
+        SceneFile.from_toml(text), tmp_path / "run", progress=lambda stage, fraction: seen.append(stage)
+    )
     assert {"Compiling", "Equilibrating", "Measuring", "Computing g(r)", "Done"} <= {*seen}
     few, many = (io.read(folder / "trajectory.h5md", ":") for folder in (tmp_path / "run", whole))
     assert len(few) == 16
@@ -182,14 +185,14 @@ def test_sampling_and_progress_change_no_bit(reference, tmp_path):
         assert (one.time, one.step) == (other.time, other.step)
         for name in ("positions", "velocities", "images"):
             assert np.array_equal(getattr(one, name), getattr(other, name))
-    for name in ("compressibility_factor", "collisions", "time", "worst_overlap", "energy_drift"):
+    for name in ("Z", "collisions", "time", "worst_overlap", "energy_drift"):
         assert summary(tmp_path / "run")[name] == summary(whole)[name]
 
 
 def test_resume_of_a_finished_run_says_so(reference):
     _, whole = reference
     before = {path.name: path.stat().st_mtime_ns for path in whole.iterdir()}
-    done = carom("resume", whole)
+    done = command("resume", whole)
     assert done.returncode == 0
     assert "finished already" in done.stdout
     assert {path.name: path.stat().st_mtime_ns for path in whole.iterdir()} == before
@@ -200,7 +203,7 @@ def test_two_processes_do_not_run_in_one_folder(reference, stopped):
     handle = os.open(stopped, os.O_RDONLY)
     try:
         fcntl.flock(handle, fcntl.LOCK_EX)
-        done = carom("resume", stopped)
+        done = command("resume", stopped)
     finally:
         os.close(handle)
     assert done.returncode == 2
@@ -209,7 +212,7 @@ def test_two_processes_do_not_run_in_one_folder(reference, stopped):
 
 def test_resume_of_no_run_is_refused(tmp_path):
     for folder in (tmp_path, tmp_path / "nowhere", __file__):
-        done = carom("resume", folder)
+        done = command("resume", folder)
         assert (done.returncode, done.stdout) == (2, "")
         assert len(done.stderr.strip().splitlines()) == 1
         assert "Traceback" not in done.stderr
@@ -221,8 +224,8 @@ def test_a_damaged_checkpoint_is_refused_and_left(stopped):
     content = bytearray(path.read_bytes())
     content[len(content) // 2] ^= 1
     path.write_bytes(content)
-    with pytest.raises(library.FileError, match="was changed"):
-        studies.resume(stopped)
+    with pytest.raises(carom.FileError, match="was changed"):
+        carom.resume(stopped)
     assert path.read_bytes() == content
 
 

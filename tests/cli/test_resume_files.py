@@ -5,14 +5,16 @@ import shutil
 import numpy as np
 import pytest
 from helpers import full_run
-from helpers.commands import assert_same_run, began, carom, content
+from helpers.commands import assert_same_run, began, content
+from helpers.commands import carom as command
 
-from carom import io, studies
+import carom
+from carom import io
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io.events import EventLog, read_events
 from carom.io.hdf5 import Input
 from carom.models.obstacles.balls import Ball
-from carom.plan.plan import Plan, SceneSpec
+from carom.scene_file.scene_file import SceneFile, SceneSpec
 from carom.simulation.simulation import Simulation
 from carom.studies.runs import report
 from carom.studies.runs.folder import RunFolder
@@ -24,7 +26,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*GSD knows no walls")
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """The folder of an uninterrupted run."""
-    return studies.run(full_run.plan(), tmp_path_factory.mktemp("whole") / "run").folder
+    return carom.run(full_run.plan(), tmp_path_factory.mktemp("whole") / "run").folder
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +90,7 @@ def test_a_run_with_walls_an_obstacle_species_and_a_log_goes_on(whole, out):
         # What the folder held when it was stopped: collisions of pairs, and all hits of walls and the ball.
         assert len(read_events(out / "events.h5").i) == sim.collisions + hits
     (out / "log").unlink()
-    result = studies.resume(out, progress=lambda stage, fraction: stages.append(stage))
+    result = carom.resume(out, progress=lambda stage, fraction: stages.append(stage))
     assert began(out) == before, "the run did not go on, but started again"
     assert "Equilibrating" not in stages
     assert result.new
@@ -99,7 +101,7 @@ def test_a_run_with_walls_an_obstacle_species_and_a_log_goes_on(whole, out):
 def test_such_a_run_goes_on_from_every_phase(whole, tmp_path, stage):
     out = full_run.stopped(full_run.plan(), tmp_path / "run", stage, 0.1)
     before = began(out)
-    studies.resume(out)
+    carom.resume(out)
     assert began(out) == before
     assert_same_run(whole, out)
 
@@ -110,7 +112,7 @@ def test_a_damaged_trajectory_is_made_anew_from_another(whole, out, form, harm):
     harm(out / f"trajectory.{form}")
     before = began(out)
     with pytest.warns(match=rf"trajectory\.{form} was damaged or missing, and is made anew"):
-        studies.resume(out)
+        carom.resume(out)
     assert began(out) == before
     assert_same_run(whole, out)
 
@@ -119,7 +121,7 @@ def test_frames_after_the_checkpoint_need_not_be_whole(whole, out):
     """A kill may cut them off anywhere."""
     with (out / "trajectory.extxyz").open("ab") as file:
         file.write(b"48\nLattice=")
-    studies.resume(out)
+    carom.resume(out)
     assert_same_run(whole, out)
 
 
@@ -131,7 +133,7 @@ def test_where_no_trajectory_is_whole_nothing_is_touched(out, harm):
     with EventLog(out / "events.h5") as log:
         log.append(*(np.ones(1, dtype) for dtype in (int, float, int, int, int, float)))
     before = content(out)
-    done = carom("resume", out)
+    done = command("resume", out)
     assert (done.returncode, done.stdout) == (2, "")
     assert len(done.stderr.strip().splitlines()) == 1
     assert "trajectory.h5md" in done.stderr
@@ -146,7 +148,7 @@ def test_where_the_event_log_is_damaged_nothing_is_touched(out, harm):
     remove(out / "trajectory.extxyz")
     before = content(out)
     with pytest.raises(FileError, match=r"events\.h5"):
-        studies.resume(out)
+        carom.resume(out)
     assert content(out) == before
 
 
@@ -190,25 +192,25 @@ def test_an_edited_scene_file_is_refused_with_what_differs(out, old, new, says):
     scene.write_text(scene.read_text().replace(old, new, 1))
     before = content(out)
     with pytest.raises(FileError, match=says) as refusal:
-        studies.resume(out)
+        carom.resume(out)
     assert "remove the file" in str(refusal.value)
     assert content(out) == before
 
 
 def test_a_scene_file_that_was_removed_is_written_anew_and_comments_are_no_edit(whole, out):
     (out / "scene.toml").unlink()
-    studies.resume(out)
+    carom.resume(out)
     assert_same_run(whole, out)
     with (out / "scene.toml").open("a") as file:
         file.write("# mine\n")
-    assert not studies.resume(out).new
+    assert not carom.resume(out).new
 
 
 def test_an_edit_after_the_end_is_refused_as_well(whole, tmp_path):
     out = shutil.copytree(whole, tmp_path / "run")
     scene = out / "scene.toml"
     scene.write_text(scene.read_text().replace("frames = 16", "frames = 17"))
-    done = carom("resume", out)
+    done = command("resume", out)
     assert done.returncode == 2
     assert "[run] frames is 17, and the run has 16" in done.stderr
 
@@ -221,7 +223,7 @@ def test_frames_and_events_without_a_checkpoint_are_kept(out):
     for name in kept:  # each of them is enough
         before = content(out)
         with pytest.raises(FileError, match=rf"frames or events \({name}.*no checkpoint.*--overwrite"):
-            studies.resume(out)
+            carom.resume(out)
         assert content(out) == before
         (out / name).unlink()
 
@@ -241,7 +243,9 @@ class Own(Ball):
 
 def test_a_plan_that_no_file_holds_leaves_the_run_that_is_there(out):
     before = content(out)
-    plan = Plan(scene=SceneSpec(initial="random", n=4, box=(9.0, 9.0), obstacles=(Own((4.0, 4.0), 1.0),)))
+    plan = SceneFile(
+        scene=SceneSpec(initial="random", n=4, box=(9.0, 9.0), obstacles=(Own((4.0, 4.0), 1.0),))
+    )
     with pytest.raises(InputError, match="class of one's own"):
         RunFolder(out).begin(plan)
     assert content(out) == before
@@ -255,10 +259,10 @@ def test_a_summary_is_written_without_what_cannot_be_computed(tmp_path, monkeypa
     monkeypatch.setattr(report, "_obstacles", lambda facts: [1 / 0])
     plan = full_run.plan(equilibration=5, measured=50, frames=2, without=("gsd",))
     with pytest.warns(CaromWarning) as told, pytest.raises(ZeroDivisionError):
-        studies.run(plan, tmp_path / "run")
-    found = studies.resume(tmp_path / "run")
+        carom.run(plan, tmp_path / "run")
+    found = carom.resume(tmp_path / "run")
     assert not found.new
-    assert found.summary["compressibility_factor"]["mean"] > 1.0
+    assert found.summary["Z"]["mean"] > 1.0
     assert (found.summary["theory"], found.summary["obstacles"]) == ([], [])
     missing = [
         "No theory: No virial coefficients are known.",

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from helpers.marks import slow
 
-from carom import Scene, io, studies, theory
+import carom
+from carom import Scene, io, theory
 from carom.cli import screen
 from carom.errors import FileError, InputError
 from carom.models.contacts.losses import Loss
@@ -15,7 +16,7 @@ from carom.observables import RDF
 from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
 from carom.pictures import plots
 from carom.pictures.plots import partial_rdf as draw
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 from carom.studies.runs.report import _mixture_theory
 
 BINARY = """
@@ -47,7 +48,7 @@ trajectory = {trajectory}
 
 
 def plan(dimension=3, more="", trajectory='["h5md"]'):
-    return Plan.from_toml(BINARY.format(dimension=dimension, more=more, trajectory=trajectory))
+    return SceneFile.from_toml(BINARY.format(dimension=dimension, more=more, trajectory=trajectory))
 
 
 def table_of(path):
@@ -67,9 +68,9 @@ def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypa
         return draw_pressure(estimate, equations=equations, path=path)
 
     monkeypatch.setattr(plots, "pressure", seen)
-    result = studies.run(plan(dimension), tmp_path / "run")
+    result = carom.run(plan(dimension), tmp_path / "run")
     rows = result.summary["theory"]
-    assert drawn == {row["name"]: row["compressibility_factor"] for row in rows}
+    assert drawn == {row["name"]: row["Z"] for row in rows}
     assert len(drawn) == dimension - 1
     columns, comments = table_of(result.folder / "rdf.csv")
     frames = io.read(result.folder / "trajectory.h5md", ":")
@@ -97,7 +98,7 @@ def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypa
     ],
 )
 def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
-    result = studies.run(plan(3, more, trajectory), tmp_path / "run")
+    result = carom.run(plan(3, more, trajectory), tmp_path / "run")
     assert not (result.folder / "rdf.csv").exists()
     assert not (result.folder / "rdf.png").exists()
     assert says in result.summary["without_rdf"]
@@ -112,7 +113,7 @@ def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, ca
         'obstacles = [{kind = "ball", center = [1, 1, 1], radius = 0.5}, '
         '{kind = "plane", normal = [0, 0, 1], offset = 0.01, name = "floor"}]'
     )
-    result = studies.run(plan(3, more, "[]"), tmp_path / "run")
+    result = carom.run(plan(3, more, "[]"), tmp_path / "run")
     summary = result.summary
     lower, upper, ball, floor = summary["obstacles"]
     names = ["lower wall of axis 2", "upper wall of axis 2", "ball 0", "floor"]
@@ -138,7 +139,7 @@ def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, ca
 
 
 def test_the_table_on_the_screen_holds_contact_values_of_pairs(tmp_path, capsys):
-    result = studies.run(plan(), tmp_path / "run")
+    result = carom.run(plan(), tmp_path / "run")
     screen.results(result, as_json=False)
     shown = " ".join(capsys.readouterr().out.split())
     for pair in ("a, b-a, b", "a, b-small", "small-small"):

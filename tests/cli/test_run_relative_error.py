@@ -5,12 +5,13 @@ import os
 import signal
 
 import pytest
-from helpers.commands import assert_same_run, carom
+from helpers.commands import assert_same_run
+from helpers.commands import carom as command
 
-from carom import studies
+import carom
 from carom.errors import InputError
 from carom.observables.precision import FLOOR
-from carom.plan.plan import Plan, RunSpec
+from carom.scene_file.scene_file import RunSpec, SceneFile
 
 PRECISE = """
 [scene]
@@ -35,7 +36,7 @@ def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("precise")
     scene = folder / "scene.toml"
     scene.write_text(PRECISE)
-    done = carom("run", scene, "--out", folder / "run")
+    done = command("run", scene, "--out", folder / "run")
     assert done.returncode == 0, done.stderr
     return scene, folder / "run", done
 
@@ -43,7 +44,7 @@ def finished(tmp_path_factory):
 def test_a_run_reaches_the_relative_error_it_was_asked_for(finished):
     _, folder, done = finished
     summary = json.loads((folder / "summary.json").read_text())
-    z = summary["compressibility_factor"]
+    z = summary["Z"]
     assert z["error"] <= 3e-3 * z["mean"]
     assert z["n_eff"] >= FLOOR
     assert summary["relative_error"] == 3e-3
@@ -64,31 +65,31 @@ def test_a_precise_run_stopped_again_and_again_ends_with_the_same_bits(finished,
             moments.pop(0)
             os.kill(os.getpid(), signal.SIGINT)
 
-    go = lambda: studies.run(Plan.load(scene), out, progress=stop)  # noqa: E731
+    go = lambda: carom.run(SceneFile.load(scene), out, progress=stop)  # noqa: E731
     while moments:
-        with pytest.raises(studies.Interrupted):
+        with pytest.raises(carom.Interrupted):
             go()
-        go = lambda: studies.resume(out, progress=stop)  # noqa: E731
+        go = lambda: carom.resume(out, progress=stop)  # noqa: E731
     go()
     assert_same_run(whole, out)
 
 
 def test_the_options_of_a_run_take_the_place_of_each_other(finished, tmp_path):
     scene, *_ = finished
-    done = carom("run", scene, "--collisions-per-particle", "50", "--out", tmp_path / "run", "--json")
+    done = command("run", scene, "--collisions-per-particle", "50", "--out", tmp_path / "run", "--json")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["relative_error"] is None
 
 
 def test_the_wall_time_bounds_a_run_out_of_reach(finished, tmp_path):
     scene, *_ = finished
-    done = carom(
-        "run", scene, "--relative-error", "1e-9", "--max-walltime", "0.5", "--out", tmp_path / "run", "--json"
+    done = command(
+        "run", scene, "--relative-error", "1e-9", "--walltime", "0.5", "--out", tmp_path / "run", "--json"
     )
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
     assert summary["frames"] >= 1
-    assert summary["compressibility_factor"]["error"] > 1e-6
+    assert summary["Z"]["error"] > 1e-6
 
 
 @pytest.mark.parametrize(
@@ -97,7 +98,7 @@ def test_the_wall_time_bounds_a_run_out_of_reach(finished, tmp_path):
         ({"relative_error": 0.0}, "at least 1e-09"),
         ({"relative_error": 2.0}, "at most 1"),
         ({"relative_error": 1e-3, "collisions_per_particle": 10.0}, "leave one out"),
-        ({"max_walltime": 5.0}, "relative_error, which is missing"),
+        ({"walltime": 5.0}, "relative_error, which is missing"),
     ],
 )
 def test_contradictory_lengths_are_refused(keys, says):
@@ -123,7 +124,7 @@ def test_a_run_without_a_pressure_takes_no_relative_error(tmp_path, name):
     key, says = NONE[name]
     n = 1 if name == "one" else 16
     scene = f'[scene]\ninitial = "random"\nn = {n}\ndimension = 2\nbox = [9.0, 9.0]\n{key}\n'
-    plan = Plan.from_toml(scene + "[run]\nrelative_error = 0.05\n")
+    plan = SceneFile.from_toml(scene + "[run]\nrelative_error = 0.05\n")
     with pytest.raises(InputError, match=rf"needs a pressure; give collisions_per_particle.*{says}"):
-        studies.run(plan, tmp_path / "run")
+        carom.run(plan, tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -36,8 +36,8 @@ def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_pri
 @pytest.mark.parametrize("width", [30, 60])
 def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
     theory = [
-        {"name": f"An equation of state with a long name, {k}", "compressibility_factor": 2.0 + 0.01 * k,
-         "compressibility_factor_infinite": None, "contact_value": None}
+        {"name": f"An equation of state with a long name, {k}", "Z": 2.0 + 0.01 * k,
+         "Z_infinite": None, "contact_value": None}
         for k in (1, 2)
     ]  # fmt: skip
     table = screen._physics(summary(theory=theory))
@@ -125,7 +125,7 @@ def test_a_void_above_gaps_that_no_force_explains_tells_no_contacts():
 
 def test_the_screen_prints_no_number_of_contacts_where_nobody_knows_it(capsys):
     packing = {
-        "n": 300, "dimension": 2, "note": "done", "packing_fraction": 0.88, "pressure": 1e6, "collisions": 5,
+        "n": 300, "dimension": 2, "note": "done", "packing_fraction": 0.88, "Z": 1e6, "collisions": 5,
         "jamming_fraction": None, "isostatic": 599, "excess": 118, "rattlers": 1, "rattler_fraction": 0.01,
         "contacts": 717, "gap": 5e-5, "void": [3e-5, 9e-5], "contacts_note": "Contacts cannot be told.",
     }  # fmt: skip

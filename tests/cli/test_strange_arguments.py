@@ -17,7 +17,7 @@ from carom.simulation.system_of_scene import unit_of
         ["pack", "--rate", "1e-320"],
         ["pack", "--stage", "1e-320:1e3"],
         ["pack", "--dimension", "99999999999999999999"],
-        ["run", "--n", "32", "--workers", "99999999999999999999"],
+        ["run", "--n", "32", "--cores", "99999999999999999999"],
     ],
     ids=lambda words: " ".join(words[:2]),
 )

@@ -24,14 +24,17 @@ from carom.cli import screen
 from carom.errors import CaromError, FileError, InputError
 from carom.io import records
 from carom.models.obstacles.balls import Ball
-from carom.plan.plan import Plan
-from carom.studies import RunPlan, SphericalCode, StudySpec, tasks
+from carom.scene_file.scene_file import SceneFile
+from carom.studies import tasks
 from carom.studies.codes import toml as codes
+from carom.studies.codes.code import SphericalCode
+from carom.studies.codes.code import load as load_code
 from carom.studies.coefficients.spec import of_scene
 from carom.studies.eos import toml
+from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import load as load_study
 from carom.studies.packings.packing import HISTORY, Packing
-from carom.studies.runs.execution import RunResult
+from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
 
 
@@ -177,10 +180,10 @@ SCENES = {
 
 def built(text):
     """Read a scene file, and build its scene where that is quick."""
-    plan = Plan.from_toml(text)
+    plan = SceneFile.from_toml(text)
     if (plan.scene.n or 0) < 1000:
         plan.build_scene()
-    assert Plan.from_toml(plan.to_toml()) == plan
+    assert SceneFile.from_toml(plan.to_toml()) == plan
 
 
 @pytest.mark.parametrize("all_of_them", [False, slow(True)])
@@ -197,7 +200,7 @@ def test_a_strange_value_in_a_scene_file_is_a_sentence(name, all_of_them):
 
 STUDY = {
     "study": {
-        "packing_fractions": [0.1], "n": [32], "replicas": 1, "dimension": 3, "collisions_per_particle": 20.0,
+        "packing_fraction": [0.1], "n": [32], "replicas": 1, "dimension": 3, "collisions_per_particle": 20.0,
         "equilibration": 5.0, "seed": 1,
     },
     "scene": {"kT": 1.0, "species": [{"name": "a", "fraction": 0.5}, {"name": "b", "fraction": 0.5}]},
@@ -229,7 +232,7 @@ def test_a_strange_value_in_a_study_file_is_a_sentence(tmp_path, all_of_them):
     for tables, reader in (
         (STUDY, eos),
         (STUDY, transport),
-        (SEARCH, lambda text: codes.arguments(codes.parse(text))),
+        (SEARCH, codes.parse),
     ):
         for changed, *_ in damaged(tables, all_of_them):
             if (text := as_toml(changed)) is not None:
@@ -242,7 +245,7 @@ def test_a_study_file_holds_every_name(name):
         {"name": name, "fraction": 0.5, "diameter": 1.0},
         {"name": "b", "fraction": 0.5, "diameter": 0.6},
     ]
-    spec = StudySpec(packing_fractions=(0.1,), n=(32,), scene={"species": kinds})
+    spec = StudySpec(packing_fraction=(0.1,), n=(32,), scene={"species": kinds})
     again = toml.parse(toml.text(spec))
     assert again == spec
     assert again.scene["species"][0]["name"] == name
@@ -266,10 +269,10 @@ def test_toml_has_every_key_and_every_number():
 MEASURED = {"mean": 1.5, "error": 0.1, "n_eff": 5.0}
 EMPTY = {"mean": None, "error": None, "n_eff": None}
 SUMMARY = summary_of(
-    **dict.fromkeys(("compressibility_factor", "reduced_pressure", "collision_rate"), MEASURED),
-    **dict.fromkeys(("compressibility_factor_infinite", "contact_value", "contact_value_from_rdf"), EMPTY),
+    **dict.fromkeys(("Z", "reduced_pressure", "collision_rate"), MEASURED),
+    **dict.fromkeys(("Z_infinite", "contact_value", "contact_value_from_rdf"), EMPTY),
     contact_values_from_rdf={"a-b": MEASURED},
-    theory=[{"name": "CS", "compressibility_factor": 1.4, "compressibility_factor_infinite": 1.5,
+    theory=[{"name": "CS", "Z": 1.4, "Z_infinite": 1.5,
              "contact_value": 1.1}],
     obstacles=[{"name": "wall", "force": MEASURED, "pressure": MEASURED},
                {"name": "floor", "force": EMPTY, "pressure": EMPTY}],
@@ -311,7 +314,7 @@ def test_a_strange_value_in_the_summary_of_a_run_is_a_sentence(tmp_path, all_of_
     for unknown in ("Infinity", "NaN", "1e999", "[" * 60 + "]" * 60, '"\\ud800"'):
         path.write_text(as_json(SUMMARY)[:-1] + f', "more": {unknown}}}')
         assert typed("resume", tmp_path, "--json").exit_code == 2
-    path.write_text(as_json(replaced(SUMMARY, ("compressibility_factor", "error"), -0.1)))
+    path.write_text(as_json(replaced(SUMMARY, ("Z", "error"), -0.1)))
     assert "error must be at least 0, found -0.1" in typed("resume", tmp_path).output
 
 
@@ -329,7 +332,9 @@ def test_a_strange_value_beside_a_trajectory_is_a_sentence(tmp_path, all_of_them
     packed.mkdir()
     obstacles = (Ball((1.0, 1.0), 0.1),)
     frame = crystal(2, 6)
-    summary = Packing(frame, np.array([], HISTORY), "", 1, 0.0, obstacles).save(packed, pictures=False)
+    packing = Packing(frame, np.array([], HISTORY), "", 1, 0.0, obstacles)
+    packing.save(packed, pictures=False)
+    summary = packing.to_dict()
     for changed, *_ in damaged({"obstacles": summary["obstacles"]}, all_of_them):
         (packed / "summary.json").write_text(as_json({**summary, **changed}))
         sentence(carom.view, packed)
@@ -338,29 +343,29 @@ def test_a_strange_value_beside_a_trajectory_is_a_sentence(tmp_path, all_of_them
 @pytest.mark.parametrize("all_of_them", [False, slow(True)])
 def test_a_strange_value_in_a_plan_is_a_sentence(tmp_path, all_of_them):
     PLAN.save(tmp_path)
-    words = PLAN.words()
-    assert RunPlan.load(tmp_path) == PLAN
+    words = PLAN.to_dict()
+    assert carom.load(tmp_path) == PLAN
 
     def shown():
-        found = RunPlan.load(tmp_path)
+        found = carom.load(tmp_path)
         assert str(found)
-        json.dumps(found.words(), allow_nan=False)
+        json.dumps(found.to_dict(), allow_nan=False)
 
     for changed, *_ in damaged(words, all_of_them):
         (tmp_path / "plan.json").write_text(as_json(changed))
         sentence(shown)
     (tmp_path / "plan.json").write_text(as_json({**words, "estimator": "magic"}))
     with pytest.raises(FileError, match="estimator must be one of virial"):
-        RunPlan.load(tmp_path)
+        carom.load(tmp_path)
 
 
 @pytest.mark.parametrize("all_of_them", [False, slow(True)])
 def test_a_strange_value_in_a_study_s_folder_is_a_sentence_or_a_missing_result(tmp_path, all_of_them):
-    spec = StudySpec(packing_fractions=(0.1,), n=(32,), replicas=1)
+    spec = StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1)
     (task,) = spec.tasks()
     folder = tasks.TaskFolder(tmp_path)
     folder.make()
-    settings = {"settings": spec.settings(), "grid": {"packing_fractions": [0.1], "n": [32], "replicas": 1}}
+    settings = {"settings": spec.settings(), "grid": {"packing_fraction": [0.1], "n": [32], "replicas": 1}}
     for changed, *_ in damaged(settings, all_of_them):
         (tmp_path / "study.json").write_text(as_json(changed))
         sentence(load_study, tmp_path)
@@ -384,15 +389,15 @@ def test_a_strange_value_in_a_spherical_code_is_a_sentence(tmp_path, all_of_them
     )  # fmt: skip
     path = tmp_path / "code.json"
     code.save(path)
-    assert SphericalCode.load(path).summary() == code.summary()
+    assert carom.load(path).to_dict() == code.to_dict()
     words = json.loads(path.read_text())
     for changed, *_ in damaged(words, all_of_them):
         path.write_text(as_json(changed))
-        sentence(lambda: str(SphericalCode.load(path)))
+        sentence(lambda: str(carom.load(path)))
     for key, wrong in (("pairs", [[0, 2]]), ("rattlers", [-1]), ("digits", 10**6), ("cosine", "nan")):
         path.write_text(as_json({**words, key: wrong}))
         with pytest.raises(FileError, match="not a spherical code"):
-            SphericalCode.load(path)
+            carom.load(path)
 
 
 BROKEN = [
@@ -405,9 +410,9 @@ BROKEN = [
 def test_what_is_no_json_is_a_sentence_of_every_reader(tmp_path, content):
     for name, read in (
         ("summary.json", lambda: read_summary(tmp_path / "summary.json")),
-        ("plan.json", lambda: RunPlan.load(tmp_path)),
+        ("plan.json", lambda: carom.load(tmp_path)),
         ("study.json", lambda: load_study(tmp_path)),
-        ("code.json", lambda: SphericalCode.load(tmp_path / "code.json")),
+        ("code.json", lambda: load_code(tmp_path / "code.json")),
     ):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(FileError):

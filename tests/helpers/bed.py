@@ -5,9 +5,9 @@ import os
 import signal
 import sys
 
-from carom import studies
+import carom
 from carom.cli import screen
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 SCENE = """
 [scene]
@@ -48,8 +48,8 @@ pictures = false
 """
 
 if __name__ == "__main__":
-    plan = Plan.from_toml(SCENE)
-    whole = studies.run(plan, f"{sys.argv[1]}/whole")
+    plan = SceneFile.from_toml(SCENE)
+    whole = carom.run(plan, f"{sys.argv[1]}/whole")
     asked = []
 
     def stop(stage, fraction):
@@ -58,9 +58,9 @@ if __name__ == "__main__":
             os.kill(os.getpid(), signal.SIGINT)
 
     try:
-        studies.run(plan, f"{sys.argv[1]}/cut", progress=stop)
+        carom.run(plan, f"{sys.argv[1]}/cut", progress=stop)
     except KeyboardInterrupt:
-        cut = studies.resume(f"{sys.argv[1]}/cut")
+        cut = carom.resume(f"{sys.argv[1]}/cut")
     keys = ("layers", "obstacles", "kT", "thermal", "weight", "time")
     print(json.dumps([{key: result.summary[key] for key in keys} for result in (whole, cut)]))
     screen.results(whole, as_json=False)

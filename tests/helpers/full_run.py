@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from carom import studies
-from carom.plan.plan import Plan
+import carom
+from carom.scene_file.scene_file import SceneFile
 
 PLAN = """
 [scene]
@@ -76,7 +76,7 @@ type = "square-well"
 def other(name):
     """Return the plan of one of them."""
     scene, measured = OTHERS[name]
-    return Plan.from_toml(scene + RUN.format(measured=measured))
+    return SceneFile.from_toml(scene + RUN.format(measured=measured))
 
 
 def plan(*, equilibration=200, measured=1000, frames=16, without=()):
@@ -84,16 +84,16 @@ def plan(*, equilibration=200, measured=1000, frames=16, without=()):
     text = PLAN.format(equilibration=equilibration, measured=measured, frames=frames)
     for form in without:
         text = text.replace(f', "{form}"', "").replace(f'"{form}", ', "")
-    return Plan.from_toml(text)
+    return SceneFile.from_toml(text)
 
 
-def stopped(given: Plan, out: Path, stage: str = "Measuring", after: float = 0.5) -> Path:
+def stopped(given: SceneFile, out: Path, stage: str = "Measuring", after: float = 0.5) -> Path:
     """Begin a run and press Ctrl-C when so much of a stage is done."""
 
     def impatient(now, fraction):
         if now == stage and fraction > after:
             os.kill(os.getpid(), signal.SIGINT)
 
-    with pytest.raises(studies.Interrupted, match="carom resume"):
-        studies.run(given, out, progress=impatient)
+    with pytest.raises(carom.Interrupted, match="carom resume"):
+        carom.run(given, out, progress=impatient)
     return out

@@ -16,7 +16,7 @@ def summary(**changes):
     measured = {"mean": 2.0, "error": 0.01}
     return {
         "n": 100, "dimension": 2, "system": "hard disks", "packing_fraction": 0.5, "diameter": 1.5, "kT": 2.0,
-        "compressibility_factor": measured, "compressibility_factor_infinite": NOTHING,
+        "Z": measured, "Z_infinite": NOTHING,
         "contact_value": NOTHING, "contact_value_from_rdf": NOTHING, "contact_values_from_rdf": {},
         "reduced_pressure": {"mean": 3.0, "error": 0.01}, "collision_rate": measured, "theory": [],
         "obstacles": [

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 import carom
-from carom import Frame, Scene, Simulation, io, studies
-from carom.plan.plan import OutputSpec, Plan, RunSpec, SceneSpec
+from carom import Frame, Scene, Simulation, io
+from carom.scene_file.scene_file import OutputSpec, RunSpec, SceneFile, SceneSpec
 from carom.simulation import checkpoint
 from carom.studies.runs import storage, underway
 
 
 def plan(frames=None, trajectory=None):
-    return Plan(run=RunSpec(frames=frames), output=OutputSpec(trajectory=trajectory))
+    return SceneFile(run=RunSpec(frames=frames), output=OutputSpec(trajectory=trajectory))
 
 
 def amount(asked, scene, checkpoint=0):
@@ -187,7 +187,7 @@ def test_a_frame_takes_about_as_many_bytes_as_is_thought(form, dimension, tmp_pa
 
 
 def test_a_run_says_what_it_kept(tmp_path, monkeypatch):
-    small = Plan(
+    small = SceneFile(
         scene=SceneSpec(cells=3, packing_fraction=0.3),
         run=RunSpec(equilibration=5.0, collisions_per_particle=20.0),
         output=OutputSpec(pictures=False),
@@ -197,7 +197,7 @@ def test_a_run_says_what_it_kept(tmp_path, monkeypatch):
     state = checkpoint.size_of_file(Simulation(small.build_scene(), seed=1).machine)
     frames = 24.5 * 108 * 3 * storage.BYTES["h5md"] + storage.FIXED * 108
     monkeypatch.setattr(storage, "KEPT", frames + state + storage.OTHERS)
-    found = studies.run(small, tmp_path / "run")
+    found = carom.run(small, tmp_path / "run")
     assert found.summary["frames"] == 24
     assert found.summary["trajectories"] == ["trajectory.h5md"]
     assert not (tmp_path / "run" / "trajectory.extxyz").exists()
@@ -215,12 +215,12 @@ def everything_is_large(monkeypatch):
 
 def test_a_run_with_no_room_for_a_frame_says_so_and_has_all_else(tmp_path, monkeypatch):
     """Its g(r) is that of the state at the end: what the one frame would have held."""
-    small = Plan(
+    small = SceneFile(
         scene=SceneSpec(cells=3, packing_fraction=0.3),
         run=RunSpec(equilibration=5.0, collisions_per_particle=20.0),
         output=OutputSpec(pictures=False),
     )
-    one = studies.run(replace(small, run=replace(small.run, frames=1)), tmp_path / "one")
+    one = carom.run(replace(small, run=replace(small.run, frames=1)), tmp_path / "one")
     everything_is_large(monkeypatch)
     sim = Simulation(small.build_scene(), seed=1)
     sim.run(time=0.0)
@@ -228,7 +228,7 @@ def test_a_run_with_no_room_for_a_frame_says_so_and_has_all_else(tmp_path, monke
     with pytest.warns(
         carom.errors.CaromWarning, match="No trajectory: with one frame the files of 108 particles"
     ):
-        found = studies.run(small, tmp_path / "none")
+        found = carom.run(small, tmp_path / "none")
     assert found.summary["trajectories"] == []
     assert "Set frames = 1 for a frame." in found.summary["without_trajectory"]
     assert one.summary["without_trajectory"] is found.summary["without_rdf"] is None
@@ -243,7 +243,7 @@ def test_a_run_with_no_room_for_a_frame_says_so_and_has_all_else(tmp_path, monke
 
 
 def test_a_run_without_frames_goes_on_from_a_packed_checkpoint_bit_for_bit(tmp_path, monkeypatch):
-    small = Plan(
+    small = SceneFile(
         scene=SceneSpec(cells=3, packing_fraction=0.3),
         run=RunSpec(equilibration=5.0, collisions_per_particle=200.0, checkpoint_every=1e-3),
         output=OutputSpec(pictures=False),
@@ -252,16 +252,16 @@ def test_a_run_without_frames_goes_on_from_a_packed_checkpoint_bit_for_bit(tmp_p
     monkeypatch.setattr(storage, "KEPT", 0.0)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", carom.errors.CaromWarning)
-        whole = studies.run(small, tmp_path / "whole")
+        whole = carom.run(small, tmp_path / "whole")
 
         def stop(stage, part):
             if stage == "Measuring" and part > 0.5:
                 raise KeyboardInterrupt
 
         with pytest.raises(KeyboardInterrupt):
-            studies.run(small, tmp_path / "stopped", progress=stop)
+            carom.run(small, tmp_path / "stopped", progress=stop)
         assert not (tmp_path / "stopped" / "summary.json").exists()
-        again = studies.resume(tmp_path / "stopped")
+        again = carom.resume(tmp_path / "stopped")
     varies = {"seconds", "collisions_per_second"}
     assert {k: v for k, v in whole.summary.items() if k not in varies} == {
         k: v for k, v in again.summary.items() if k not in varies

@@ -16,7 +16,7 @@ from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.questions.particles import NEVER
 from carom.observables.statistics import blocking
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.replay import Replay
 
 SLOW = pytest.mark.slow
@@ -317,10 +317,10 @@ def test_a_drive_of_a_scene_file_is_that_of_python(drive, tmp_path):
     lines = "\n".join(f"{name} = {value!r}".replace("'", '"') for name, value in table.items())
     path = tmp_path / "bath.toml"
     path.write_text(f"[scene]\ncells = 2\n[scene.drive]\n{lines}\n")
-    plan = Plan.load(path)
+    plan = SceneFile.load(path)
     assert plan.scene.drive == drive
     path.write_text(plan.to_toml())
-    assert Plan.load(path).scene.drive == drive
+    assert SceneFile.load(path).scene.drive == drive
 
 
 @pytest.mark.parametrize("drive", [Andersen(1.0, rate=2.0, seed=3), OneWay(3.0)])

@@ -237,7 +237,7 @@ def test_bad_input_is_refused_in_a_sentence():
 
 
 def test_a_scene_file_holds_field_floor_and_loss():
-    from carom.plan.plan import Plan
+    from carom.scene_file.scene_file import SceneFile
 
     text = """
 [scene]
@@ -265,8 +265,8 @@ direction = [0.0, 1.0]
 path = { type = "sine", amplitude = 0.3, period = 2.0 }
 obstacle = { kind = "plane", normal = [0.0, 1.0], offset = 0.5, name = "floor" }
 """
-    plan = Plan.from_toml(text)
-    assert Plan.from_toml(plan.to_toml()) == plan
+    plan = SceneFile.from_toml(text)
+    assert SceneFile.from_toml(plan.to_toml()) == plan
     scene = plan.build_scene()
     assert scene.motion == Gravity((0.0, -1.0))
     assert scene.impact == Loss(0.9, contact_time=1e-3)
@@ -274,9 +274,9 @@ obstacle = { kind = "plane", normal = [0.0, 1.0], offset = 0.5, name = "floor" }
         Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(0.3, 2.0)), Loss(0.8, contact_time=1e-3)
     )
     with pytest.raises(InputError, match="type of a motion must be one of gravity"):
-        Plan.from_toml('[scene]\nmotion = { type = "warp" }')
+        SceneFile.from_toml('[scene]\nmotion = { type = "warp" }')
     with pytest.raises(InputError, match="A gravity needs g"):
-        Plan.from_toml('[scene]\nmotion = { type = "gravity" }')
+        SceneFile.from_toml('[scene]\nmotion = { type = "gravity" }')
 
 
 def test_the_conditions_hold():

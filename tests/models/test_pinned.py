@@ -236,17 +236,17 @@ def test_one_ball_between_pinned_ones_loses_by_every_contact_what_restitution_sa
 
 
 def test_a_scene_file_says_how_many_are_pinned_or_who():
-    from carom.plan.plan import Plan
+    from carom.scene_file.scene_file import SceneFile
 
     text = "[scene]\ninitial = 'random'\nn = 30\ndimension = 2\npacking_fraction = 0.2\npinned = {}\n"
-    plan = Plan.from_toml(text.format(12))
+    plan = SceneFile.from_toml(text.format(12))
     scene = plan.scene.build(5)
     assert scene.pinned.sum() == 12
     assert (plan.scene.build(5).pinned == scene.pinned).all()
     assert (plan.scene.build(6).pinned != scene.pinned).any()
-    assert Plan.from_toml(plan.to_toml()) == plan
-    named = Plan.from_toml(text.format([3, 4])).scene.build(5)
+    assert SceneFile.from_toml(plan.to_toml()) == plan
+    named = SceneFile.from_toml(text.format([3, 4])).scene.build(5)
     assert np.flatnonzero(named.pinned).tolist() == [3, 4]
     for wrong, says in ((31, "there are 30"), (-1, "pinned"), ("'all'", "pinned"), ([30], "from 0 to 29")):
         with pytest.raises(InputError, match=says):
-            Plan.from_toml(text.format(wrong)).scene.build(5)
+            SceneFile.from_toml(text.format(wrong)).scene.build(5)

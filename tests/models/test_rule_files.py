@@ -14,7 +14,7 @@ from carom import cli
 from carom.errors import InputError
 from carom.models.interactions import ranges
 from carom.models.interactions.rule_files import RuleFile
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 RULES = """
 import math
@@ -101,8 +101,8 @@ def forget():
 
 def test_reading_a_scene_file_runs_no_code_and_building_it_is_refused(files):
     forget()
-    plan = Plan.load(files / "scene.toml")
-    assert Plan.from_toml(plan.to_toml()) == plan
+    plan = SceneFile.load(files / "scene.toml")
+    assert SceneFile.from_toml(plan.to_toml()) == plan
     with pytest.raises(InputError, match=r"no scene file runs code by itself.*--trust-code"):
         plan.build_scene()
     done = CliRunner().invoke(cli.app, ["run", str(files / "scene.toml"), "--out", str(files / "out")])
@@ -114,7 +114,7 @@ def test_reading_a_scene_file_runs_no_code_and_building_it_is_refused(files):
 
 def test_who_trusts_the_file_gets_its_rule_and_the_digest_of_what_was_read(files):
     forget()
-    plan = Plan.load(files / "scene.toml").trusted()
+    plan = SceneFile.load(files / "scene.toml").trusted()
     scene = plan.build_scene()
     assert os.environ["CAROM_RULES_RAN"] == "yes"
     assert isinstance(scene.interaction, carom.models.Ranges)
@@ -122,7 +122,7 @@ def test_who_trusts_the_file_gets_its_rule_and_the_digest_of_what_was_read(files
     assert scene.interaction.kinds[0].circles == (0.3, 3.0)
     # The same source is the same function: it is compiled once.
     assert plan.build_scene().interaction.rule is scene.interaction.rule
-    again = Plan.from_toml(plan.to_toml())
+    again = SceneFile.from_toml(plan.to_toml())
     assert again == plan
     assert len(again.scene.interaction.sha256) == 64
     with pytest.raises(InputError, match="--trust-code"):  # no file can say that it is to be trusted
@@ -130,7 +130,7 @@ def test_who_trusts_the_file_gets_its_rule_and_the_digest_of_what_was_read(files
 
 
 def test_a_rule_that_was_edited_is_refused_where_a_run_goes_on(files):
-    plan = Plan.from_toml(Plan.load(files / "scene.toml").trusted().to_toml())
+    plan = SceneFile.from_toml(SceneFile.load(files / "scene.toml").trusted().to_toml())
     (files / "rules.py").write_text(RULES + "\n# edited\n")
     with pytest.raises(InputError, match="was edited since"):
         plan.trusted()
@@ -138,7 +138,7 @@ def test_a_rule_that_was_edited_is_refused_where_a_run_goes_on(files):
 
 def test_another_process_finds_the_type_of_a_rule_under_its_name(files):
     """Code from disk was read again at every call: the type of the rule was a copy."""
-    rule = Plan.load(files / "scene.toml").trusted().build_scene().interaction.rule
+    rule = SceneFile.load(files / "scene.toml").trusted().build_scene().interaction.rule
     tag = ranges._tag(rule)
     assert pickle.loads(pickle.dumps(tag)) is tag
 
@@ -165,7 +165,7 @@ def test_another_process_finds_the_type_of_a_rule_under_its_name(files):
 )
 def test_a_file_without_a_rule_that_works_is_refused_in_a_sentence(files, source, words):
     (files / "rules.py").write_text(source)
-    plan = Plan.load(files / "scene.toml").trusted()
+    plan = SceneFile.load(files / "scene.toml").trusted()
     with pytest.raises(InputError, match=words) as caught:
         plan.build_scene()
     assert "\n" not in str(caught.value)
@@ -191,14 +191,14 @@ def test_a_file_without_a_rule_that_works_is_refused_in_a_sentence(files, source
 def test_bad_tables_are_refused_in_a_sentence(old, new, words):
     assert SCENE.count(old) == 1 or old == 'name = "fox", circles'
     with pytest.raises(InputError, match=words) as caught:
-        Plan.from_toml(SCENE.replace(old, new))
+        SceneFile.from_toml(SCENE.replace(old, new))
     assert "\n" not in str(caught.value)
 
 
 def test_a_missing_file_is_refused_in_a_sentence(files):
     (files / "rules.py").unlink()
     with pytest.raises(InputError, match="cannot be read: No such file"):
-        Plan.load(files / "scene.toml").trusted()
+        SceneFile.load(files / "scene.toml").trusted()
     with pytest.raises(InputError, match="list of tables"):
         RuleFile((), "rules.py", "behave")
 
@@ -206,13 +206,12 @@ def test_a_missing_file_is_refused_in_a_sentence(files):
 SCRIPT = """
 import numpy as np, sys
 import carom
-from carom import studies
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 from carom.pictures.view import rules_beside
 from pathlib import Path
 
-plan = Plan.load("scene.toml").trusted()
-whole = studies.run(plan, "whole")
+plan = SceneFile.load("scene.toml").trusted()
+whole = carom.run(plan, "whole")
 
 def stop(stage, fraction):
     if stage == "Measuring" and fraction > 0.3:
@@ -220,16 +219,16 @@ def stop(stage, fraction):
         signal.raise_signal(signal.SIGINT)
 
 try:
-    studies.run(plan, "half", progress=stop)
+    carom.run(plan, "half", progress=stop)
     raise SystemExit("not stopped")
 except KeyboardInterrupt:
     pass
 try:
-    studies.resume("half")
+    carom.resume("half")
     raise SystemExit("not refused")
 except carom.errors.InputError as refusal:
     assert "--trust-code" in str(refusal)
-parts = studies.resume("half", trust_code=True)
+parts = carom.resume("half", trust_code=True)
 for name in ("collisions", "time", "units", "momentum_drift"):
     assert whole.summary[name] == parts.summary[name], name
 assert sum(whole.summary["units"].values()) <= 20

@@ -18,9 +18,9 @@ from carom.errors import InputError, OverlapError
 from carom.io.events import read_events
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains, from_potential, rings
 from carom.observables.steps import heat_capacity
-from carom.plan.plan import Plan
 from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.replay import Replay
 
 INF = math.inf
@@ -340,9 +340,9 @@ kT = 2.0
     ],
 )
 def test_a_scene_file_describes_an_interaction(text, interaction):
-    plan = Plan.from_toml(TOML + text)
+    plan = SceneFile.from_toml(TOML + text)
     assert plan.scene.interaction == interaction
-    assert Plan.from_toml(plan.to_toml()) == plan
+    assert SceneFile.from_toml(plan.to_toml()) == plan
     assert tomllib.loads(plan.to_toml())["scene"]["interaction"]["type"] in text
 
 
@@ -369,7 +369,7 @@ def test_the_page_runs_as_it_stands(capsys):
     # What the page says of the temperature: it is 1.5 within the errors of two stretches, of 500 and of 750.
     kT = page_of["found"].kT
     assert abs(kT.mean - 1.5) < 4.0 * kT.error * math.sqrt(1.0 + 500 / 750)
-    Plan.from_toml(re.search(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)[1])
+    SceneFile.from_toml(re.search(r"```toml\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)[1])
 
 
 @pytest.mark.parametrize(

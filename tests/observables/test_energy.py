@@ -10,14 +10,13 @@ import pytest
 from helpers import full_run
 
 import carom
-from carom import studies
 from carom.block import Block, Energy
 from carom.errors import InputError
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains
 from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate
-from carom.plan.plan import Plan
 from carom.scene.description import kind
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.until_precise import merged
 from carom.studies.runs.report import _other_temperature
 from carom.studies.runs.stretch import Stretch
@@ -232,7 +231,7 @@ event_log = {log}
 
 
 def wells(equilibration=2000, measured=1000, log=False):
-    return Plan.from_toml(
+    return SceneFile.from_toml(
         WELLS.format(equilibration=equilibration, measured=measured, log="true" if log else "false")
     )
 
@@ -240,11 +239,11 @@ def wells(equilibration=2000, measured=1000, log=False):
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """Return the summary of an uninterrupted run of wells."""
-    return studies.run(wells(), tmp_path_factory.mktemp("wells") / "run").summary
+    return carom.run(wells(), tmp_path_factory.mktemp("wells") / "run").summary
 
 
 def test_a_run_of_wells_is_at_its_temperature_and_tells_its_energy(whole):
-    kT, u = whole["temperature"], whole["potential_energy"]
+    kT, u = whole["temperature"], whole["U"]
     assert abs(kT["mean"] - 3.0) < FIVE * math.sqrt(2.0) * kT["error"]
     assert kT["mean"] == pytest.approx(whole["kT"], rel=1e-12)
     # The published fit, as above; 108 spheres.
@@ -260,20 +259,20 @@ def test_a_run_of_wells_is_at_its_temperature_and_tells_its_energy(whole):
 )
 def test_a_run_of_wells_goes_on_from_every_round(whole, tmp_path, stage, after):
     out = full_run.stopped(wells(), tmp_path / "run", stage, after)
-    again = studies.resume(out).summary
-    for name in ("potential_energy", "temperature", "compressibility_factor", "collisions", "energy_drift"):
+    again = carom.resume(out).summary
+    for name in ("U", "temperature", "Z", "collisions", "energy_drift"):
         assert again[name] == whole[name], name
 
 
 def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_path):
-    summary = studies.run(wells(500, 1000, log=True), tmp_path / "run").summary
+    summary = carom.run(wells(500, 1000, log=True), tmp_path / "run").summary
     assert abs(summary["kT"] - 3.0) > 0.1
     assert summary["note"].startswith(f"kT = 3 was asked for, and its mean is {summary['kT']:.4g}")
     assert "event log" in summary["note"]
 
 
 def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(tmp_path):
-    plan = Plan.from_toml("""
+    plan = SceneFile.from_toml("""
 [scene]
 initial = "random"
 dimension = 2
@@ -294,8 +293,8 @@ frames = 2
 [output]
 pictures = false
 """)
-    summary = studies.run(plan, tmp_path / "run").summary
-    u, kT = summary["potential_energy"], summary["temperature"]
+    summary = carom.run(plan, tmp_path / "run").summary
+    u, kT = summary["U"], summary["temperature"]
     assert summary["kT"] == kT["mean"]
     assert "kT = 1 was asked for" in summary["note"]
     # Total energy is conserved: both ends of the run belong to the means.
@@ -325,7 +324,7 @@ def test_what_is_simulated_is_called_by_its_interaction(interaction, words):
 
 def test_the_screen_shows_wells_with_their_energy_and_temperature(whole, tmp_path, capsys):
     from carom.cli.screen import results
-    from carom.studies.runs.execution import RunResult
+    from carom.studies.runs.result import RunResult
 
     results(RunResult(tmp_path, whole, new=True), as_json=False)
     shown = " ".join(capsys.readouterr().out.split())

@@ -15,7 +15,7 @@ from carom.cli import screen
 from carom.frame import Frame
 from carom.models.motions.gravity import Gravity
 from carom.observables.layers import GROUPS, MOST, Layers, weight
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.mechanics import Impacts
 from carom.studies.runs.stretch import Stretch
 
@@ -86,8 +86,8 @@ def test_only_a_field_has_weights():
 
 
 BED = {
-    "reduced_pressure": NOTHING, "collision_rate": NOTHING, "compressibility_factor": NOTHING,
-    "compressibility_factor_infinite": NOTHING, "thermal": False, "weight": 4.0, "kT": 1e-9,
+    "reduced_pressure": NOTHING, "collision_rate": NOTHING, "Z": NOTHING,
+    "Z_infinite": NOTHING, "thermal": False, "weight": 4.0, "kT": 1e-9,
     "obstacles": [
         {"name": "upper wall of axis 1", "force": {"mean": 0.0, "error": None},
          "pressure": {"mean": 0.0, "error": None}, "power": NOTHING},
@@ -127,7 +127,7 @@ def test_a_run_shows_the_bed_and_a_resumed_one_the_same(tmp_path):
     printed_text = plain_python("-W", "ignore", "-m", "helpers.bed", tmp_path)
     whole, cut = json.loads(printed_text.splitlines()[0])
     assert whole == cut
-    scene = Plan.from_toml(SCENE).build_scene()
+    scene = SceneFile.from_toml(SCENE).build_scene()
     assert whole["weight"] == 2.0 * 1.5
     assert not whole["thermal"]
     assert sum(layer["members"] for layer in whole["layers"]) == pytest.approx(scene.n)

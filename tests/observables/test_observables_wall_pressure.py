@@ -16,10 +16,10 @@ from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.obstacles.segments import Segment
 from carom.observables import WallPressure
 from carom.observables.momentum_balance import weighted_momenta
-from carom.plan.plan import Plan
-from carom.plan.sections import OutputSpec, RunSpec, SceneSpec
 from carom.scene import temperature
 from carom.scene.velocities import maxwell_velocities
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import OutputSpec, RunSpec, SceneSpec
 from carom.simulation.measuring import measure
 from carom.studies.runs import execution as runs
 
@@ -292,7 +292,7 @@ def test_error_bars_cover_at_any_density(d, n, eta, periodic, which, obstacles):
 
 
 def test_a_run_measures_walls_as_measure_does(tmp_path):
-    plan = Plan(
+    plan = SceneFile(
         scene=SceneSpec(initial="random", n=40, dimension=2, packing_fraction=0.3, periodic=(True, False)),
         run=RunSpec(collisions_per_particle=100, equilibration=30, frames=1),
         output=OutputSpec(trajectory=(), pictures=False),

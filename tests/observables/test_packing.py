@@ -336,7 +336,7 @@ def test_without_a_backbone_no_contacts_are_distinct():
 def test_the_law_of_a_compression_is_drawn_through_its_points(leading):
     jammed, pressure = 0.64, np.geomspace(10.0, 1e8, 40)
     history = np.zeros(40, dtype=HISTORY)
-    history["pressure"] = pressure
+    history["Z"] = pressure
     # A pressure is that of a stretch, and obeys the law at its middle; the density is that of its end.
     left = [leading / pressure[0]]
     for z in pressure[1:]:

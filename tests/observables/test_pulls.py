@@ -20,7 +20,7 @@ def assert_unit(pulls, slack=0.0):
 
 def row(n, eta, z, error, infinite=math.nan):
     return SimpleNamespace(
-        n=n, packing_fraction=eta, compressibility_factor=z, error=error, infinite=infinite, phase="fluid",
+        n=n, packing_fraction=eta, Z=z, Z_error=error, Z_infinite=infinite, phase="fluid",
         equilibrated=True, theory=math.nan, dimension=3,
     )  # fmt: skip
 
@@ -33,7 +33,7 @@ def test_pulls_of_the_extrapolation_and_of_its_slope():
         z = 3.0 - 2.5 / sizes + errors * rng.standard_normal(4)
         rows = [row(int(n), 0.3, v, e) for n, v, e in zip(sizes, z, errors, strict=True)]
         (fit,) = fits.extrapolate(rows)
-        found.append(((fit.compressibility_factor - 3.0) / fit.error, (fit.slope + 2.5) / fit.slope_error))
+        found.append(((fit.Z - 3.0) / fit.Z_error, (fit.slope + 2.5) / fit.slope_error))
     for pulls in np.transpose(found):
         assert_unit(pulls)
 

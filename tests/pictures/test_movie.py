@@ -81,7 +81,7 @@ def test_colours_of_speed_and_of_psi_6_differ_from_those_of_species(tmp_path):
     moving = carom.Frame(**{**vars(frame), "velocities": np.random.default_rng(1).normal(size=(frame.n, 2))})
     pages = []
     for colour in ("species", "speed", "psi_6"):
-        carom.movie([moving], tmp_path / "a.gif", size=64, colour=colour)
+        carom.movie([moving], tmp_path / "a.gif", size=64, color=colour)
         pages.append((tmp_path / "a.gif").read_bytes())
     assert len(set(pages)) == 3
 
@@ -92,7 +92,7 @@ def test_rattlers_have_a_colour_of_their_own(tmp_path):
     diameters[14] *= 0.9  # held by nobody
     loose = carom.Frame(**{**vars(frame), "diameters": diameters})
     camera = Camera.on(loose, 400)
-    carom.movie([loose], tmp_path / "a.gif", size=400, colour="rattlers")
+    carom.movie([loose], tmp_path / "a.gif", size=400, color="rattlers")
     from PIL import Image
 
     with Image.open(tmp_path / "a.gif") as film:
@@ -114,7 +114,7 @@ def test_a_gif_has_the_colours_of_all_its_frames(tmp_path):
     velocities[0] = 1.0, 0.0
     later = np.random.default_rng(1).normal(size=velocities.shape)
     frames = [carom.Frame(**{**vars(start), "velocities": v}) for v in (velocities, 0.5 * later, later)]
-    carom.movie(frames, tmp_path / "a.gif", size=128, colour="speed")
+    carom.movie(frames, tmp_path / "a.gif", size=128, color="speed")
     top = 2.5 * np.sqrt(np.mean([np.sum(f.velocities**2, axis=1) for f in frames]))
     with Image.open(tmp_path / "a.gif") as film:
         shown = [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
@@ -143,19 +143,19 @@ def test_what_makes_no_movie_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"expected one of .mp4, .gif"):
         carom.movie(frames_of(2), tmp_path / "a.avi")
     with pytest.raises(InputError, match="expected one of species"):
-        carom.movie(frames_of(2), tmp_path / "a.gif", colour="mood")
+        carom.movie(frames_of(2), tmp_path / "a.gif", color="mood")
     with pytest.raises(InputError, match="psi_6"):
-        carom.movie(frames_of(3), tmp_path / "a.gif", colour="psi_6")
+        carom.movie(frames_of(3), tmp_path / "a.gif", color="psi_6")
     apart = frame_of([[1.0, 1.0], [3.0, 3.0]], (4.0, 4.0), 0.5)
     with pytest.raises(InputError, match="this is no packing"):
-        carom.movie([apart], tmp_path / "a.gif", colour="rattlers")
+        carom.movie([apart], tmp_path / "a.gif", color="rattlers")
     with pytest.raises(InputError, match="no frames"):
         carom.movie([], tmp_path / "a.gif")
     near = frame_of([[1.0, 1.0], [1.6, 1.0], [1.3, 1.5]], (4.0, 4.0), 0.5)  # a gas: nobody holds anybody
     with pytest.raises(InputError, match=r"Frame 0 .* this is no packing"):
-        carom.movie([near], tmp_path / "a.gif", colour="rattlers")
+        carom.movie([near], tmp_path / "a.gif", color="rattlers")
     with pytest.raises(InputError, match="psi_6 needs 7 disks at least, found 3"):
-        carom.movie([near], tmp_path / "a.gif", colour="psi_6")
+        carom.movie([near], tmp_path / "a.gif", color="psi_6")
     wider = frame_of([[1.0, 1.0]], (5.0, 4.0), 0.5)
     with pytest.raises(InputError, match="Frame 1 has another box"):
         carom.movie([near, wider], tmp_path / "a.gif")

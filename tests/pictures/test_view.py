@@ -370,7 +370,7 @@ def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
     with pytest.raises(FileError, match="of the class Own, which no file holds"):
         carom.view(tmp_path)
     with pytest.raises(FileError, match="of the class Own, which no file holds"):
-        carom.movie(tmp_path / "packing.h5md", tmp_path / "a.gif", colour="rattlers")
+        carom.movie(tmp_path / "packing.h5md", tmp_path / "a.gif", color="rattlers")
     assert carom.view(tmp_path, obstacles=other.obstacles).data["subtitle"] == expected["subtitle"]
     (tmp_path / "summary.json").write_text("[1")
     with pytest.raises(FileError, match="not the summary of a packing"):

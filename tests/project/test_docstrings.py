@@ -214,7 +214,7 @@ def test_every_error_is_named_where_it_is_raised():
 
 def test_what_raises_is_an_error_or_a_warning():
     known = set(vars(errors)) | {"NoMeetingFound", "ValueError"}
-    known |= {"Interrupted", "PackingInterrupted", "CodeInterrupted"}
+    known |= {"Interrupted"}
     for heading in ("Raises", "Warns"):
         assert missing(lambda x, where=heading: set(entries(x.text, where)) - known) == {}
 

@@ -27,11 +27,11 @@ sim.run(collisions_per_particle=20)
 SMALL_STUDY = """
 import carom
 from carom.studies.eos import study as _study
-_whole = carom.studies.equation_of_state
+_whole = carom.equation_of_state
 def _small(etas=(0.1, 0.2), **asked):
     asked |= {"n": 32, "replicas": 2, "relative_error": None, "collisions_per_particle": 50}
     return _whole(list(etas), **asked)
-carom.studies.equation_of_state = _small
+carom.equation_of_state = _small
 """
 
 BEFORE = {
@@ -53,15 +53,14 @@ with carom.Simulation(scene, seed=2, event_log="events.h5") as logged:
 """,
     "looking.md": FLUID
     + """
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 text = "[scene]\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
-carom.studies.run(Plan.from_toml(text + "collisions_per_particle = 20\\nframes = 3\\n"), "carom-run")
+carom.run(SceneFile.from_toml(text + "collisions_per_particle = 20\\nframes = 3\\n"), "carom-run")
 """,
     "packings.md": """
-from carom import studies
-_points, _pack = studies.points, studies.pack
-studies.points = lambda n, dimension, seed: _points(40, dimension=dimension, seed=seed)
-studies.pack = lambda start, until_pressure, seed: _pack(start, rate=0.05, until_pressure=1e4, seed=seed)
+import carom
+_pack = carom.pack
+carom.pack = lambda n, dimension, until_Z, seed: _pack(40, dimension=3, rate=0.05, until_Z=1e4, seed=seed)
 """,
     "studies.md": SMALL_STUDY,
     "trade.md": FLUID,

@@ -105,8 +105,11 @@ def test_titles_and_species_of_a_page_are_text(text):
 
 
 def test_what_a_notebook_shows_of_a_result_is_text():
-    code = dataclasses.replace(spherical_code(4, k=3, seeds=1), note=HOSTILE[0] + "\x1b[2J")
-    assert Page(code._repr_html_()).elements == Page(spherical_code(4, k=3, seeds=1)._repr_html_()).elements
+    code = dataclasses.replace(spherical_code(4, dimension=3, tries=1), note=HOSTILE[0] + "\x1b[2J")
+    assert (
+        Page(code._repr_html_()).elements
+        == Page(spherical_code(4, dimension=3, tries=1)._repr_html_()).elements
+    )
     assert not acting(str(code))
     assert isinstance(code, SphericalCode)
     shown = Page(notebook.table(HOSTILE[0], [HOSTILE[:2]], HOSTILE[2:4]))

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 from helpers.mixtures import mixed, mixture
 
-from carom import InputError, Scene, Simulation, Species, io, studies
+import carom
+from carom import InputError, Scene, Simulation, Species, io
 from carom.observables import RDF
-from carom.plan.plan import Plan
 from carom.scene.species import pair_name
+from carom.scene_file.scene_file import SceneFile
 
 PLAN = """
 [scene]
@@ -43,12 +44,12 @@ def plan_of(counts, key="count", n=None):
     table = '[[scene.species]]\nname = "{}"\ndiameter = {}\n{} = {}\n'
     species = "\n".join(table.format(*row) for row in zip(NAMES, DIAMETERS, (key,) * 3, counts, strict=True))
     given = "" if n is None else f"n = {n}\n"
-    return Plan.from_toml(PLAN.format(species=given + species))
+    return SceneFile.from_toml(PLAN.format(species=given + species))
 
 
 @pytest.mark.parametrize("counts", COUNTS)
 def test_a_run_with_an_empty_species_has_a_summary(tmp_path, counts):
-    result = studies.run(plan_of(counts), tmp_path / "run")
+    result = carom.run(plan_of(counts), tmp_path / "run")
     by_species = result.summary["collisions_by_species"]
     pairs = [f"{a}-{b}" for a, b in itertools.combinations_with_replacement(NAMES, 2)]
     assert list(by_species) == pairs
@@ -70,7 +71,7 @@ def test_a_run_with_an_empty_species_has_a_summary(tmp_path, counts):
 def test_a_fraction_that_rounds_to_no_component_leaves_the_summary_whole(tmp_path):
     plan = plan_of((0.6, 0.399, 0.001), key="fraction", n=50)
     assert np.bincount(plan.build_scene().species, minlength=3).tolist() == [30, 20, 0]
-    result = studies.run(plan, tmp_path / "run")
+    result = carom.run(plan, tmp_path / "run")
     assert result.summary["collisions_by_species"]["c-c"] == 0
 
 
@@ -83,7 +84,7 @@ def test_every_pair_of_species_has_a_name_of_its_own(tmp_path, monkeypatch):
     assert pair_name("very-large", 1) == '"very-large"-1'
 
     text = PLAN.format(species=f"n = 60\n{KINDS.format(*names[:4])}").replace("true", "false")
-    result = studies.run(Plan.from_toml(text), tmp_path / "run")
+    result = carom.run(SceneFile.from_toml(text), tmp_path / "run")
     wanted = [pair_name(*pair) for pair in itertools.combinations_with_replacement(names[:4], 2)]
     assert list(result.summary["collisions_by_species"]) == wanted
     assert sum(result.summary["collisions_by_species"].values()) >= result.summary["collisions"]

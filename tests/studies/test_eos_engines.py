@@ -13,10 +13,11 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from helpers.commands import CAROM, WAIT, carom, wait_for
+from helpers.commands import CAROM, WAIT, wait_for
+from helpers.commands import carom as command
 from helpers.workers import die, rest
 
-from carom import studies
+import carom
 from carom.errors import CaromWarning, InputError
 from carom.studies import executors as engines
 
@@ -42,25 +43,25 @@ def stored(folder):
 
 @pytest.fixture(scope="module")
 def serial():
-    return studies.equation_of_state(ETAS, executor="serial", **SMALL)
+    return carom.equation_of_state(ETAS, executor="serial", **SMALL)
 
 
 @pytest.mark.parametrize("workers", [1, 2])
 def test_processes_give_the_same_bits(serial, workers):
-    study = studies.equation_of_state(ETAS, executor="processes", workers=workers, **SMALL)
+    study = carom.equation_of_state(ETAS, executor="processes", cores=workers, **SMALL)
     assert bits(study) == bits(serial)
     assert study.engine.startswith(str(workers))
     assert len({record["provenance"]["process"] for record in study.records} - {os.getpid()}) <= workers
 
 
 def test_threads_give_the_same_bits(serial):
-    study = studies.equation_of_state(ETAS, executor="threads", workers=3, **SMALL)
+    study = carom.equation_of_state(ETAS, executor="threads", cores=3, **SMALL)
     assert bits(study) == bits(serial)
 
 
 def test_executors_of_the_caller_stay_open(serial):
     with ThreadPoolExecutor(2) as pool:
-        assert bits(studies.equation_of_state(ETAS, executor=pool, **SMALL)) == bits(serial)
+        assert bits(carom.equation_of_state(ETAS, executor=pool, **SMALL)) == bits(serial)
         assert pool.submit(int, "3").result() == 3
 
 
@@ -71,8 +72,8 @@ def test_a_process_pool_of_the_caller_that_breaks_leaves_a_study_to_be_finished(
         with pytest.raises(Exception, match="abruptly"):
             pool.submit(os._exit, 1).result()
         with pytest.warns(CaromWarning, match="6 of 6 runs failed.*its worker was killed"):
-            studies.equation_of_state(ETAS, executor=pool, out=tmp_path, **SMALL)
-    study = studies.equation_of_state(ETAS, executor="serial", out=tmp_path, **SMALL)
+            carom.equation_of_state(ETAS, executor=pool, out=tmp_path, **SMALL)
+    study = carom.equation_of_state(ETAS, executor="serial", out=tmp_path, **SMALL)
     assert bits(study) == bits(serial)
 
 
@@ -81,7 +82,7 @@ def test_scripts_need_no_main_guard(tmp_path):
     script = tmp_path / "ten_lines.py"
     script.write_text(
         "import carom\n"
-        "study = carom.studies.equation_of_state([0.1], n=32, collisions_per_particle=50, workers=2)\n"
+        "study = carom.equation_of_state([0.1], n=32, collisions_per_particle=50, cores=2)\n"
         "print('lines', study.complete)\n"
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=WAIT)
@@ -148,9 +149,9 @@ def test_the_overhead_of_a_task_is_small(tmp_path):
     Processor time rather than the clock's, which counts what else the machine does.
     """
     short = {**SMALL, "collisions_per_particle": 1, "equilibration": 1}
-    studies.equation_of_state([0.2], replicas=1, executor="serial", **short)
+    carom.equation_of_state([0.2], replicas=1, executor="serial", **short)
     began = time.process_time()
-    studies.equation_of_state([0.2], replicas=20, executor="serial", out=tmp_path, **short)
+    carom.equation_of_state([0.2], replicas=20, executor="serial", out=tmp_path, **short)
     assert (time.process_time() - began) / 20 < 0.1
 
 
@@ -180,13 +181,13 @@ def children(process):
 
 
 def kill_at_random(folder, rounds, seed):
-    assert carom("eos", *LONG, "--engine", "serial", "--out", folder / "whole").returncode == 0
+    assert command("eos", *LONG, "--engine", "serial", "--out", folder / "whole").returncode == 0
     expected = stored(folder / "whole")
     assert len(expected) == 6
     dice, out = random.Random(seed), folder / "killed"
     for _ in range(rounds):
         process = subprocess.Popen(
-            [*CAROM, "eos", *LONG, "--workers", "2", "--out", out],
+            [*CAROM, "eos", *LONG, "--cores", "2", "--out", out],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
         )
@@ -208,7 +209,7 @@ def kill_at_random(folder, rounds, seed):
             time.sleep(0.01)
         # Nothing half-written counts: every result there is whole and right.
         assert stored(out).items() <= expected.items()
-    done = carom("eos", *LONG, "--workers", "2", "--out", out)
+    done = command("eos", *LONG, "--cores", "2", "--out", out)
     assert done.returncode == 0, done.stderr
     assert stored(out) == expected
 
@@ -217,7 +218,7 @@ def kill_at_random(folder, rounds, seed):
 @pytest.mark.parametrize("engine", ["processes", pytest.param("threads", marks=pytest.mark.slow), "serial"])
 def test_ctrl_c_leaves_a_study_that_can_be_finished(tmp_path, engine):
     process = subprocess.Popen(
-        [*CAROM, "eos", *LONG, "--engine", engine, "--workers", "2", "--out", tmp_path],
+        [*CAROM, "eos", *LONG, "--engine", engine, "--cores", "2", "--out", tmp_path],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
@@ -281,7 +282,7 @@ def test_dask_over_tcp_gives_the_same_bits(serial, dask):
     assert address.startswith("tcp://")
     with Client(address, set_as_default=False) as client:
         client.wait_for_workers(2, timeout=WAIT)
-        study = studies.equation_of_state(ETAS, executor=client, **SMALL)
+        study = carom.equation_of_state(ETAS, executor=client, **SMALL)
     assert bits(study) == bits(serial)
     assert len({record["provenance"]["process"] for record in study.records}) == 2
 
@@ -289,9 +290,9 @@ def test_dask_over_tcp_gives_the_same_bits(serial, dask):
 def test_the_command_line_uses_a_scheduler(dask, tmp_path):
     address, _ = dask
     short = ["--eta", "0.2", "--n", "108", "--collisions-per-particle", "100", "--no-pictures"]
-    done = carom("eos", *short, "--scheduler", address, "--out", tmp_path / "dask")
+    done = command("eos", *short, "--scheduler", address, "--out", tmp_path / "dask")
     assert done.returncode == 0, done.stderr
-    assert carom("eos", *short, "--engine", "serial", "--out", tmp_path / "serial").returncode == 0
+    assert command("eos", *short, "--engine", "serial", "--out", tmp_path / "serial").returncode == 0
     assert stored(tmp_path / "dask") == stored(tmp_path / "serial")
 
 
@@ -319,7 +320,7 @@ def test_mpi_gives_the_same_bits(tmp_path):
     command = [*launcher, sys.executable, "-m", "mpi4py.futures", "-m", "carom", "eos", *short]
     done = subprocess.run([*command, "--out", tmp_path / "mpi"], capture_output=True, text=True, timeout=WAIT)
     assert done.returncode == 0, done.stderr
-    assert carom("eos", *short, "--engine", "serial", "--out", tmp_path / "serial").returncode == 0
+    assert command("eos", *short, "--engine", "serial", "--out", tmp_path / "serial").returncode == 0
     assert stored(tmp_path / "mpi") == stored(tmp_path / "serial")
     records = [json.loads(path.read_text()) for path in (tmp_path / "mpi" / "tasks").glob("*.json")]
     assert len(records) == 4

@@ -17,7 +17,7 @@ SPECIES = [
 @pytest.fixture(scope="module")
 def tasks():
     return StudySpec(
-        packing_fractions=(0.1,), n=(64,), replicas=2, collisions_per_particle=20, equilibration=1, blocks=16,
+        packing_fraction=(0.1,), n=(64,), replicas=2, collisions_per_particle=20, equilibration=1, blocks=16,
         frames=0, scene={"species": SPECIES},
     ).tasks()  # fmt: skip
 

@@ -8,9 +8,10 @@ import os
 
 import pytest
 
-from carom import studies, theory
+import carom
+from carom import theory
 from carom.simulation.workers.thread_pool import cores
-from carom.studies import StudySpec
+from carom.studies.eos.spec import StudySpec
 
 pytestmark = pytest.mark.slow
 
@@ -26,17 +27,17 @@ def uncertainty(dimension, eta):
 
 @pytest.mark.parametrize(("dimension", "highest"), [(3, 0.49), (2, 0.50)])
 def test_the_default_study_with_larger_errors(dimension, highest):
-    etas = [eta for eta in StudySpec(dimension=dimension).packing_fractions if eta <= highest]
-    study = studies.equation_of_state(etas, dimension=dimension, relative_error=ERROR)
+    etas = [eta for eta in StudySpec(dimension=dimension).packing_fraction if eta <= highest]
+    study = carom.equation_of_state(etas, dimension=dimension, relative_error=ERROR)
     print(study)
     print(study.virials())
     squares = []
     for row in study.table:
         assert row.equilibrated, row.remarks
-        assert row.error < 1.1 * ERROR * row.compressibility_factor
-        error = math.hypot(row.error, uncertainty(dimension, row.packing_fraction))
-        assert abs(row.infinite - row.theory) < 4.0 * error
-        squares.append(((row.infinite - row.theory) / error) ** 2)
+        assert row.Z_error < 1.1 * ERROR * row.Z
+        error = math.hypot(row.Z_error, uncertainty(dimension, row.packing_fraction))
+        assert abs(row.Z_infinite - row.theory) < 4.0 * error
+        squares.append(((row.Z_infinite - row.theory) / error) ** 2)
     print(f"chi squared per point {sum(squares) / len(squares):.2f}, {study.seconds:.0f} s")
     # A perfect study of twelve points is outside with a probability of 15 %; this one has a fixed seed.
     assert 0.5 < sum(squares) / len(squares) < 1.6
@@ -46,11 +47,11 @@ def test_the_default_study_with_larger_errors(dimension, highest):
 
 
 def test_crystals_extrapolate_to_the_infinite_crystal():
-    study = studies.equation_of_state([0.60], n=(108, 256, 500, 1372), relative_error=ERROR)
+    study = carom.equation_of_state([0.60], n=(108, 256, 500, 1372), relative_error=ERROR)
     (fit,) = study.extrapolate()
     print(fit)
     # The published equations differ by 3e-4 there.
-    assert fit.compressibility_factor == pytest.approx(theory.almarza(0.60), rel=3e-4)
+    assert pytest.approx(theory.almarza(0.60), rel=3e-4) == fit.Z
     assert fit.chi2 < 14.0  # two degrees of freedom: probability 1e-3
     assert fit.theory_slope > fit.slope > 1.3 * fit.theory_slope
 
@@ -60,8 +61,8 @@ def test_two_processes_do_nearly_twice_the_work_of_one():
         pytest.skip("needs two idle cores")
     rates = []
     for workers in (1, 2):
-        study = studies.equation_of_state(
-            [0.45], n=4000, replicas=2 * workers, collisions_per_particle=20_000, workers=workers
+        study = carom.equation_of_state(
+            [0.45], n=4000, replicas=2 * workers, collisions_per_particle=20_000, cores=workers
         )
         # Without the second or two in which the workers start.
         began = min(record["provenance"]["began"] for record in study.records)

@@ -11,8 +11,9 @@ from helpers.commands import carom as command
 from helpers.marks import slow
 
 import carom
-from carom import io, studies
+from carom import Species, io
 from carom.errors import FileError, InputError, OverlapError
+from carom.studies.packings.compression import points
 
 DENSEST = {1: 1.0, 2: 0.9069, 3: 0.74049, 4: 0.61686, 5: 0.46526}
 """Densest known packing fractions, rounded up."""
@@ -29,9 +30,9 @@ def assert_without_overlap(packing):
 
 @pytest.mark.parametrize(("dimension", "n"), [slow(1, 20), (2, 40), slow(3, 60), slow(4, 60)])
 def test_points_grow_into_a_packing(dimension, n):
-    packing = studies.pack(studies.points(n, dimension, seed=2), rate=0.05, until_pressure=1e8, seed=2)
+    packing = carom.pack(points(n, dimension, seed=2), rate=0.05, until_Z=1e8, seed=2)
     assert packing.note == "Z = PV/NkT = 1e+08 reached"
-    assert packing.pressure >= 1e8
+    assert packing.Z >= 1e8
     assert 0.5 * DENSEST[dimension] < packing.packing_fraction <= DENSEST[dimension]
     assert packing.jamming_fraction == pytest.approx(packing.packing_fraction, rel=2 * dimension / 1e8)
     assert_without_overlap(packing)
@@ -41,8 +42,8 @@ def test_points_grow_into_a_packing(dimension, n):
 
 @pytest.mark.slow
 def test_rods_follow_tonks_and_jam_where_they_fill_the_line():
-    packing = studies.pack(studies.points(200, 1, seed=1), rate=1e-3, until_pressure=100.0, seed=1)
-    fraction, pressure = packing.history["packing_fraction"], packing.history["pressure"]
+    packing = carom.pack(points(200, 1, seed=1), rate=1e-3, until_Z=100.0, seed=1)
+    fraction, pressure = packing.history["packing_fraction"], packing.history["Z"]
     # Tonks: Z - 1 = (N - 1) / N eta / (1 - eta), which every stretch of 10 000 collisions gives within
     # 1 / sqrt(10 000); the density changes by 1 % of 1 - eta during one.
     middle = 0.5 * (fraction[1:] + fraction[:-1])
@@ -60,27 +61,27 @@ def test_rods_follow_tonks_and_jam_where_they_fill_the_line():
 )
 def test_two_spheres_jam_at_the_centre_of_each_others_images(dimension, fraction, contacts):
     start = carom.Scene([np.zeros(dimension), np.full(dimension, 0.3)], (1.0,) * dimension, diameter=0.01)
-    packing = studies.pack(start, rate=0.1, until_pressure=1e9, seed=3)
+    packing = carom.pack(start, rate=0.1, until_Z=1e9, seed=3)
     assert packing.packing_fraction == pytest.approx(fraction, rel=1e-7)
     assert packing.network.contacts == contacts
     assert_without_overlap(packing)
 
 
 def test_a_mixture_grows_in_proportion_or_in_common():
-    start = studies.points(counts=[30, 30], diameters=[1.0, 1.4], dimension=2, seed=1)
-    packing = studies.pack(start, rate=0.05, until_pressure=1e6, seed=1)
+    start = points(None, 2, species=[Species(count=30), Species(count=30, diameter=1.4)], seed=1)
+    packing = carom.pack(start, rate=0.05, until_Z=1e6, seed=1)
     ratio = packing.frame.diameters.max() / packing.frame.diameters.min()
     assert ratio == pytest.approx(1.4, rel=1e-12)
     assert 0.80 < packing.packing_fraction < 0.87
     assert_without_overlap(packing)
-    equal = studies.pack(start, rate=0.05, until_pressure=1e6, common=True, seed=1)
+    equal = carom.pack(start, rate=0.05, until_Z=1e6, common=True, seed=1)
     assert np.ptp(equal.frame.diameters) < 1e-5
 
 
 @pytest.mark.slow
 def test_between_walls_the_network_has_contacts_with_them():
     # In the usual stages: grown at 0.02 to the end, one in four of so few disks comes loose again.
-    packing = studies.pack(studies.points(40, 2, periodic=False, seed=4), seed=4)
+    packing = carom.pack(points(40, 2, periodic=False, seed=4), seed=4)
     assert (packing.network.bonds >= packing.n).any(axis=1).sum() > 10
     assert packing.network.isostatic == 2 * packing.network.backbone.sum() + 1
     assert_without_overlap(packing)
@@ -89,9 +90,9 @@ def test_between_walls_the_network_has_contacts_with_them():
 
 
 def test_the_rate_is_relative_to_the_thermal_speed_whatever_the_mass():
-    start = studies.points(30, 2, seed=1)
-    light = studies.pack(start, rate=0.05, until_pressure=1e3, seed=1)
-    heavy = studies.pack(start.with_(mass=4.0), rate=0.05, until_pressure=1e3, seed=1)
+    start = points(30, 2, seed=1)
+    light = carom.pack(start, rate=0.05, until_Z=1e3, seed=1)
+    heavy = carom.pack(start.with_(mass=4.0), rate=0.05, until_Z=1e3, seed=1)
     assert heavy.frame.time == 2.0 * light.frame.time
     assert (heavy.frame.positions == light.frame.positions).all()
 
@@ -99,8 +100,8 @@ def test_the_rate_is_relative_to_the_thermal_speed_whatever_the_mass():
 def test_from_a_dense_start_the_free_volume_law_finds_the_jamming_density():
     # From a pressure of 1e4 on, the law foretells where the same compression ends.
     start = carom.Scene.crystal(cells=3, packing_fraction=0.72)
-    early = studies.pack(start, rate=0.01, until_pressure=1e4, seed=1)
-    late = studies.pack(start, rate=0.01, until_pressure=1e9, seed=1)
+    early = carom.pack(start, rate=0.01, until_Z=1e4, seed=1)
+    late = carom.pack(start, rate=0.01, until_Z=1e9, seed=1)
     assert early.packing_fraction < late.packing_fraction * (1 - 1e-4)
     assert early.jamming_fraction == pytest.approx(math.pi / math.sqrt(18), rel=3e-5)
     assert late.packing_fraction == pytest.approx(math.pi / math.sqrt(18), rel=1e-8)
@@ -108,10 +109,8 @@ def test_from_a_dense_start_the_free_volume_law_finds_the_jamming_density():
 
 
 def test_stages_follow_each_other_and_the_history_tells():
-    packing = studies.pack(
-        studies.points(30, 2, seed=1), stages=[(0.1, 10.0), (0.02, 1e3), (0.1, 1e6)], seed=1
-    )
-    rate, pressure = packing.history["rate"], packing.history["pressure"]
+    packing = carom.pack(points(30, 2, seed=1), stages=[(0.1, 10.0), (0.02, 1e3), (0.1, 1e6)], seed=1)
+    rate, pressure = packing.history["rate"], packing.history["Z"]
     assert [*dict.fromkeys(rate)] == [0.1, 0.02]
     changes = np.nonzero(np.diff(rate))[0]
     assert len(changes) == 2
@@ -120,33 +119,31 @@ def test_stages_follow_each_other_and_the_history_tells():
 
 
 def test_a_number_of_collisions_ends_it_exactly():
-    packing = studies.pack(studies.points(27, 2, seed=1), rate=0.02, collisions=12_345, seed=1)
+    packing = carom.pack(points(27, 2, seed=1), rate=0.02, collisions=12_345, seed=1)
     assert packing.collisions == 12_345
     assert packing.note == "12345 collisions reached"
 
 
 def test_where_gaps_are_rounding_it_ends_with_a_note():
-    packing = studies.pack(studies.points(10, 2, seed=1), rate=0.2, until_pressure=1e30, seed=1)
+    packing = carom.pack(points(10, 2, seed=1), rate=0.2, until_Z=1e30, seed=1)
     assert "rounding" in packing.note
-    assert 1e12 < packing.pressure < 1e17
+    assert 1e12 < packing.Z < 1e17
     assert_without_overlap(packing)
 
 
 @pytest.mark.slow
 def test_the_same_call_gives_the_same_bits_and_another_seed_others():
-    start = studies.points(30, 3, seed=1)
-    first, again, other = (
-        studies.pack(start, rate=0.05, until_pressure=1e5, seed=seed) for seed in (1, 1, 2)
-    )
+    start = points(30, 3, seed=1)
+    first, again, other = (carom.pack(start, rate=0.05, until_Z=1e5, seed=seed) for seed in (1, 1, 2))
     assert (first.frame.positions == again.frame.positions).all()
     assert (first.history == again.history).all()
     assert (first.frame.positions != other.frame.positions).any()
 
 
 def test_ctrl_c_leaves_what_there_is_and_a_resumed_packing_has_the_same_bits(tmp_path):
-    start = studies.points(2000, 2, seed=1)
-    asked = {"rate": 0.05, "until_pressure": 1e3, "seed": 1, "pictures": False}
-    whole = studies.pack(start, out=tmp_path / "whole", **asked)
+    start = points(2000, 2, seed=1)
+    asked = {"rate": 0.05, "until_Z": 1e3, "seed": 1, "pictures": False}
+    whole = carom.pack(start, out=tmp_path / "whole", **asked)
     calls = []
 
     def press(stage, fraction):
@@ -154,14 +151,14 @@ def test_ctrl_c_leaves_what_there_is_and_a_resumed_packing_has_the_same_bits(tmp
         if len(calls) == 12:
             os.kill(os.getpid(), signal.SIGINT)
 
-    with pytest.raises(studies.PackingInterrupted, match="carom resume") as stopped:
-        studies.pack(start, out=tmp_path / "cut", progress=press, **asked)
-    there = stopped.value.packing
+    with pytest.raises(carom.Interrupted, match="carom resume") as stopped:
+        carom.pack(start, out=tmp_path / "cut", progress=press, **asked)
+    there = stopped.value.so_far
     assert there.note == "stopped"
     assert 0.0 < there.packing_fraction < whole.packing_fraction
     there.scene()
     assert not (tmp_path / "cut" / "summary.json").exists()
-    done = studies.resume_packing(tmp_path / "cut")
+    done = carom.resume(tmp_path / "cut")
     assert done.note == whole.note
     for name in ("positions", "velocities", "diameters", "images"):
         assert (getattr(done.frame, name) == getattr(whole.frame, name)).all(), name
@@ -171,12 +168,12 @@ def test_ctrl_c_leaves_what_there_is_and_a_resumed_packing_has_the_same_bits(tmp
     ).read_bytes()
     calls.clear()
     with pytest.raises(KeyboardInterrupt):
-        studies.pack(start, progress=press, **asked)
+        carom.pack(start, progress=press, **asked)
 
 
 def test_the_command_writes_a_folder_that_other_programs_read(tmp_path):
     done = command(
-        "pack", "--n", 50, "--dimension", 2, "--rate", 0.05, "--seed", 3, "--until-pressure", "1e6",
+        "pack", "--n", 50, "--dimension", 2, "--rate", 0.05, "--seed", 3, "--until-Z", "1e6",
         "--out", "disks", "--json", cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -190,12 +187,12 @@ def test_the_command_writes_a_folder_that_other_programs_read(tmp_path):
     frame = io.open(folder / "packing.h5md")[-1]
     scene = carom.Scene.from_frame(frame)
     assert scene.packing_fraction == pytest.approx(summary["packing_fraction"], rel=1e-15)
-    again = studies.pack(studies.points(50, 2, seed=3), rate=0.05, until_pressure=1e6, seed=3)
+    again = carom.pack(points(50, 2, seed=3), rate=0.05, until_Z=1e6, seed=3)
     assert (again.frame.positions == frame.positions).all(), "the command is the call"
     rows = (folder / "history.csv").read_text().splitlines()
-    assert rows[0] == "collisions,packing_fraction,pressure,rate"
+    assert rows[0] == "collisions,packing_fraction,Z,rate"
     assert len(rows) == 1 + len(again.history)
-    assert float(rows[-1].split(",")[2]) == again.pressure
+    assert float(rows[-1].split(",")[2]) == again.Z
     refused = command("pack", "--n", 50, "--out", "disks", cwd=tmp_path)
     assert refused.returncode == 2
     assert "--overwrite" in refused.stderr
@@ -210,35 +207,37 @@ def test_the_command_writes_a_folder_that_other_programs_read(tmp_path):
         ({"rate": 0.0}, "rate"),
         ({"rate": float("nan")}, "rate"),
         ({"rate": "fast"}, "rate"),
-        ({"until_pressure": 0.5}, "until_pressure"),
+        ({"until_Z": 0.5}, "until_Z"),
         ({"collisions": 0}, "collisions"),
         ({"stages": []}, "stage"),
         ({"stages": [0.1]}, "stage"),
         ({"stages": [(0.1, None), (0.01, 1e3)]}, "last stage"),
         ({"stages": [(0.1, None)]}, "last stage"),
         ({"stages": [(0.1, 1e3)], "rate": 0.1}, "not both"),
+        ({"until_pressure": 1e3}, "it is called until_Z"),
+        ({"dimension": 3}, "dimension is for points"),
     ],
 )
 def test_impossible_compressions_are_refused(arguments, word):
     with pytest.raises(InputError, match=word):
-        studies.pack(studies.points(10, 2), **arguments)
+        carom.pack(points(10, 2), **arguments)
 
 
 def test_one_sphere_is_no_packing():
     with pytest.raises(InputError, match="at least two"):
-        studies.pack(carom.Scene([[0.5, 0.5]], 2.0))
+        carom.pack(carom.Scene([[0.5, 0.5]], 2.0))
 
 
 @pytest.mark.slow
 def test_a_box_too_narrow_is_refused():
     narrow = carom.Scene([[1.0, 0.5], [5.0, 0.5]], (10.0, 1.0), diameter=0.1)
     with pytest.raises(InputError, match="wide as the box"):
-        studies.pack(narrow, rate=0.1, until_pressure=1e6)
+        carom.pack(narrow, rate=0.1, until_Z=1e6)
 
 
 def test_a_folder_without_a_packing_cannot_go_on(tmp_path):
-    with pytest.raises(FileError, match="no packing"):
-        studies.resume_packing(tmp_path)
+    with pytest.raises(FileError, match="no run of Carom"):
+        carom.resume(tmp_path)
 
 
 def test_rescale_changes_a_growth_but_begins_none():
@@ -260,7 +259,7 @@ def test_rescale_changes_a_growth_but_begins_none():
 
 
 def judged(start, **how):
-    packing = studies.pack(start, **how)
+    packing = carom.pack(start, **how)
     assert_without_overlap(packing)
     return packing
 
@@ -269,7 +268,7 @@ def judged(start, **how):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_equal_spheres_jam_at_random_close_packing_when_fast(seed):
     # MRJ, 0.637 to 0.64, and what fast compressions find around it.
-    packing = judged(studies.points(1000, 3, seed=seed), rate=0.02, until_pressure=1e12, seed=seed)
+    packing = judged(points(1000, 3, seed=seed), rate=0.02, until_Z=1e12, seed=seed)
     assert 0.635 <= packing.packing_fraction <= 0.645
 
 
@@ -277,7 +276,7 @@ def test_equal_spheres_jam_at_random_close_packing_when_fast(seed):
 def test_the_backbone_of_spheres_is_isostatic_and_a_few_rattle():
     rattling = []
     for seed in (1, 2, 3, 4):
-        packing = judged(studies.points(500, 3, seed=seed), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=seed)
+        packing = judged(points(500, 3, seed=seed), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=seed)
         network = packing.network
         rattling.append(network.rattler_fraction)
         assert 0.635 <= packing.packing_fraction <= 0.648
@@ -301,10 +300,7 @@ def test_equal_disks_jam_in_grains_the_denser_the_slower():
 
     def mean(rate):
         seeds = range(1, 9)
-        packings = [
-            judged(studies.points(1000, 2, seed=seed), rate=rate, until_pressure=1e6, seed=seed)
-            for seed in seeds
-        ]
+        packings = [judged(points(1000, 2, seed=seed), rate=rate, until_Z=1e6, seed=seed) for seed in seeds]
         fractions = np.array([packing.packing_fraction for packing in packings])
         assert fractions.max() < DENSEST[2]
         return fractions.mean(), fractions.std(ddof=1) / math.sqrt(len(fractions))
@@ -316,8 +312,8 @@ def test_equal_disks_jam_in_grains_the_denser_the_slower():
 
 @pytest.mark.slow
 def test_a_mixture_of_disks_jams_without_order():
-    start = studies.points(counts=[250, 250], diameters=[1.0, 1.4], dimension=2, seed=1)
-    packing = judged(start, until_pressure=1e12, seed=1)
+    start = points(None, 2, species=[Species(count=250), Species(count=250, diameter=1.4)], seed=1)
+    packing = judged(start, until_Z=1e12, seed=1)
     # 0.84 (O'Hern et al. 2003, energy minima); compression finds up to 0.01 more.
     assert 0.835 <= packing.packing_fraction <= 0.85
     assert abs(packing.network.contacts - packing.network.isostatic) <= 10
@@ -326,13 +322,11 @@ def test_a_mixture_of_disks_jams_without_order():
 @pytest.mark.slow
 @pytest.mark.parametrize(("dimension", "fraction"), [(4, 0.46), (5, 0.31)])
 def test_hyperspheres_jam_where_skoge_and_others_found(dimension, fraction):
-    packing = judged(studies.points(1000, dimension, seed=1), rate=0.01, until_pressure=1e6, seed=1)
+    packing = judged(points(1000, dimension, seed=1), rate=0.01, until_Z=1e6, seed=1)
     assert packing.packing_fraction == pytest.approx(fraction, abs=0.005)
 
 
 @pytest.mark.slow
 def test_slow_compression_crystallises():
-    packing = judged(
-        studies.points(1000, 3, seed=1), stages=[(0.02, 10.0), (1e-4, 60.0), (1e-3, 1e5)], seed=1
-    )
+    packing = judged(points(1000, 3, seed=1), stages=[(0.02, 10.0), (1e-4, 60.0), (1e-3, 1e5)], seed=1)
     assert 0.68 < packing.packing_fraction <= DENSEST[3]

@@ -11,7 +11,7 @@ from carom import theory
 from carom.block import Block
 from carom.frame import Frame
 from carom.observables import Pressure
-from carom.studies import TransportSpec
+from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.table import phase
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
 from carom.studies.planner.system import System
@@ -59,7 +59,7 @@ def test_run_study_plan_and_picture_agree_at_freezing_itself(eta):
     with pytest.raises(carom.InputError, match="coexist"):
         System(eta, 2)
     with pytest.raises(carom.InputError, match="beyond freezing"):
-        TransportSpec(packing_fractions=(eta,), n=(100,), dimension=2).tasks()
+        TransportSpec(packing_fraction=(eta,), n=(100,), dimension=2).tasks()
 
 
 def test_a_crystal_is_compared_with_a_crystal_of_as_many():
@@ -72,10 +72,10 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
     phase = phase_of(scene, "fcc", 0.0)
     best = _theory(scene, phase)[-1]
     infinite = theory.almarza(0.55)
-    assert best["compressibility_factor_infinite"] == pytest.approx(infinite, rel=1e-12)
-    assert best["compressibility_factor"] == pytest.approx(1 + (infinite - 1) * 107 / 108, rel=1e-12)
+    assert best["Z_infinite"] == pytest.approx(infinite, rel=1e-12)
+    assert best["Z"] == pytest.approx(1 + (infinite - 1) * 107 / 108, rel=1e-12)
     measured = Pressure.estimate(
-        [Block(1.0, 100, 3 * 108 * (best["compressibility_factor"] - 1))] * 32,
+        [Block(1.0, 100, 3 * 108 * (best["Z"] - 1))] * 32,
         n=108, dimension=3, volume=scene.volume, diameter=1.0, kT=1.0,
     )  # fmt: skip
     assert _infinite(measured, phase).mean == pytest.approx(infinite, rel=1e-12)
@@ -87,7 +87,7 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
     facts = SimpleNamespace(sim=sim, plan=SimpleNamespace(scene=SimpleNamespace(initial="fcc")))
     drawn = _lines(_compared(scene, _phase(facts)))
     assert list(drawn) == ["Speedy (fcc)", "Almarza (fcc)"]
-    assert drawn["Almarza (fcc)"] == best["compressibility_factor"]
+    assert drawn["Almarza (fcc)"] == best["Z"]
 
 
 def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off():
@@ -96,9 +96,9 @@ def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off
     assert shift == pytest.approx(theory.tonks(0.6, 20) - theory.tonks(0.6), rel=1e-6)
     scene = carom.Scene([[float(k)] for k in range(6)], 10.0)
     (row,) = _theory(scene, phase_of(scene, "file", 9.0))
-    assert row["compressibility_factor_infinite"] == pytest.approx(1.0 / 0.4, rel=1e-12)
-    assert row["compressibility_factor"] == pytest.approx(1.0 + 5 / 6 * 0.6 / 0.4, rel=1e-6)
-    virial = 6 * (row["compressibility_factor"] - 1)
+    assert row["Z_infinite"] == pytest.approx(1.0 / 0.4, rel=1e-12)
+    assert row["Z"] == pytest.approx(1.0 + 5 / 6 * 0.6 / 0.4, rel=1e-6)
+    virial = 6 * (row["Z"] - 1)
     measured = Pressure.estimate(
         [Block(1.0, 100, virial)] * 32, n=6, dimension=1, volume=10.0, diameter=1.0, kT=1.0
     )

@@ -10,11 +10,12 @@ from helpers.commands import CAROM
 from helpers.options import COMMANDS, PLAN
 from typer.testing import CliRunner
 
-from carom import cli, studies
+import carom
+from carom import cli
 from carom.cli.studies import farewell, reserve
 from carom.errors import FileError, InputError
 from carom.io.paths import remnants
-from carom.studies import StudySpec
+from carom.studies.eos.spec import StudySpec
 from carom.studies.places import OWN, of_the_user, title
 from carom.studies.tasks import TaskFolder
 
@@ -92,7 +93,7 @@ def test_what_somebody_wrote_is_known_by_its_comments(tmp_path):
 
 
 def test_files_that_no_study_wrote_are_not_replaced_by_one(tmp_path):
-    spec = StudySpec(packing_fractions=(0.1,), n=(32,), replicas=1)
+    spec = StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1)
     for name in ("eos.csv", "eos.png", "report.html"):
         folder = tmp_path / name
         folder.mkdir()
@@ -104,7 +105,7 @@ def test_files_that_no_study_wrote_are_not_replaced_by_one(tmp_path):
         reserve(spec, folder, "eos")
     (tmp_path / "checkpoint.h5").write_text("")
     with pytest.raises(FileError, match="holds a run already"):
-        studies.equation_of_state(0.1, n=32, out=tmp_path)
+        carom.equation_of_state(0.1, n=32, out=tmp_path)
 
 
 def test_a_plan_replaces_a_plan_and_nothing_else(tmp_path):

@@ -15,9 +15,9 @@ from carom.errors import FileError, InputError
 from carom.models import SquareWell
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
-from carom.plan.plan import Plan
 from carom.reference import NaiveSystem
 from carom.reference.stepping import SteppedSystem
+from carom.scene_file.scene_file import SceneFile
 from carom.studies.accuracy import measures as trade_measures
 from carom.studies.accuracy import statistics as trade_statistics
 from carom.studies.accuracy.diffusion import EinsteinSlope, looks
@@ -212,7 +212,7 @@ def test_positions_are_looked_at_before_anybody_crosses_half_of_the_box():
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("trade") / "out"
-    plan = Plan.from_toml('[scene]\ninitial = "random"\ndimension = 2\nn = 16\npacking_fraction = 0.3\n')
+    plan = SceneFile.from_toml('[scene]\ninitial = "random"\ndimension = 2\nn = 16\npacking_fraction = 0.3\n')
     patch = pytest.MonkeyPatch()
     patch.setattr(trade_statistics, "SIZES", (64, 256))
     patch.setattr("carom.studies.accuracy.trade.STEPS", (1e-1, 1e-2))

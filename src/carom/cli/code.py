@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.options import Overwrite, refuse_to_replace
+from carom.cli.options import Overwrite, number_of, refuse_to_replace
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
 if TYPE_CHECKING:
-    from carom.studies import SphericalCode
+    from carom.studies.codes.code import SphericalCode
 
 
 @friendly
@@ -26,10 +26,12 @@ def code(
     ],
     dimension: Annotated[
         int | None,
-        typer.Option("--dimension", "-k", help="Dimension of the space of the sphere. Without: 3."),
+        typer.Option("--dimension", "-d", help="Dimension of the space of the sphere. Without: 3."),
     ] = None,
-    seeds: Annotated[int | None, typer.Option(help="Number of random starts. Without: 40.")] = None,
-    first: Annotated[int | None, typer.Option(help="First seed. Without: 0.")] = None,
+    tries: Annotated[int | None, typer.Option(help="Number of random starts. Without: 40.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(help="Seed of the first; each further one adds 1. Without: 1.")
+    ] = None,
     rate: Annotated[
         float | None,
         typer.Option(
@@ -39,20 +41,22 @@ def code(
     hops: Annotated[
         int | None,
         typer.Option(
-            help="How many times each seed moves points into holes and optimises again. Without: 20."
+            help="How many times each try moves points into holes and optimises again. Without: 20."
         ),
     ] = None,
     starts: Annotated[
         int | None,
         typer.Option(
-            help="Sets of points that repel each other, of every seed. Without: 50; fewer beyond 60 points."
+            help="Sets of points that repel each other, in every try. Without: 50; fewer beyond 60 points."
         ),
     ] = None,
     digits: Annotated[int | None, typer.Option(help="Decimal digits of the result. Without: 32.")] = None,
-    workers: Annotated[int | None, typer.Option(help="Number of processes; default one per core.")] = None,
+    cores: Annotated[
+        str | None, typer.Option("--cores", "-j", help="Number of processes; default one per core.")
+    ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="File: .json for all, .png for a picture, else one point per line."),
+        typer.Option("--out", "-o", help="File: .json for all, .png, .csv, or else one point per line."),
     ] = None,
     overwrite: Overwrite = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
@@ -66,20 +70,20 @@ def code(
     [bold]Examples[/bold]
 
     carom code 24
-    carom code 24 -k 4
+    carom code 24 -d 4
     carom code 12 --out icosahedron.txt
     carom code 24 --out caps.png
-    carom code search.toml --seeds 100
+    carom code search.toml --tries 100
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import watched
     from carom.errors import InputError
-    from carom.studies import CodeInterrupted, spherical_code
-    from carom.studies.codes.toml import arguments
+    from carom.studies.codes.search import spherical_code
+    from carom.studies.signals import Interrupted
 
     words = _words(n)
     options = {
-        "dimension": dimension, "seeds": seeds, "first": first, "rate": rate, "hops": hops, "starts": starts,
+        "dimension": dimension, "seed": seed, "tries": tries, "rate": rate, "hops": hops, "starts": starts,
         "digits": digits,
     }  # fmt: skip
     words |= {name: value for name, value in options.items() if value is not None}
@@ -92,10 +96,10 @@ def code(
         refuse_to_replace(out, overwrite=overwrite)
     try:
         with watched() as progress, compiling_told():
-            found = spherical_code(**arguments(words), workers=workers, progress=progress)
-    except CodeInterrupted as stopped:
-        if stopped.code is not None:
-            _show(stopped.code, out, as_json)
+            found = spherical_code(**words, cores=number_of(cores), progress=progress)
+    except Interrupted as stopped:
+        if stopped.so_far is not None:
+            _show(stopped.so_far, out, as_json)
         raise
     _show(found, out, as_json)
 
@@ -114,9 +118,11 @@ def _words(text: str) -> dict[str, Any]:
 
 def _show(found: SphericalCode, out: Path | None, as_json: bool) -> None:
     """Print the code, and write it afterwards: a full disk may refuse the file."""
-    told = json.dumps(found.summary(), indent=2, allow_nan=False) if as_json else str(found)
+    if as_json:
+        told = json.dumps(found.to_dict(), indent=2, allow_nan=False)
+    else:
+        head = f"Spherical code of {found.n} points on S^{found.dimension - 1}"
+        told = "\n".join([head, *(f"  {name:<15} {visible(text)}" for name, text in found.words())])
     print(visible(told, lines=True), flush=True)
-    if out is not None and out.suffix == ".png":
-        found.plot(out)
-    elif out is not None:
+    if out is not None:
         found.save(out)

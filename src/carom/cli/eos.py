@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import json
 import math
 import sys
@@ -13,11 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from carom.cli.options import number_of
 from carom.cli.studies import (
     COMPILING,
     FIRST,
     LENGTH,
     OUTPUT,
+    Cores,
     Engine,
     Equilibration,
     Out,
@@ -25,7 +26,6 @@ from carom.cli.studies import (
     RunLength,
     Scheduler,
     TableAsJson,
-    Workers,
     farewell,
     fractions,
     integers,
@@ -36,7 +36,7 @@ from carom.cli.studies import (
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
-    from carom.studies import EquationOfState
+    from carom.studies.eos.result import EquationOfState
     from carom.studies.eos.study import Progress
 
 _GRID = "The system (overrides the study file)"
@@ -51,10 +51,10 @@ def eos(
         ),
     ] = None,
     out: Out = Path("carom-eos"),
-    packing_fractions: Annotated[
+    packing_fraction: Annotated[
         str | None,
         typer.Option(
-            "--packing-fractions",
+            "--packing-fraction",
             "--eta",
             help="E.g. 0.1,0.2,0.3 or 0.1:0.4:7 (7 from 0.1 to 0.4).",
             rich_help_panel=_GRID,
@@ -84,7 +84,7 @@ def eos(
     collisions_per_particle: RunLength = None,
     equilibration: Equilibration = None,
     engine: Engine = None,
-    workers: Workers = None,
+    cores: Cores = None,
     scheduler: Scheduler = None,
     report: Report = False,
     pictures: Annotated[
@@ -109,7 +109,7 @@ def eos(
     spec = _spec(
         study,
         {
-            "packing_fractions": fractions(packing_fractions),
+            "packing_fraction": fractions(packing_fraction),
             "n": integers(n),
             "replicas": replicas,
             "dimension": dimension,
@@ -126,10 +126,10 @@ def eos(
     with _watched() as progress, compiling_told():
         from carom.studies.eos.study import run
 
-        result = run(spec, executor=executor, workers=workers, out=out, progress=progress)
+        result = run(spec, executor=executor, cores=number_of(cores), out=out, progress=progress)
     # Results are printed before files are written, because a full disk may refuse the files.
     if as_json:
-        print(json.dumps(_plain(result), indent=2, allow_nan=False))
+        print(json.dumps(result.to_dict(), indent=2, allow_nan=False))
     else:
         _show(result)
     sys.stdout.flush()
@@ -203,16 +203,16 @@ def _table(result: EquationOfState) -> Any:
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("")
     for row in result.table:
-        decimals = decimals_of(row.error)
+        decimals = decimals_of(row.Z_error)
         table.add_row(
             f"{row.packing_fraction:.5g}",
             str(row.n),
             str(row.replicas),
-            f"{row.compressibility_factor:.{decimals}f} ± {row.error:.{decimals}f}",
-            f"{row.infinite:.{decimals}f}" if math.isfinite(row.infinite) else "",
+            f"{row.Z:.{decimals}f} ± {row.Z_error:.{decimals}f}",
+            f"{row.Z_infinite:.{decimals}f}" if math.isfinite(row.Z_infinite) else "",
             f"{row.theory:.{decimals}f}" if math.isfinite(row.theory) else "",
             f"{row.deviation:+.1f}" if math.isfinite(row.deviation) else "",
-            f"{row.pressure:.{decimals_of(row.pressure_error)}f}",
+            f"{row.reduced_pressure:.{decimals_of(row.reduced_pressure_error)}f}",
             "*" if row.remarks else "",
             style=None if row.equilibrated else "red",
         )
@@ -225,21 +225,3 @@ def _table(result: EquationOfState) -> Any:
     )
     table.caption = "\n".join([units, *remarks])
     return table
-
-
-def _plain(result: EquationOfState) -> dict[str, Any]:
-    """Return the results as JSON values, with null for values that are not finite."""
-
-    def value(x: Any) -> Any:
-        return None if isinstance(x, float) and not math.isfinite(x) else x
-
-    return {
-        "table": [{k: value(v) for k, v in dataclasses.asdict(row).items()} for row in result.table],
-        "extrapolation": [
-            {k: value(v) for k, v in dataclasses.asdict(fit).items()} for fit in result.extrapolate()
-        ],
-        "chi2_per_point": value(result.chi2_per_point),
-        "runs": len(result.records),
-        "runs_asked_for": len(result.spec.tasks()),
-        "failures": [{"task": failure.task, "reason": failure.reason} for failure in result.failures],
-    }

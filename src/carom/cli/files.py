@@ -14,7 +14,9 @@ from carom.texts import visible
 
 @friendly
 def export(
-    source: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
+    source: Annotated[
+        Path, typer.Argument(help="Trajectory (.h5md, .extxyz, .gsd), or the folder of a run or packing.")
+    ],
     target: Annotated[
         Path,
         typer.Argument(help="What to write: these, or .lammpstrj, .data (LAMMPS), .dcd, .pdb."),
@@ -25,9 +27,9 @@ def export(
 
     [bold]Examples[/bold]
 
-    carom export carom-run/trajectory.h5md fluid.gsd
+    carom export carom-run fluid.gsd
     carom export carom-run/trajectory.extxyz again.h5md --overwrite
-    carom export carom-run/trajectory.h5md fluid.lammpstrj
+    carom export carom-run fluid.lammpstrj
     """
     from carom import io
     from carom.cli.screen import watched
@@ -58,7 +60,8 @@ def view(
 ) -> None:
     """Show a trajectory, a packing, or an event log in exact time, in the browser.
 
-    The page is one file of HTML that needs no network; send it to whom you like.
+    The page is one file of HTML that needs no network; send it to whom you like. An older page of Carom is
+    replaced.
 
     [bold]Examples[/bold]
 
@@ -67,14 +70,14 @@ def view(
     carom view run/events.h5 --collisions 5000
     """
     from carom.errors import InputError
-    from carom.pictures.view import rules_beside
+    from carom.pictures.view import is_page, rules_beside
     from carom.pictures.view import view as shown
 
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         # With --overwrite a page could otherwise replace the trajectory that it shows.
         raise InputError(f"{out} has the suffix '{out.suffix}'; expected .html.")
     page = out or (source / "view.html" if source.is_dir() else source.with_suffix(".html"))
-    refuse_to_replace(page, overwrite=overwrite)
+    refuse_to_replace(page, overwrite=overwrite or is_page(page))
     shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
     typer.echo(visible(f"{page}: {page.stat().st_size / 1e6:.1f} MB"))
     if show:
@@ -83,12 +86,15 @@ def view(
 
 @friendly
 def movie(
-    trajectory: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
+    trajectory: Annotated[
+        Path, typer.Argument(help="Trajectory (.h5md, .extxyz, .gsd), or the folder of a run or packing.")
+    ],
     target: Annotated[Path, typer.Argument(help="What to write: .mp4 or .gif.")],
     fps: Annotated[int, typer.Option(help="Frames of the trajectory in a second, in a GIF at most 50.")] = 24,
     size: Annotated[int, typer.Option(help="Pixels of the longer edge.")] = 480,
-    colour: Annotated[
-        str, typer.Option(help="species, speed, psi_6 or rattlers (of a packing).")
+    color: Annotated[
+        str,
+        typer.Option("--color", "--colour", help="species, speed, psi_6 or rattlers (of a packing)."),
     ] = "species",
     overwrite: Overwrite = False,
 ) -> None:
@@ -96,9 +102,9 @@ def movie(
 
     [bold]Examples[/bold]
 
-    carom movie carom-run/trajectory.h5md fluid.mp4
-    carom movie disks/trajectory.h5md disks.gif --colour psi_6 --fps 12
-    carom movie carom-pack/packing.h5md packing.gif --colour rattlers
+    carom movie carom-run fluid.mp4
+    carom movie disks disks.gif --color psi_6 --fps 12
+    carom movie carom-pack packing.gif --color rattlers
     """
     from carom.cli.screen import watched
     from carom.pictures.movie import movie as made
@@ -106,7 +112,7 @@ def movie(
     refuse_to_replace(target, overwrite=overwrite)
     with watched() as progress:
         count = made(
-            trajectory, target, fps=fps, size=size, colour=colour,
+            trajectory, target, fps=fps, size=size, color=color,
             progress=lambda done, total: progress("Drawing frames", done / total),
         )  # fmt: skip
     typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
@@ -114,8 +120,13 @@ def movie(
 
 @friendly
 def rdf(
-    trajectory: Annotated[Path, typer.Argument(help="Trajectory: .h5md, .extxyz or .gsd.")],
-    out: Annotated[Path, typer.Option("--out", "-o", help="Table to write: .csv or .npz.")] = Path("rdf.csv"),
+    trajectory: Annotated[
+        Path, typer.Argument(help="Trajectory (.h5md, .extxyz, .gsd), or the folder of a run or packing.")
+    ],
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", help="Table: .csv or .npz; by default rdf.csv beside the source."),
+    ] = None,
     png: Annotated[bool, typer.Option("--png", help="Draw a picture as well.")] = False,
     rmax: Annotated[
         float | None, typer.Option(help="End of the last bin, a length; at most half the shortest edge.")
@@ -130,24 +141,30 @@ def rdf(
 ) -> None:
     """Compute g(r) of a trajectory, with error bars and the contact value.
 
+    Without --out the table stands beside the trajectory, and replaces an older one.
+
     [bold]Examples[/bold]
 
-    carom rdf carom-run/trajectory.h5md
+    carom rdf carom-run
     carom rdf carom-run/trajectory.extxyz --rmax 3 --width 0.01 --png
-    carom rdf mixture/trajectory.h5md --pair small,large
+    carom rdf mixture --pair small,large
     """
     from carom import io, observables
     from carom.cli.screen import watched
     from carom.errors import InputError
     from carom.io.paths import replacing
+    from carom.observables.radial import is_table
 
+    own = out is None
+    if out is None:
+        out = (trajectory if trajectory.is_dir() else trajectory.parent) / "rdf.csv"
     picture = out.with_suffix(".png")
     species: Any = None
     if pair is not None:
         species = tuple(word.strip() for word in pair.split(","))
     if out.suffix not in (".csv", ".npz"):
         raise InputError(f"{out} has the suffix '{out.suffix}'; expected .csv or .npz.")
-    refuse_to_replace(*((out, picture) if png else (out,)), overwrite=overwrite)
+    refuse_to_replace(*((out, picture) if png else (out,)), overwrite=overwrite or (own and is_table(out)))
     with watched() as progress, io.open(trajectory) as reader:
         assert isinstance(reader, io.Reader)
 
@@ -180,7 +197,7 @@ def init(
     carom init disks.toml
     """
     from carom.io.paths import replacing, writing
-    from carom.plan.plan import template
+    from carom.scene_file.scene_file import template
 
     refuse_to_replace(path, overwrite=overwrite)
     with replacing(path) as temporary, writing(path):

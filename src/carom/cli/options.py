@@ -12,9 +12,9 @@ Json = Annotated[
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
 
-Workers = Annotated[
+Cores = Annotated[
     str,
-    typer.Option("--workers", "-j", help="Threads that run this one system together: a number, or auto."),
+    typer.Option("--cores", "-j", help="Threads that run this one system together: a number, or auto."),
 ]
 
 Trusted = Annotated[
@@ -23,6 +23,11 @@ Trusted = Annotated[
         "--trust-code", help="Run the Python file that a scene with range rules names (read it first)."
     ),
 ]
+
+
+def number_of(cores: str | None) -> int | str | None:
+    """Return the option --cores as a number if it is one, otherwise as it is."""
+    return int(cores) if cores is not None and cores.isdecimal() else cores
 
 
 def refuse_to_replace(*paths: Path, overwrite: bool) -> None:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from carom.plan.plan import Plan
-from carom.plan.sections import SceneSpec
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
+from carom.studies.runs.asked import changed
 
 RIVALS = (("cells", "n"), ("packing_fraction", "density", "box"))
 """Groups of keys. A scene has one key of a group: a value for one of them replaces the others."""
-
-LENGTHS = ("collisions_per_particle", "relative_error")
-"""The same for a run."""
 
 FLUIDS: dict[int, dict[str, Any]] = {
     1: {"initial": "cubic", "dimension": 1, "n": 1000, "packing_fraction": 0.5},
@@ -26,8 +24,8 @@ FLUIDS: dict[int, dict[str, Any]] = {
 
 
 def overridden(
-    plan: Plan | None, *, scene: dict[str, Any], run: dict[str, Any], output: dict[str, Any]
-) -> Plan:
+    plan: SceneFile | None, *, scene: dict[str, Any], run: dict[str, Any], output: dict[str, Any]
+) -> SceneFile:
     """Return the plan with the given values; None stands for those not given.
 
     Raises
@@ -37,7 +35,7 @@ def overridden(
     """
     given = {name: value for name, value in scene.items() if value is not None}
     if plan is None:
-        plan = Plan()
+        plan = SceneFile()
         if given.get("dimension") in FLUIDS and "initial" not in given:
             fluid = FLUIDS[given.pop("dimension")]
             plan = dataclasses.replace(plan, scene=SceneSpec(**fluid))
@@ -51,13 +49,4 @@ def overridden(
         if given.get("initial") == "random":
             cleared["cells"] = None
         plan = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, **{**cleared, **given}))
-    for section, values in (("run", run), ("output", output)):
-        kept = {name: value for name, value in values.items() if value is not None}
-        if kept.keys() & {*LENGTHS}:
-            kept = {**dict.fromkeys(LENGTHS), **kept}
-            if kept["relative_error"] is None:
-                kept.setdefault("max_walltime", None)
-        if kept:
-            spec = dataclasses.replace(getattr(plan, section), **kept)
-            plan = dataclasses.replace(plan, **{section: spec})
-    return plan
+    return changed(plan, run=run, output=output)

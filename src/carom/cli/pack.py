@@ -17,16 +17,31 @@ _OUTPUT = "What to write"
 
 @friendly
 def pack(
+    scene: Annotated[
+        Path | None, typer.Argument(help="Scene file (TOML) to start from. Without: random points.")
+    ] = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-pack"),
-    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 0,
+    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 1,
     as_json: Json = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the packing in the folder.")
     ] = False,
-    n: Annotated[int, typer.Option("--n", help="Number of spheres.", rich_help_panel=_SCENE)] = 1000,
+    n: Annotated[
+        int | None, typer.Option("--n", help="Number of points; 1000.", rich_help_panel=_SCENE)
+    ] = None,
     dimension: Annotated[
-        int, typer.Option("--dimension", "-d", help="Dimension of space, 1 to 12.", rich_help_panel=_SCENE)
-    ] = 3,
+        int | None,
+        typer.Option("--dimension", "-d", help="Dimension of space, 1 to 12; 3.", rich_help_panel=_SCENE),
+    ] = None,
+    packing_fraction: Annotated[
+        float | None,
+        typer.Option(
+            "--packing-fraction",
+            "--eta",
+            help="Packing fraction of the start, instead of points.",
+            rich_help_panel=_SCENE,
+        ),
+    ] = None,
     species: Annotated[
         list[str] | None,
         typer.Option(
@@ -44,14 +59,14 @@ def pack(
             rich_help_panel=_LENGTH,
         ),
     ] = None,
-    until_pressure: Annotated[
+    until_Z: Annotated[
         float | None,
-        typer.Option(help="Pressure at the end, as Z = PV/NkT; 1e10.", rich_help_panel=_LENGTH),
+        typer.Option(help="Z = PV/NkT at the end; 1e10.", rich_help_panel=_LENGTH),
     ] = None,
     stage: Annotated[
         list[str] | None,
         typer.Option(
-            help="Instead of both: RATE:PRESSURE. Repeat the option for each stage.", rich_help_panel=_LENGTH
+            help="Instead of both: RATE:Z. Repeat the option for each stage.", rich_help_panel=_LENGTH
         ),
     ] = None,
     collisions: Annotated[
@@ -67,7 +82,7 @@ def pack(
         bool, typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT)
     ] = True,
 ) -> None:
-    """Let points grow into spheres while they move, until they jam.
+    """Compress particles until they jam: points that grow into spheres, or the spheres of a scene.
 
     The folder then holds packing.h5md, packing.extxyz, history.csv, summary.json, and pictures. Ctrl-C stops
     at once; `carom resume` continues it.
@@ -78,29 +93,33 @@ def pack(
     carom pack --n 2000 --dimension 2 --rate 0.01 --out disks
     carom pack --dimension 2 --species 500:1 --species 500:1.4 --out mixture
     carom pack --n 500 --stage 0.02:1e3 --stage 3e-4:1e12 --out isostatic
+    carom pack scene.toml --out mine
     carom pack --n 27 --dimension 2 --rate 0.01 --collisions 100000 --out billiard
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import packed, watched
+    from carom.errors import InputError
 
     kinds = [(_count(count), diameter) for count, diameter in _pairs(species, "--species", "COUNT:DIAMETER")]
-    stages = _pairs(stage, "--stage", "RATE:PRESSURE")
+    stages = _pairs(stage, "--stage", "RATE:Z")
+    if scene is not None and (n, dimension, packing_fraction, kinds, walls) != (None, None, None, [], False):
+        raise InputError(
+            "A scene file says what is packed: leave out --n, --dimension, --packing-fraction, --species and "
+            "--walls."
+        )
     with watched() as progress, compiling_told():
-        from carom import studies
+        from carom.scene.species import Species
+        from carom.studies.packings.compression import pack as compress
 
         progress("Preparing", 0.0)
-        scene = studies.points(
-            None if kinds else n,
-            dimension,
-            counts=[count for count, _ in kinds] or None,
-            diameters=[diameter for _, diameter in kinds] or (1.0,),
-            periodic=not walls,
-            seed=seed,
-        )
-        packing = studies.pack(
-            scene,
+        packing = compress(
+            n if scene is None else scene,
+            dimension=dimension,
+            packing_fraction=packing_fraction,
+            species=[Species(count=count, diameter=diameter) for count, diameter in kinds] or None,
+            walls=walls or None,
             rate=rate,
-            until_pressure=until_pressure,
+            until_Z=until_Z,
             collisions=collisions,
             stages=stages or None,
             common=common,
@@ -110,7 +129,7 @@ def pack(
             pictures=pictures,
             progress=progress,
         )
-    packed(packing.summary(), out, as_json)
+    packed(packing.to_dict(), out, as_json)
 
 
 def _pairs(given: list[str] | None, option: str, form: str) -> list[tuple[float, float]]:

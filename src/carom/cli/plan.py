@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from carom.cli.options import number_of
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from carom.studies import RunPlan
+    from carom.studies.planner.plan import RunPlan
     from carom.studies.planner.system import System
 
 _SCENE = "The system, without a scene file"
@@ -65,11 +66,14 @@ def plan(
         int | None, typer.Option(help="Seed of all random numbers; 1.", rich_help_panel=_SCENE)
     ] = None,
     cores: Annotated[
-        int | None,
-        typer.Option(help="Number of cores; by default all of this machine.", rich_help_panel=_BUDGET),
+        str | None,
+        typer.Option(
+            "--cores", "-j", help="Number of cores; by default all of this machine.", rich_help_panel=_BUDGET
+        ),
     ] = None,
-    hours: Annotated[
-        float | None, typer.Option(help="Hours of wall time; by default no limit.", rich_help_panel=_BUDGET)
+    walltime: Annotated[
+        float | None,
+        typer.Option(help="Available wall time in seconds; by default no limit.", rich_help_panel=_BUDGET),
     ] = None,
     pilot: Annotated[
         float | None,
@@ -106,7 +110,7 @@ def plan(
     [bold]Examples[/bold]
 
     carom plan --target Z=1e-4 --packing-fraction 0.3
-    carom plan --target D=0.01 --eta 0.4 --hours 0.1 --run
+    carom plan --target D=0.01 --eta 0.4 --walltime 360 --run
     carom plan --target "g(contact)=+-0.01" --eta 0.45 --cores 8
     carom plan -t P=1e-3 --eta 0.3 --species 0.5:1 --species 0.5:1.4:2
     carom plan scene.toml -t Z=1e-3 --run --out mine
@@ -127,8 +131,9 @@ def plan(
         d = 3 if dimension is None else dimension
         kinds = _species(species)
         if run and folder is not None and (folder / NAME).exists():
+            given = {"n": n, "seed": seed, "cores": number_of(cores), "walltime": walltime}
             asked = planner.system_of(packing_fraction, d, kinds, scene)
-            found = _held(folder, target, asked, {"n": n, "seed": seed, "cores": cores, "hours": hours})
+            found = _held(folder, target, asked, given)
         else:
             if folder is not None:
                 planner.reserve(folder)
@@ -139,8 +144,8 @@ def plan(
                 species=kinds,
                 scene=scene,
                 n=n,
-                cores=cores,
-                hours=hours,
+                cores=number_of(cores),
+                walltime=walltime,
                 seed=1 if seed is None else seed,
                 pilot_seconds=PILOT_SECONDS if pilot is None else pilot,
                 progress=shown,
@@ -151,7 +156,7 @@ def plan(
         _show(found)
     if not run:
         if as_json:
-            print(json.dumps(found.words(), indent=2, allow_nan=False))
+            print(json.dumps(found.to_dict(), indent=2, allow_nan=False))
         return
     with watched() as progress, compiling_told():
         outcome = found.run(out=folder, progress=lambda part, text: progress(text, part))
@@ -167,14 +172,14 @@ def plan(
 def _held(folder: Path, target: str, asked: System, given: dict[str, Any]) -> RunPlan:
     """Return the plan that a folder holds, if it is what is asked for: its study continues.
 
-    That is a plan for this target and system, with what is ``given``: n, seed, cores or hours.
+    That is a plan for this target and system, with what is ``given``: n, seed, cores or walltime.
     """
     from carom import checks
     from carom.errors import InputError
-    from carom.studies.planner.plan import RunPlan
+    from carom.studies.planner.plan import load
     from carom.studies.planner.target import Target
 
-    found = RunPlan.load(folder)
+    found = load(folder)
     if found.target != Target.parse(target) or found.system.words() != asked.words():
         raise InputError(
             f"{folder} holds the plan {found.target} for {found.system}; ask for that to go on with it, or "
@@ -182,7 +187,7 @@ def _held(folder: Path, target: str, asked: System, given: dict[str, Any]) -> Ru
         )
     if given["n"] is not None:
         given = {**given, "n": asked.filling(checks.integer(given["n"], "n", low=8, high=10**7))}
-    held = {"n": found.design.n, "seed": found.seed, "cores": found.cores, "hours": found.hours}
+    held = {"n": found.design.n, "seed": found.seed, "cores": found.cores, "walltime": found.walltime}
     for name, value in given.items():
         if value not in (None, held[name]):
             old = "no limit" if held[name] is None else held[name]
@@ -228,7 +233,7 @@ def _show(found: RunPlan) -> None:
 
     console = Screen()
     # Lines are wrapped between words on a terminal, and not wrapped in a pipe.
-    console.print(str(found), soft_wrap=not console.is_terminal)
+    console.print(found.words(), soft_wrap=not console.is_terminal)
     console.print(_sizes(console, found))
 
 

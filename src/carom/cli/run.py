@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from carom.cli.options import Json, Trusted, Workers
+from carom.cli.options import Cores, Json, Trusted, number_of
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
@@ -16,16 +17,14 @@ _LENGTH = "How long"
 _OUTPUT = "What to write"
 
 
-def _workers(text: str) -> int | str:
-    """Return the option as a number of workers if it is one, otherwise as it is."""
-    return int(text) if text.isdecimal() else text
-
-
 @friendly
 def run(
     scene: Annotated[
         Path | None,
-        typer.Argument(help="Scene file (TOML), as `carom init` writes it. Without: 2048 hard spheres."),
+        typer.Argument(
+            help="Scene file (TOML), as `carom init` writes it, or the folder of a run. Without: 2048 hard "
+            "spheres."
+        ),
     ] = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-run"),
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
@@ -49,7 +48,13 @@ def run(
         int | None, typer.Option(help="Or: cells of the lattice along each axis.", rich_help_panel=_SCENE)
     ] = None,
     packing_fraction: Annotated[
-        float | None, typer.Option(help="Fraction of the volume filled by spheres.", rich_help_panel=_SCENE)
+        float | None,
+        typer.Option(
+            "--packing-fraction",
+            "--eta",
+            help="Fraction of the volume filled by spheres.",
+            rich_help_panel=_SCENE,
+        ),
     ] = None,
     density: Annotated[
         float | None, typer.Option(help="Or: number density, N diameter^d / V.", rich_help_panel=_SCENE)
@@ -66,7 +71,7 @@ def run(
         float | None,
         typer.Option(help="Or: measure until Z has this relative error.", rich_help_panel=_LENGTH),
     ] = None,
-    max_walltime: Annotated[
+    walltime: Annotated[
         float | None,
         typer.Option(help="Limit of wall time for this, in seconds.", rich_help_panel=_LENGTH),
     ] = None,
@@ -90,7 +95,7 @@ def run(
         bool | None,
         typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT),
     ] = None,
-    workers: Workers = "1",
+    cores: Cores = "1",
     trust_code: Trusted = False,
     explain: Annotated[
         bool,
@@ -109,7 +114,7 @@ def run(
     carom run --n 500 --packing-fraction 0.3 --out dilute
     carom run --dimension 2 --packing-fraction 0.65 --out disks
     carom run --cells 4 --collisions-per-particle 500 --frames 20 --out quick
-    carom run --packing-fraction 0.3 --relative-error 1e-3 --max-walltime 600 --out precise
+    carom run --packing-fraction 0.3 --relative-error 1e-3 --walltime 600 --out precise
     carom run scene.toml --out fluid --json > summary.json
     carom run scene.toml --explain
     carom run battle.toml --trust-code
@@ -117,10 +122,10 @@ def run(
     from carom.cli.compiling import compiling_told
     from carom.cli.overrides import overridden
     from carom.cli.screen import predicted, results, watched
-    from carom.plan.plan import Plan
+    from carom.studies.runs.asked import plan_of
 
     plan = overridden(
-        None if scene is None else Plan.load(scene),
+        None if scene is None else plan_of(scene),
         scene={
             "initial": initial,
             "dimension": dimension,
@@ -134,7 +139,7 @@ def run(
             "equilibration": equilibration,
             "collisions_per_particle": collisions_per_particle,
             "relative_error": relative_error,
-            "max_walltime": max_walltime,
+            "walltime": walltime,
             "frames": frames,
             "checkpoint_every": checkpoint_every,
         },
@@ -148,27 +153,32 @@ def run(
         typer.echo(visible(found, lines=True))
         return
     with watched() as progress, compiling_told():
-        from carom import studies
+        from carom.studies.runs.execution import run as carry_out
 
-        result = studies.run(
+        result = carry_out(
             plan,
             out,
             overwrite=overwrite,
             progress=progress,
             predicted=predicted,
-            workers=_workers(workers),
+            cores=number_of(cores),
         )
     results(result, as_json)
 
 
 @friendly
 def resume(
-    folder: Annotated[Path, typer.Argument(help="Folder of a run that was stopped or killed.")],
+    folder: Annotated[Path, typer.Argument(help="Folder of what was stopped or killed.")],
     as_json: Json = False,
-    workers: Workers = "1",
+    cores: Annotated[
+        str | None,
+        typer.Option("--cores", "-j", help="Threads of a run, 1; processes of a study, one per core."),
+    ] = None,
     trust_code: Trusted = False,
 ) -> None:
-    """Continue a run or packing that was stopped. The result is bit-identical to an uninterrupted run.
+    """Continue what was stopped: a run, a packing, a study or a plan.
+
+    The result is bit-identical to an uninterrupted one.
 
     [bold]Examples[/bold]
 
@@ -176,20 +186,25 @@ def resume(
     carom resume fluid --json
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import packed, predicted, results, watched
+    from carom.cli.screen import packed, predicted, results, staged, watched
 
     with watched() as progress, compiling_told():
-        from carom import studies
+        from carom.studies.packings.packing import Packing
+        from carom.studies.runs.result import RunResult
+        from carom.studies.saved import resume as go_on
 
-        if studies.holds_packing(folder):
-            packing = studies.resume_packing(folder, progress=progress)
-            packed(packing.summary(), folder, as_json)
-            return
-        result = studies.resume(
+        found = go_on(
             folder,
-            progress=progress,
+            progress=staged(progress),
             predicted=predicted,
-            workers=_workers(workers),
+            cores=number_of(cores),
             trust_code=trust_code,
         )
-    results(result, as_json)
+    if isinstance(found, Packing):
+        packed(found.to_dict(), folder, as_json)
+    elif isinstance(found, RunResult):
+        results(found, as_json)
+    else:
+        print(
+            json.dumps(found.to_dict(), indent=2, allow_nan=False) if as_json else visible(found, lines=True)
+        )

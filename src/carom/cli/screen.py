@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from rich.progress import ProgressColumn
 
     from carom.observables import Prediction
-    from carom.studies import RunResult
+    from carom.studies.runs.result import RunResult
 
 
 UNMEASURED = ("Preparing", "Compiling", "Drawing")
@@ -74,6 +74,22 @@ def watched() -> Iterator[Callable[[str, float], None]]:
         yield progress
 
 
+def staged(progress: Callable[[str, float], None]) -> Callable[..., None]:
+    """Return a function that shows whatever a run, a packing, a study or a plan tells of its progress."""
+
+    def told(*present: Any) -> None:
+        if len(present) == 1:  # of a study
+            (state,) = present
+            progress(f"{state.done} of {state.total} runs", state.fraction)
+        elif isinstance(present[0], str):
+            progress(*present)
+        else:  # of a plan
+            fraction, text = present
+            progress(text, fraction)
+
+    return told
+
+
 def predicted(prediction: Prediction) -> None:
     """Print on standard error how long the requested accuracy will take."""
     say(
@@ -121,8 +137,8 @@ def _physics(summary: dict[str, Any]) -> Any:
     for row in summary["theory"]:
         table.add_column(row["name"], justify="right")
     rows = [
-        (f"Z, N = {n}", "compressibility_factor", "compressibility_factor"),
-        ("Z, infinite N", "compressibility_factor_infinite", "compressibility_factor_infinite"),
+        (f"Z, N = {n}", "Z", "Z"),
+        ("Z, infinite N", "Z_infinite", "Z_infinite"),
         ("g(σ+) from collisions", "contact_value", "contact_value"),
         ("g(σ+) from g(r)", "contact_value_from_rdf", "contact_value"),
     ]
@@ -135,7 +151,7 @@ def _physics(summary: dict[str, Any]) -> Any:
         for row in summary["theory"]:
             cells.append(_beside(row[theoretical], measured, decimals))
         table.add_row(name, *cells)
-    for name, key in (("U / N", "potential_energy"), ("kT", "temperature")):
+    for name, key in (("U / N", "U"), ("kT", "temperature")):
         if (measured := summary.get(key)) and measured["mean"] is not None:
             table.add_row(name, _with_error(measured))
     for name, measured in summary["contact_values_from_rdf"].items():
@@ -260,7 +276,7 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE, show_header=False)
     rows = [
         ("packing fraction", f"{summary['packing_fraction']:.8g}"),
-        ("Z = PV/NkT", "-" if summary["pressure"] is None else f"{summary['pressure']:.4g}"),
+        ("Z = PV/NkT", "-" if summary["Z"] is None else f"{summary['Z']:.4g}"),
         ("collisions", f"{summary['collisions']:,}".replace(",", " ")),
     ]
     if summary["gap"] is not None:
@@ -311,7 +327,7 @@ def _mechanics(summary: dict[str, Any]) -> Any:
 
 def _reached(summary: dict[str, Any]) -> str:
     """Return the relative error of Z and the one that was asked for."""
-    z = summary["compressibility_factor"]
+    z = summary["Z"]
     reached = f"{z['error'] / abs(z['mean']):.2g}" if z["mean"] and z["error"] is not None else "?"
     return f"{reached}, {summary['relative_error']:.2g} was asked for"
 

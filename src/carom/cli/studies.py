@@ -36,10 +36,10 @@ Scheduler = Annotated[
     typer.Option(help="Address of a Dask scheduler, e.g. tcp://host:8786.", rich_help_panel=WHERE),
 ]
 
-Workers = Annotated[
-    int | None,
+Cores = Annotated[
+    str | None,
     typer.Option(
-        "--workers",
+        "--cores",
         "-j",
         help="Number of processes or threads; default one per core.",
         rich_help_panel=WHERE,
@@ -85,11 +85,11 @@ def fractions(text: str | None) -> list[float] | None:
             return [float(part) for part in text.split(",")]
     except ValueError:
         raise InputError(
-            f"--packing-fractions {text!r} must be numbers with commas (0.1,0.2), or first:last:count "
+            f"--packing-fraction {text!r} must be numbers with commas (0.1,0.2), or first:last:count "
             "(0.1:0.4:7)."
         ) from None
     if points > MOST_POINTS:
-        raise InputError(f"The count of --packing-fractions must be at most {MOST_POINTS}, found {points}.")
+        raise InputError(f"The count of --packing-fraction must be at most {MOST_POINTS}, found {points}.")
     # Rounded, so that 0.1:0.4:7 and 0.1,0.15,... are the same study.
     return [float(f"{first + (last - first) * k / (points - 1):.12g}") for k in range(points)]
 

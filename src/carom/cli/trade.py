@@ -44,9 +44,9 @@ def trade(
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import watched
-    from carom.plan.plan import Plan
+    from carom.scene_file.scene_file import SceneFile
 
-    plan = None if scene is None else Plan.load(scene)
+    plan = None if scene is None else SceneFile.load(scene)
     with watched() as progress, compiling_told():
         from carom.studies.accuracy.trade import trade as compare
 

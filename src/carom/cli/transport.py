@@ -11,11 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from carom.cli.options import number_of
 from carom.cli.studies import (
     COMPILING,
     FIRST,
     LENGTH,
     OUTPUT,
+    Cores,
     Engine,
     Equilibration,
     Out,
@@ -23,7 +25,6 @@ from carom.cli.studies import (
     RunLength,
     Scheduler,
     TableAsJson,
-    Workers,
     farewell,
     fractions,
     integers,
@@ -47,10 +48,10 @@ def transport(
         typer.Argument(help=r"Scene file, or study file with \[study] (TOML). Without: six densities."),
     ] = None,
     out: Out = Path("carom-transport"),
-    packing_fractions: Annotated[
+    packing_fraction: Annotated[
         str | None,
         typer.Option(
-            "--packing-fractions",
+            "--packing-fraction",
             "--eta",
             help="E.g. 0.1,0.2,0.3 or 0.1:0.4:7 (7 from 0.1 to 0.4).",
             rich_help_panel=_GRID,
@@ -74,7 +75,7 @@ def transport(
     collisions_per_particle: RunLength = None,
     equilibration: Equilibration = None,
     engine: Engine = None,
-    workers: Workers = None,
+    cores: Cores = None,
     scheduler: Scheduler = None,
     report: Report = False,
     pictures: Annotated[
@@ -97,7 +98,7 @@ def transport(
 
     executor = where(engine, scheduler)
     given: dict[str, Any] = {
-        "packing_fractions": fractions(packing_fractions),
+        "packing_fraction": fractions(packing_fraction),
         "n": integers(n),
         "replicas": replicas,
         "dimension": dimension,
@@ -114,7 +115,7 @@ def transport(
     with _watched() as progress, compiling_told():
         from carom.studies.coefficients.study import run
 
-        result = run(spec, executor=executor, workers=workers, out=out, progress=progress)
+        result = run(spec, executor=executor, cores=number_of(cores), out=out, progress=progress)
     if as_json:
         print(json.dumps(result.rows(), indent=2, allow_nan=False))
     else:

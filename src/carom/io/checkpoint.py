@@ -93,6 +93,12 @@ def load(path: str | os.PathLike[str]) -> tuple[dict[str, np.ndarray], dict[str,
             return {name: _get(data) for name, data in file["arrays"].items()}, attributes
 
 
+def is_one(path: Path) -> bool:
+    """Return whether a file that exists begins as a checkpoint does."""
+    with reading(path, "checkpoint"), path.open("rb") as file:
+        return file.read(len(_MAGIC)) == _MAGIC.encode()
+
+
 def _verify(path: Path, content: bytes) -> None:
     """Raise FileError unless the version is known, and the length and the digest are those in the header."""
     words = content[:_HEADER].split(b"\n")[0].split(b" ")

@@ -10,7 +10,7 @@ from carom.errors import FileError, InputError
 from carom.io import exports
 from carom.io.formats import EXPORTED, Reader, format_of
 from carom.io.paths import replacing, writable, writing
-from carom.io.trajectory import open_reader, open_writer
+from carom.io.trajectory import open_reader, open_writer, trajectory_of
 from carom.notebook import by_count, watchable
 
 
@@ -27,9 +27,10 @@ def convert(
     Parameters
     ----------
     source, target : str or path
-        Files whose suffixes choose the formats. The target is written completely or not at all. It may also
-        be for other programs, and is then not readable by Carom: ``.lammpstrj``, ``.dump`` and ``.data``
-        (LAMMPS; ``.data`` holds the last frame), ``.dcd`` or ``.pdb``.
+        Files whose suffixes choose the formats; the source may be the folder of a run or packing. The target
+        is written completely or not at all. It may also be for other programs, and is then not readable by
+        Carom: ``.lammpstrj``, ``.dump`` and ``.data`` (LAMMPS; ``.data`` holds the last frame), ``.dcd`` or
+        ``.pdb``.
     overwrite : bool
         Whether an existing target may be replaced.
     progress : callable, optional
@@ -42,6 +43,7 @@ def convert(
     InputError
         If the target's format cannot hold the frames.
     """
+    source = trajectory_of(source)
     suffix = Path(target).suffix.lower()
     exported = suffix in EXPORTED
     if not exported:
@@ -51,7 +53,7 @@ def convert(
         raise FileError(
             f"{target} exists already and was left as it is; choose another name or allow overwriting."
         )
-    if destination.exists() and Path(source).exists() and destination.samefile(source):
+    if destination.exists() and source.exists() and destination.samefile(source):
         raise FileError(
             f"{target} is the source itself, and cannot be replaced by its copy; choose another name."
         )

@@ -4,12 +4,45 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any, overload
 
+from carom import checks
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader, Writer, format_of
 from carom.io.paths import existing, writable
+
+FRAMES = (
+    "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "packing.h5md", "packing.extxyz",
+)  # fmt: skip
+"""Trajectories in the folder of a run or of a packing; the first that exists is read."""
+
+
+def trajectory_of(path: str | os.PathLike[str]) -> Path:
+    """Return the trajectory in a folder of a run or of a packing; a path to a file as it is.
+
+    Raises
+    ------
+    FileError
+        If the folder holds none.
+    InputError
+        If it is no path.
+    """
+    if not isinstance(path, str | os.PathLike):
+        raise InputError(
+            f"A trajectory is named by the path of a file or folder, found {checks.describe(path)}."
+        )
+    path = Path(path)
+    if not path.is_dir():
+        return path
+    found = next((path / name for name in FRAMES if (path / name).is_file()), None)
+    if found is None:
+        raise FileError(
+            f"{path} is a folder without a trajectory; expected a file, or the folder of a run or packing "
+            f"with one of {', '.join(FRAMES)}."
+        )
+    return found
 
 
 def _classes(path: str | os.PathLike[str]) -> tuple[Callable[..., Reader], Callable[..., Writer]]:
@@ -29,7 +62,11 @@ def _classes(path: str | os.PathLike[str]) -> tuple[Callable[..., Reader], Calla
 
 
 def open_reader(path: str | os.PathLike[str], *, torn: bool = False) -> Reader:
-    """Open a trajectory for reading; with ``torn=True`` a last frame cut off by a kill is left out."""
+    """Open a trajectory, or that of a folder, for reading.
+
+    With ``torn=True`` a last frame cut off by a kill is left out.
+    """
+    path = trajectory_of(path)
     reader, _ = _classes(path)
     return reader(existing(path), torn=torn)
 
@@ -62,12 +99,13 @@ def open_writer(
 def open(
     path: str | os.PathLike[str], mode: str = "r", scene: Any = None, *, keep: int | None = None
 ) -> Reader | Writer:
-    """Open a trajectory; the suffix chooses the format.
+    """Open the frames of a file, or of the folder of a run or packing; the suffix chooses the format.
 
     Parameters
     ----------
     path : str or path
-        ``.h5md`` or ``.h5`` (H5MD), ``.extxyz`` or ``.xyz`` (extended XYZ), ``.gsd`` (GSD, float32).
+        ``.h5md`` or ``.h5`` (H5MD), ``.extxyz`` or ``.xyz`` (extended XYZ), ``.gsd`` (GSD, float32). To read,
+        also the folder of a run or of a packing.
     mode : {"r", "w", "x", "a"}
         Read; write and replace an existing file; write but refuse to replace a file; append.
     scene : Scene, optional
@@ -85,8 +123,8 @@ def open(
     Raises
     ------
     FileError
-        If the file is missing, truncated, foreign, a folder, holds fewer than `keep` frames, cannot be
-        written, or is being written by another process.
+        If the file is missing, truncated, foreign, a folder without a trajectory, holds fewer than `keep`
+        frames, cannot be written, or is being written by another process.
     InputError
         If the suffix or the mode is unknown.
     """
@@ -123,14 +161,14 @@ def read(path: str | os.PathLike[str], index: int | slice | str = -1) -> Frame |
     Parameters
     ----------
     path : str or path
-        A trajectory that :func:`carom.io.open` reads.
+        A trajectory, or a folder with one, that :func:`carom.open` reads.
     index : int, slice or str
         A number gives a Frame, a slice (or its text, such as ``":"`` or ``"-10:"``) a list.
 
     Raises
     ------
     FileError
-        If the file is missing, truncated, foreign or a folder, or has no such frame.
+        If the file is missing, truncated or foreign, the folder has no trajectory, or there is no such frame.
     """
     selection = _as_index(index)
     with open_reader(path) as reader:

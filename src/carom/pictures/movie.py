@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.paths import replacing, writing
-from carom.io.trajectory import open_reader
+from carom.io.trajectory import open_reader, trajectory_of
 from carom.models.questions.obstacle import Obstacle
 from carom.notebook import by_count, watchable
 from carom.observables.packing import network_of
@@ -54,7 +54,7 @@ def movie(
     *,
     fps: int = 24,
     size: int = 480,
-    colour: str = "species",
+    color: str = "species",
     obstacles: Sequence[Obstacle] | None = None,
     progress: Callable[[int, int], object] | None = None,
 ) -> int:
@@ -63,14 +63,15 @@ def movie(
     Parameters
     ----------
     source : path, Reader or sequence of Frames
-        Frames in one to three dimensions, with a constant box.
+        Frames in one to three dimensions, with a constant box. A path leads to a trajectory, or to the folder
+        of a run or packing.
     path : path
         ``.mp4`` (H.264; needs the package imageio-ffmpeg) or ``.gif``.
     fps : int
         Frames per second, at most 50 in a GIF, which counts time in hundredths of a second.
     size : int
         Length of the longer edge [pixels].
-    colour : {"species", "speed", "psi_6", "rattlers"}
+    color : {"species", "speed", "psi_6", "rattlers"}
         Meaning of the colours. Speeds have one scale for all frames. psi_6 is that of the six nearest
         neighbours, for d = 2. Rattlers are those of :func:`carom.observables.packing_network` in each frame.
     obstacles : sequence of obstacles, optional
@@ -81,7 +82,7 @@ def movie(
     Raises
     ------
     InputError
-        If the suffix or the colour is unknown, or a GIF is to have more than 50 frames a second. If there are
+        If the suffix or the color is unknown, or a GIF is to have more than 50 frames a second. If there are
         no frames, or frames differ in their box. If a frame is no packing and rattlers are asked for, or has
         no seven disks for psi_6. If imageio-ffmpeg is needed and not installed.
     FileError
@@ -90,8 +91,8 @@ def movie(
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:
         raise InputError(f"{target} has the suffix '{target.suffix}'; expected one of {', '.join(SUFFIXES)}.")
-    if colour not in COLOURS:
-        raise InputError(f"colour is {colour!r}; expected one of {', '.join(COLOURS)}.")
+    if color not in COLOURS:
+        raise InputError(f"color is {color!r}; expected one of {', '.join(COLOURS)}.")
     fps = checks.integer(fps, "fps", low=1)
     gif = target.suffix.lower() == ".gif"
     if gif and fps > MOST_PER_SECOND:
@@ -101,17 +102,17 @@ def movie(
         )
     size = checks.integer(size, "size", low=16)
     if isinstance(source, str | os.PathLike):
-        file = Path(source)
+        file = trajectory_of(source)
         source = open_reader(file)
         if obstacles is None and len(source):
             obstacles = standing_beside(file, source[0])
     if len(source) == 0:
         raise InputError("There are no frames to make a movie of; expected at least one.")
     first = source[0]
-    if first.dimension > 3 or (colour == "psi_6" and first.dimension != 2):
-        raise InputError(f"A movie coloured by {colour} has no frames of {first.dimension} dimensions.")
+    if first.dimension > 3 or (color == "psi_6" and first.dimension != 2):
+        raise InputError(f"A movie colored by {color} has no frames of {first.dimension} dimensions.")
     camera = Camera.on(first, size)
-    top = _top(source) if colour == "speed" else 1.0
+    top = _top(source) if color == "speed" else 1.0
 
     def picture(k: int) -> np.ndarray:
         frame = source[k]
@@ -120,9 +121,9 @@ def movie(
                 f"Frame {k} has another box than the first; a movie has one box, so cut it there."
             )
         try:
-            colours = _colours(frame, colour, top, obstacles or ())
+            colours = _colours(frame, color, top, obstacles or ())
         except InputError as error:
-            raise InputError(f"Frame {k} has no colours by {colour}: {error}") from None
+            raise InputError(f"Frame {k} has no colours by {color}: {error}") from None
         return rendered(frame, camera, obstacles=obstacles or (), colours=colours)
 
     with replacing(target) as temporary, writing(target):
@@ -144,7 +145,7 @@ def movie(
 
 
 def _top(frames: Reader | Sequence[Frame]) -> float:
-    """Return the speed at the end of the colour scale, from all frames, as in the viewer."""
+    """Return the speed at the end of the color scale, from all frames, as in the viewer."""
     squares = [float(np.mean(np.sum(frames[k].velocities ** 2, axis=1))) for k in range(len(frames))]
     return FAST * math.sqrt(float(np.mean(squares))) or 1.0
 
@@ -154,21 +155,21 @@ def _spread(count: int) -> list[int]:
     return sorted({round(k) for k in np.linspace(0, count - 1, SHOWN).tolist()})
 
 
-def _colours(frame: Frame, colour: str, top: float, obstacles: Sequence[Obstacle]) -> np.ndarray | None:
+def _colours(frame: Frame, color: str, top: float, obstacles: Sequence[Obstacle]) -> np.ndarray | None:
     """Return the colours (n, 3) of the spheres of a frame; None for the colours of species."""
-    if colour == "species":
+    if color == "species":
         return None
-    if colour == "rattlers":
+    if color == "rattlers":
         backbone = network_of(frame, obstacles=obstacles).backbone
         if not backbone.any():
             raise InputError("its neighbours hold no component in place, so this is no packing.")
         return np.where(backbone[:, None], rgb(FACES[0]), rgb(FACES[1]))  # as in the viewer
-    if colour == "speed":
+    if color == "speed":
         at = np.clip(np.linalg.norm(frame.velocities, axis=1) / top, 0.0, 1.0)
         places = np.linspace(0.0, 1.0, len(RAMP))
         return np.stack([np.interp(at, places, RAMP[:, channel]) for channel in range(3)], axis=1)
     if frame.n <= SIX:
-        raise InputError(f"psi_6 needs {SIX + 1} disks at least, found {frame.n}; choose another colour.")
+        raise InputError(f"psi_6 needs {SIX + 1} disks at least, found {frame.n}; choose another color.")
     angle, modulus = psi_6(frame).T
     turned = 0.5 + 0.42 * np.cos(angle[:, None] - 2.0 * np.pi / 3.0 * np.arange(3))
     return modulus[:, None] * turned + (1.0 - modulus[:, None]) * 0.78

@@ -364,7 +364,7 @@ def compression(
     Parameters
     ----------
     history : structured array
-        Fields ``packing_fraction`` and ``pressure``, as in :class:`carom.studies.Packing`.
+        Fields ``packing_fraction`` and ``Z``, as in :class:`carom.studies.packings.packing.Packing`.
     jamming_fraction : float
         Packing fraction of the jammed state. If it is NaN, the packing fraction itself is the abscissa.
     dimension : int
@@ -378,7 +378,7 @@ def compression(
         If the picture cannot be saved.
     """
     figure, axes = sheet(7.0, 4.2)
-    fraction, pressure = history["packing_fraction"].copy(), history["pressure"]
+    fraction, pressure = history["packing_fraction"].copy(), history["Z"]
     # The pressure is that of a stretch, so the density is that of its middle.
     fraction[1:] = 0.5 * (fraction[1:] + fraction[:-1])
     if np.isfinite(jamming_fraction):

@@ -32,6 +32,13 @@ ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "t
 """Files of a folder that can be shown; the first that exists is taken."""
 
 
+MARK = '<meta name="generator" content="Carom">'
+"""By what a page tells that Carom wrote it."""
+
+LONGEST_HEAD = 1024
+"""Bytes at the beginning of a page within which its mark is."""
+
+
 class View:
     """One self-contained page of HTML, which needs no network and no server.
 
@@ -231,14 +238,23 @@ def _title(path: Path) -> str:
     return os.fsencode(title).decode("utf-8", "replace")
 
 
+def is_page(path: Path) -> bool:
+    """Return whether the file ``path`` is a page that :class:`View` wrote."""
+    try:
+        with path.open("rb") as file:
+            return MARK.encode() in file.read(LONGEST_HEAD)
+    except OSError:
+        return False
+
+
 def rules_beside(source: Path) -> Interaction | None:
     """Return the range rules that the scene file in or next to ``source`` names; this runs their code."""
     folder = source if source.is_dir() else source.parent
     if not (folder / "scene.toml").exists():
         return None
-    from carom.plan.plan import Plan
+    from carom.scene_file.scene_file import SceneFile
 
-    return Plan.load(folder / "scene.toml").trusted().scene.own().get("interaction")
+    return SceneFile.load(folder / "scene.toml").trusted().scene.own().get("interaction")
 
 
 def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
@@ -264,10 +280,10 @@ def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
     if not plan.exists() or not any((folder / name).exists() for name in ("summary.json", "checkpoint.h5")):
         return ()
     from carom.models.obstacles import checked
-    from carom.plan.plan import Plan
+    from carom.scene_file.scene_file import SceneFile
 
     try:
-        scene = Plan.load(plan).scene
+        scene = SceneFile.load(plan).scene
     except CaromError as error:
         warnings.warn(f"Obstacles of the run are not drawn: {error}", CaromWarning, stacklevel=3)
         return ()

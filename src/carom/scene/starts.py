@@ -304,7 +304,7 @@ def _first_that_does_not_jam(
     raise InputError(
         f"The spheres jam at packing fraction {best:.4g}, the highest of {tries} random starts, and "
         f"{fraction:.4g} is asked for. Lower packing_fraction, begin with Scene.crystal and melt it, or "
-        "compress with carom.studies.pack, which also says how dense they get."
+        "compress with carom.pack, which also says how dense they get."
     )
 
 

@@ -1,46 +1,31 @@
 """Whole studies: runs with a folder of results, packings, equations of state, transport, spherical codes.
 
-Nothing here knows how a component moves; the simulation does.
+Nothing here knows how a particle moves; the simulation does. What users call is in ``carom``; here are the
+classes of what it returns.
 """
 
-from carom.studies.codes.code import SphericalCode
-from carom.studies.codes.search import CodeInterrupted, spherical_code
-from carom.studies.coefficients.result import Transport
-from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.coefficients.study import transport
-from carom.studies.eos.result import EquationOfState
-from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.study import equation_of_state
-from carom.studies.packings.compression import PackingInterrupted, holds_packing, pack, points, resume_packing
-from carom.studies.packings.packing import Packing
-from carom.studies.planner.outcome import Outcome
-from carom.studies.planner.plan import RunPlan, plan
-from carom.studies.planner.target import Target
-from carom.studies.runs.execution import RunResult, resume, run
-from carom.studies.signals import Interrupted
+from __future__ import annotations
 
-__all__ = [
-    "CodeInterrupted",
-    "EquationOfState",
-    "Interrupted",
-    "Outcome",
-    "Packing",
-    "PackingInterrupted",
-    "RunPlan",
-    "RunResult",
-    "SphericalCode",
-    "StudySpec",
-    "Target",
-    "Transport",
-    "TransportSpec",
-    "equation_of_state",
-    "holds_packing",
-    "pack",
-    "plan",
-    "points",
-    "resume",
-    "resume_packing",
-    "run",
-    "spherical_code",
-    "transport",
-]
+import importlib
+from typing import Any
+
+_LAZY = {
+    "RunResult": "carom.studies.runs.result",
+    "Packing": "carom.studies.packings.packing",
+    "SphericalCode": "carom.studies.codes.code",
+    "EquationOfState": "carom.studies.eos.result",
+    "Transport": "carom.studies.coefficients.result",
+    "RunPlan": "carom.studies.planner.plan",
+    "Outcome": "carom.studies.planner.outcome",
+    "StudySpec": "carom.studies.eos.spec",
+    "TransportSpec": "carom.studies.coefficients.spec",
+    "Target": "carom.studies.planner.target",
+}
+
+__all__ = [*_LAZY]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _LAZY:
+        return getattr(importlib.import_module(_LAZY[name]), name)
+    raise AttributeError(f"module 'carom.studies' has no attribute {name!r}")

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import os
 import time as clock
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from carom.errors import InputError
-from carom.io.paths import replacing, writing
+from carom.errors import FileError, InputError
+from carom.studies.arguments import processes
 from carom.studies.eos.spec import GRID
+from carom.studies.results import Result, plain
 from carom.studies.session import Failure, Job
-from carom.studies.tasks import Record
+from carom.studies.tasks import SETTINGS, Record, TaskFolder
 
 R = TypeVar("R", bound="Outcome")
-
-PICTURES = (".png", ".pdf", ".svg")
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ class Progress(Generic[R]):
 
 
 @dataclass(frozen=True, repr=False)
-class Outcome:
+class Outcome(Result):
     """The results of a study.
 
     Attributes
@@ -74,35 +72,34 @@ class Outcome:
         """Whether every task is done."""
         return len(self.records) == len(self.spec.tasks())
 
-    def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the table."""
-        raise NotImplementedError
+    def to_dict(self) -> dict[str, Any]:
+        """Return the study, its table and how much of it is done, as JSON values."""
+        return {
+            "study": self.spec.words(),
+            "table": [plain(row) for row in self.rows()],
+            "runs": len(self.records),
+            "runs_asked_for": len(self.spec.tasks()),
+            "failures": [{"task": each.task, "reason": each.reason} for each in self.failures],
+        }
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Any:
-        """Draw the results."""
-        raise NotImplementedError
+    def _saved(self) -> dict[str, Any]:
+        """Return what :func:`of_saved` needs beside the dictionary."""
+        return {"records": self.records}
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write a page (HTML)."""
         raise NotImplementedError
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the table (.csv), the picture (.png, .pdf, .svg) or the report (.html).
+    def _writers(self) -> dict[str, Callable[..., object]]:
+        """Return the function that writes a file, by its suffix."""
+        return {**super()._writers(), ".html": self.report}
 
-        Raises
-        ------
-        InputError
-            If the suffix is another one; FileError if the file cannot be written.
-        """
-        suffix = Path(path).suffix.lower()
-        writers: dict[str, Callable[..., object]] = {
-            ".csv": self.to_csv,
-            ".html": self.report,
-            **dict.fromkeys(PICTURES, self.plot),
-        }
-        if suffix not in writers:
-            raise InputError(f"{path} has the suffix '{suffix}'; expected one of {', '.join(writers)}.")
-        writers[suffix](path)
+    def _done(self) -> str:
+        """Return how much of the study is done, in words."""
+        done, tasks = len(self.records), len(self.spec.tasks())
+        if done == tasks:
+            return f"{done} run{'' if done == 1 else 's'}"
+        return f"{done} of {tasks} runs done"
 
 
 def carry_out(
@@ -110,7 +107,7 @@ def carry_out(
     simulate: Callable[..., Record],
     *,
     executor: Any,
-    workers: int | None,
+    cores: int | str | None,
     progress: Callable[[Progress[R]], object] | None,
 ) -> R:
     """Run the tasks of a study that are missing in its folder.
@@ -119,8 +116,10 @@ def carry_out(
     ----------
     nothing_yet : Outcome
         The study without its results.
-    simulate, executor, workers
+    simulate, executor
         As for :class:`carom.studies.session.Job`.
+    cores : int, "auto" or None
+        Processes or threads.
     progress : callable or None
         Called with a :class:`Progress` at the start and after every task.
     """
@@ -136,24 +135,48 @@ def carry_out(
 
     job = Job(spec.tasks(), simulate, summary, None if progress is None else report)
     grid = {name: spec.words()[name] for name in GRID}
-    result, name = job.run(executor, workers, nothing_yet.folder, spec.settings(), grid)
+    result, name = job.run(executor, processes(cores), nothing_yet.folder, spec.settings(), grid)
     return dataclasses.replace(result, engine=name, seconds=clock.perf_counter() - began)
 
 
-def write_csv(path: str | os.PathLike[str], columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
-    """Write a table with the names of the columns as its first line.
+def of_saved(words: Mapping[str, Any], kind: Callable[..., Any], result: Callable[..., R]) -> R:
+    """Return the results of the class ``result`` that were saved as JSON, of a study of the class ``kind``.
+
+    Raises
+    ------
+    InputError
+        If the words are not those of such a study.
+    """
+    try:
+        return result(kind(**words["study"]), words["records"])
+    except (KeyError, TypeError) as error:
+        raise InputError(f"it does not describe a study: {error}") from None
+
+
+def held(out: str | os.PathLike[str], kind: Callable[..., Any]) -> tuple[Any, list[Record], Path]:
+    """Return the study in a folder, the results of its finished runs, and the folder; nothing is run.
+
+    Parameters
+    ----------
+    out : path
+        The folder.
+    kind : class
+        That of the study: :class:`StudySpec`, or one like it.
 
     Raises
     ------
     FileError
-        If the file cannot be written.
+        If the folder holds no study of this version of Carom.
     """
-    path = Path(path)
-    with (
-        replacing(path) as temporary,
-        writing(path),
-        temporary.open("w", newline="", encoding="utf-8") as file,
-    ):
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        writer.writerows(rows)
+    folder = TaskFolder(Path(out))
+    found = folder.read()
+    if found is None:
+        raise FileError(f"{folder.path} holds no study ({SETTINGS} is missing); name another folder.")
+    words = {k: v for k, v in found["settings"].items() if k not in ("study", "version")}
+    try:
+        spec = kind(**{**words, **found["grid"]})
+    except TypeError as error:
+        raise FileError(f"{folder.settings} does not describe a study: {error}.") from None
+    folder.check(spec.settings())
+    records = [record for task in spec.tasks() if (record := folder.load(task)) is not None]
+    return spec, records, folder.path

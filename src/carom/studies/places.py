@@ -30,6 +30,15 @@ def title(command: str) -> str:
     return f"{MARK} {__version__}; `{command}` with this file repeats it."
 
 
+def kind_of(folder: Path) -> str | None:
+    """Return what a folder holds, a name in OWN; None if none of their files is there.
+
+    The study of a plan lies in the folder of the plan.
+    """
+    found = [kind for kind, names in OWN.items() if any(os.path.lexists(folder / name) for name in names)]
+    return found[0] if found else None
+
+
 def refuse_others(folder: Path, kind: str, *beside: str) -> None:
     """Refuse a folder that holds other results than those of a ``kind``; no file is changed.
 

@@ -7,12 +7,23 @@ import signal
 import threading
 from collections.abc import Iterator
 from types import FrameType
+from typing import Any
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interrupted(KeyboardInterrupt):
-    """A run was stopped by Ctrl-C or SIGTERM, after a checkpoint; its text says how to go on."""
+    """A run, a packing, a search or a study was stopped by Ctrl-C or SIGTERM; its text says how to go on.
+
+    Attributes
+    ----------
+    so_far : Packing, SphericalCode or None
+        The packing, or the best code, until then; None if there is none, and of runs and studies.
+    """
+
+    def __init__(self, text: str = "Stopped.", so_far: Any = None):
+        super().__init__(text)
+        self.so_far = so_far
 
 
 class Stop:

@@ -7,12 +7,14 @@ import signal
 import numpy as np
 import pytest
 
-from carom import Scene, Simulation, Species, studies
+import carom
+from carom import Scene, Simulation, Species
 from carom.engine.observers.currents import Currents
 from carom.engine.observers.flights import Flights
 from carom.io.events import read_events
 from carom.models import Ball
 from carom.studies.packings import compression
+from carom.studies.packings.compression import points
 
 CLOCK = {"collisions_per_second"}
 
@@ -95,8 +97,8 @@ def test_a_checkpoint_leaves_no_event_in_memory(tmp_path):
 
 def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkeypatch):
     monkeypatch.setattr(compression, "PART", 40)
-    wanted = {"rate": 0.1, "until_pressure": 1e3, "seed": 2, "pictures": False}
-    whole = studies.pack(studies.points(30, dimension=2, seed=1), **wanted)
+    wanted = {"rate": 0.1, "until_Z": 1e3, "seed": 2, "pictures": False}
+    whole = carom.pack(points(30, dimension=2, seed=1), **wanted)
     part, parts = compression._Compression._part, []
 
     def impatient(self):
@@ -107,10 +109,10 @@ def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkey
             os.kill(os.getpid(), signal.SIGINT)
 
     monkeypatch.setattr(compression._Compression, "_part", impatient)
-    with pytest.raises(studies.PackingInterrupted, match="carom resume"):
-        studies.pack(studies.points(30, dimension=2, seed=1), **wanted, out=tmp_path / "pack")
+    with pytest.raises(carom.Interrupted, match="carom resume"):
+        carom.pack(points(30, dimension=2, seed=1), **wanted, out=tmp_path / "pack")
     assert parts
-    resumed = studies.resume_packing(tmp_path / "pack")
+    resumed = carom.resume(tmp_path / "pack")
     assert np.array_equal(resumed.history, whole.history)
     assert np.array_equal(resumed.frame.positions, whole.frame.positions)
 
@@ -119,12 +121,11 @@ def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkey
 @pytest.mark.parametrize("stretches", [2, 20])
 def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches):
     def start():
-        return studies.points(
-            counts=(12, 18), diameters=(1.0, 1.4), dimension=2, periodic=(True, False), seed=4
-        )
+        kinds = [Species(count=12), Species(count=18, diameter=1.4)]
+        return points(None, 2, species=kinds, periodic=(True, False), seed=4)
 
-    wanted = {"rate": 0.05, "until_pressure": 1e3, "seed": 4, "pictures": False}
-    whole = studies.pack(start(), **wanted)
+    wanted = {"rate": 0.05, "until_Z": 1e3, "seed": 4, "pictures": False}
+    whole = carom.pack(start(), **wanted)
     assert len(whole.history) > stretches
     seen = []
 
@@ -133,10 +134,10 @@ def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches)
         if len(seen) == stretches:
             os.kill(os.getpid(), signal.SIGINT)
 
-    with pytest.raises(studies.PackingInterrupted, match="carom resume"):
-        studies.pack(start(), **wanted, out=tmp_path / "pack", progress=impatient)
+    with pytest.raises(carom.Interrupted, match="carom resume"):
+        carom.pack(start(), **wanted, out=tmp_path / "pack", progress=impatient)
     later = []
-    resumed = studies.resume_packing(tmp_path / "pack", progress=lambda *look: later.append(look))
+    resumed = carom.resume(tmp_path / "pack", progress=lambda *look: later.append(look))
     assert len(later) == len(whole.history) + 2 - stretches, "the packing did not go on, but started again"
     assert np.array_equal(resumed.history, whole.history)
     assert np.array_equal(resumed.frame.positions, whole.frame.positions)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import carom
-from carom import studies
 from carom.engine.observers.currents import Currents
 from carom.errors import InputError
 from carom.models import Steps, StepTable
@@ -116,12 +115,12 @@ def test_currents_are_refused_where_steps_lose_energy():
 def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_file():
     settings = {"n": 100, "dimension": 2, "replicas": 1, "equilibration": 200}
     scene = {"kT": 2.0, "interaction": StepTable(LADDER)}
-    study = studies.transport(0.3, **settings, collisions_per_particle=5120, scene=scene, executor="serial")
+    study = carom.transport(0.3, **settings, collisions_per_particle=5120, scene=scene, executor="serial")
     (row,) = study.table
     for record in study.records:
         # Rounds of 12 collisions a particle know the mean of kT, which fluctuates by sqrt(2 / 200), to 3 %.
         assert record["result"]["kT"] == pytest.approx(2.0, rel=0.1)
-        assert record["result"]["potential_energy"] < -0.1
+        assert record["result"]["U"] < -0.1
     assert row.enskog is None  # it knows of cores only
     assert not row.exists  # in the plane
     d, v = row.self_diffusion[0].value, row.self_diffusion_by_velocity[0].value

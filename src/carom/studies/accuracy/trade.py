@@ -17,10 +17,10 @@ import numpy as np
 from carom.errors import FileError, InputError
 from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
-from carom.plan.plan import Plan
-from carom.plan.sections import SceneSpec
 from carom.scene import lattices
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
 from carom.simulation.simulation import Simulation
 from carom.studies.accuracy.measures import (
     SAMPLES,
@@ -88,13 +88,13 @@ def methods(mean_free_time: float, dimension: int = 3) -> list[Method]:
     ]
 
 
-def default_plan() -> Plan:
+def default_plan() -> SceneFile:
     """Return the plan of ``carom trade`` without a scene file: 2048 spheres at density 0.5."""
-    return dataclasses.replace(Plan(), scene=SceneSpec(cells=8, density=0.5))
+    return dataclasses.replace(SceneFile(), scene=SceneSpec(cells=8, density=0.5))
 
 
 def trade(
-    plan: Plan | None = None,
+    plan: SceneFile | None = None,
     out: str | PathLike[str] = "carom-trade",
     *,
     seconds: float = 8.0,
@@ -105,7 +105,7 @@ def trade(
 
     Parameters
     ----------
-    plan : Plan, optional
+    plan : SceneFile, optional
         Only its scene and its seed are used. The scene must be equal spheres in a periodic box.
     out : path
         The folder; made if needed.

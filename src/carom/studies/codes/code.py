@@ -16,7 +16,8 @@ from carom.errors import InputError
 from carom.io import records
 from carom.io.paths import replacing, writing
 from carom.studies.codes.polish import GUARD
-from carom.texts import html, visible
+from carom.studies.results import Result
+from carom.texts import html
 
 FORMAT = "carom spherical code"
 """Value of the key "format" in a file."""
@@ -27,12 +28,12 @@ MOST_DIGITS = 1000
 
 
 @dataclass(frozen=True, eq=False)
-class SphericalCode:
-    """Points on the unit sphere of R^k, with the largest minimal angle that was found.
+class SphericalCode(Result):
+    """Points on the unit sphere in d dimensions, with the largest minimal angle that was found.
 
     Attributes
     ----------
-    coordinates : (n, k) object array
+    coordinates : (n, d) object array
         Coordinates of the points, as ``mpmath`` numbers.
     cosine : mpf
         Cosine of the smallest angle.
@@ -54,7 +55,7 @@ class SphericalCode:
     angles : dict of int to float
         Smallest angle found from each seed [degrees]; NaN if its caps did not jam.
     reached : int
-        Number of seeds that led to this angle.
+        Number of tries that led to this angle.
     note : str
         Origin of the code.
     """
@@ -78,13 +79,13 @@ class SphericalCode:
         return len(self.coordinates)
 
     @property
-    def k(self) -> int:
-        """Number of dimensions of the space around the sphere."""
+    def dimension(self) -> int:
+        """Number of dimensions of the space around the sphere, d."""
         return self.coordinates.shape[1]
 
     @property
     def points(self) -> np.ndarray:
-        """Points in double precision, (n, k)."""
+        """Points in double precision, (n, d)."""
         return self.coordinates.astype(np.float64)
 
     @property
@@ -100,13 +101,13 @@ class SphericalCode:
         """Smallest angle [degrees]."""
         return float(self.precise_angle)
 
-    def summary(self) -> dict[str, Any]:
-        """Return the results as numbers and strings, by name."""
+    def to_dict(self) -> dict[str, Any]:
+        """Return the results as numbers and strings, by name; angles are in degrees."""
         import mpmath
 
         return {
             "n": self.n,
-            "k": self.k,
+            "dimension": self.dimension,
             "angle": mpmath.nstr(self.precise_angle, self.digits, strip_zeros=False),
             "cosine": mpmath.nstr(self.cosine, self.digits, strip_zeros=False),
             "residual": float(self.residual),
@@ -114,10 +115,19 @@ class SphericalCode:
             "rattlers": self.rattlers.tolist(),
             "rigid": self.rigid,
             "seed": self.seed,
-            "seeds": len(self.angles),
+            "tries": len(self.angles),
             "reached": self.reached,
             "note": self.note,
         }
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the points in double precision, a dictionary of coordinates for each."""
+        return [dict(zip(self._axes(), point, strict=True)) for point in self.points.tolist()]
+
+    def _axes(self) -> list[str]:
+        """Return the names of the coordinates."""
+        d = self.dimension
+        return ["x", "y", "z"][:d] if d <= 3 else [f"x{j + 1}" for j in range(d)]
 
     def save(self, path: str | PathLike[str]) -> None:
         """Write the code to a file.
@@ -125,8 +135,9 @@ class SphericalCode:
         Parameters
         ----------
         path : path
-            With the suffix ``.json`` the whole code, for :meth:`load`. With any other suffix a table of the
-            points, one per line with all digits, as public tables have.
+            With the suffix ``.json`` the whole code, for :func:`carom.load`. With ``.png`` a picture. With
+            ``.csv`` a table of the points with all digits and a line of names; with any other suffix one
+            point per line, as public tables have.
 
         Raises
         ------
@@ -136,6 +147,9 @@ class SphericalCode:
         import mpmath
 
         path = Path(path)
+        if path.suffix == ".png":
+            self.plot(path)
+            return
         whole = path.suffix == ".json"
         # A file for load() keeps the guard digits.
         digits = self.digits + GUARD if whole else self.digits
@@ -147,7 +161,7 @@ class SphericalCode:
         if whole:
             words = {
                 "format": FORMAT,
-                **self.summary(),
+                **self.to_dict(),
                 "cosine": written(self.cosine),
                 "digits": self.digits,
                 "points": places,
@@ -156,23 +170,12 @@ class SphericalCode:
                 "angles": [[seed, angle if angle == angle else None] for seed, angle in self.angles.items()],
             }
             text = json.dumps(words, indent=1, allow_nan=False) + "\n"
+        elif path.suffix == ".csv":
+            text = "".join(",".join(row) + "\n" for row in [self._axes(), *places])
         else:
             text = "".join(" ".join(row) + "\n" for row in places)
         with replacing(path) as temporary, writing(path):
             temporary.write_text(text, encoding="utf-8")
-
-    @classmethod
-    def load(cls, path: str | PathLike[str]) -> SphericalCode:
-        """Return the code in the JSON file ``path``.
-
-        Raises
-        ------
-        FileError
-            If the file is missing, damaged, or holds something else.
-        """
-        what = "a spherical code that save() wrote"
-        found: SphericalCode = records.read_json(Path(path), _of_words, what, "name another file")
-        return found
 
     def plot(self, path: str | PathLike[str] | None = None, **options: Any) -> Any:
         """Draw the caps of a code on S^2; ``path`` and ``options`` are for ``carom.pictures.caps.caps``."""
@@ -180,9 +183,9 @@ class SphericalCode:
 
         return caps(self.points, 0.5 * self.angle, self.contacts, path=path, **options)
 
-    def _rows(self) -> list[tuple[str, str]]:
-        """Return the results to print, by name."""
-        words = self.summary()
+    def words(self) -> list[tuple[str, str]]:
+        """Return the results as text, by name, as ``carom code`` prints them."""
+        words = self.to_dict()
         who = ", ".join(map(str, words["rattlers"])) or "none"
         kind = "a strict local optimum" if self.rigid else "held by forces, but parts of it can move"
         rows = [
@@ -194,23 +197,48 @@ class SphericalCode:
         ]
         if self.angles:
             text = f"reached by {self.reached} of {len(self.angles)}, first by seed {self.seed}"
-            rows.append(("seeds", text))
+            rows.append(("tries", text))
         return [*rows, ("source", self.note)]
 
-    def __str__(self) -> str:
-        head = f"Spherical code of {self.n} points on S^{self.k - 1}"
-        return "\n".join([head, *(f"  {name:<15} {visible(text)}" for name, text in self._rows())])
+    def _lines(self) -> list[str]:
+        """Return what is printed: the angle, the contacts, the search."""
+        loose = f"{len(self.rattlers)} rattler{'' if len(self.rattlers) == 1 else 's'}"
+        kind = "a strict local optimum" if self.rigid else "parts of it can move"
+        angle = f"smallest angle {self.angle:.9f} degrees, to {self.digits} digits"
+        lines = [
+            f"{self.n} points on S^{self.dimension - 1}: {angle}",
+            f"{len(self.contacts)} contacts, {loose}: {kind}",
+        ]
+        if self.angles:
+            return [
+                *lines,
+                f"reached by {self.reached} of {len(self.angles)} tries, first by seed {self.seed}",
+            ]
+        return [*lines, self.note]
 
     def _repr_html_(self) -> str:
         left = "style='text-align:left'"
         rows = "".join(
             f"<tr><th {left}>{html(name)}</th><td {left}>{html(text)}</td></tr>"
-            for name, text in self._rows()
+            for name, text in self.words()
         )
-        return f"<table><caption>{self.n} points on S<sup>{self.k - 1}</sup></caption>{rows}</table>"
+        return f"<table><caption>{self.n} points on S<sup>{self.dimension - 1}</sup></caption>{rows}</table>"
 
     def __repr__(self) -> str:
-        return f"<SphericalCode of {self.n} points on S^{self.k - 1}: {self.angle:.9f} degrees>"
+        return f"<SphericalCode of {self.n} points on S^{self.dimension - 1}: {self.angle:.9f} degrees>"
+
+
+def load(path: str | PathLike[str]) -> SphericalCode:
+    """Return the code in the JSON file ``path``.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, damaged, or holds something else.
+    """
+    what = "a spherical code that save() wrote"
+    found: SphericalCode = records.read_json(Path(path), _of_words, what, "name another file")
+    return found
 
 
 _COUNT = records.integer()
@@ -237,12 +265,12 @@ def _angle(value: Any, name: str) -> tuple[int, float]:
 
 
 def _of_words(value: Any, name: str) -> SphericalCode:
-    """Return the code in the words that :meth:`SphericalCode.save` wrote."""
+    """Return the code in the words that ``SphericalCode.save`` wrote."""
     import mpmath
 
     if not isinstance(value, dict) or value.get("format") != FORMAT:
         raise InputError(f"its format is not {FORMAT!r}")
-    n, k = (records.integer(low=1, high=10**7)(value.get(key), key) for key in ("n", "k"))
+    n, k = (records.integer(low=1, high=10**7)(value.get(key), key) for key in ("n", "dimension"))
     digits = records.integer(low=1, high=MOST_DIGITS)(value.get("digits"), "digits")
     index = records.integer(high=n - 1)
     with mpmath.workdps(digits + GUARD):

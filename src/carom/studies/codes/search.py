@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.notebook import by_stage, watchable
 from carom.studies import executors
+from carom.studies.arguments import processes, refuse_unknown
 from carom.studies.codes.climb import climb
 from carom.studies.codes.code import MOST_DIGITS, SphericalCode
 from carom.studies.codes.compression import compress
@@ -25,11 +27,11 @@ from carom.studies.signals import Interrupted, stoppable
 MOST = 1000
 """Largest number of points: every cap is compared with all others."""
 
-SEEDS = 40
-"""Default number of seeds."""
+TRIES = 40
+"""Default number of tries."""
 
 HOPS = 20
-"""Default number of hops of a seed."""
+"""Default number of hops of a try."""
 
 RATES = (0.01, 0.2)
 """Default growth rates of the diameters over the thermal speed, for even and odd seeds. Slow growth orders,
@@ -40,37 +42,33 @@ slow seed in 20 ends at the best known one, and one fast seed in six.
 SAME = 2.0**-44
 """Largest difference of two cosines of the same code in doubles, with a margin of some ten."""
 
+ARGUMENTS = (
+    "dimension", "seed", "tries", "rate", "hops", "starts", "digits", "executor", "cores", "progress",
+)  # fmt: skip
+"""Keywords of :func:`spherical_code`."""
+
 Progress = Callable[[str, float], object]
 
 
-class CodeInterrupted(Interrupted):
-    """A search was stopped by Ctrl-C or SIGTERM.
-
-    Attributes
-    ----------
-    code : SphericalCode or None
-        The best code so far.
-    """
-
-    code: SphericalCode | None = None
-
-
+@watchable("Searching", by_stage)
 def spherical_code(
     n: int,
-    k: int = 3,
+    dimension: int = 3,
     *,
-    seeds: int | Sequence[int] = SEEDS,
+    seed: int = 1,
+    tries: int = TRIES,
     rate: float | None = None,
     hops: int = HOPS,
     starts: int | None = None,
     digits: int = 32,
     executor: Any = None,
-    workers: int | None = None,
+    cores: int | str | None = None,
     progress: Progress | None = None,
+    **others: Any,
 ) -> SphericalCode:
-    """Search for n points on the sphere S^(k-1) whose smallest angle is as large as possible.
+    """Search for n points on the unit sphere in d dimensions whose smallest angle is as large as possible.
 
-    For every seed, random points move on great circles and grow into caps until they jam (Smith; the paper's
+    In every try, random points move on great circles and grow into caps until they jam (Smith; the paper's
     sec. 10). In addition, sets of points that repel each other lead to other codes, in a hundredth of the
     time. Hops improve the better of both. Newton's method then solves the equations of the contacts, for the
     best code in ``mpmath``.
@@ -79,59 +77,67 @@ def spherical_code(
     ----------
     n : int
         Number of points, 2 to 1000.
-    k : int
-        Number of dimensions of the space around the sphere, at least 2; 3 for the usual sphere.
-    seeds : int or sequence of int
-        Number of seeds, counted from 0; or the seeds themselves.
+    dimension : int
+        d of the space around the sphere, at least 2; 3 for the usual sphere.
+    seed : int
+        Seed of the first try; each further one adds 1.
+    tries : int
+        Number of random starts.
     rate : float, optional
         Growth rate of the diameters over the thermal speed. By default it is 0.01 for even seeds and 0.2 for
         odd ones: slow growth orders the points, and fast growth leads to more different codes.
     hops : int
-        Number of hops for each seed. A hop moves one to three points into holes and optimises again; a result
+        Number of hops in each try. A hop moves one to three points into holes and optimises again; a result
         that is not worse is kept.
     starts : int, optional
-        Number of sets of points that repel each other, for every seed. By default 50, and fewer for more than
+        Number of sets of points that repel each other, in every try. By default 50, and fewer for more than
         60 points. With 0 the caps only grow.
     digits : int
         Decimal digits of the result.
-    executor, workers : optional
-        Where the seeds run, as for :func:`carom.studies.executors.engine`. The result is the same everywhere.
+    executor, cores : optional
+        Where the tries run, as for :func:`carom.equation_of_state`. The result is the same everywhere.
     progress : callable, optional
-        Called as ``progress("Searching", fraction)``.
+        Called as ``progress("Searching", fraction)``; True shows a bar.
+    **others
+        None: any other argument is an error that names the right one.
 
     Returns
     -------
     SphericalCode
-        The best code. For k = 2 and for n <= 2 k it is the known optimum, without a search.
+        The best code. For d = 2 and for n <= 2 d it is the known optimum, without a search.
 
     Raises
     ------
     InputError
-        If an argument is out of range, or none of the seeds led to a code.
-    CodeInterrupted
-        After Ctrl-C; its ``code`` is the best so far.
+        If an argument is unknown or out of range, or none of the tries led to a code.
+    Interrupted
+        After Ctrl-C; its ``so_far`` is the best code until then.
 
     Examples
     --------
-    >>> code = spherical_code(6)
+    >>> import carom
+    >>> code = carom.spherical_code(6)
     >>> code.angle, len(code.contacts), code.note
     (90.0, 12, 'the cross-polytope, optimal (Rankin 1955)')
     """
+    refuse_unknown("spherical_code()", others, ARGUMENTS)
     n = checks.integer(n, "n", low=2, high=MOST)
-    k = checks.integer(k, "k", low=2, high=12)
+    k = checks.integer(dimension, "dimension", low=2, high=12)
     digits = checks.integer(digits, "digits", low=15, high=MOST_DIGITS)
     hops = checks.integer(hops, "hops", low=0)
     starts = starts_for(n) if starts is None else checks.integer(starts, "starts", low=0)
     if rate is not None:
         rate = checks.number(rate, "rate", low=0.0, high=1.0, open_low=True)
-    numbers = _seeds(seeds)
+    first = checks.integer(seed, "seed", low=0)
+    numbers = [first + j for j in range(checks.integer(tries, "tries", low=1))]
+    workers = processes(cores)
     executors.check(executor, workers)
     exact = known(n, k, digits)
     if exact is not None:
         return _exact(*exact, digits)
     tasks = [
-        {"n": n, "k": k, "seed": seed, "rate": rate or RATES[seed % 2], "hops": hops, "starts": starts}
-        for seed in numbers
+        {"n": n, "k": k, "seed": one, "rate": rate or RATES[one % 2], "hops": hops, "starts": starts}
+        for one in numbers
     ]
     found: dict[int, dict[str, Any]] = {}
     failed: dict[int, str] = {}
@@ -159,30 +165,15 @@ def spherical_code(
                 where.close(now=True)
         stop.deferred = False
         if not ended:
-            interrupted = CodeInterrupted(f"Stopped after {len(found)} of {len(tasks)} seeds.")
-            if any(record["points"] is not None for record in found.values()):
-                interrupted.code = _best(found, digits)
-            raise interrupted
+            jammed = any(record["points"] is not None for record in found.values())
+            raise Interrupted(
+                f"Stopped after {len(found)} of {len(tasks)} tries.",
+                _best(found, digits) if jammed else None,
+            )
     if failed:
-        seed, why = min(failed.items())
-        raise InputError(f"The search from seed {seed} failed: {why}.")
-    return _best({seed: found[seed] for seed in numbers}, digits)
-
-
-def _seeds(seeds: int | Sequence[int]) -> list[int]:
-    """Return the seeds as a list.
-
-    Raises
-    ------
-    InputError
-        If there is none, one is not a number, or one occurs twice.
-    """
-    if not checks.several(seeds):
-        return list(range(checks.integer(seeds, "seeds", low=1)))
-    numbers = [checks.integer(seed, "seeds", low=0) for seed in seeds]  # type: ignore[union-attr]
-    if not numbers or len(set(numbers)) < len(numbers):
-        raise InputError(f"seeds must be one number at least, each once; found {numbers}.")
-    return numbers
+        which, why = min(failed.items())
+        raise InputError(f"The search from seed {which} failed: {why}.")
+    return _best({one: found[one] for one in numbers}, digits)
 
 
 def search(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> dict[str, Any]:
@@ -215,7 +206,7 @@ def _best(found: dict[int, dict[str, Any]], digits: int) -> SphericalCode:
     if least == math.inf:
         seed, record = next(iter(found.items()))
         raise InputError(
-            f"None of {len(found)} seeds led to a code; of seed {seed}, {record['problem']}. Try more seeds."
+            f"None of {len(found)} tries led to a code; of seed {seed}, {record['problem']}. Give more tries."
         )
     reached = [seed for seed, record in found.items() if record["cosine"] <= least + SAME]
     record = found[reached[0]]
@@ -226,7 +217,7 @@ def _best(found: dict[int, dict[str, Any]], digits: int) -> SphericalCode:
     except ValueError as problem:
         raise InputError(
             f"The best of {len(found)} codes, of seed {reached[0]}, has no {digits} digits: {problem} "
-            "Try more seeds."
+            "Give more tries."
         ) from None
     angles = {
         seed: math.degrees(math.acos(each["cosine"])) if each["points"] is not None else math.nan

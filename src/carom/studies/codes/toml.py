@@ -8,10 +8,9 @@ from typing import Any
 from carom import checks
 from carom.errors import InputError
 from carom.io.records import toml_tables
-from carom.studies.codes.search import SEEDS
 from carom.studies.eos.toml import read, words_of
 
-WORDS = ("n", "dimension", "seeds", "first", "rate", "hops", "starts", "digits")
+WORDS = ("n", "dimension", "seed", "tries", "rate", "hops", "starts", "digits")
 """Keys of ``[code]``."""
 
 
@@ -44,19 +43,3 @@ def parse(content: str) -> dict[str, Any]:
     if "n" not in words:
         raise InputError("[code] must have n, the number of points; found none.")
     return words
-
-
-def arguments(words: dict[str, Any]) -> dict[str, Any]:
-    """Return the arguments of :func:`carom.studies.spherical_code` for the keys and values of a search.
-
-    Raises
-    ------
-    InputError
-        If the number of seeds, or the first of them, is out of range.
-    """
-    found = dict(words)
-    seeds = checks.integer(found.pop("seeds", SEEDS), "seeds", low=1)
-    first = checks.integer(found.pop("first", 0), "first", low=0)
-    if "dimension" in found:
-        found["k"] = found.pop("dimension")
-    return {**found, "seeds": range(first, first + seeds)}

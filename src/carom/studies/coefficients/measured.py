@@ -34,7 +34,7 @@ class Row:
         Longest edge of the box [length].
     mean_free_time : float
         [time]
-    compressibility_factor, by_virial, by_rate : Estimate
+    Z, by_virial, by_rate : Estimate
         Z of this n: with the smallest error, and by either route.
     self_diffusion : dict of Coefficient
         From the slope of the mean square displacement, of each species by its number.
@@ -62,7 +62,7 @@ class Row:
     blocks: int
     edge: float
     mean_free_time: float
-    compressibility_factor: Estimate
+    Z: Estimate
     by_virial: Estimate
     by_rate: Estimate
     self_diffusion: dict[int, Coefficient]
@@ -155,7 +155,7 @@ def row(records: list[Record]) -> Row:
         blocks=len(point.blocks),
         edge=max(first["box"]),
         mean_free_time=0.5 * n * duration / collisions,
-        compressibility_factor=both,
+        Z=both,
         by_virial=by_virial,
         by_rate=by_rate,
         self_diffusion=diffusion,
@@ -248,7 +248,10 @@ class Measured(Outcome):
         return found
 
     def rows(self) -> list[dict[str, Any]]:
-        """Return a table for each coefficient, with the keys of the CSV file; unknown numbers are ""."""
+        """Return a dictionary for each coefficient, with the columns of ``transport.csv``.
+
+        Unknown numbers are None.
+        """
         found = []
         for each in self.table:
             quantities = each.quantities()
@@ -268,7 +271,7 @@ class Measured(Outcome):
                 }
                 found.append(
                     {"packing_fraction": each.packing_fraction, "n": each.n, "quantity": name}
-                    | {k: x if math.isfinite(x) else "" for k, x in numbers.items()}
+                    | {k: x if math.isfinite(x) else None for k, x in numbers.items()}
                     | {"remark": "; ".join(each.remarks)}
                 )
         return found

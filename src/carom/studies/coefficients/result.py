@@ -8,9 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from carom.errors import InputError
 from carom.observables.statistics import Estimate
-from carom.studies.coefficients.measured import Measured
-from carom.studies.outcome import write_csv
+from carom.studies.coefficients.analysis import Coefficient
+from carom.studies.coefficients.measured import Measured, Row
+from carom.studies.results import value_with_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -33,13 +35,71 @@ class Transport(Measured):
     def __repr__(self) -> str:
         return f"<Transport: {len(self.records)} of {len(self.spec.tasks())} runs done>"
 
-    def __str__(self) -> str:
-        head = (f"{'eta':>7}", f"{'N':>6} ", f"{'coefficient':<22}", f"{'value':>20}", f"{'Enskog':>10}")
-        lines = [" ".join([*head, f"{'ratio':>7} ", "slope between"])]
-        for eta, n, name, value, enskog, ratio, window in self.cells():
-            line = f"{eta:>7} {n:>6}  {name:<22} {value:>20} {enskog:>10} {ratio:>7}  {window}"
-            lines.append(line.rstrip())
-        return "\n".join([*lines, *self.remarks()])
+    @property
+    def self_diffusion(self) -> Coefficient:
+        """Self-diffusion of a study of one point and one species [length^2 / time].
+
+        Raises
+        ------
+        InputError
+            If there are several species, or not one point.
+        """
+        found = self._only("self_diffusion").self_diffusion
+        if len(found) > 1:
+            raise InputError(f"Each of {len(found)} species has its own: study.table[0].self_diffusion.")
+        return found[min(found)]
+
+    @property
+    def shear_viscosity(self) -> Coefficient:
+        """Shear viscosity of a study of one point."""
+        return self._only("shear_viscosity").shear_viscosity
+
+    @property
+    def bulk_viscosity(self) -> Coefficient:
+        """Bulk viscosity of a study of one point."""
+        return self._only("bulk_viscosity").bulk_viscosity
+
+    @property
+    def thermal_conductivity(self) -> Coefficient:
+        """Thermal conductivity of a study of one point."""
+        return self._only("thermal_conductivity").thermal_conductivity
+
+    def _only(self, name: str) -> Row:
+        """Return the one point of a study.
+
+        Raises
+        ------
+        InputError
+            If there are others, or none is done.
+        """
+        table = self.table
+        if len(table) != 1:
+            raise InputError(
+                f"This study has {len(table)} points, each with its {name}: take it from one of them, as in "
+                f"study.table[0].{name}."
+            )
+        return table[0]
+
+    def _lines(self) -> list[str]:
+        """Return what is printed: the grid, the coefficients of one point, and the remarks."""
+        rows = self.table
+        what = f"{len(rows)} points"
+        if len(rows) == 1:
+            what = f"N = {rows[0].n} at packing fraction {rows[0].packing_fraction:g}"
+        lines = [f"Transport coefficients in {self.spec.dimension}D: {what}, {self._done()}"]
+        if len(rows) == 1:
+            values = [
+                f"{name.replace('_', ' ')} {value_with_error(c.value.mean, c.value.error)}"
+                for name, (c, _) in rows[0].quantities().items()
+            ]
+            lines.append(f"{', '.join(values)} (units of the scene, k = 1)")
+        if remarks := self.remarks():
+            lines.append(remarks[0] if len(remarks) == 1 else f"{len(remarks)} remarks: remarks()")
+        return lines
+
+    def columns(self) -> tuple[str, ...]:
+        """Return the names of the columns of the table."""
+        return COLUMNS
 
     def cells(self) -> list[tuple[str, ...]]:
         """Return the printed columns for each coefficient.
@@ -52,10 +112,12 @@ class Transport(Measured):
             eta = f"{each.packing_fraction:.4g}"
             for name, (c, enskog) in each.quantities().items():
                 window = f"{c.window[0]:.4g} and {c.window[1]:.4g}"
-                rows.append((eta, str(each.n), name, *_beside(c.value, enskog), window))
+                if not math.isfinite(c.value.mean):
+                    window = "blocks too short for a slope"
+                rows.append((eta, str(each.n), name.replace("_", " "), *_beside(c.value, enskog), window))
             infinite, theory = each.self_diffusion_infinite, each.enskog
             if math.isfinite(infinite.mean) and theory is not None:
-                rows.append((eta, "inf", "self_diffusion", *_beside(infinite, theory.self_diffusion), ""))
+                rows.append((eta, "inf", "self diffusion", *_beside(infinite, theory.self_diffusion), ""))
         return rows
 
     def remarks(self) -> list[str]:
@@ -68,16 +130,6 @@ class Transport(Measured):
                 said[f"{eta}, N = inf: D is {known}"] = None
             said |= dict.fromkeys(f"{eta}, N = {each.n}: {remark}" for remark in each.remarks)
         return list(said)
-
-    def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write one line per coefficient to the file ``path``; unknown numbers are empty.
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written.
-        """
-        write_csv(path, COLUMNS, (list(each.values()) for each in self.rows()))
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
         """Draw the coefficients divided by Enskog's, and their convergence in time; save them to ``path``.
@@ -105,6 +157,9 @@ class Transport(Measured):
 
 
 def _beside(value: Estimate, enskog: float) -> tuple[str, str, str]:
-    """Return a value, Enskog's and the ratio of the two, as text; the last two are empty where not known."""
-    known = math.isfinite(enskog)
-    return (value.value_text, *((f"{enskog:.5g}", f"{value.mean / enskog:.3f}") if known else ("", "")))
+    """Return a value, Enskog's and the ratio of the two, as text; what is not known is "unknown" or empty."""
+    theory = f"{enskog:.5g}" if math.isfinite(enskog) else ""
+    if not math.isfinite(value.mean):
+        return "unknown", theory, ""
+    text = value.value_text if math.isfinite(value.error) else f"{value.mean:.4g} +- ?"
+    return text, theory, f"{value.mean / enskog:.3f}" if theory else ""

@@ -65,7 +65,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "box": list(scene.box),
         "packing_fraction": scene.packing_fraction,
         "kT": _mean(blocks, "kT") if stepped else sim.kT,
-        "potential_energy": sim.potential_energy / scene.n if stepped else 0.0,
+        "U": sim.potential_energy / scene.n if stepped else 0.0,
         "masses": [float(m) for m in _by_species(scene, scene.masses)],
         "diameters": [float(s) for s in _by_species(scene, scene.diameters)],
         "counts": [int(c) for c in _counts(scene)],

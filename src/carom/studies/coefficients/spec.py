@@ -13,8 +13,8 @@ from carom import checks, theory
 from carom.errors import InputError
 from carom.io.records import toml_tables
 from carom.models.files import to_tables
-from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
 from carom.studies.coefficients import windows
 from carom.studies.eos.spec import GRID, StudySpec, replaced, scene_spec
 from carom.studies.tasks import Task
@@ -34,12 +34,12 @@ KEPT = ("diameter", "mass", "kT", "contact", "interaction", *REFUSED)
 
 @dataclass(frozen=True)
 class TransportSpec(StudySpec):
-    """A grid of simulations as of :class:`carom.studies.StudySpec`, for transport coefficients.
+    """A grid of simulations as of :class:`carom.studies.eos.spec.StudySpec`, for transport coefficients.
 
     Parameters
     ----------
-    packing_fractions, n, replicas, dimension
-        As in :class:`carom.studies.StudySpec`, but d >= 2; by default 500 particles and 4 replicas.
+    packing_fraction, n, replicas, dimension
+        As in :class:`carom.studies.eos.spec.StudySpec`, but d >= 2; by default 500 particles and 4 replicas.
     relative_error : float
         Relative error of shear viscosity and thermal conductivity at each point, all replicas together; 0.01
         if neither length is given. It sets the length before the run.
@@ -48,13 +48,13 @@ class TransportSpec(StudySpec):
     equilibration : float
         Collisions per particle before the measurement.
     seed, initial
-        As in :class:`carom.studies.StudySpec`.
+        As in :class:`carom.studies.eos.spec.StudySpec`.
     blocks : int
         Blocks per run, which give the error bars.
     frames : int
         Not used: transport needs no order parameter.
     neighbors, scene
-        As in :class:`carom.studies.StudySpec`.
+        As in :class:`carom.studies.eos.spec.StudySpec`.
 
     Raises
     ------
@@ -75,8 +75,8 @@ class TransportSpec(StudySpec):
 
     def __post_init__(self) -> None:
         d = checks.integer(self.dimension, "dimension", low=2)
-        if not self.packing_fractions and d in DENSITIES:
-            object.__setattr__(self, "packing_fractions", DENSITIES[d])
+        if not self.packing_fraction and d in DENSITIES:
+            object.__setattr__(self, "packing_fraction", DENSITIES[d])
         if self.relative_error is None and self.collisions_per_particle is None:
             object.__setattr__(self, "relative_error", RELATIVE_ERROR)
         for name in REFUSED:
@@ -155,7 +155,7 @@ def of_scene(path: str | Path, **given: Any) -> TransportSpec:
     text = toml.read(path)
     if "study" in toml_tables(text):
         return TransportSpec(**replaced(vars(toml.load(path, TransportSpec)), given))
-    plan = Plan.load(path)
+    plan = SceneFile.load(path)
     words: dict[str, Any] = {"initial": "auto"}
     scene = plan.scene
     if scene.initial == "file":
@@ -164,7 +164,7 @@ def of_scene(path: str | Path, **given: Any) -> TransportSpec:
             "has a start of its own."
         )
     made: Scene = plan.build_scene()
-    words |= {"packing_fractions": (made.packing_fraction,), "n": (made.n,), "dimension": made.dimension}
+    words |= {"packing_fraction": (made.packing_fraction,), "n": (made.n,), "dimension": made.dimension}
     kept = {
         f.name: getattr(scene, f.name)
         for f in dataclasses.fields(scene)

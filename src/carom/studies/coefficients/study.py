@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterable, Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from carom.notebook import watchable
+from carom.studies.arguments import refuse_unknown
 from carom.studies.coefficients.result import Transport
 from carom.studies.coefficients.simulate import simulate
 from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.outcome import Progress, carry_out
+from carom.studies.outcome import Progress, carry_out, held
 
 
+def _by_runs(shown: Callable[..., None]) -> Callable[[Progress[Transport]], object]:
+    """Return a function that shows the number of finished runs."""
+    return lambda present: shown(present.fraction, f"{present.done} of {present.total} runs")
+
+
+@watchable("Transport", _by_runs)
 def transport(
-    packing_fractions: Iterable[float] | float | None = None,
+    packing_fraction: Iterable[float] | float | None = None,
     *,
     n: int | Iterable[int] | None = None,
     replicas: int | None = None,
@@ -26,9 +35,10 @@ def transport(
     blocks: int | None = None,
     scene: Mapping[str, Any] | None = None,
     executor: Any = None,
-    workers: int | None = None,
+    cores: int | str | None = None,
     out: str | PathLike[str] | None = None,
     progress: Callable[[Progress[Transport]], object] | None = None,
+    **settings: Any,
 ) -> Transport:
     """Measure self-diffusion, shear and bulk viscosity and thermal conductivity of fluids.
 
@@ -36,7 +46,7 @@ def transport(
 
     Parameters
     ----------
-    packing_fractions : float or iterable of float
+    packing_fraction : float or iterable of float
         Packing fractions; six of the fluid if left out.
     n : int or iterable of int
         Numbers of particles; 500 if left out.
@@ -59,12 +69,14 @@ def transport(
     executor : optional
         Where the runs take place: "processes" (default), "threads", "serial", "mpi", the address of a Dask
         scheduler, a Dask Client, or any Executor; see :func:`carom.studies.executors.engine`.
-    workers : int, optional
-        Processes or threads; as many as cores if left out.
+    cores : int or "auto", optional
+        Processes or threads; as many as there are cores if left out.
     out : path, optional
         Folder with a result file for each task. If the same study left results there, only missing tasks run.
     progress : callable, optional
-        Called with a :class:`Progress` at the start and after every task.
+        Called with a :class:`Progress` at the start and after every task; True shows a bar.
+    **settings
+        Further fields of a study: initial, neighbors. Any other is an error that names the right one.
 
     Returns
     -------
@@ -91,7 +103,7 @@ def transport(
     times of the slopes is in ``carom.studies.coefficients.windows``.
     """
     given = {
-        "packing_fractions": packing_fractions,
+        "packing_fraction": packing_fraction,
         "n": n,
         "replicas": replicas,
         "dimension": dimension,
@@ -101,19 +113,35 @@ def transport(
         "seed": seed,
         "blocks": blocks,
         "scene": scene,
+        **settings,
     }
-    spec = TransportSpec(**{name: value for name, value in given.items() if value is not None})  # type: ignore[arg-type]
-    return run(spec, executor=executor, workers=workers, out=out, progress=progress)
+    known = tuple(f.name for f in dataclasses.fields(TransportSpec))
+    refuse_unknown("transport()", settings, (*known, "executor", "cores", "out", "progress"))
+    spec = TransportSpec(**{name: value for name, value in given.items() if value is not None})
+    return run(spec, executor=executor, cores=cores, out=out, progress=progress)
 
 
+@watchable("Transport", _by_runs)
 def run(
     spec: TransportSpec,
     *,
     executor: Any = None,
-    workers: int | None = None,
+    cores: int | str | None = None,
     out: str | PathLike[str] | None = None,
     progress: Callable[[Progress[Transport]], object] | None = None,
 ) -> Transport:
     """Run a study that is given as a value; parameters as for :func:`transport`."""
     nothing_yet = Transport(spec, folder=None if out is None else Path(out))
-    return carry_out(nothing_yet, simulate, executor=executor, workers=workers, progress=progress)
+    return carry_out(nothing_yet, simulate, executor=executor, cores=cores, progress=progress)
+
+
+def load(out: str | PathLike[str]) -> Transport:
+    """Return the finished part of the study in a folder, without running anything.
+
+    Raises
+    ------
+    FileError
+        If the folder holds no study of this version of Carom.
+    """
+    spec, records, folder = held(out, TransportSpec)
+    return Transport(spec, records, folder=folder)

@@ -93,8 +93,8 @@ def virials(
         for row in rows
         if row.equilibrated
         and row.phase == "fluid"
-        and math.isfinite(row.infinite)
-        and 0.0 < row.error < math.inf
+        and math.isfinite(row.Z_infinite)
+        and 0.0 < row.Z_error < math.inf
         and row.packing_fraction
         <= (0.75 * theory.FREEZING.get(row.dimension, 1.0) if up_to is None else up_to)
     ]
@@ -105,8 +105,8 @@ def virials(
         )
     dimension = used[0].dimension
     eta = np.array([row.packing_fraction for row in used])
-    excess = np.array([row.infinite - 1.0 for row in used])
-    error = np.array([row.error for row in used])
+    excess = np.array([row.Z_infinite - 1.0 for row in used])
+    error = np.array([row.Z_error for row in used])
     y = eta / (1.0 - eta)
     powers = np.stack([y**j for j in range(1, TERMS + 1)], axis=1)
     # The prior enters as further data: each c_j beyond the third is 0 +- 2^(d-1).
@@ -137,7 +137,7 @@ class Extrapolation:
         Packing fraction.
     sizes : tuple of int
         Numbers of particles in the fit.
-    compressibility_factor, error : float
+    Z, Z_error : float
         Z at 1 / N = 0 and its standard error.
     slope, slope_error : float
         Slope of Z against 1 / N and its standard error.
@@ -149,8 +149,8 @@ class Extrapolation:
 
     packing_fraction: float
     sizes: tuple[int, ...]
-    compressibility_factor: float
-    error: float
+    Z: float
+    Z_error: float
     slope: float
     slope_error: float
     theory_slope: float
@@ -170,7 +170,7 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
     """
     groups: dict[tuple[float, str], list[Row]] = {}
     for row in rows:
-        if row.equilibrated and 0.0 < row.error < math.inf:
+        if row.equilibrated and 0.0 < row.Z_error < math.inf:
             groups.setdefault((row.packing_fraction, row.phase), []).append(row)
     found = []
     for (eta, _), group in sorted(groups.items()):
@@ -185,8 +185,8 @@ def extrapolate(rows: Sequence[Row]) -> list[Extrapolation]:
             Extrapolation(
                 packing_fraction=eta,
                 sizes=tuple(row.n for row in group),
-                compressibility_factor=float(c[0]),
-                error=math.sqrt(covariance[0, 0]),
+                Z=float(c[0]),
+                Z_error=math.sqrt(covariance[0, 0]),
                 slope=float(c[1]),
                 slope_error=math.sqrt(covariance[1, 1]),
                 theory_slope=_theory_slope(group[-1]),
@@ -200,14 +200,14 @@ def _theory_slope(row: Row) -> float:
     """Return the slope of Z against 1 / N by theory; nan where there is none."""
     if row.phase == "solid":
         return 1.0 - row.theory
-    return row.n * (row.compressibility_factor - row.infinite)
+    return row.n * (row.Z - row.Z_infinite)
 
 
 def _line(group: Sequence[Row]) -> tuple[np.ndarray, np.ndarray, float]:
     """Fit Z against 1 / N."""
     inverse = np.array([1.0 / row.n for row in group])
-    z = np.array([row.compressibility_factor for row in group])
-    error = np.array([row.error for row in group])
+    z = np.array([row.Z for row in group])
+    error = np.array([row.Z_error for row in group])
     return _solve(np.stack([np.ones_like(inverse), inverse], axis=1), z, error)
 
 

@@ -134,17 +134,17 @@ def _results(rows: Sequence[Row]) -> str:
     )
     body = []
     for row in rows:
-        digits = _decimals(row.error)
+        digits = _decimals(row.Z_error)
         cells = [
             f"{row.packing_fraction:.6g}",
             f"{row.n}",
             f"{row.replicas}",
-            _number(row.compressibility_factor, digits),
-            _number(row.error, digits),
-            _number(row.infinite, digits),
+            _number(row.Z, digits),
+            _number(row.Z_error, digits),
+            _number(row.Z_infinite, digits),
             _number(row.theory, digits),
             f"{row.deviation:+.1f}" if math.isfinite(row.deviation) else "",
-            _number(row.pressure, _decimals(row.pressure_error)),
+            _number(row.reduced_pressure, _decimals(row.reduced_pressure_error)),
             _number(row.chi2, 1),
             f"{row.drift:+.1f}",
             "; ".join(row.remarks),
@@ -162,11 +162,11 @@ def _extrapolations(study: Measured) -> str:
     header = ("η", "Z at 1/N = 0", "error", "slope", "error", "slope by theory", "χ²")
     body = []
     for fit in study.extrapolate():
-        digits, slope = _decimals(fit.error), _decimals(fit.slope_error)
+        digits, slope = _decimals(fit.Z_error), _decimals(fit.slope_error)
         values = (
             f"{fit.packing_fraction:.6g}",
-            _number(fit.compressibility_factor, digits),
-            _number(fit.error, digits),
+            _number(fit.Z, digits),
+            _number(fit.Z_error, digits),
             _number(fit.slope, slope),
             _number(fit.slope_error, slope),
             _number(fit.theory_slope, slope),

@@ -65,10 +65,10 @@ def study(
     species = result.records[0]["result"]["species"]
     _curves(top, rows, chosen, species, pressure=False)
     _curves(bottom, rows, chosen, species, pressure=True)
-    _points(top, rows, "infinite", "error", legend=True)
+    _points(top, rows, "Z_infinite", "Z_error", legend=True)
     if chosen:
         _deviations(panels[1], rows, next(iter(chosen.items())), compare=equations is not None)
-    _points(bottom, rows, "pressure", "pressure_error", legend=False)
+    _points(bottom, rows, "reduced_pressure", "reduced_pressure_error", legend=False)
     top.set_ylabel("compressibility factor $Z$")
     dimension = rows[0].dimension
     bottom.set_ylabel(rf"pressure $P\sigma^{dimension}/kT$" if dimension > 1 else r"pressure $P\sigma/kT$")
@@ -139,8 +139,8 @@ def sizes(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Fi
         for row in some:
             axes.errorbar(
                 1.0 / row.n,
-                row.compressibility_factor,
-                row.error if math.isfinite(row.error) else 0.0,
+                row.Z,
+                row.Z_error if math.isfinite(row.Z_error) else 0.0,
                 fmt="o",
                 color=paper.INK,
                 markerfacecolor=paper.INK if row.equilibrated else "white",
@@ -148,14 +148,14 @@ def sizes(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Fi
                 capsize=2,
             )
         x = np.array([0.0, 1.05 * inverse.max()])
-        axes.plot(x, fit.compressibility_factor + fit.slope * x, color=paper.INK, linewidth=1.2, label="fit")
+        axes.plot(x, fit.Z + fit.slope * x, color=paper.INK, linewidth=1.2, label="fit")
         if math.isfinite(fit.theory_slope):
             axes.plot(
-                x, fit.compressibility_factor + fit.theory_slope * x,
+                x, fit.Z + fit.theory_slope * x,
                 color=paper.WARM, linestyle="--", linewidth=1.1, label="slope by theory",
             )  # fmt: skip
         axes.errorbar(
-            [0.0], [fit.compressibility_factor], [fit.error], fmt="D", color=paper.INK,
+            [0.0], [fit.Z], [fit.Z_error], fmt="D", color=paper.INK,
             markerfacecolor="white", markersize=4.5, capsize=2,
         )  # fmt: skip
         axes.set_title(rf"$\eta = {fit.packing_fraction:.4g}$", fontsize=9.5)
@@ -244,11 +244,8 @@ def _points(axes: Axes, rows: Sequence[Row], name: str, error: str, *, legend: b
         for good in (True, False):
             some = [row for row in rows if row.n == n and row.equilibrated is good]
             values = [getattr(row, name) for row in some]
-            if name == "infinite":  # without a finite-size correction, Z of n particles is shown
-                values = [
-                    v if math.isfinite(v) else r.compressibility_factor
-                    for v, r in zip(values, some, strict=True)
-                ]
+            if name == "Z_infinite":  # without a finite-size correction, Z of n particles is shown
+                values = [v if math.isfinite(v) else r.Z for v, r in zip(values, some, strict=True)]
             if not some:
                 continue
             errors = [e if math.isfinite(e) else 0.0 for e in (getattr(row, error) for row in some)]
@@ -274,10 +271,10 @@ def _deviations(axes: Axes, rows: Sequence[Row], first: tuple[str, Equation], *,
     for number, n in enumerate(sorted({row.n for row in rows})):
         for row in rows:
             deviation = row.deviation
-            if compare and row.error > 0.0 and row.phase == "fluid":
+            if compare and row.Z_error > 0.0 and row.phase == "fluid":
                 shift = finite_size_shift(row.phase, row.packing_fraction, n, first[1])
-                infinite = row.compressibility_factor - shift
-                deviation = (infinite - float(first[1](row.packing_fraction))) / row.error
+                infinite = row.Z - shift
+                deviation = (infinite - float(first[1](row.packing_fraction))) / row.Z_error
             if row.n != n or not math.isfinite(deviation):
                 continue
             axes.plot(

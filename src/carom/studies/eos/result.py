@@ -5,16 +5,14 @@ from __future__ import annotations
 import dataclasses
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from carom import notebook
-from carom.errors import InputError
 from carom.studies.eos.measured import Measured
 from carom.studies.eos.table import Row
-from carom.studies.outcome import write_csv
+from carom.studies.results import plain, value_with_error
 from carom.theory import Equation
 
 if TYPE_CHECKING:
@@ -46,44 +44,37 @@ class EquationOfState(Measured):
         done, tasks = len(self.records), len(self.spec.tasks())
         return f"<EquationOfState: {len(rows)} points, {done} of {tasks} runs done>"
 
-    def __str__(self) -> str:
-        lines = [f"{'eta':>8} {'N':>7} {'Z':>12} {'error':>9} {'infinite':>12} {'theory':>12} {'dev.':>6}"]
-        for row in self.table:
-            measured = f"{row.compressibility_factor:12.6f} {row.error:9.6f} {row.infinite:12.6f}"
-            beside = f"{row.theory:12.6f} {row.deviation:+6.1f} {'; '.join(row.remarks)}"
-            lines.append(f"{row.packing_fraction:8.5g} {row.n:7d} {measured} {beside}".rstrip())
-        return "\n".join(lines)
+    def _lines(self) -> list[str]:
+        """Return what is printed: the grid, the range of Z, the comparison with theory."""
+        rows = self.table
+        d = self.spec.dimension
+        lines = [f"Equation of state in {d}D: {len(rows)} points, {self._done()}"]
+        if rows:
+            low, high = rows[0], rows[-1]
+            ends = [
+                f"Z = {value_with_error(row.Z, row.Z_error)} at packing fraction {row.packing_fraction:g}"
+                for row in ([low] if low is high else [low, high])
+            ]
+            lines.append(", ".join(ends))
+        said = []
+        if math.isfinite(self.chi2_per_point):
+            said.append(f"chi squared per point against theory {self.chi2_per_point:.2f}")
+        if flagged := sum(not row.equilibrated for row in rows):
+            said.append(f"{flagged} flagged, and left out of fits")
+        return [*lines, *([", ".join(said)] if said else [])]
 
-    def _repr_html_(self) -> str:
-        head, *lines = str(self).splitlines()
-        return notebook.table(repr(self).strip("<>"), [line.split(None, 6) for line in lines], head.split())
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the table, a dictionary for each point, with the columns of ``eos.csv``."""
+        return [{name: getattr(row, name) for name in COLUMNS} for row in self.table]
 
-    def to_csv(self, path: str | os.PathLike[str]) -> None:
-        """Write the table to the file ``path``, one line per point; unknown numbers are empty.
+    def columns(self) -> tuple[str, ...]:
+        """Return the names of the columns of the table."""
+        return COLUMNS
 
-        Raises
-        ------
-        FileError
-            If the file cannot be written.
-        """
-        rows = ([_cell(getattr(row, name)) for name in COLUMNS] for row in self.table)
-        write_csv(path, COLUMNS, rows)
-
-    def to_pandas(self) -> Any:
-        """Return the table as a pandas DataFrame.
-
-        Raises
-        ------
-        InputError
-            If pandas is not installed.
-        """
-        try:
-            import pandas
-        except ImportError:
-            raise InputError(
-                "A DataFrame needs the package pandas; pip install pandas, or use to_csv."
-            ) from None
-        return pandas.DataFrame([dataclasses.asdict(row) for row in self.table], columns=list(COLUMNS))
+    def to_dict(self) -> dict[str, Any]:
+        """Return the study, its table and its fits, as JSON values."""
+        fits = [plain(dataclasses.asdict(fit)) for fit in self.extrapolate()]
+        return {**super().to_dict(), "extrapolation": fits, "chi2_per_point": plain(self.chi2_per_point)}
 
     def plot(
         self,
@@ -120,12 +111,3 @@ class EquationOfState(Measured):
         from carom.studies.eos.html import write
 
         write(self, Path(path))
-
-
-def _cell(value: Any) -> Any:
-    """Return a value of the table as the CSV file has it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, float):
-        return repr(value) if math.isfinite(value) else ""
-    return "; ".join(value) if isinstance(value, Sequence) and not isinstance(value, str) else value

@@ -95,7 +95,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "dimension": scene.dimension,
         "packing_fraction": scene.packing_fraction,
         "kT": estimate.kT,
-        "compressibility_factor": _plain(estimate.Z),
+        "Z": _plain(estimate.Z),
         "reduced_pressure": _plain(estimate.reduced_pressure),
         "collision_rate": _plain(estimate.collision_rate),
         "block_values": [float(value) for value in estimate.block_values],

@@ -12,8 +12,8 @@ from carom import checks, densities, theory
 from carom.errors import InputError
 from carom.models import obstacles
 from carom.models.files import to_tables
-from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene import lattices
+from carom.scene_file.sections import SceneSpec, SpeciesSpec
 from carom.studies.session import cost
 from carom.studies.tasks import Task
 from carom.version import __version__
@@ -60,7 +60,7 @@ class StudySpec:
 
     Parameters
     ----------
-    packing_fractions : tuple of float
+    packing_fraction : tuple of float
         Packing fractions; twelve of the fluid if left out.
     n : int or tuple of int
         Numbers of particles. On a lattice, the nearest number that fills it is taken.
@@ -96,7 +96,7 @@ class StudySpec:
         an `interaction` other than steps that conserve the energy.
     """
 
-    packing_fractions: tuple[float, ...] = ()
+    packing_fraction: tuple[float, ...] = ()
     n: tuple[int, ...] = (N,)
     replicas: int = 2
     dimension: int = 3
@@ -116,16 +116,16 @@ class StudySpec:
 
         put("dimension", checks.integer(self.dimension, "dimension", low=1, high=lattices.MOST_DIMENSIONS))
         put("scene", self._template())
-        if self.packing_fractions is None or not _listed(self.packing_fractions):
+        if self.packing_fraction is None or not _listed(self.packing_fraction):
             if self.dimension not in DENSITIES:
-                raise InputError(f"packing_fractions are needed in {self.dimension} dimensions, found none.")
-            put("packing_fractions", DENSITIES[self.dimension])
+                raise InputError(f"packing_fraction are needed in {self.dimension} dimensions, found none.")
+            put("packing_fraction", DENSITIES[self.dimension])
         limit = densities.CLOSEST_PACKING.get(self.dimension, 1.0)
         etas = [
-            checks.number(eta, "packing_fractions", low=0.0, high=limit, open_low=True)
-            for eta in _listed(self.packing_fractions)
+            checks.number(eta, "packing_fraction", low=0.0, high=limit, open_low=True)
+            for eta in _listed(self.packing_fraction)
         ]
-        put("packing_fractions", _distinct("packing_fractions", etas))
+        put("packing_fraction", _distinct("packing_fraction", etas))
         put("n", _distinct("n", [checks.integer(n, "n", low=2, high=lattices.MOST) for n in _listed(self.n)]))
         put("replicas", checks.integer(self.replicas, "replicas", low=1, high=10**6))
         put("seed", checks.integer(self.seed, "seed", low=0, high=2**63 - 1))
@@ -182,7 +182,7 @@ class StudySpec:
         """Return the tasks, the longest first."""
         tasks = [
             self._task(eta, n, replica)
-            for eta in self.packing_fractions
+            for eta in self.packing_fraction
             # Two values of n may give one number that fills the lattice; equal runs are no replicas.
             for n in dict.fromkeys(self._filling(eta, n) for n in self.n)
             for replica in range(self.replicas)
@@ -276,7 +276,7 @@ class StudySpec:
         }
 
 
-GRID = ("packing_fractions", "n", "replicas")
+GRID = ("packing_fraction", "n", "replicas")
 
 LENGTHS = ("relative_error", "collisions_per_particle")
 """Fields of which each says how long runs are."""
@@ -291,7 +291,7 @@ def replaced(words: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, An
     if any(given.get(name) is not None for name in LENGTHS):
         kept = {name: value for name, value in kept.items() if name not in LENGTHS}
     if given.get("dimension", words["dimension"]) != words["dimension"]:
-        kept.pop("packing_fractions", None)
+        kept.pop("packing_fraction", None)
     return {**kept, **given}
 
 

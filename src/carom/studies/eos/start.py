@@ -6,9 +6,9 @@ import numpy as np
 
 from carom import densities, theory
 from carom.errors import InputError
-from carom.plan.sections import SceneSpec
 from carom.scene import lattices, placement
 from carom.scene.scene import Scene
+from carom.scene_file.sections import SceneSpec
 from carom.simulation.growth import grown
 
 LOOSE, LONG = 0.8, 20.0

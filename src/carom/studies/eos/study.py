@@ -8,13 +8,12 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from carom.errors import FileError, InputError
 from carom.notebook import watchable
+from carom.studies.arguments import refuse_unknown
 from carom.studies.eos.result import EquationOfState
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import StudySpec
-from carom.studies.outcome import Progress, carry_out
-from carom.studies.tasks import SETTINGS, TaskFolder
+from carom.studies.outcome import Progress, carry_out, held
 from carom.theory import Equation
 
 
@@ -25,7 +24,7 @@ def _by_runs(shown: Callable[..., None]) -> Callable[[Progress[EquationOfState]]
 
 @watchable("Study", _by_runs)
 def equation_of_state(
-    packing_fractions: Iterable[float] | float | None = None,
+    packing_fraction: Iterable[float] | float | None = None,
     *,
     n: int | Iterable[int] | None = None,
     replicas: int | None = None,
@@ -37,7 +36,7 @@ def equation_of_state(
     initial: str | None = None,
     scene: Mapping[str, Any] | None = None,
     executor: Any = None,
-    workers: int | None = None,
+    cores: int | str | None = None,
     out: str | PathLike[str] | None = None,
     equation: Equation | None = None,
     progress: Callable[[Progress[EquationOfState]], object] | None = None,
@@ -47,7 +46,7 @@ def equation_of_state(
 
     Parameters
     ----------
-    packing_fractions : float or iterable of float
+    packing_fraction : float or iterable of float
         Packing fractions; twelve of the fluid if left out.
     n : int or iterable of int
         Numbers of particles; 4000 if left out.
@@ -65,14 +64,14 @@ def equation_of_state(
         Seed; 1 if left out. Each task has its own random stream, independent of the other tasks and of the
         executor.
     initial : str
-        "auto", "random", or the name of a lattice; see :class:`StudySpec`.
+        "auto", "random", or the name of a lattice.
     scene : mapping
         Further keys of a scene, as in the section ``[scene]`` of a file.
     executor : optional
         Where the runs take place: "processes" (default), "threads", "serial", "mpi", the address of a Dask
         scheduler, a Dask Client, or any Executor; see :func:`carom.studies.executors.engine`.
-    workers : int, optional
-        Processes or threads; as many as cores if left out.
+    cores : int or "auto", optional
+        Processes or threads; as many as there are cores if left out.
     out : path, optional
         Folder with a result file for each task. If the same study left results there, only missing tasks run.
         The grid may differ; all other settings must be the same.
@@ -81,7 +80,7 @@ def equation_of_state(
     progress : callable, optional
         Called with a :class:`Progress` at the start and after every task; True shows a bar.
     **settings
-        Further fields of :class:`StudySpec`: blocks, frames, neighbors.
+        Further fields of a study: blocks, frames, neighbors. Any other is an error that names the right one.
 
     Returns
     -------
@@ -105,15 +104,15 @@ def equation_of_state(
 
     Examples
     --------
-    >>> from carom.studies import equation_of_state
-    >>> study = equation_of_state(
+    >>> import carom
+    >>> study = carom.equation_of_state(
     ...     [0.1, 0.2], n=108, replicas=1, collisions_per_particle=200, equilibration=50, executor="serial"
     ... )
     >>> [row.equilibrated for row in study.table]
     [True, True]
     """
     given = {
-        "packing_fractions": packing_fractions,
+        "packing_fraction": packing_fraction,
         "n": n,
         "replicas": replicas,
         "dimension": dimension,
@@ -125,13 +124,12 @@ def equation_of_state(
         "scene": scene,
         **settings,
     }
-    known = {f.name for f in dataclasses.fields(StudySpec)}
-    if unknown := given.keys() - known:
-        raise InputError(
-            f"equation_of_state() takes no {sorted(unknown)[0]}; its fields are {sorted(known)}."
-        )
+    known = tuple(f.name for f in dataclasses.fields(StudySpec))
+    refuse_unknown(
+        "equation_of_state()", settings, (*known, "executor", "cores", "out", "equation", "progress")
+    )
     spec = StudySpec(**{name: value for name, value in given.items() if value is not None})
-    return run(spec, executor=executor, workers=workers, out=out, equation=equation, progress=progress)
+    return run(spec, executor=executor, cores=cores, out=out, equation=equation, progress=progress)
 
 
 @watchable("Study", _by_runs)
@@ -139,7 +137,7 @@ def run(
     spec: StudySpec,
     *,
     executor: Any = None,
-    workers: int | None = None,
+    cores: int | str | None = None,
     out: str | PathLike[str] | None = None,
     equation: Equation | None = None,
     progress: Callable[[Progress[EquationOfState]], object] | None = None,
@@ -147,7 +145,7 @@ def run(
     """Run a study that is given as a value; parameters as for :func:`equation_of_state`."""
     folder = None if out is None else Path(out)
     nothing_yet = EquationOfState(spec, folder=folder, equation=equation)
-    return carry_out(nothing_yet, simulate, executor=executor, workers=workers, progress=progress)
+    return carry_out(nothing_yet, simulate, executor=executor, cores=cores, progress=progress)
 
 
 def load(out: str | PathLike[str], equation: Equation | None = None) -> EquationOfState:
@@ -158,15 +156,5 @@ def load(out: str | PathLike[str], equation: Equation | None = None) -> Equation
     FileError
         If the folder holds no study of this version of Carom.
     """
-    folder = TaskFolder(Path(out))
-    held = folder.read()
-    if held is None:
-        raise FileError(f"{folder.path} holds no study ({SETTINGS} is missing); name another folder.")
-    words = {k: v for k, v in held["settings"].items() if k not in ("study", "version")}
-    try:
-        spec = StudySpec(**{**words, **held["grid"]})
-    except TypeError as error:
-        raise FileError(f"{folder.settings} does not describe a study: {error}.") from None
-    folder.check(spec.settings())
-    records = [record for task in spec.tasks() if (record := folder.load(task)) is not None]
-    return EquationOfState(spec, records, folder=folder.path, equation=equation)
+    spec, records, folder = held(out, StudySpec)
+    return EquationOfState(spec, records, folder=folder, equation=equation)

@@ -39,18 +39,18 @@ class Row:
         Expected phase: "fluid", "solid" or "coexistence"; see :func:`phase`.
     replicas : int
         Number of finished runs.
-    compressibility_factor, error : float
+    Z, Z_error : float
         Z of n particles and its standard error: the mean over replicas weighted by their lengths; see
         :func:`combined`.
-    infinite : float
+    Z_infinite : float
         Z of infinitely many particles, by the correction of order 1 / n from theory; nan if there is none. It
         has the same error.
-    pressure, pressure_error : float
+    reduced_pressure, reduced_pressure_error : float
         P sigma^d / kT, of n particles; in a mixture sigma is the largest diameter.
     kT : float
         Mean temperature of the replicas [energy]. With steps it fluctuates about the requested one.
     theory, deviation : float
-        Z by the chosen equation of state, and ``infinite - theory`` in standard errors.
+        Z by the chosen equation of state, and ``Z_infinite - theory`` in standard errors.
     chi2 : float
         Chi squared of the replicas about their mean, with ``replicas - 1`` degrees of freedom; nan for one.
     drift : float
@@ -75,11 +75,11 @@ class Row:
     dimension: int
     phase: str
     replicas: int
-    compressibility_factor: float
-    error: float
-    infinite: float
-    pressure: float
-    pressure_error: float
+    Z: float
+    Z_error: float
+    Z_infinite: float
+    reduced_pressure: float
+    reduced_pressure_error: float
     kT: float
     theory: float
     deviation: float
@@ -236,7 +236,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
     # The requested value: that of the scene differs by rounding, which depends on n.
     eta, n, d = float(task["scene"]["packing_fraction"]), int(first["n"]), int(first["dimension"])
     state = phase(eta, d, task["scene"]["initial"], mixture=len(first["species"]) > 1)
-    z, error, chi2 = _quantity(results, "compressibility_factor")
+    z, error, chi2 = _quantity(results, "Z")
     pressure, pressure_error, _ = _quantity(results, "reduced_pressure")
     chosen, beside = equation, equation is not None or compared(records[0])
     if chosen is None and beside:
@@ -267,7 +267,7 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         remarks.append("the crystal has melted")
     if _improbable(chi2, len(results) - 1):
         remarks.append("replicas disagree")
-    few = any((r["compressibility_factor"]["n_eff"] or 0.0) < FEW for r in results if error > 0.0)
+    few = any((r["Z"]["n_eff"] or 0.0) < FEW for r in results if error > 0.0)
     if few or not all(r.get("relaxed", True) for r in results):
         remarks.append("too short for an error bar")
     equilibrated = not remarks
@@ -281,11 +281,11 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         dimension=d,
         phase=state,
         replicas=len(results),
-        compressibility_factor=z,
-        error=error,
-        infinite=infinite,
-        pressure=pressure,
-        pressure_error=pressure_error,
+        Z=z,
+        Z_error=error,
+        Z_infinite=infinite,
+        reduced_pressure=pressure,
+        reduced_pressure_error=pressure_error,
         kT=kT,
         theory=known,
         deviation=(infinite - known) / error if error > 0.0 else math.nan,

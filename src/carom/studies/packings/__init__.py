@@ -1,4 +1,4 @@
 """Compression of a scene until it jams, and the results for the packing.
 
-Nothing here knows how components grow; the simulation does.
+Nothing here knows how particles grow; the simulation does.
 """

@@ -7,6 +7,7 @@ pressure of the stretch decides how to go on.
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 import time as clock
@@ -25,8 +26,10 @@ from carom.notebook import by_stage, watchable
 from carom.scene import lattices
 from carom.scene.overlaps import rounding
 from carom.scene.scene import Scene
-from carom.scene.species import Species
+from carom.scene.species import Species, checked_species
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
+from carom.studies.arguments import refuse_unknown
 from carom.studies.packings.packing import HISTORY, Packing, parted
 from carom.studies.runs.folder import RunFolder
 from carom.studies.signals import Interrupted, Stop, stoppable
@@ -35,16 +38,19 @@ FAST, SLOW = 0.02, 1e-3
 """Default rates: fast while spheres could still order, then slow enough to close the contacts."""
 
 DENSE = 1e3
-"""Reduced pressure at which the slow rate replaces the fast one."""
+"""Z = PV / NkT at which the slow rate replaces the fast one."""
 
 PRESSURE = 1e10
-"""Default reduced pressure at which a compression ends."""
+"""Default Z at which a compression ends."""
 
 HEATING = 0.4
 """Growth rate times collisions per particle between two rescalings: the energy grows by about a quarter."""
 
 LONGEST = 100.0
 """Collisions per particle between two rescalings, at most."""
+
+N = 1000
+"""Default number of points."""
 
 PART = 50_000
 """Collisions between two checks for Ctrl-C; they take some 50 ms."""
@@ -65,24 +71,12 @@ class Stage(NamedTuple):
     ----------
     rate : float
         Growth rate of the mean diameter over the thermal speed.
-    until_pressure : float or None
-        Reduced pressure at which the stage ends.
+    until_Z : float or None
+        Z = PV / NkT at which the stage ends.
     """
 
     rate: float
-    until_pressure: float | None
-
-
-class PackingInterrupted(Interrupted):
-    """A compression was stopped by Ctrl-C or SIGTERM.
-
-    Attributes
-    ----------
-    packing : Packing
-        The packing so far.
-    """
-
-    packing: Packing
+    until_Z: float | None
 
 
 class PackingFolder(RunFolder):
@@ -113,48 +107,45 @@ class PackingFolder(RunFolder):
 
 
 def points(
-    n: int | None = None,
+    n: int | None,
     dimension: int = 3,
     *,
-    counts: Sequence[int] | None = None,
-    diameters: Sequence[float] = (1.0,),
+    species: Sequence[Species] | None = None,
     periodic: bool | Sequence[bool] = True,
-    seed: int | np.random.Generator = 0,
+    packing_fraction: float | None = None,
+    seed: int | np.random.Generator = 1,
 ) -> Scene:
     """Return random points that will grow into spheres: the start of the paper's sec. 8.
 
     Parameters
     ----------
     n, dimension : int
-        Number of points, and of dimensions.
-    counts, diameters : sequences
-        Number of points of each species, instead of n, and their approximate final diameters [length].
+        Number of points, and of dimensions; n may be None where each species has a count.
+    species : sequence of Species, optional
+        Species of a mixture; their diameters are approximately the final ones [length].
     periodic : bool or d bools
         False gives an axis two hard walls.
+    packing_fraction : float, optional
+        Of the start; by default that of diameters ``POINT`` times the final ones, and the final ones would
+        fill 0.64 / 2^(d - 3) of the cubic box.
     seed : int or numpy.random.Generator
         Source of randomness.
-
-    Returns
-    -------
-    Scene
-        Its diameters are ``POINT`` times those given. The given diameters would fill 0.64 / 2^(d - 3) of the
-        cubic box, so that the final diameters are close to them.
-
-    Raises
-    ------
-    InputError
-        If an argument is out of range.
     """
-    if counts is None:
-        counts = [checks.integer(n, "n", low=2)]
-    sizes = [checks.positive(s, "diameters") for s in diameters]
     d = checks.integer(dimension, "dimension", low=1, high=lattices.MOST_DIMENSIONS)
-    fraction = min(0.64 / 2.0 ** (d - 3), 0.9)
+    if species is None:
+        species = [Species(count=checks.integer(n, "n", low=2))]
+        n = None
+    scale, fraction = 1.0, packing_fraction
+    if fraction is None:
+        scale = POINT
+        fraction = min(0.64 / 2.0 ** (d - 3), 0.9) * POINT**d
     return Scene.random(
         n=n,
-        species=[Species(count=c, diameter=POINT * s) for c, s in zip(counts, sizes, strict=True)],
+        species=[
+            dataclasses.replace(each, diameter=scale * each.diameter) for each in checked_species(species)
+        ],
         dimension=d,
-        packing_fraction=fraction * POINT**d,
+        packing_fraction=fraction,
         periodic=periodic,
         seed=seed,
     )
@@ -162,50 +153,67 @@ def points(
 
 @watchable("Packing", by_stage)
 def pack(
-    scene: Scene,
+    start: int | Scene | str | PathLike[str] | None = None,
     *,
+    dimension: int | None = None,
+    species: Sequence[Species] | None = None,
+    walls: bool | None = None,
+    packing_fraction: float | None = None,
     rate: float | None = None,
-    until_pressure: float | None = None,
+    until_Z: float | None = None,
     collisions: int | None = None,
     stages: Sequence[tuple[float, float | None]] | None = None,
     common: bool = False,
-    seed: int = 0,
+    seed: int = 1,
     neighbors: str = "auto",
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
     pictures: bool = True,
     progress: Progress | None = None,
+    **others: Any,
 ) -> Packing:
-    """Let spheres grow while they move, until they jam (Lubachevsky and Stillinger; the paper's sec. 8).
+    """Let particles grow while they move, until they jam (Lubachevsky and Stillinger; the paper's sec. 8).
 
     Parameters
     ----------
-    scene : Scene
-        The start: :func:`points`, or spheres of any density, in a box of any kind.
+    start : int, Scene or path
+        Number of random points in a cubic box; 1000 if neither it nor species with counts are given. Or the
+        scene to start from, of any density and in a box of any kind; or its scene file (TOML).
+    dimension : int
+        d of the points; 3 if left out.
+    species : sequence of :class:`carom.Species`, optional
+        Species of the points, each with a ``count`` or a ``fraction``; their diameters are approximately the
+        final ones [length].
+    walls : bool
+        Whether the box of the points has hard walls instead of periodic boundaries.
+    packing_fraction : float, optional
+        Packing fraction of the start, instead of points.
     rate : float, optional
-        Growth rate of the mean diameter over the thermal speed, gamma. By default it is 0.02 up to a reduced
-        pressure of 1e3, then 1e-3.
-    until_pressure : float, optional
-        Reduced pressure PV / NkT to reach; 1e10 if neither it nor a number of collisions is given. Beyond
-        1e13 gaps are lost in rounding.
+        Growth rate of the mean diameter over the thermal speed, gamma. By default it is 0.02 up to Z = 1e3,
+        then 1e-3.
+    until_Z : float, optional
+        Z = PV / NkT to reach; 1e10 if neither it nor a number of collisions is given. Beyond 1e13 gaps are
+        lost in rounding.
     collisions : int, optional
-        Number of pair collisions after which the compression ends, at any pressure.
-    stages : sequence of (rate, until_pressure), optional
-        Stages instead of one rate and pressure, e.g. fast, then slow. The last pressure may be None.
+        Number of pair collisions after which the compression ends, at any Z.
+    stages : sequence of (rate, until_Z), optional
+        Stages instead of one rate and Z, e.g. fast, then slow. The last Z may be None.
     common : bool
         Whether all diameters grow at one rate, instead of in proportion to themselves.
     seed : int
-        Seed of the velocities, where the scene has none.
+        Seed of the points, and of the velocities where the scene has none.
     neighbors : {"auto", "lists", "sectors"}
         As in :class:`carom.Simulation`.
     out : path, optional
-        Folder for results and checkpoints; :func:`resume_packing` continues from there.
+        Folder for results and checkpoints; :func:`carom.resume` continues from there.
     overwrite : bool
         Whether a packing that the folder holds may be replaced.
     pictures : bool
         Whether to draw pictures in the folder.
     progress : callable, optional
         Called as ``progress("Packing", fraction)``; True shows a bar.
+    **others
+        None: any other argument is an error that names the right one.
 
     Returns
     -------
@@ -215,11 +223,11 @@ def pack(
     Raises
     ------
     InputError
-        If an argument is out of range, nothing moves, or the spheres become as wide as the box.
+        If an argument is unknown or out of range, nothing moves, or the particles become as wide as the box.
     FileError
         If the folder holds a packing and ``overwrite`` is false, or it cannot be written.
-    PackingInterrupted
-        After Ctrl-C; its ``packing`` is the packing so far.
+    Interrupted
+        After Ctrl-C; its ``so_far`` is the packing until then.
 
     Notes
     -----
@@ -230,14 +238,20 @@ def pack(
 
     Examples
     --------
-    >>> packing = pack(points(30, dimension=2, seed=1), rate=0.1, until_pressure=1e6, seed=1)
+    >>> import carom
+    >>> packing = carom.pack(30, dimension=2, rate=0.1, until_Z=1e6)
     >>> packing.note
     'Z = PV/NkT = 1e+06 reached'
     """
-    plan = _stages(rate, until_pressure, collisions, stages)
+    refuse_unknown("pack()", others, _ARGUMENTS)
+    plan = _stages(rate, until_Z, collisions, stages)
     limit = None if collisions is None else checks.integer(collisions, "collisions", low=1)
+    of_points = {
+        "dimension": dimension, "species": species, "walls": walls, "packing_fraction": packing_fraction,
+    }  # fmt: skip
+    scene = _start(start, {name: value for name, value in of_points.items() if value is not None}, seed)
     if scene.n < 2:
-        raise InputError("A packing needs at least two components, found one.")
+        raise InputError("A packing needs at least two particles, found one.")
     if getattr(scene.motion, "curved", False):
         raise InputError("A packing is one of a box; for caps on a sphere there is spherical_code().")
     unit = np.full(scene.n, 1.0) if common else scene.diameters / scene.diameters.mean()
@@ -256,6 +270,34 @@ def pack(
         return compression.run(sim, folder, stop)
 
 
+_ARGUMENTS = (
+    "dimension", "species", "walls", "packing_fraction", "rate", "until_Z", "collisions", "stages", "common",
+    "seed", "neighbors", "out", "overwrite", "pictures", "progress",
+)  # fmt: skip
+"""Keywords of :func:`pack`."""
+
+
+def _start(start: Any, of_points: dict[str, Any], seed: int) -> Scene:
+    """Return the scene from which a compression begins."""
+    if start is None or isinstance(start, int | np.integer):
+        species = of_points.get("species")
+        counted = species is not None and checked_species(species)[0].count is not None
+        if start is None and not counted:
+            start = N
+        walls = of_points.pop("walls", False)
+        return points(start, periodic=not walls, seed=seed, **of_points)
+    if of_points:
+        raise InputError(f"{min(of_points)} is for points, and pack() starts from a scene: leave it out.")
+    if isinstance(start, Scene):
+        return start
+    if isinstance(start, str | PathLike):
+        return SceneFile.load(Path(start)).build_scene()
+    raise InputError(
+        f"pack() starts from a number of particles, a Scene or a scene file (TOML), found "
+        f"{checks.describe(start)}."
+    )
+
+
 @watchable("Packing", by_stage)
 def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
     """Continue the compression in a folder; the result is bit-identical to an uninterrupted one.
@@ -271,7 +313,7 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
     ------
     FileError
         If the folder holds no compression, or its checkpoint is damaged or of another version of Carom.
-    PackingInterrupted
+    Interrupted
         As in :func:`pack`.
     """
     folder = PackingFolder(Path(out))
@@ -314,20 +356,20 @@ def _stages(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage,
         if rate is None and until is not None and until <= DENSE:
             stages = [(FAST, until)]
     elif rate is not None or until is not None:
-        raise InputError("Give stages, or rate and until_pressure, not both.")
+        raise InputError("Give stages, or rate and until_Z, not both.")
     result = []
     for each in stages:
         if not isinstance(each, Sequence) or len(each) != 2:
-            raise InputError(f"A stage is (rate, until_pressure), found {checks.describe(each)}.")
+            raise InputError(f"A stage is (rate, until_Z), found {checks.describe(each)}.")
         speed = checks.number(each[0], "rate", low=1.0 / checks.MAGNITUDE, high=10.0)
-        last = None if each[1] is None else checks.number(each[1], "until_pressure", low=1.0)
+        last = None if each[1] is None else checks.number(each[1], "until_Z", low=1.0)
         result.append(Stage(speed, last))
     if not result:
-        raise InputError("stages must hold at least one (rate, until_pressure).")
-    if any(stage.until_pressure is None for stage in result[:-1]):
-        raise InputError("Only the last stage can do without a pressure at which it ends.")
-    if result[-1].until_pressure is None and collisions is None:
-        raise InputError("The last stage needs a pressure at which it ends, or give collisions.")
+        raise InputError("stages must hold at least one (rate, until_Z).")
+    if any(stage.until_Z is None for stage in result[:-1]):
+        raise InputError("Only the last stage can do without a Z at which it ends.")
+    if result[-1].until_Z is None and collisions is None:
+        raise InputError("The last stage needs a Z at which it ends, or give collisions.")
     return tuple(result)
 
 
@@ -420,11 +462,9 @@ class _Compression:
             packing.save(folder.path, pictures=self.pictures)
         return packing
 
-    def _interrupted(self, folder: PackingFolder | None) -> PackingInterrupted:
+    def _interrupted(self, folder: PackingFolder | None) -> Interrupted:
         text = "Stopped." if folder is None else f"Stopped; `carom resume {folder.path}` goes on."
-        interrupted = PackingInterrupted(text)
-        interrupted.packing = self._packing("stopped")
-        return interrupted
+        return Interrupted(text, self._packing("stopped"))
 
     def _begin(self) -> None:
         """Begin a stretch."""
@@ -462,13 +502,13 @@ class _Compression:
         scene, diameters = sim.scene, sim.diameters
         # A gap is about a diameter over the pressure.
         finest = rounding(np.asarray(scene.box)) / float(diameters.min())
-        until = self.plan[self.stage].until_pressure
+        until = self.plan[self.stage].until_Z
         while until is not None and pressure >= until and not self.note:
             self.stage += 1
             if self.stage == len(self.plan):
                 self.stage -= 1
                 self.note = f"Z = PV/NkT = {until:g} reached"
-            until = self.plan[self.stage].until_pressure
+            until = self.plan[self.stage].until_Z
         if self.note:
             return
         if self.limit is not None and sim.collisions >= self.limit:
@@ -485,7 +525,7 @@ class _Compression:
         done = 0.0
         if self.history:
             collisions, _, pressure, _ = self.history[-1]
-            until = self.plan[-1].until_pressure
+            until = self.plan[-1].until_Z
             if until is not None and until > 1.0 and pressure > 1.0:
                 done = math.log(pressure) / math.log(until)
             if self.limit is not None:

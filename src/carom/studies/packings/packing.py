@@ -1,13 +1,12 @@
-"""The result of a compression: a packing, its pressure and density, its contact network, and its files."""
+"""The result of a compression: a packing, its Z and density, its contact network, and its files."""
 
 from __future__ import annotations
 
-import csv
 import dataclasses
 import functools
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -20,20 +19,21 @@ from carom.arithmetic import power
 from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.io.formats import SUFFIXES
 from carom.io.paths import replacing, writing
 from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles import Obstacle
 from carom.notebook import table
 from carom.observables.packing import PackingNetwork, network_of
+from carom.scene.description import particles
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
+from carom.studies.results import Result, plain, shown
 from carom.texts import visible
 from carom.version import __version__
 
-HISTORY = np.dtype(
-    [("collisions", np.int64), ("packing_fraction", float), ("pressure", float), ("rate", float)]
-)
+HISTORY = np.dtype([("collisions", np.int64), ("packing_fraction", float), ("Z", float), ("rate", float)])
 """Fields of the record of every stretch between two rescalings."""
 
 NETWORK = (
@@ -42,15 +42,18 @@ NETWORK = (
 )  # fmt: skip
 """Keys of a summary for the network of contacts."""
 
+ARRAYS = ("positions", "velocities", "box", "diameters", "masses", "images", "species")
+"""Arrays of a frame, of which the last two may be None."""
+
 BACKBONE_FROM = 1e3
-"""Reduced pressure from which rattlers and backbone are distinguished: gaps are then 1e-3 and less."""
+"""Z from which rattlers and backbone are distinguished: gaps are then 1e-3 and less."""
 
 LARGEST_EXTENDED = 3
 """Largest dimension that extended XYZ can hold."""
 
 
 @dataclass(frozen=True, eq=False)
-class Packing:
+class Packing(Result):
     """Spheres after a compression.
 
     Attributes
@@ -58,8 +61,8 @@ class Packing:
     frame : Frame
         The final state. Diameters are reduced by the fraction ``shrunk``, so that nothing overlaps.
     history : structured array
-        One row for each stretch between two rescalings: ``collisions`` so far, ``packing_fraction``, reduced
-        ``pressure`` PV / NkT, and growth ``rate`` of the mean diameter over the thermal speed.
+        One row for each stretch between two rescalings: ``collisions`` so far, ``packing_fraction``, ``Z`` =
+        PV / NkT, and growth ``rate`` of the mean diameter over the thermal speed.
     note : str
         Why the compression ended.
     seed : int
@@ -79,7 +82,7 @@ class Packing:
 
     @property
     def n(self) -> int:
-        """Number of components."""
+        """Number of particles."""
         return self.frame.n
 
     @property
@@ -89,14 +92,14 @@ class Packing:
 
     @property
     def packing_fraction(self) -> float:
-        """Fraction of the box that the components fill."""
+        """Fraction of the box that the particles fill."""
         volume = sphere_volume(self.dimension) * float(np.sum(power(self.frame.diameters, self.dimension)))
         return volume / math.prod(self.frame.box)
 
     @property
-    def pressure(self) -> float:
-        """Reduced pressure PV / NkT during the last stretch; NaN if there was none."""
-        return float(self.history["pressure"][-1]) if len(self.history) else math.nan
+    def Z(self) -> float:
+        """Z = PV / NkT during the last stretch; NaN if there was none."""
+        return float(self.history["Z"][-1]) if len(self.history) else math.nan
 
     @property
     def collisions(self) -> int:
@@ -120,23 +123,23 @@ class Packing:
 
     @property
     def jamming_fraction(self) -> float:
-        """Packing fraction at which the pressure will diverge; NaN if the pressure is too low.
+        """Packing fraction at which Z will diverge; NaN if Z is too low.
 
         Notes
         -----
         It follows from the free-volume law ``Z = d (N_b - 1) / N / (1 - eta / eta_J)`` of a jammed backbone
-        of N_b components (Salsburg and Wood 1962; Donev, Torquato and Stillinger 2005). Below Z = 1e3, all
-        components count as backbone.
+        of N_b particles (Salsburg and Wood 1962; Donev, Torquato and Stillinger 2005). Below Z = 1e3, all
+        particles count as backbone.
         """
         backbone = self.n
-        if self.pressure >= BACKBONE_FROM:
+        if self.Z >= BACKBONE_FROM:
             backbone = int(self.network.backbone.sum()) or self.n
         leading = self.dimension * (backbone - 1) / self.n
-        if not self.pressure > leading:
+        if not leading < self.Z:
             return math.nan
-        # The pressure is that of a stretch, so the density is that of its middle.
+        # Z is that of a stretch, so the density is that of its middle.
         fractions = self.history["packing_fraction"][-2:]
-        return float(fractions.mean()) / (1.0 - leading / self.pressure)
+        return float(fractions.mean()) / (1.0 - leading / self.Z)
 
     def scene(self) -> Scene:
         """Return the packing as a scene, which verifies that nothing overlaps."""
@@ -156,25 +159,13 @@ class Packing:
             assert isinstance(writer, io.Writer)
             writer.write(self.frame)
 
-    def to_pandas(self) -> Any:
-        """Return the history as a pandas DataFrame."""
-        import pandas
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the history, a dictionary for each stretch."""
+        return [dict(zip(self.columns(), row, strict=True)) for row in self.history.tolist()]
 
-        return pandas.DataFrame(self.history)
-
-    def to_csv(self, path: str | PathLike[str]) -> None:
-        """Write the history as a table to the file ``path``.
-
-        Raises
-        ------
-        FileError
-            If the file cannot be written.
-        """
-        path = Path(path)
-        with writing(path), path.open("w", newline="", encoding="utf-8") as file:
-            table = csv.writer(file)
-            table.writerow(self.history.dtype.names or ())
-            table.writerows(self.history.tolist())
+    def columns(self) -> tuple[str, ...]:
+        """Return the names of the columns of the history."""
+        return self.history.dtype.names or ()
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Draw the contacts and the rattlers.
@@ -185,7 +176,7 @@ class Packing:
 
         return plots.packing(self.network, path=path)
 
-    def summary(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return the results as JSON values; a number that does not exist is None."""
         summary = {
             "version": __version__,
@@ -198,7 +189,7 @@ class Packing:
             "collisions": self.collisions,
             "note": self.note,
             "packing_fraction": self.packing_fraction,
-            "pressure": _finite(self.pressure),
+            "Z": plain(self.Z),
             "shrunk": self.shrunk,
         }
         try:
@@ -206,13 +197,13 @@ class Packing:
         except InputError:  # no pair is near contact
             return summary | dict.fromkeys(NETWORK)
         values = (
-            _finite(self.jamming_fraction),
+            plain(self.jamming_fraction),
             len(network.rattlers),
             network.rattler_fraction,
             network.contacts,
             network.isostatic,
             network.contacts - network.isostatic,
-            _finite(network.coordination),
+            plain(network.coordination),
             network.gap,
             list(network.void),
             network.sided,
@@ -220,33 +211,37 @@ class Packing:
         )
         return summary | dict(zip(NETWORK, values, strict=True))
 
-    def save(self, folder: str | PathLike[str], *, pictures: bool = True) -> dict[str, Any]:
-        """Write the frame, the history, pictures and, last, ``summary.json``.
+    def save(self, path: str | PathLike[str], *, pictures: bool = True) -> None:
+        """Write a folder, from which :func:`carom.load` makes the packing again, or one file.
 
         Parameters
         ----------
-        folder : path
-            An existing folder, for ``packing.h5md``, ``packing.extxyz`` (d <= 3) and ``history.csv``.
+        path : path
+            Without a suffix a folder, for ``packing.h5md``, ``packing.extxyz`` (d <= 3), ``history.csv`` and,
+            written last, ``summary.json``. With a suffix a file: .json (the results), .csv (the history), a
+            trajectory (.h5md, .extxyz, .gsd) or a picture (.png, .pdf, .svg).
         pictures : bool
-            Whether to draw ``packing.png``, ``compression.png`` and ``gaps.png``.
-
-        Returns
-        -------
-        dict
-            The summary.
+            Whether to draw ``packing.png``, ``compression.png`` and ``gaps.png`` in the folder.
 
         Raises
         ------
+        InputError
+            If the suffix is none of these.
         FileError
             If a file cannot be written.
         """
-        folder = Path(folder)
+        folder = Path(path)
+        if folder.suffix and not folder.is_dir():
+            super().save(path)
+            return
+        with writing(folder):
+            folder.mkdir(parents=True, exist_ok=True)
         for form in ("h5md", "extxyz") if self.dimension <= LARGEST_EXTENDED else ("h5md",):
             with replacing(folder / f"packing.{form}") as temporary:
                 self.to_h5md(temporary)
         with replacing(folder / "history.csv") as temporary:
             self.to_csv(temporary)
-        summary = self.summary()
+        summary = self.to_dict()
         if pictures and summary["gap"] is not None:
             from carom.pictures import plots
 
@@ -262,22 +257,43 @@ class Packing:
         text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
         with replacing(folder / "summary.json") as temporary, writing(folder):
             temporary.write_text(text, encoding="utf-8")
-        return summary
+
+    def _saved(self) -> dict[str, Any]:
+        """Return what else a JSON file holds: the frame, and the history."""
+        arrays = {name: getattr(self.frame, name) for name in ARRAYS}
+        lists = {name: None if value is None else value.tolist() for name, value in arrays.items()}
+        others = {name: getattr(self.frame, name) for name in ("time", "step", "species_names", "periodic")}
+        return {"history": self.history.tolist(), "frame": {**others, **lists}}
+
+    def _writers(self) -> dict[str, Callable[..., object]]:
+        """Return the function that writes a file, by its suffix."""
+        return {**super()._writers(), **dict.fromkeys(SUFFIXES, self.to_h5md)}
+
+    def _lines(self) -> list[str]:
+        """Return what is printed: state, network, why it ended."""
+        kind = particles(self.dimension, self.n)
+        lines = [
+            f"{self.n} {kind} at packing fraction {self.packing_fraction:.8g}, Z = PV/NkT = {self.Z:.3g}"
+        ]
+        summary = self.to_dict()
+        if summary["gap"] is not None:
+            jams = "" if summary["jamming_fraction"] is None else f"jams at {self.jamming_fraction:.8g}, "
+            lines.append(f"{jams}{summary['rattlers']} rattlers, {summary['contacts']} contacts")
+        return [*lines, f"ended: {self.note}"]
 
     def _repr_html_(self) -> str:
         from carom.pictures.view import view
 
-        rows = {k: v for k, v in self.summary().items() if isinstance(v, int | float | str) and v != ""}
-        shown = table("Packing", [(k.replace("_", " "), f"{v:.8g}" if isinstance(v, float) else str(v))
-                                  for k, v in rows.items()])  # fmt: skip
+        rows = {k: v for k, v in self.to_dict().items() if isinstance(v, int | float | str) and v != ""}
+        words = table("Packing", [(k.replace("_", " "), shown(v)) for k, v in rows.items()])
         if self.dimension > 3 or "gap" not in rows:
-            return shown
-        return view(self)._repr_html_() + shown
+            return words
+        return view(self)._repr_html_() + words
 
     def __repr__(self) -> str:
         return (
-            f"<Packing of {self.n} components, packing_fraction={self.packing_fraction:.6g}, "
-            f"pressure={self.pressure:.3g}: {visible(self.note)}>"
+            f"<Packing of {self.n} particles, packing_fraction={self.packing_fraction:.6g}, "
+            f"Z={self.Z:.3g}: {visible(self.note)}>"
         )
 
 
@@ -294,7 +310,3 @@ def parted(frame: Frame, obstacles: Sequence[Obstacle]) -> tuple[Frame, float]:
         return frame, 0.0
     shrunk = deepest + float(np.finfo(float).eps)
     return dataclasses.replace(frame, diameters=frame.diameters * (1.0 - shrunk)), shrunk
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

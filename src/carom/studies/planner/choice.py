@@ -197,7 +197,8 @@ def afford(
     if each > limit:
         raise InputError(
             f"Equilibration alone takes {duration(each)} ({chosen.n} particles, {chosen.equilibration:g} "
-            f"collisions per particle); the limit is {duration(limit)}. Give more hours, or a lower density."
+            f"collisions per particle); the limit is {duration(limit)}. Give more walltime, or a lower "
+            "density."
         )
     best = min((within(one, cores, ROOM * limit) for one in candidates), default=math.inf)
     reach = f"; in this time {shown(best)} can be reached" if math.isfinite(best) else ""

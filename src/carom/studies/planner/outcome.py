@@ -23,7 +23,7 @@ NAME = "outcome.json"
 
 
 class Promise(Protocol):
-    """The part of a :class:`~carom.studies.RunPlan` with which an outcome is compared."""
+    """The part of a :class:`~carom.studies.planner.plan.RunPlan` with which an outcome is compared."""
 
     @property
     def target(self) -> Target:

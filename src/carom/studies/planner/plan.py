@@ -17,7 +17,9 @@ from carom import checks
 from carom.errors import InputError
 from carom.io import records
 from carom.io.paths import replacing, writing
+from carom.notebook import watchable
 from carom.simulation.workers.thread_pool import cores as all_cores
+from carom.studies.arguments import processes, refuse_unknown
 from carom.studies.places import refuse_others, refuse_to_replace
 from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod
@@ -27,6 +29,7 @@ from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
 from carom.studies.planner.system import System, of_plan, of_scene
 from carom.studies.planner.target import UNITS, Target
+from carom.studies.results import Result, plain
 from carom.version import __version__
 
 PILOT_SECONDS = 15.0
@@ -55,7 +58,7 @@ class Size:
 
 
 @dataclass(frozen=True)
-class RunPlan:
+class RunPlan(Result):
     """What to run, which error it should reach, and what it will cost on this machine.
 
     Attributes
@@ -74,8 +77,8 @@ class RunPlan:
         N, replicas, equilibration, length, the promised error and the promised CPU time.
     cores : int
         Number of cores that are available.
-    hours : float or None
-        Wall time that is available [h].
+    walltime : float or None
+        Wall time that is available [s].
     seed : int
         Seed of the runs.
     sizes : tuple of Size
@@ -91,7 +94,7 @@ class RunPlan:
     ratios: Mapping[str, float]
     design: Design
     cores: int
-    hours: float | None
+    walltime: float | None
     seed: int
     sizes: tuple[Size, ...] = field(default=(), repr=False)
     pilot_seconds: float = 0.0
@@ -121,12 +124,13 @@ class RunPlan:
         """How often frames are taken."""
         return method(self.system, self.target).sampling
 
+    @watchable("Running", lambda shown: shown)
     def run(
         self,
         *,
         out: str | PathLike[str] | None = None,
         executor: Any = None,
-        workers: int | None = None,
+        cores: int | str | None = None,
         progress: Callable[[float, str], object] | None = None,
     ) -> Outcome:
         """Run the plan as a study, and compare the result with the promise.
@@ -135,19 +139,20 @@ class RunPlan:
         ----------
         out : path, optional
             Folder with a file for each run; an interrupted plan continues there.
-        executor, workers : optional
-            As for :func:`carom.studies.equation_of_state`. By default one run is in this process, and several
+        executor, cores : optional
+            As for :func:`carom.equation_of_state`. By default one run is in this process, and several
             are in as many processes as the plan has cores.
         progress : callable, optional
             Called with the finished fraction, and a sentence.
         """
         if executor is None:
             executor = "serial" if self.design.replicas == 1 else "processes"
+        workers = processes(cores)
         if executor != "serial" and workers is None:
             workers = min(self.cores, self.design.replicas)
         return carry_out(self, method(self.system, self.target), out, executor, workers, progress)
 
-    def words(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return the plan as JSON values."""
         return {
             "carom": __version__,
@@ -159,7 +164,7 @@ class RunPlan:
             "design": dataclasses.asdict(self.design),
             "promised": {"error": self.error, "cpu_seconds": self.cpu_seconds, "seconds": self.seconds},
             "cores": self.cores,
-            "hours": self.hours,
+            "walltime": self.walltime,
             "seed": self.seed,
             "sizes": [
                 {
@@ -172,35 +177,72 @@ class RunPlan:
             "pilot_seconds": self.pilot_seconds,
         }
 
-    def save(self, folder: str | PathLike[str]) -> Path:
-        """Write ``plan.json`` to a ``folder``, and return its path.
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the sizes that were compared: n, the bias and the CPU time of each."""
+        return [plain(dataclasses.asdict(size)) for size in self.sizes]
+
+    def plot(self, path: str | PathLike[str] | None = None) -> Any:
+        """Draw the CPU time against the number of particles, and save the picture to the file ``path``.
 
         Raises
         ------
         FileError
+            If the picture cannot be saved.
+        """
+        from carom.pictures.paper import saved, sheet
+
+        figure, axes = sheet(6.4, 4.0)
+        known = [size for size in self.sizes if math.isfinite(size.cpu_seconds)]
+        axes.plot([size.n for size in known], [size.cpu_seconds for size in known], "o-", label="other sizes")
+        axes.plot([self.design.n], [self.design.cpu_seconds], "D", label="chosen")
+        axes.set_xscale("log")
+        axes.set_yscale("log")
+        axes.set_xlabel("particles, $N$")
+        axes.set_ylabel(f"CPU seconds for {self.target}")
+        axes.legend(frameon=False)
+        return saved(figure, path)
+
+    def save(self, path: str | PathLike[str]) -> None:
+        """Write ``plan.json`` to a folder, from which :func:`carom.load` reads it, or one file.
+
+        Parameters
+        ----------
+        path : path
+            Without a suffix a folder. With a suffix a file: .json, .csv (the sizes) or a picture.
+
+        Raises
+        ------
+        InputError
+            If the suffix is none of these.
+        FileError
             If the folder holds other results, or files of others by these names; if it cannot be written.
         """
-        path = Path(folder) / NAME
+        if Path(path).suffix and not Path(path).is_dir():
+            super().save(path)
+            return
+        path = Path(path) / NAME
         reserve(path.parent)
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
         with replacing(path) as temporary, writing(path):
-            temporary.write_text(json.dumps(self.words(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        return path
+            temporary.write_text(
+                json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n", encoding="utf-8"
+            )
 
-    @classmethod
-    def load(cls, folder: str | PathLike[str]) -> RunPlan:
-        """Return the plan in a ``folder``.
+    def _lines(self) -> list[str]:
+        """Return what is printed: the target, the run, the promise."""
+        one = self.design
+        runs = f"{one.replicas} runs" if one.replicas > 1 else "one run"
+        return [
+            f"{self.target} for {self.system}: {runs} of {one.n} particles, "
+            f"{one.collisions_per_particle:g} collisions per particle",
+            f"promised {self._error()}",
+            f"{duration(one.cpu_seconds)} of CPU, {duration(self.seconds)} on {self.cores} "
+            f"{'core' if self.cores == 1 else 'cores'} here",
+        ]
 
-        Raises
-        ------
-        FileError
-            If there is no plan, or one of another version of Carom.
-        """
-        path = Path(folder) / NAME
-        return records.read_json(path, _of_words, "a plan of Carom", "give another folder, or plan again")
-
-    def __str__(self) -> str:
+    def words(self) -> str:
+        """Return the whole plan in words, as ``carom plan`` prints it."""
         one = self.design
         runs = f"{one.replicas} runs" if one.replicas > 1 else "one run"
         number = f"{one.replicas * 0.5 * one.n * one.collisions_per_particle:.2g}".replace("e+0", "e")
@@ -232,9 +274,24 @@ class RunPlan:
         )
 
 
+def load(folder: str | PathLike[str]) -> RunPlan:
+    """Return the plan in a ``folder``.
+
+    Raises
+    ------
+    FileError
+        If there is no plan, or one of another version of Carom.
+    """
+    path = Path(folder) / NAME
+    return records.read_json(path, of_words, "a plan of Carom", "give another folder, or plan again")
+
+
 _AT_LEAST_ZERO, _POSITIVE = records.number(low=0.0), records.number(low=0.0, open_low=True)
 
 _NAMED = records.table({"carom": records.text})
+
+_TAKEN = ("value", "estimator", "ratios", "cores", "walltime", "seed", "pilot_seconds")
+"""Fields of a plan that are as the file has them."""
 
 _WORDS = records.table(
     {
@@ -263,7 +320,7 @@ _WORDS = records.table(
             }
         ),
         "cores": records.integer(low=1),
-        "hours": records.optional(_POSITIVE),
+        "walltime": records.optional(_POSITIVE),
         "seed": records.integer(),
         "sizes": records.listed(
             records.table(
@@ -298,8 +355,8 @@ def reserve(folder: Path) -> None:
         refuse_others(folder, "a plan")
 
 
-def _of_words(value: Any, name: str) -> RunPlan:
-    """Return the plan of the words that :meth:`RunPlan.words` returned."""
+def of_words(value: Any, name: str) -> RunPlan:
+    """Return the plan of the words that ``RunPlan.to_dict`` returned."""
     words = _WORDS(value, name)
     if words["carom"] != __version__:
         raise InputError(f"it is of Carom {words['carom']}")
@@ -311,7 +368,10 @@ def _of_words(value: Any, name: str) -> RunPlan:
         sizes=tuple(
             Size(s["n"], s["bias"], math.inf if s["cpu_seconds"] is None else s["cpu_seconds"]) for s in sizes
         ),
-        **{k: words[k] for k in ("value", "estimator", "ratios", "cores", "hours", "seed", "pilot_seconds")},
+        **{
+            k: words[k]
+            for k in ("value", "estimator", "ratios", "cores", "walltime", "seed", "pilot_seconds")
+        },
     )
     known = method(found.system, found.target).estimators
     if found.estimator not in known:
@@ -330,6 +390,7 @@ def method(system: System, target: Target) -> Any:
     return kind(system, target.quantity)
 
 
+@watchable("Planning", lambda shown: shown)
 def plan(
     target: str | Target,
     *,
@@ -338,11 +399,12 @@ def plan(
     species: Sequence[Mapping[str, float]] | None = None,
     scene: Any = None,
     n: int | None = None,
-    cores: int | None = None,
-    hours: float | None = None,
+    cores: int | str | None = None,
+    walltime: float | None = None,
     seed: int = 1,
     pilot_seconds: float = PILOT_SECONDS,
     progress: Callable[[float, str], object] | None = None,
+    **others: Any,
 ) -> RunPlan:
     """Return the run that reaches a target for the least CPU time, and its cost on this machine.
 
@@ -358,20 +420,22 @@ def plan(
         d.
     species : sequence of mappings, optional
         Species of a mixture, such as ``{"fraction": 0.5, "diameter": 1.4, "mass": 2.0}``.
-    scene : path, Plan or System
+    scene : path, SceneFile or System
         A scene. The plan may change its number of particles.
     n : int, optional
         Number of particles; by default the plan chooses it.
-    cores : int, optional
+    cores : int or "auto", optional
         Number of cores; by default all of this machine.
-    hours : float, optional
-        Wall time that is available [h]; by default no limit.
+    walltime : float, optional
+        Wall time that is available [s]; by default no limit.
     seed : int
         Seed of the runs and of the pilots.
     pilot_seconds : float
         CPU time that each of two pilots may take [s].
     progress : callable, optional
-        Called with the finished fraction of the pilot, and a sentence.
+        Called with the finished fraction of the pilot, and a sentence; True shows a bar.
+    **others
+        None: any other argument is an error that names the right one.
 
     Returns
     -------
@@ -381,21 +445,24 @@ def plan(
     Raises
     ------
     InputError
-        If the target cannot be reached: phases coexist, there is no equilibrium within pilot or hours, the
+        If the target cannot be reached: phases coexist, there is no equilibrium within pilot or walltime, the
         bias is too large at every size, or the CPU time is more than available. The message says what is
         possible.
 
     Examples
     --------
-    >>> from carom.studies import plan
-    >>> found = plan("Z=1e-2", packing_fraction=0.1, cores=1)
+    >>> import carom
+    >>> found = carom.plan("Z=1e-2", packing_fraction=0.1, cores=1)
     >>> found.design.replicas
     1
     """
+    refuse_unknown("plan()", others, _ARGUMENTS)
+    if not isinstance(target, str | Target):
+        raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
     goal = Target.parse(target) if isinstance(target, str) else target
     system = system_of(packing_fraction, dimension, species, scene)
-    cores = checks.integer(all_cores() if cores is None else cores, "cores", low=1, high=10**6)
-    limit = math.inf if hours is None else 3600.0 * checks.number(hours, "hours", low=0.0, open_low=True)
+    cores = checks.integer(processes(cores) or all_cores(), "cores", low=1, high=10**6)
+    limit = math.inf if walltime is None else checks.number(walltime, "walltime", low=0.0, open_low=True)
     checks.number(pilot_seconds, "pilot_seconds", low=0.0, open_low=True)
     checks.integer(seed, "seed", low=0, high=2**63 - 1)
     how = method(system, goal)
@@ -443,10 +510,17 @@ def plan(
     return RunPlan(
         target=goal, system=system, value=value, estimator=found.estimator,
         ratios={name: float(f"{v / best:.3g}") for name, v in found.variances.items()},
-        design=last, cores=cores, hours=hours, seed=seed,
+        design=last, cores=cores, walltime=walltime, seed=seed,
         sizes=tuple(_size(each, error) for each in candidates),
         pilot_seconds=clock.thread_time() - began,
     )  # fmt: skip
+
+
+_ARGUMENTS = (
+    "packing_fraction", "dimension", "species", "scene", "n", "cores", "walltime", "seed", "pilot_seconds",
+    "progress",
+)  # fmt: skip
+"""Keywords of :func:`plan`."""
 
 
 def _timed(costs: Costs, again: Costs) -> Costs:

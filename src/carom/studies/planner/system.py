@@ -12,8 +12,8 @@ from typing import Any
 
 from carom import checks, densities, theory
 from carom.errors import InputError
-from carom.plan.plan import Plan
-from carom.plan.sections import SceneSpec
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
 from carom.studies.eos.spec import StudySpec, nearest_filling
 from carom.studies.planner.target import Scale
 from carom.theory.mixture_size import mixture_finite_size_shift
@@ -218,10 +218,10 @@ def of_scene(path: str | Path) -> tuple[System, int]:
     FileError, InputError
         If the file cannot be read, or is not a bulk phase in a periodic box.
     """
-    return of_plan(Plan.load(path))
+    return of_plan(SceneFile.load(path))
 
 
-def of_plan(plan: Plan) -> tuple[System, int]:
+def of_plan(plan: SceneFile) -> tuple[System, int]:
     """Return the system of a plan that describes one scene, and its number of particles."""
     asked: SceneSpec = plan.scene
     if asked.initial == "file":

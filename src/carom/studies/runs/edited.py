@@ -6,17 +6,17 @@ import dataclasses
 from pathlib import Path
 
 from carom.errors import FileError, InputError
-from carom.plan.plan import Plan
+from carom.scene_file.scene_file import SceneFile
 
 
-def check_unedited(path: Path, plan: Plan) -> None:
+def check_unedited(path: Path, plan: SceneFile) -> None:
     """Refuse a scene file that was edited since its run began; a missing one is no edit.
 
     Parameters
     ----------
     path : Path
         The scene file.
-    plan : Plan
+    plan : SceneFile
         The plan of the run.
 
     Raises
@@ -28,7 +28,7 @@ def check_unedited(path: Path, plan: Plan) -> None:
         return
     remedy = f"undo the edit, or remove the file, and `carom resume {path.parent}` writes it anew"
     try:
-        found = Plan.load(path)
+        found = SceneFile.load(path)
     except (FileError, InputError) as error:
         raise FileError(f"{str(error).rstrip('.')}; {remedy}.") from None
     if edits := differences(plan, found):
@@ -38,10 +38,10 @@ def check_unedited(path: Path, plan: Plan) -> None:
         )
 
 
-def differences(run: Plan, file: Plan) -> list[str]:
+def differences(run: SceneFile, file: SceneFile) -> list[str]:
     """Return the keys in which two plans differ, in words."""
     found = []
-    for section in dataclasses.fields(Plan):
+    for section in dataclasses.fields(SceneFile):
         one, other = getattr(run, section.name), getattr(file, section.name)
         for key in dataclasses.fields(one):
             ran, asks = getattr(one, key.name), getattr(other, key.name)

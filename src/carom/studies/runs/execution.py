@@ -2,115 +2,140 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
-import math
-from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from carom.errors import FileError
+from carom.errors import CaromError, FileError
 from carom.io import checkpoint
-from carom.notebook import by_stage, table, watchable
-from carom.observables.statistics import Estimate
-from carom.plan.plan import Plan
+from carom.notebook import by_stage, watchable
+from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
+from carom.studies.arguments import refuse_unknown
+from carom.studies.runs.asked import changed, plan_of, plan_of_scene
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder, existing_run
+from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
 from carom.studies.runs.underway import KEPT, Predicted, Progress, Run
 from carom.studies.signals import stoppable
 
 
-@dataclass(frozen=True)
-class RunResult:
-    """A finished run.
-
-    Attributes
-    ----------
-    folder : Path
-        Folder with the files of the run.
-    summary : dict
-        Contents of ``summary.json``.
-    new : bool
-        Whether the run was finished just now, and not before.
-    """
-
-    folder: Path
-    summary: dict[str, Any]
-    new: bool
-
-    def _repr_html_(self) -> str:
-        names = (
-            "potential_energy",
-            "temperature",
-            "compressibility_factor",
-            "reduced_pressure",
-            "contact_value",
-            "collision_rate",
-        )
-        values = {name: self.summary[name] for name in names if self.summary[name]["mean"] is not None}
-        shown = [(name.replace("_", " "), _with_error(value)) for name, value in values.items()]
-        return table(f"Run of {self.summary['n']} particles in {self.folder}", shown)
-
-
-def _with_error(value: dict[str, Any]) -> str:
-    """Return a mean and its error from a summary as text."""
-    error = math.inf if value["error"] is None else value["error"]
-    return Estimate(value["mean"], error, 0.0, 0.0, 0).value_text.replace("+-", "±")
-
-
 @watchable("Running", by_stage)
 def run(
-    plan: Plan | None = None,
+    scene: Scene | SceneFile | str | PathLike[str] | None = None,
     out: str | PathLike[str] = "carom-run",
     *,
+    kT: float | None = None,
+    equilibration: float | None = None,
+    collisions_per_particle: float | None = None,
+    relative_error: float | None = None,
+    walltime: float | None = None,
+    frames: int | None = None,
+    event_log: bool | None = None,
+    pictures: bool | None = None,
+    seed: int | None = None,
+    cores: int | str = 1,
+    trust_code: bool = False,
     overwrite: bool = False,
     progress: Progress | None = None,
     predicted: Predicted | None = None,
-    workers: int | str = 1,
+    **others: Any,
 ) -> RunResult:
-    """Run a plan and write its results to a folder.
+    """Run a scene, and write a trajectory, pressure, g(r) and pictures to a folder, as ``carom run`` does.
 
     Parameters
     ----------
-    plan : Plan, optional
-        By default 2048 hard spheres at packing fraction 0.45.
+    scene : Scene, SceneFile or path, optional
+        The scene; or a scene file (TOML), or the folder of a run, which also say how to run it. By default
+        2048 hard spheres at packing fraction 0.45.
     out : path
         The folder; made if needed.
+    kT : float, optional
+        Temperature; without it that of the file, and of a scene without velocities 1.
+    equilibration : float, optional
+        Collisions per particle before the measurement; 200 if left out here and in the file.
+    collisions_per_particle : float, optional
+        Collisions per particle during the measurement; 10 000 if left out.
+    relative_error : float, optional
+        Instead, measure until Z has this relative error.
+    walltime : float, optional
+        Limit of wall time for this, without that of compiling [s].
+    frames : int, optional
+        Number of frames; 100 if left out, or as many fewer as keep all files within 200 MB.
+    event_log, pictures : bool, optional
+        Whether to write every collision, and to draw pictures.
+    seed : int, optional
+        Source of all randomness; 1 if left out.
+    cores : int or "auto"
+        Threads that run this one system together; they do not affect the results.
+    trust_code : bool
+        Whether the Python file of a range rule may run.
     overwrite : bool
         Whether a run that the folder holds may be replaced.
     progress : callable, optional
         Called as ``progress(stage, fraction)``; does not affect the results. True shows a bar.
     predicted : callable, optional
-        Called with a :class:`carom.observables.Prediction` when the plan asks for a relative error.
-    workers : int or "auto"
-        Threads, as in :class:`carom.Simulation`; they do not affect the results.
+        Called with a prediction of the time that is left, if there is a relative error to reach.
+    **others
+        None: any other argument is an error that names the right one.
 
     Returns
     -------
     RunResult
-        The folder and the summary.
+        The folder and its results.
 
     Raises
     ------
     InputError
-        If the plan cannot be carried out; no file was changed then.
+        If an argument is unknown, or the run cannot be carried out; no file was changed then.
     FileError
-        If the folder holds a run, or cannot be written; after a full disk, :func:`resume` goes on.
+        If the folder holds a run, or cannot be written; after a full disk, :func:`carom.resume` goes on.
     Interrupted
-        After Ctrl-C or SIGTERM, after saving everything that :func:`resume` needs. It is a KeyboardInterrupt.
+        After Ctrl-C or SIGTERM, after saving everything that :func:`carom.resume` needs.
 
     Notes
     -----
     The folder then holds ``scene.toml``, ``trajectory.*``, ``rdf.csv``, ``summary.json``, three pictures,
-    ``checkpoint.h5`` and, if asked for, ``events.h5``.
+    ``checkpoint.h5`` and, if asked for, ``events.h5``. A scene that is not from a file is kept as
+    ``start.h5md``.
     """
-    plan = (Plan() if plan is None else plan).beside(Path())
+    refuse_unknown("run()", others, _ARGUMENTS)
     folder = RunFolder(Path(out))
+    given = scene if isinstance(scene, Scene) else None
+    plan = plan_of(scene) if given is None else SceneFile()
+    if kT is not None and given is None:
+        plan = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, kT=kT))
+    wanted = {
+        "seed": seed,
+        "equilibration": equilibration,
+        "collisions_per_particle": collisions_per_particle,
+        "relative_error": relative_error,
+        "walltime": walltime,
+        "frames": frames,
+    }
+    plan = changed(plan, run=wanted, output={"event_log": event_log, "pictures": pictures})
+    plan = plan.trusted() if trust_code else plan
     folder.check_free(overwrite)
+    if given is not None:
+        plan = dataclasses.replace(plan, scene=plan_of_scene(given, kT, folder).scene)
     with stoppable() as stop:
-        summary = Run(plan, folder, stop, progress, predicted, workers).from_the_start()
+        try:
+            summary = Run(plan, folder, stop, progress, predicted, cores).from_the_start()
+        except CaromError:
+            if given is not None and not folder.scene.exists():
+                folder.start.unlink(missing_ok=True)
+            raise
     return RunResult(folder.path, summary, new=True)
+
+
+_ARGUMENTS = (
+    "out", "kT", "equilibration", "collisions_per_particle", "relative_error", "walltime", "frames",
+    "event_log", "pictures", "seed", "cores", "trust_code", "overwrite", "progress", "predicted",
+)  # fmt: skip
+"""Keywords of :func:`run`."""
 
 
 @watchable("Running", by_stage)
@@ -119,7 +144,7 @@ def resume(
     *,
     progress: Progress | None = None,
     predicted: Predicted | None = None,
-    workers: int | str = 1,
+    cores: int | str = 1,
     trust_code: bool = False,
 ) -> RunResult:
     """Continue the run in a folder; the results are bit-identical to an uninterrupted run.
@@ -130,10 +155,10 @@ def resume(
         The folder of the run.
     progress, predicted : callable, optional
         As in :func:`run`.
-    workers : int or "auto"
+    cores : int or "auto"
         Threads; their number may differ from before.
     trust_code : bool
-        Whether the Python file of a range rule may run, as after ``Plan.trusted()``.
+        Whether the Python file of a range rule may run.
 
     Returns
     -------
@@ -169,21 +194,21 @@ def resume(
         begun = folder.checkpoint.is_file()
         if not begun:
             folder.check_empty()
-        plan, notes = _noted(folder.checkpoint) if begun else (Plan.load(folder.scene), {})
+        plan, notes = _noted(folder.checkpoint) if begun else (SceneFile.load(folder.scene), {})
         plan = plan.trusted() if trust_code else plan
-        run = Run(plan, folder, stop, progress, predicted, workers)
+        run = Run(plan, folder, stop, progress, predicted, cores)
         summary = run.from_checkpoint(notes) if begun else run.from_the_start()
     return RunResult(folder.path, summary, new=True)
 
 
-def _noted(path: Path) -> tuple[Plan, dict[str, Any]]:
+def _noted(path: Path) -> tuple[SceneFile, dict[str, Any]]:
     """Return the plan and the notes that the checkpoint of a run keeps."""
     _, attributes = checkpoint.load(path)
     try:
         notes = json.loads(attributes["extra"])
         if missing := {*KEPT, "written"} - {*notes}:
             raise ValueError(f"it has no {min(missing)}")
-        return Plan.from_toml(notes["plan"]), notes
+        return SceneFile.from_toml(notes["plan"]), notes
     except (KeyError, TypeError, ValueError) as error:
         raise FileError(f"{path} is not the checkpoint of a run: {error}.") from None
 

@@ -11,8 +11,8 @@ from carom.errors import CaromError, FileError
 from carom.io.events import read_events
 from carom.io.paths import reason, remnants, replacing, writing
 from carom.io.trajectory import open_reader
-from carom.plan.plan import Plan
-from carom.plan.sections import FORMATS
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import FORMATS
 from carom.studies.places import of_the_user, refuse_others, title
 
 PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
@@ -28,8 +28,9 @@ class RunFolder:
 
     Attributes
     ----------
-    scene, checkpoint, summary, events, rdf : Path
-        The plan of the run, the state to continue from, the result (written last), the event log, g(r).
+    scene, checkpoint, summary, events, rdf, start : Path
+        The plan of the run, the state to continue from, the result (written last), the event log, g(r), the
+        scene from which a run began that was given as one.
     """
 
     kind = "a run"
@@ -41,6 +42,7 @@ class RunFolder:
         self.summary = path / "summary.json"
         self.events = path / "events.h5"
         self.rdf = path / "rdf.csv"
+        self.start = path / "start.h5md"
 
     def trajectory(self, form: str) -> Path:
         """Return the trajectory of a format."""
@@ -51,7 +53,8 @@ class RunFolder:
         # Without a summary the run is not finished; without a checkpoint it is not under way.
         trajectories = [self.trajectory(form) for form in FORMATS]
         pictures = [self.path / name for name in PICTURES]
-        return [self.summary, self.checkpoint, self.scene, *trajectories, self.events, self.rdf, *pictures]
+        others = [self.events, self.rdf, self.start, *pictures]
+        return [self.summary, self.checkpoint, self.scene, *trajectories, *others]
 
     def check_free(self, overwrite: bool) -> None:
         """Refuse a folder in which :meth:`begin` would fail; no file is changed.
@@ -89,7 +92,7 @@ class RunFolder:
         with writing(self.path):
             self.path.mkdir(parents=True, exist_ok=True)
 
-    def begin(self, plan: Plan) -> None:
+    def begin(self, plan: SceneFile) -> None:
         """Remove an older run from the folder and write the plan.
 
         If this is interrupted at any moment, the folder starts again as the old run or as the new one, or
@@ -107,7 +110,7 @@ class RunFolder:
         self._write_scene(text)
         with writing(self.path):
             for path in self._files():
-                if path != self.scene:
+                if path != self.scene and str(path.absolute()) != plan.scene.file:
                     path.unlink(missing_ok=True)
 
     def check_empty(self) -> None:
@@ -127,7 +130,7 @@ class RunFolder:
                 f"`carom run {self.scene} --out {self.path} --overwrite`, which replaces them."
             )
 
-    def restore_scene(self, plan: Plan) -> None:
+    def restore_scene(self, plan: SceneFile) -> None:
         """Write the plan again if its file is missing."""
         if not self.scene.exists():
             self._write_scene(_text(plan))
@@ -147,7 +150,7 @@ class RunFolder:
         return owned(self.path)
 
 
-def _text(plan: Plan) -> str:
+def _text(plan: SceneFile) -> str:
     """Return the scene file of a plan."""
     return f"{title('carom run')}\n\n{plan.to_toml()}"
 

@@ -34,11 +34,11 @@ from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of,
 from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.statistics import ratio
 from carom.observables.wall_pressure import obstacle_names
-from carom.plan.plan import Plan
 from carom.scene.description import kind
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
@@ -58,7 +58,7 @@ class Facts:
 
     Attributes
     ----------
-    plan : Plan
+    plan : SceneFile
     sim : Simulation
         At the end of the run.
     blocks : list of Block
@@ -84,7 +84,7 @@ class Facts:
         Why there are no trajectories, if the plan left that open.
     """
 
-    plan: Plan
+    plan: SceneFile
     sim: Simulation
     blocks: list[Block]
     equilibration: tuple[int, float]
@@ -262,7 +262,7 @@ def _draw(
 
 def _lines(rows: list[dict[str, Any]]) -> dict[str, float]:
     """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
-    values = {row["name"]: row["compressibility_factor"] for row in rows}
+    values = {row["name"]: row["Z"] for row in rows}
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -325,10 +325,10 @@ def _summary(
         "trajectories": [path.name for path in facts.trajectories],
         "without_trajectory": facts.without,
         "relative_error": plan.run.relative_error,
-        "potential_energy": _number(None if energy is None else energy.U),
-        "compressibility_factor": measured("Z"),
-        "compressibility_factor_from_rate": measured("Z_from_rate"),
-        "compressibility_factor_infinite": _number(infinite),
+        "U": _number(None if energy is None else energy.U),
+        "Z": measured("Z"),
+        "Z_from_rate": measured("Z_from_rate"),
+        "Z_infinite": _number(infinite),
         "reduced_pressure": measured("reduced_pressure"),
         "collision_rate": measured("collision_rate"),
         "contact_value": measured("contact_value"),
@@ -512,8 +512,8 @@ def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
         rows.append(
             {
                 "name": name,
-                "compressibility_factor": _finite(finite),
-                "compressibility_factor_infinite": _finite(infinite),
+                "Z": _finite(finite),
+                "Z_infinite": _finite(infinite),
                 "contact_value": _finite(contact),
             }
         )
@@ -546,8 +546,8 @@ def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
         rows.append(
             {
                 "name": f"{name}, infinite N",
-                "compressibility_factor": _finite(value),
-                "compressibility_factor_infinite": _finite(value),
+                "Z": _finite(value),
+                "Z_infinite": _finite(value),
                 "contact_value": None,
             }
         )

@@ -6,8 +6,8 @@ import math
 import warnings
 
 from carom.errors import CaromWarning, InputError
-from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
 
 KEPT = 200e6
 """Largest size of the files of a run [bytes], unless its plan asks for more; the event log does not count."""
@@ -37,12 +37,12 @@ LARGEST_EXTENDED = 3
 """Largest dimension that formats other than H5MD can hold."""
 
 
-def amount(plan: Plan, scene: Scene, checkpoint: float) -> tuple[tuple[str, ...], int]:
+def amount(plan: SceneFile, scene: Scene, checkpoint: float) -> tuple[tuple[str, ...], int]:
     """Return the formats of a run's trajectories and its number of frames.
 
     Parameters
     ----------
-    plan : Plan
+    plan : SceneFile
         Its ``[output] trajectory`` and ``[run] frames`` hold for any size.
     scene : Scene
         Its n and d determine the size of a frame.
@@ -63,7 +63,9 @@ def amount(plan: Plan, scene: Scene, checkpoint: float) -> tuple[tuple[str, ...]
     return formats, frames
 
 
-def without_trajectory(plan: Plan, scene: Scene, formats: tuple[str, ...], checkpoint: float) -> str | None:
+def without_trajectory(
+    plan: SceneFile, scene: Scene, formats: tuple[str, ...], checkpoint: float
+) -> str | None:
     """Return a sentence on why a run has no trajectories; None if it has some, or its plan asks for none.
 
     Parameters

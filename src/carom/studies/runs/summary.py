@@ -22,8 +22,8 @@ _ESTIMATE = records.table(
 _THEORY = records.table(
     {
         "name": records.text,
-        "compressibility_factor": _NUMBER,
-        "compressibility_factor_infinite": _NUMBER,
+        "Z": _NUMBER,
+        "Z_infinite": _NUMBER,
         "contact_value": _NUMBER,
     }
 )
@@ -41,8 +41,8 @@ SUMMARY = records.table(
         "relative_error": records.optional(records.number(low=checks.FINEST_ERROR, high=1.0)),
         **dict.fromkeys(
             (
-                "compressibility_factor",
-                "compressibility_factor_infinite",
+                "Z",
+                "Z_infinite",
                 "reduced_pressure",
                 "collision_rate",
                 "contact_value",

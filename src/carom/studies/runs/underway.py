@@ -18,8 +18,8 @@ from carom.io.formats import Writer
 from carom.observables.layers import Layers
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
-from carom.plan.plan import Plan
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation.checkpoint import size, size_of_file
 from carom.simulation.equilibration import Equilibration, drifts
 from carom.simulation.equipartition import Thermometer
@@ -58,21 +58,21 @@ class Run:
         The measurement so far.
     formats : tuple of str
         Formats of the trajectories.
-    workers : int or "auto"
+    cores : int or "auto"
         Threads that run the simulation.
     """
 
     def __init__(
         self,
-        plan: Plan,
+        plan: SceneFile,
         folder: RunFolder,
         stop: Stop,
         progress: Progress | None,
         predicted: Predicted | None,
-        workers: int | str,
+        cores: int | str,
     ):
         self.plan, self.folder, self.stop = plan, folder, stop
-        self.workers = workers
+        self.cores = cores
         self._progress, self._predicted = progress, predicted
         error = plan.run.relative_error
         self.goal = None if error is None else Goal(error)
@@ -94,7 +94,7 @@ class Run:
             "kT": kT,
             "seed": plan.run.seed,
             "neighbors": plan.run.neighbors,
-            "workers": self.workers,
+            "workers": self.cores,
         }
         if self.goal is not None:
             _check_pressure(scene, kT)
@@ -135,7 +135,7 @@ class Run:
             sources = self.written.sources(keep, lambda part: self._report("Verifying", part))
             log = self.folder.events if self.plan.output.event_log else None
             own = self.plan.scene.own()
-            self.sim = Simulation.load(self.folder.checkpoint, event_log=log, workers=self.workers, **own)
+            self.sim = Simulation.load(self.folder.checkpoint, event_log=log, workers=self.cores, **own)
             self.folder.sweep()
             self.folder.restore_scene(self.plan)
             self._make_anew(sources)
@@ -242,7 +242,7 @@ class Run:
         if found is not None and self.goal is not None:
             factor = min(self.goal.remaining(found), LONGEST)
             self._predict(found, factor)
-        limit = self.plan.run.max_walltime
+        limit = self.plan.run.walltime
         if limit is not None:
             # The length of a segment follows from the expected stretch, which must not exceed the wall time.
             factor = max(min(factor, limit / stretch.engine_seconds), 1.0)
@@ -278,7 +278,7 @@ class Run:
 
     def _late(self) -> bool:
         """Return whether the wall time is over; a run has at least one frame."""
-        limit = self.plan.run.max_walltime
+        limit = self.plan.run.walltime
         return limit is not None and self._spent() >= limit and self.stretch.written > 0
 
     def _spent(self) -> float:

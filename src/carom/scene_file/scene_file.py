@@ -13,10 +13,10 @@ from carom.io.records import read_text, toml_lines, toml_tables, toml_value
 from carom.models.files import to_tables
 from carom.models.interactions.rule_files import RuleFile
 from carom.models.obstacles import Obstacle
-from carom.plan.sections import OutputSpec, RunSpec, SceneSpec, SpeciesSpec
 from carom.scene.scene import Scene
+from carom.scene_file.sections import OutputSpec, RunSpec, SceneSpec, SpeciesSpec
 
-__all__ = ["OutputSpec", "Plan", "RunSpec", "SceneSpec", "SpeciesSpec", "template"]
+__all__ = ["OutputSpec", "RunSpec", "SceneFile", "SceneSpec", "SpeciesSpec", "template"]
 
 #: Largest scene file [bytes]. A scene file is about a page; parsing a larger file would only cost time.
 LARGEST_FILE = 64 * 1024
@@ -25,7 +25,7 @@ A_SCENE = "a scene file (TOML) of about a page, as `carom init` writes it"
 
 
 @dataclass(frozen=True)
-class Plan:
+class SceneFile:
     """A scene, its run and its output: what ``carom run`` does.
 
     Parameters

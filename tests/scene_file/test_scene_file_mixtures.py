@@ -9,9 +9,9 @@ from carom import io
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.models import Ball, Plane, SquareWell
-from carom.plan.plan import Plan, template
-from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile, template
+from carom.scene_file.sections import SceneSpec, SpeciesSpec
 
 EVERYTHING = """
 [scene]
@@ -53,7 +53,7 @@ seed = 3
 
 
 def test_a_scene_file_says_what_python_says():
-    plan = Plan.from_toml(EVERYTHING)
+    plan = SceneFile.from_toml(EVERYTHING)
     scene = plan.build_scene()
     assert scene.species_names == ("large", "small")
     np.testing.assert_array_equal(np.bincount(scene.species), [10, 30])
@@ -92,8 +92,8 @@ def test_a_scene_file_says_what_python_says():
     ],
 )
 def test_a_plan_comes_back_from_its_own_toml(text):
-    plan = Plan.from_toml(text)
-    again = Plan.from_toml(plan.to_toml())
+    plan = SceneFile.from_toml(text)
+    again = SceneFile.from_toml(plan.to_toml())
     assert again == plan
     np.testing.assert_array_equal(again.build_scene().positions, plan.build_scene().positions)
 
@@ -106,7 +106,7 @@ def test_the_template_s_mixture_and_obstacles_are_a_scene_when_switched_on():
     text = "[scene]\ninitial = 'random'\nn = 10\nbox = [12.0, 12.0, 12.0]\nperiodic = false\n" + "\n".join(
         shown
     )
-    scene = Plan.from_toml(text).build_scene()
+    scene = SceneFile.from_toml(text).build_scene()
     assert scene.species_names == ("large",)
     assert [o.name for o in scene.obstacles] == ["pillar", "plane"]
 
@@ -116,14 +116,14 @@ def test_the_template_s_well_is_a_scene_when_switched_on():
     start = next(k for k, line in enumerate(lines) if line == "# [scene.interaction]")
     end = next(k for k, line in enumerate(lines) if line.startswith("# Or units"))
     shown = "\n".join(line.removeprefix("# ") for line in lines[start:end])
-    scene = Plan.from_toml("[scene]\ncells = 3\npacking_fraction = 0.2\n" + shown).build_scene()
+    scene = SceneFile.from_toml("[scene]\ncells = 3\npacking_fraction = 0.2\n" + shown).build_scene()
     assert scene.interaction == SquareWell(1.5, 1.0)
 
 
 def test_all_axes_periodic_is_the_default_however_it_is_said():
     base = "[scene]\ncells = 2\npacking_fraction = 0.3\n"
     for said in ("periodic = true", "periodic = [true, true, true]", "restitution = 1.0"):
-        assert Plan.from_toml(base + said) == Plan.from_toml(base)
+        assert SceneFile.from_toml(base + said) == SceneFile.from_toml(base)
 
 
 def test_what_a_trajectory_does_not_hold_can_be_added_to_its_frame(tmp_path):
@@ -178,7 +178,7 @@ SPECIES = "species = [{fraction = 1}, {fraction = 2}]"
 )
 def test_bad_tables_are_named_in_one_sentence(lines, says):
     with pytest.raises(InputError, match=says) as caught:
-        Plan.from_toml("[scene]\n" + lines)
+        SceneFile.from_toml("[scene]\n" + lines)
     assert "\n" not in str(caught.value)
 
 
@@ -192,7 +192,7 @@ def test_bad_tables_are_named_in_one_sentence(lines, says):
     ],
 )
 def test_what_does_not_fit_the_box_is_said_when_the_scene_is_built(lines, says):
-    plan = Plan.from_toml("[scene]\ncells = 3\npacking_fraction = 0.4\n" + lines)
+    plan = SceneFile.from_toml("[scene]\ncells = 3\npacking_fraction = 0.4\n" + lines)
     with pytest.raises(InputError, match=says):
         plan.build_scene()
 
@@ -213,4 +213,4 @@ def test_an_obstacle_of_one_s_own_fits_no_file():
     spec = SceneSpec(cells=2, packing_fraction=0.3, obstacles=(Own(),))
     assert spec.build(0).obstacles[0].name == "own"
     with pytest.raises(InputError, match="class of one's own"):
-        Plan(scene=spec).to_toml()
+        SceneFile(scene=spec).to_toml()

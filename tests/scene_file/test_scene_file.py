@@ -13,23 +13,23 @@ from hypothesis import strategies as st
 import carom.io
 from carom.errors import FileError, InputError, OverlapError
 from carom.frame import Frame
-from carom.plan.plan import LARGEST_FILE, OutputSpec, Plan, RunSpec, SceneSpec, template
 from carom.scene.scene import Scene
+from carom.scene_file.scene_file import LARGEST_FILE, OutputSpec, RunSpec, SceneFile, SceneSpec, template
 
 
 def test_the_template_is_the_default_plan():
-    assert Plan.from_toml(template()) == Plan() == Plan.from_toml("")
+    assert SceneFile.from_toml(template()) == SceneFile() == SceneFile.from_toml("")
 
 
 def test_the_default_scene_has_2048_spheres_at_045():
-    scene = Plan().build_scene()
+    scene = SceneFile().build_scene()
     assert (scene.n, scene.dimension) == (2048, 3)
     assert scene.packing_fraction == pytest.approx(0.45, rel=1e-14)
 
 
 def test_every_key_of_the_template_is_explained_there():
     text = template()
-    for section in dataclasses.fields(Plan):
+    for section in dataclasses.fields(SceneFile):
         assert f"[{section.name}]" in text
     for spec in (SceneSpec, RunSpec, OutputSpec):
         for key in dataclasses.fields(spec):
@@ -53,8 +53,8 @@ SCENES = [
 
 @pytest.mark.parametrize(("scene", "n", "dimension"), SCENES)
 def test_a_section_scene_builds_its_scene(scene, n, dimension):
-    plan = Plan.from_toml("[scene]\n" + scene)
-    assert Plan.from_toml(plan.to_toml()) == plan
+    plan = SceneFile.from_toml("[scene]\n" + scene)
+    assert SceneFile.from_toml(plan.to_toml()) == plan
     built = plan.build_scene()
     assert (built.n, built.dimension) == (n, dimension)
     assert built.diameter == plan.scene.diameter
@@ -63,7 +63,7 @@ def test_a_section_scene_builds_its_scene(scene, n, dimension):
 
 def test_the_seed_places_random_spheres():
     text = "[scene]\ninitial = 'random'\nn = 20\n[run]\nseed = {}"
-    first, again, other = (Plan.from_toml(text.format(s)).build_scene().positions for s in (1, 1, 2))
+    first, again, other = (SceneFile.from_toml(text.format(s)).build_scene().positions for s in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
 
@@ -142,20 +142,20 @@ BAD = [
 @pytest.mark.parametrize(("text", "says"), BAD)
 def test_a_bad_scene_file_is_named_in_one_sentence(text, says):
     with pytest.raises(InputError, match=says) as caught:
-        Plan.from_toml(text)
+        SceneFile.from_toml(text)
     assert "\n" not in str(caught.value)
     assert len(str(caught.value)) < 250
 
 
 def test_a_lattice_that_n_does_not_fill_names_the_nearest_that_do():
-    plan = Plan.from_toml("[scene]\nn = 2000")
+    plan = SceneFile.from_toml("[scene]\nn = 2000")
     with pytest.raises(InputError, match="1372 or 2048"):
         plan.build_scene()
 
 
 def test_packing_too_densely_names_the_limit():
     with pytest.raises(InputError, match=r"0\.740480"):
-        Plan.from_toml("[scene]\npacking_fraction = 0.75").build_scene()
+        SceneFile.from_toml("[scene]\npacking_fraction = 0.75").build_scene()
 
 
 @pytest.mark.parametrize(
@@ -163,12 +163,12 @@ def test_packing_too_densely_names_the_limit():
 )
 def test_a_plan_made_in_python_is_checked_alike(change):
     with pytest.raises(InputError):
-        dataclasses.replace(Plan().scene, **change)
+        dataclasses.replace(SceneFile().scene, **change)
 
 
 def test_a_plan_can_be_changed_in_python():
-    plan = dataclasses.replace(Plan(), run=dataclasses.replace(Plan().run, seed=7))
-    assert Plan.from_toml(plan.to_toml()).run.seed == 7
+    plan = dataclasses.replace(SceneFile(), run=dataclasses.replace(SceneFile().run, seed=7))
+    assert SceneFile.from_toml(plan.to_toml()).run.seed == 7
 
 
 def test_a_scene_starts_from_a_frame_of_a_file(tmp_path, monkeypatch):
@@ -185,7 +185,7 @@ def test_a_scene_starts_from_a_frame_of_a_file(tmp_path, monkeypatch):
     monkeypatch.setattr(carom.io, "read", read)
     scene_file = tmp_path / "scene.toml"
     scene_file.write_text("[scene]\ninitial = 'file'\nfile = 'old/run.h5md'\nframe = 3\n")
-    plan = Plan.load(scene_file)
+    plan = SceneFile.load(scene_file)
     scene = plan.build_scene()
     assert asked == [(str(tmp_path / "old/run.h5md"), 3)]
     np.testing.assert_array_equal(scene.positions, start.positions)
@@ -193,7 +193,7 @@ def test_a_scene_starts_from_a_frame_of_a_file(tmp_path, monkeypatch):
     warmer = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, kT=2.0))
     assert warmer.build_scene().velocities is None
     assert (plan.scene.kT, warmer.scene.kT) == (None, 2.0)
-    assert Plan.from_toml(plan.to_toml()) == plan
+    assert SceneFile.from_toml(plan.to_toml()) == plan
 
 
 def test_a_missing_folder_binary_or_large_file_is_refused(tmp_path):
@@ -208,30 +208,30 @@ def test_a_missing_folder_binary_or_large_file_is_refused(tmp_path):
         ("\0", "cannot be read|does not exist"),
     ):
         with pytest.raises(FileError, match=says):
-            Plan.load(tmp_path / name)
+            SceneFile.load(tmp_path / name)
 
 
 def test_an_error_in_a_file_names_the_file(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text("[scene]\nceels = 8")
     with pytest.raises(InputError, match=r"scene\.toml: \[scene\] ceels"):
-        Plan.load(path)
+        SceneFile.load(path)
 
 
 def test_a_file_with_a_byte_order_mark_and_windows_lines_is_read(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_bytes(b"\xef\xbb\xbf[scene]\r\ncells = 3\r\n")
-    assert Plan.load(path).scene.cells == 3
+    assert SceneFile.load(path).scene.cells == 3
 
 
 @given(name=st.text(min_size=1, max_size=30).filter(lambda s: "\0" not in s))
 def test_any_name_of_a_file_survives_the_round_trip(name):
     try:
-        plan = Plan(SceneSpec(initial="file", file=name))
+        plan = SceneFile(SceneSpec(initial="file", file=name))
     except InputError:
         assert name != name.encode("utf-8", "ignore").decode()
         return
-    assert Plan.from_toml(plan.to_toml()) == plan
+    assert SceneFile.from_toml(plan.to_toml()) == plan
 
 
 KEYS = [f.name for spec in (SceneSpec, RunSpec, OutputSpec) for f in dataclasses.fields(spec)]
@@ -263,10 +263,10 @@ toml_text = st.one_of(st.lists(toml_section, max_size=3).map("".join), st.text(m
 @given(text=toml_text)
 def test_any_text_becomes_a_plan_or_an_input_error(text):
     try:
-        plan = Plan.from_toml(text)
+        plan = SceneFile.from_toml(text)
     except InputError:
         return
-    assert Plan.from_toml(plan.to_toml()) == plan
+    assert SceneFile.from_toml(plan.to_toml()) == plan
 
 
 scene_keys = st.fixed_dictionaries(
@@ -288,7 +288,7 @@ scene_keys = st.fixed_dictionaries(
 @given(keys=scene_keys)
 def test_a_plan_that_reads_builds_a_scene_or_says_why_not(keys):
     try:
-        plan = Plan(SceneSpec(**keys))
+        plan = SceneFile(SceneSpec(**keys))
         scene = plan.build_scene()
     except InputError:
         return
@@ -302,7 +302,7 @@ def test_a_model_of_one_s_own_fits_no_scene_file():
         elastic = False
 
     for name in ("interaction", "motion", "impact"):
-        plan = Plan(scene=SceneSpec(cells=2, packing_fraction=0.3, **{name: Mine()}))
+        plan = SceneFile(scene=SceneSpec(cells=2, packing_fraction=0.3, **{name: Mine()}))
         with pytest.raises(InputError, match=rf"\[scene\] {name} is .*class of one's own"):
             plan.to_toml()
         with pytest.raises(InputError, match=rf"\[scene\] {name} must be a table, found 5"):
@@ -327,7 +327,7 @@ def test_a_run_writes_absolute_paths_so_that_it_goes_on_from_its_folder(tmp_path
     monkeypatch.setattr(execution, "Run", begin)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(Noted):
-        execution.run(Plan(scene=SceneSpec(initial="file", file="f.h5md", interaction=rules)), "out")
+        execution.run(SceneFile(scene=SceneSpec(initial="file", file="f.h5md", interaction=rules)), "out")
     scene = started[0].scene
     assert scene.file == str(tmp_path / "f.h5md")
     assert scene.interaction.file == str(tmp_path / "rules.py")
@@ -336,8 +336,8 @@ def test_a_run_writes_absolute_paths_so_that_it_goes_on_from_its_folder(tmp_path
 
 def test_a_list_of_pinned_components_has_any_length():
     text = "[scene]\ninitial = 'random'\nn = 30\ndimension = 2\npacking_fraction = 0.1\npinned = {}\n"
-    assert Plan.from_toml(text.format(list(range(20)))).build_scene().pinned.sum() == 20
-    assert Plan.from_toml(text.format([])).build_scene().pinned is None
+    assert SceneFile.from_toml(text.format(list(range(20)))).build_scene().pinned.sum() == 20
+    assert SceneFile.from_toml(text.format([])).build_scene().pinned is None
 
 
 def frame_of(positions, **changes):

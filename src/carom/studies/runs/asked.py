@@ -1,0 +1,107 @@
+"""What a run is asked for: a scene, a scene file or a folder, and the arguments that replace its values."""
+
+from __future__ import annotations
+
+import dataclasses
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom import checks, io
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.io.paths import replacing
+from carom.scene.scene import Scene
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
+from carom.studies.runs.folder import RunFolder
+
+LENGTHS = ("collisions_per_particle", "relative_error")
+"""Keys of [run] of which each says how long a run is: one takes the place of the other."""
+
+MODELS = ("interaction", "motion", "impact")
+"""Keywords of a scene that its scene file names in the same words, and that may follow from others."""
+
+
+def plan_of(asked: Any) -> SceneFile:
+    """Return the scene file that a file, a folder of a run or a value describes; without one the default.
+
+    Raises
+    ------
+    InputError
+        If it is nothing that a run begins with, or the file has no scene.
+    FileError
+        If the file cannot be read.
+    """
+    if asked is None:
+        return SceneFile()
+    if isinstance(asked, SceneFile):
+        return asked.beside(Path())
+    if isinstance(asked, str | PathLike):
+        path = Path(asked)
+        return SceneFile.load(path / RunFolder(path).scene.name if path.is_dir() else path)
+    raise InputError(
+        f"run() takes a Scene, a scene file (TOML) or the folder of a run, found {checks.describe(asked)}."
+    )
+
+
+def changed(plan: SceneFile, *, run: dict[str, Any], output: dict[str, Any]) -> SceneFile:
+    """Return a plan with other values in its sections [run] and [output]; None stands for those not given."""
+    for section, values in (("run", run), ("output", output)):
+        kept = {name: value for name, value in values.items() if value is not None}
+        if kept.keys() & {*LENGTHS}:
+            kept = {**dict.fromkeys(LENGTHS), **kept}
+            if kept["relative_error"] is None:
+                kept.setdefault("walltime", None)
+        if kept:
+            spec = dataclasses.replace(getattr(plan, section), **kept)
+            plan = dataclasses.replace(plan, **{section: spec})
+    return plan
+
+
+def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFile:
+    """Return a plan that starts from a scene, which is written to the folder of its run.
+
+    Parameters
+    ----------
+    scene : Scene
+        Its positions; and velocities, unless there are none or there is a kT.
+    kT : float or None
+        Temperature of velocities to be drawn; 1 where neither it nor velocities are given.
+    folder : RunFolder
+        Where the file of the start is to lie.
+
+    Raises
+    ------
+    InputError
+        If the scene has a model of a class of one's own, which no file holds.
+    FileError
+        If it cannot be written.
+    """
+    if scene.velocities is None and kT is None:
+        kT = 1.0
+    words: dict[str, Any] = {name: getattr(scene, name) for name in MODELS if not scene.usual(name)}
+    if scene.obstacles:
+        words["obstacles"] = scene.obstacles
+    if scene.drive is not None:
+        words["drive"] = scene.drive
+    if scene.pinned is not None:
+        words["pinned"] = tuple(np.flatnonzero(scene.pinned).tolist())
+    if scene.contact is not None:
+        words["contact"] = tuple(map(tuple, scene.contact.tolist()))
+    if scene.restitution < 1.0:
+        words |= {"restitution": scene.restitution, "elastic_below": scene.elastic_below}
+    plan = SceneFile(scene=SceneSpec(initial="file", file=str(folder.start.absolute()), kT=kT, **words))
+    plan.to_toml()  # which refuses what no file can hold, before anything is written
+    folder.make()
+    velocities = np.zeros_like(scene.positions) if scene.velocities is None else scene.velocities
+    frame = Frame(
+        0.0, 0, scene.positions, velocities, scene.box, scene.diameters, scene.masses,
+        species=scene.species, species_names=scene.species_names, periodic=scene.periodic,
+    )  # fmt: skip
+    with replacing(folder.start) as temporary, io.open(temporary, "w", scene) as writer:
+        assert isinstance(writer, io.Writer)
+        writer.write(frame)
+    return plan

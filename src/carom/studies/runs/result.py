@@ -1,0 +1,157 @@
+"""A finished run as a value: its summary, its g(r) and its frames."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom.errors import InputError
+from carom.frame import Frame
+from carom.io.formats import Reader
+from carom.io.trajectory import open_reader
+from carom.observables.pair_distribution import RDF
+from carom.observables.partial_rdf import partial_rdf
+from carom.observables.statistics import Estimate
+from carom.scene.scene import Scene
+from carom.studies.results import Result, value_with_error
+
+QUANTITIES = ("Z", "Z_infinite", "reduced_pressure", "contact_value", "collision_rate", "U", "temperature")
+"""Quantities of a summary with a mean and an error."""
+
+
+@dataclass(frozen=True, repr=False)
+class RunResult(Result):
+    """A finished run.
+
+    Attributes
+    ----------
+    folder : Path
+        Folder with the files of the run.
+    summary : dict
+        Contents of ``summary.json``.
+    new : bool
+        Whether the run was finished just now, and not before.
+    """
+
+    folder: Path
+    summary: dict[str, Any]
+    new: bool = False
+
+    @property
+    def n(self) -> int:
+        """Number of particles."""
+        return int(self.summary["n"])
+
+    @property
+    def packing_fraction(self) -> float:
+        """Packing fraction."""
+        return float(self.summary["packing_fraction"])
+
+    @property
+    def Z(self) -> Estimate:
+        """Z = PV / NkT of this number of particles; NaN where there is none."""
+        return self._estimate("Z")
+
+    @property
+    def Z_infinite(self) -> Estimate:
+        """Z of infinitely many particles; NaN where no theory gives the correction."""
+        return self._estimate("Z_infinite")
+
+    @property
+    def reduced_pressure(self) -> Estimate:
+        """P sigma^d / kT, with the largest diameter sigma; NaN where there is none."""
+        return self._estimate("reduced_pressure")
+
+    @property
+    def contact_value(self) -> Estimate:
+        """g(sigma+) from the collisions; NaN where there is none."""
+        return self._estimate("contact_value")
+
+    @property
+    def U(self) -> Estimate:
+        """Potential energy per particle; NaN where there is none."""
+        return self._estimate("U")
+
+    def _estimate(self, name: str) -> Estimate:
+        found = self.summary[name]
+        if found["mean"] is None:
+            return Estimate(np.nan, np.inf, 0.0, np.inf, 0)
+        error = np.inf if found["error"] is None else found["error"]
+        n_eff = found.get("n_eff") or 0.0
+        return Estimate(found["mean"], error, n_eff, np.nan, 0)
+
+    @property
+    def frames(self) -> Reader:
+        """The frames of the trajectory, as :func:`carom.open` reads them.
+
+        Raises
+        ------
+        FileError
+            If the run has no trajectory.
+        """
+        return open_reader(self.folder)
+
+    @functools.cached_property
+    def rdf(self) -> Any:
+        """g(r), from the frames; of a mixture a dictionary of one for each pair of species.
+
+        Raises
+        ------
+        InputError
+            If the run has none; the message says why.
+        FileError
+            If the frames are missing or damaged.
+        """
+        if reason := self.summary["without_rdf"]:
+            raise InputError(f"{self.folder}: {reason}")
+        with self.frames as frames:
+            scene = Scene.from_frame(frames[0])
+            return RDF().over(frames) if scene.equal else partial_rdf(scene, lambda: iter(frames))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return numbers by name, each quantity with its error: Z, Z_error, reduced_pressure, ..."""
+        names = ("n", "dimension", "packing_fraction", "kT", "collisions", "time", "seconds")
+        found: dict[str, Any] = {name: self.summary[name] for name in names}
+        for name in QUANTITIES:
+            value = self.summary.get(name) or {"mean": None, "error": None}
+            found |= {name: value["mean"], f"{name}_error": value["error"]}
+        return found
+
+    def _saved(self) -> dict[str, Any]:
+        """Return what else a JSON file holds."""
+        return {"folder": str(self.folder.absolute()), "summary": self.summary}
+
+    def plot(self, path: str | PathLike[str] | None = None) -> Any:
+        """Draw g(r), or the last frame where there is no g(r), and save the picture to the file ``path``.
+
+        Raises
+        ------
+        FileError
+            If the picture cannot be saved, or there are no frames either.
+        """
+        from carom.pictures import plots
+
+        if self.summary["without_rdf"] is None and not isinstance(self.rdf, dict):
+            return self.rdf.plot(path)
+        last: Frame = self.frames[-1]
+        return plots.snapshot(last, path=path)
+
+    def _lines(self) -> list[str]:
+        """Return what is printed: the system, what was measured, where it is."""
+        s = self.summary
+        system = s.get("system", "particles")
+        lines = [f"{s['n']} {system} at packing fraction {s['packing_fraction']:.6g}, kT = {s['kT']:.6g}"]
+        words = {"Z": "Z", "reduced_pressure": "P σ^d/kT", "U": "U/N"}
+        known = {name: s[name] for name in words if s.get(name) and s[name]["mean"] is not None}
+        if known:
+            said = (f"{words[k]} = {value_with_error(v['mean'], v['error'])}" for k, v in known.items())
+            lines.append(", ".join(said))
+        return [*lines, f"{s['collisions']} collisions in {s['seconds']:.1f} s; files in {self.folder}"]
+
+    def __repr__(self) -> str:
+        return f"<RunResult: {self._lines()[0]}, in {self.folder}>"

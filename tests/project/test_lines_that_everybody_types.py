@@ -1,0 +1,263 @@
+"""The lines that everybody types: studies are verbs of the package, and one word reads what was saved."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import carom
+from carom import cli
+from carom.errors import CaromError, FileError, InputError
+from carom.frame import Frame
+from carom.scene_file.scene_file import SceneFile
+from carom.studies import EquationOfState, Packing, RunPlan, RunResult, SphericalCode, Transport
+from carom.studies.planner.choice import Design
+from carom.studies.planner.system import System
+from carom.studies.planner.target import Target
+from carom.studies.runs.asked import plan_of_scene
+from carom.studies.runs.folder import RunFolder
+
+LINES = 3
+"""Most lines that a result prints."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder with a run, a packing, two studies, a plan, a code and a checkpoint."""
+    where = tmp_path_factory.mktemp("saved")
+    scene = carom.Scene.crystal(32, 0.3)
+    carom.run(scene, where / "run1", collisions_per_particle=60, equilibration=5, frames=3, pictures=False)
+    carom.pack(20, dimension=2, rate=0.1, until_Z=1e4, out=where / "pack1", pictures=False)
+    small = {"n": 32, "replicas": 1, "equilibration": 5, "executor": "serial"}
+    carom.equation_of_state([0.1, 0.2], collisions_per_particle=40, out=where / "eos1", **small)
+    carom.transport(0.1, collisions_per_particle=40, out=where / "transport1", **small)
+    plan_of_a_moment().save(where / "plan1")
+    carom.spherical_code(6).save(where / "code.json")
+    sim = carom.Simulation(scene, seed=1)
+    sim.run(collisions=50)
+    sim.save(where / "state.h5")
+    (where / "scene.toml").write_text("[scene]\nn = 32\npacking_fraction = 0.3\n")
+    return where
+
+
+def plan_of_a_moment():
+    """Return a plan that no pilot was needed for."""
+    design = Design(32, 1, 10.0, 64.0, 0.1, 0.01, 0.1005, 0.01)
+    return RunPlan(
+        Target("Z", 0.1), System(0.3), 3.98, "virial", {"virial": 1.0}, design, cores=1, walltime=None, seed=1
+    )
+
+
+SAVED = {
+    "run1": RunResult,
+    "pack1": Packing,
+    "eos1": EquationOfState,
+    "transport1": Transport,
+    "plan1": RunPlan,
+    "code.json": SphericalCode,
+}
+
+
+@pytest.mark.parametrize("name", SAVED)
+def test_every_result_has_the_same_methods(folder, name, tmp_path):
+    found = carom.load(folder / name)
+    assert type(found) is SAVED[name]
+    assert 1 <= len(str(found).splitlines()) <= LINES
+    assert "nan" not in str(found)
+    assert found._repr_html_()
+    words = found.to_dict()
+    assert json.loads(json.dumps(words, allow_nan=False)) == json.loads(json.dumps(words))
+    found.save(tmp_path / "result.json")
+    again = carom.load(tmp_path / "result.json")
+    assert type(again) is type(found)
+    assert json.dumps(again.to_dict()) == json.dumps(words)
+    found.save(tmp_path / "result.csv")
+    head, *rows = (tmp_path / "result.csv").read_text().splitlines()
+    assert "," in head or name == "plan1"
+    assert rows or name == "plan1"
+
+
+@pytest.mark.parametrize("name", SAVED)
+def test_every_result_becomes_a_data_frame(folder, name):
+    pytest.importorskip("pandas")
+    found = carom.load(folder / name)
+    assert tuple(found.to_dataframe().columns) == found.columns()
+
+
+def test_a_run_is_read_back(folder):
+    run = carom.load(folder / "run1")
+    assert run.Z.mean == run.summary["Z"]["mean"] > 1.0
+    assert run.to_dict()["Z_error"] == run.Z.error
+    assert run.frames[-1].n == 32
+    assert run.rdf.frames == 3
+    assert run.plot().axes
+
+
+def test_the_file_of_a_scene_that_is_run_loses_nothing(tmp_path):
+    start = carom.Scene.random(24, 0.1, 2, periodic=[True, False], pinned=[3, 5], seed=2)
+    moving = start.with_(velocities=np.random.default_rng(1).normal(size=(24, 2)) * ~start.pinned[:, None])
+    plain = carom.Scene.crystal(32, 0.3)
+    loss = carom.models.Loss(0.9, contact_time=1e-3)
+    for scene in (moving, plain.with_(restitution=0.9), plain.with_(impact=loss)):
+        plan = plan_of_scene(scene, None, RunFolder(tmp_path))
+        first = SceneFile.from_toml(plan.to_toml()).build_scene()
+        assert np.array_equal(first.positions, scene.positions)
+        for name in ("velocities", "pinned"):
+            assert np.array_equal(getattr(first, name), getattr(scene, name)), name
+        assert (first.periodic, first.restitution, first.impact) == (
+            scene.periodic,
+            scene.restitution,
+            scene.impact,
+        )
+
+
+def test_a_run_replaces_no_run(folder):
+    with pytest.raises(FileError, match="holds a run already"):
+        carom.run(carom.Scene.crystal(32, 0.3), folder / "run1")
+
+
+def test_a_run_that_cannot_begin_leaves_its_folder_free(tmp_path):
+    rest = carom.Scene.crystal(32, 0.3)
+    with pytest.raises(InputError, match="Nothing moves"):
+        carom.run(rest, tmp_path / "cold", kT=0.0, relative_error=0.1)
+    assert not any((tmp_path / "cold").iterdir())
+
+
+def test_a_packing_is_read_back_bit_for_bit(folder, tmp_path):
+    packing = carom.load(folder / "pack1")
+    assert packing.Z >= 1e4
+    assert packing.to_dict() == json.loads((folder / "pack1" / "summary.json").read_text())
+    packing.save(tmp_path / "again")
+    again = carom.load(tmp_path / "again")
+    assert np.array_equal(again.frame.positions, packing.frame.positions)
+    assert np.array_equal(again.history, packing.history)
+
+
+def test_a_packing_begins_from_a_scene_file(folder, tmp_path):
+    done = CliRunner().invoke(
+        cli.app,
+        ["pack", str(folder / "scene.toml"), "--collisions", "200", "--no-pictures", "--json",
+         "--out", str(tmp_path / "p")],
+    )  # fmt: skip
+    assert done.exit_code == 0, done.output
+    assert json.loads(done.stdout)["n"] == 32
+    refused = CliRunner().invoke(cli.app, ["pack", str(folder / "scene.toml"), "--n", "30"])
+    assert refused.exit_code == 2
+    assert "leave out --n" in " ".join(refused.output.split())
+
+
+def test_a_scene_file_gives_its_scene_and_a_checkpoint_its_simulation(folder):
+    assert isinstance(carom.load(folder / "scene.toml"), carom.Scene)
+    sim = carom.load(folder / "state.h5")
+    assert isinstance(sim, carom.Simulation)
+    assert sim.collisions == 50
+
+
+def test_what_cannot_be_loaded_is_a_sentence_that_lists_what_can(folder, tmp_path):
+    (tmp_path / "notes.txt").write_text("hello")
+    (tmp_path / "other.json").write_text('{"kind": "thing"}')
+    (tmp_path / "empty").mkdir()
+    frames = next((folder / "run1").glob("*.h5md"))
+    unknown = [tmp_path / name for name in ("notes.txt", "other.json", "empty", "no")]
+    for path in (*unknown, frames, 3):
+        with pytest.raises(CaromError, match=r"a scene file .*, a checkpoint .*, the folder of a run, pack"):
+            carom.load(path)
+
+
+def test_what_is_not_finished_says_how_to_go_on(folder, tmp_path):
+    for source, name in (("run1", "checkpoint.h5"), ("pack1", "compression.h5")):
+        (tmp_path / source).mkdir()
+        (tmp_path / source / name).write_bytes((folder / source / name).read_bytes())
+        with pytest.raises(FileError, match=f"carom resume .*{source}"):
+            carom.load(tmp_path / source)
+
+
+def test_a_folder_is_accepted_wherever_a_file_is(folder, tmp_path):
+    with carom.open(folder / "run1") as frames:
+        assert len(frames) == 3
+        assert isinstance(frames[-1], Frame)
+        assert np.isfinite(carom.rdf(frames).g).all()
+    with carom.open(folder / "pack1") as frames:
+        assert frames[-1].n == 20
+    assert carom.io.read(folder / "run1").n == 32
+    assert carom.io.convert(folder / "run1", tmp_path / "out.extxyz") == 3
+    assert carom.movie(folder / "run1", tmp_path / "run.gif", size=32) == 3
+    assert "32 spheres" in carom.view(folder / "run1").title or carom.view(folder / "run1").html
+    with pytest.raises(FileError, match="a folder without a trajectory"):
+        carom.open(folder)
+
+
+@pytest.mark.parametrize("command", ["export", "movie", "rdf", "view"])
+def test_a_command_takes_a_folder_and_replaces_its_own_page_or_table(folder, tmp_path, command):
+    words = {
+        "export": [str(tmp_path / "out.extxyz")],
+        "movie": [str(tmp_path / "out.gif"), "--size", "32", "--color", "speed"],
+        "rdf": ["--rmax", "1.5"],
+        "view": ["--no-open"],
+    }[command]
+    for again in (False, True):
+        done = CliRunner().invoke(cli.app, [command, str(folder / "run1"), *words])
+        if again and command in ("export", "movie"):
+            assert done.exit_code == 2
+            assert "--overwrite" in done.output
+        else:
+            assert done.exit_code == 0, done.output
+
+
+def test_a_page_of_somebody_else_is_not_replaced(folder, tmp_path):
+    (tmp_path / "view.html").write_text("<html>mine</html>")
+    (tmp_path / "trajectory.extxyz").touch()
+    done = CliRunner().invoke(cli.app, ["view", str(tmp_path), "--no-open"])
+    assert done.exit_code == 2
+    assert "--overwrite" in done.output
+
+
+@pytest.mark.parametrize(
+    ("call", "sentence"),
+    [
+        (lambda: carom.pack(3.5), "starts from a number of particles, a Scene or a scene file"),
+        (lambda: carom.pack(100, eta=0.3), "it is called packing_fraction"),
+        (lambda: carom.pack(100, until_pressure=1e3), "it is called until_Z"),
+        (lambda: carom.pack(carom.Scene.crystal(32, 0.3), dimension=3), "dimension is for points"),
+        (lambda: carom.run(100), "takes a Scene, a scene file .* or the folder of a run"),
+        (lambda: carom.run(carom.Scene.crystal(32, 0.3), hours=3), "it is called walltime"),
+        (lambda: carom.run(seconds=3), "did you mean"),
+        (lambda: carom.equation_of_state(phi=0.3), "it is called packing_fraction"),
+        (lambda: carom.equation_of_state(0.3, workers=2), "it is called cores"),
+        (lambda: carom.equation_of_state(packing_fractions=[0.3]), "it is called packing_fraction"),
+        (lambda: carom.transport(eta=0.1), "it is called packing_fraction"),
+        (lambda: carom.transport(0.1, cores=0), "cores must be"),
+        (lambda: carom.spherical_code(5, seeds=3), "it is called tries"),
+        (lambda: carom.plan(0.3), "begins with a target"),
+        (lambda: carom.plan("Z=1e-3", eta=0.3), "it is called packing_fraction"),
+        (lambda: carom.plan("Z=1e-3", packing_fraction=0.3, hours=1.0), "it is called walltime"),
+        (lambda: carom.open(3), "the path of a file or folder"),
+    ],
+)
+def test_a_wrong_argument_is_a_sentence_with_the_right_word(call, sentence):
+    with pytest.raises(InputError, match=sentence):
+        call()
+
+
+def test_the_coefficients_of_one_point_are_attributes(folder):
+    study = carom.load(folder / "transport1")
+    assert study.shear_viscosity is not None
+    assert math.isnan(study.shear_viscosity.value.mean)  # of so short a run
+    assert "unknown" in str(study)
+    whole = " ".join(word for row in study.cells() for word in row)
+    assert "nan" not in whole
+    assert "blocks too short for a slope" in whole
+
+
+def test_studies_go_on_from_their_folder(folder):
+    before = carom.load(folder / "eos1")
+    study = carom.resume(folder / "eos1", cores=1)
+    assert study.complete
+    assert study.engine == ""  # nothing was left to run
+    assert study.table == before.table
+    assert carom.resume(folder / "transport1").complete
+    done = CliRunner().invoke(cli.app, ["resume", str(folder / "eos1")])
+    assert done.exit_code == 0, done.output
+    assert "2 points" in done.output
