@@ -16,13 +16,15 @@ _LAZY = {
     "Scene": "carom.scene.scene",
     "Species": "carom.scene.species",
     "Simulation": "carom.simulation.simulation",
+    "Tuning": "carom.simulation.tuning",
+    "CSVLog": "carom.simulation.csv_log",
+    "hit": "carom.simulation.callbacks",
     "Statistics": "carom.simulation.simulation",
     "Frame": "carom.frame",
     "Block": "carom.block",
     "Pressure": "carom.observables.pressure",
     "PotentialEnergy": "carom.observables.potential_energy",
     "WallPressure": "carom.observables.wall_pressure",
-    "explain": "carom.simulation.explanation",
     "check": "carom.simulation.conditions",
     "rdf": "carom.observables.rdf",
     "view": "carom.pictures.view",
@@ -57,9 +59,16 @@ def _viewed() -> Any:
     return view
 
 
+def _plotted() -> Any:
+    from carom.pictures.plots import snapshot
+
+    return snapshot
+
+
 # Functions that subpackages need from subpackages above them.
 above.install("grown", _grown)
 above.install("viewed", _viewed)
+above.install("plotted", _plotted)
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]
 

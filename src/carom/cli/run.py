@@ -9,6 +9,7 @@ import typer
 
 from carom.cli.options import Json, Trusted, Workers
 from carom.cli.trouble import friendly
+from carom.simulation.tuning import Tuning
 from carom.texts import visible
 
 _SCENE = "The system (overrides a scene file)"
@@ -144,7 +145,9 @@ def run(
     if explain:
         from carom.simulation.explanation import explain as explained
 
-        found = explained(plan.build_scene(), neighbors=plan.run.neighbors, event_log=plan.output.event_log)
+        found = explained(
+            plan.build_scene(), tuning=Tuning(neighbors=plan.run.neighbors), event_log=plan.output.event_log
+        )
         typer.echo(visible(found, lines=True))
         return
     with watched() as progress, compiling_told():

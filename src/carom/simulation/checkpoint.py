@@ -18,8 +18,9 @@ from carom.scene.temperature import thermal_of
 from carom.simulation import own_observers
 from carom.simulation.clock import LAST_EPOCH
 from carom.simulation.recorder import Recorder
-from carom.simulation.run_state import RunState, requested_of
+from carom.simulation.run_state import RunState
 from carom.simulation.system_of_scene import system_of
+from carom.simulation.tuning import Tuning
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -40,7 +41,12 @@ _UNSOUND = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError,
 
 
 def save(path: str | PathLike[str], machine: RunState, extra: dict[str, Any]) -> None:
-    """Write a checkpoint; see :meth:`carom.Simulation.save`."""
+    """Write a checkpoint and small values that JSON can hold; see :meth:`carom.Simulation.save`."""
+    with machine.alone.reading():
+        _save(path, machine, extra)
+
+
+def _save(path: str | PathLike[str], machine: RunState, extra: dict[str, Any]) -> None:
     from carom.io import checkpoint
     from carom.version import __version__
 
@@ -106,8 +112,8 @@ def load(
     obstacles: Sequence[Obstacle] | None,
     observers: Sequence[Any],
     **own: Any,
-) -> tuple[RunState, dict[str, Any]]:
-    """Return what runs, and the notes kept with it; see :meth:`carom.Simulation.load`."""
+) -> RunState:
+    """Return what runs; see :meth:`carom.Simulation.load`."""
     from carom.engine.build import restore
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.io import checkpoint
@@ -151,7 +157,7 @@ def load(
         if rates is not None:
             radii = arrays["contents.radii"]
             system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))
-        requested = requested_of(*json.loads(str(attributes["wish"])))
+        requested = Tuning(*json.loads(str(attributes["wish"]))).requested
         machine = RunState(scene, velocities, system, requested, chosen)
         soundness.check_fixed(machine, arrays)
         restore(machine.engine, arrays)
@@ -162,8 +168,7 @@ def load(
         clock.offset = soundness.real(attributes, "offset", 0.0)
         machine.seconds = soundness.real(attributes, "seconds", 0.0)
         soundness.check(machine)
-        notes = json.loads(str(attributes["extra"]))
-        if not isinstance(notes, dict):
+        if not isinstance(json.loads(str(attributes["extra"])), dict):
             raise ValueError("its extra is no table")
         logged = soundness.logged_in(attributes)
     except _UNSOUND as error:
@@ -175,4 +180,4 @@ def load(
         raise InputError(f"{path} was written without an event log, so {event_log} cannot be its log.")
     if logged is not None:
         machine.log = Recorder(event_log or str(attributes["event_log"]), machine, logged)
-    return machine, notes
+    return machine

@@ -9,11 +9,12 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.observables.flights import FlightsEstimate, FlightSums, flights_of
+from carom.simulation import stretches
 
 if TYPE_CHECKING:
     from carom.engine.system import System
     from carom.simulation.run_state import RunState
-    from carom.simulation.running import Running
+    from carom.simulation.simulation import Simulation
 
 REACH = (12.0, 12.0, 8.0)
 """Where histograms end: in mean free times, mean free paths and thermal speeds of the lightest."""
@@ -37,7 +38,7 @@ def check(system: System) -> None:
 
 
 def free_flights(
-    sim: Running,
+    sim: Simulation,
     *,
     collisions_per_particle: float | None = None,
     time: float | None = None,
@@ -67,7 +68,7 @@ def free_flights(
         If the simulation was made without ``flights=True``, or not exactly one length is given, or it is not
         a positive number.
     """
-    machine = sim.machine
+    machine = sim._state
     flights = _flights(machine)
     if flights is None:
         raise InputError("free_flights() needs a simulation made with flights=True.")
@@ -80,16 +81,16 @@ def free_flights(
         length = checks.number(
             collisions_per_particle, "collisions_per_particle of free_flights()", low=0.0, open_low=True
         )
-        time = sim.time_for(checks.collisions_of(length, n))
+        time = stretches.time_for(sim, checks.collisions_of(length, n))
     else:
         time = checks.number(time, "time of free_flights()", low=0.0, open_low=True)
-    free = sim.time_for(0.5 * n)  # each collision ends two flights
+    free = stretches.time_for(sim, 0.5 * n)  # each collision ends two flights
     speed = float(np.sqrt(sim.kT / sim.scene.masses.min()))
     widths = np.array([free, free * speed, speed]) * REACH / (flights.times.shape[1] - 1)
     with machine.alone.changing():
         _clear(machine, widths)
     sums, durations, before = [], [], _sums(machine)
-    for block in sim.blocks(time / count, count):
+    for block in stretches.blocks(sim, time / count, count):
         after = _sums(machine)
         sums.append(FlightSums(*(b - a for a, b in zip(before, after, strict=True))))
         durations.append(block.duration)

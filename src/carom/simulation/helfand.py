@@ -17,7 +17,7 @@ from carom.simulation.run_loop import advance
 if TYPE_CHECKING:
     from carom.engine.system import System
     from carom.simulation.run_state import RunState
-    from carom.simulation.running import Running
+    from carom.simulation.simulation import Simulation
 
 
 def check(system: System) -> None:
@@ -40,7 +40,7 @@ def check(system: System) -> None:
 
 
 def helfand(
-    sim: Running,
+    sim: Simulation,
     *,
     every: float,
     count: int,
@@ -71,7 +71,7 @@ def helfand(
     InputError
         If the simulation was made without ``currents=True``.
     """
-    machine = sim.machine
+    machine = sim._state
     if not machine.system.currents:
         raise InputError("helfand() needs currents, and this simulation has none: Simulation(currents=True).")
     step = Fraction(checks.number(every, "every", low=0.0, open_low=True))

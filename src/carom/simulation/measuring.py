@@ -14,14 +14,14 @@ from carom.frame import Frame
 from carom.notebook import watchable
 from carom.observables.precision import Goal, Prediction
 from carom.observables.protocol import outcome, sees
-from carom.simulation import own_observers
+from carom.simulation import own_observers, stretches
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import StructuralRelaxation
 from carom.simulation.until_precise import tell_doubts, until
 
 if TYPE_CHECKING:
-    from carom.simulation.running import Running
+    from carom.simulation.simulation import Simulation
 
 BLOCKS = 256
 """Blocks for an observable of one's own that does not say how many."""
@@ -34,7 +34,7 @@ them.
 
 @watchable("Measuring")
 def measure(
-    sim: Running,
+    sim: Simulation,
     *observables: Any,
     collisions: int | None = None,
     collisions_per_particle: float | None = None,
@@ -116,7 +116,7 @@ def measure(
         collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
     if time is None and not cools(sim):
         assert collisions is not None
-        time = sim.time_for(collisions)  # it may run a pilot, which nothing is measured of
+        time = stretches.time_for(sim, collisions)  # it may run a pilot, which nothing is measured of
     # An observer of events needs no blocks.
     seen = BLOCKS if progress is not None else 1
     counts = [seen if own_observers.is_observer(x) else getattr(x, "blocks", BLOCKS) for x in observables]
@@ -134,7 +134,7 @@ def measure(
 
 
 def _until_precise(
-    sim: Running,
+    sim: Simulation,
     observables: tuple[Any, ...],
     relative_error: float,
     max_walltime: float | None,
@@ -177,11 +177,11 @@ class _Part:
 class _Whole(_Part):
     """An observable that is estimated from all blocks at the end, with what casts doubt on them."""
 
-    def __init__(self, sim: Running, observable: Any):
+    def __init__(self, sim: Simulation, observable: Any):
         self._sim, self._observable = sim, observable
         self._blocks: list[Block] = []
-        self._thermometer = Thermometer(sim.machine)
-        self._relaxation = StructuralRelaxation(sim.machine)
+        self._thermometer = Thermometer(sim._state)
+        self._relaxation = StructuralRelaxation(sim._state)
 
     def add(self, k: int, block: Block, frame: Frame | None) -> None:
         """Add block k."""
@@ -190,7 +190,7 @@ class _Whole(_Part):
 
     def result(self) -> Any:
         """Return the estimate."""
-        found = self._sim.estimate(self._observable, self._blocks)
+        found = stretches.estimate(self._sim, self._observable, self._blocks)
         tell_doubts(found, self._thermometer, self._relaxation)
         return found
 
@@ -201,7 +201,7 @@ class _Followed(_Part):
     Of frames it sees as many as it wants, if that number divides the ``count`` of blocks; else all.
     """
 
-    def __init__(self, sim: Running, observable: Any, count: int):
+    def __init__(self, sim: Simulation, observable: Any, count: int):
         self._observable, self._of_frames = observable, sees(observable) == "frame"
         wanted = getattr(observable, "blocks", BLOCKS)
         self._every = count // wanted if count % wanted == 0 else 1
@@ -234,10 +234,10 @@ class _Observer(_Part):
         return self._mine.result() if callable(getattr(self._mine, "result", None)) else self._mine
 
 
-def _part_of(sim: Running, observable: Any, count: int, stack: ExitStack) -> _Part:
+def _part_of(sim: Simulation, observable: Any, count: int, stack: ExitStack) -> _Part:
     """Return what is measured of one observable; observers of events are let in until the stack ends."""
     if own_observers.is_observer(observable):
-        return _Observer(stack.enter_context(own_observers.observing(sim.machine, observable)))
+        return _Observer(stack.enter_context(own_observers.observing(sim._state, observable)))
     return _Whole(sim, observable) if hasattr(observable, "of_scene") else _Followed(sim, observable, count)
 
 
@@ -259,10 +259,10 @@ def _check_observable(observable: Any) -> None:
         sees(observable)
 
 
-def _blocks(sim: Running, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
+def _blocks(sim: Simulation, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
     """Run on for a number of blocks, and yield each; while a gas cools, of so many collisions each."""
     if time is not None:
-        yield from sim.blocks(time / count, count)
+        yield from stretches.blocks(sim, time / count, count)
         return
     assert collisions is not None
     cooling = Blocks(sim, collisions / count)

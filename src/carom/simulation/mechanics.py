@@ -40,8 +40,12 @@ class Statistics:
         Pairs that scheduled each other again right after colliding: the paper's m* = i*.
     clamped_roots : int
         Negative times until contact replaced by zero.
+    spared_contacts : int
+        Contacts of two particles that lost nothing: too slow, or too soon after the last contact.
+    seconds : float
+        Wall time spent in the engine [s].
     collisions_per_second : float
-        Pair collisions per second of wall time spent in the engine.
+        Pair collisions per second of that time.
     worst_overlap : float
         Deepest overlap, in diameters. It is that of two cores at a collision. If it exceeds rounding, it is
         that of any two, or with a wall or an obstacle: now, or where a run or a sample ended (of many ends,
@@ -60,6 +64,8 @@ class Statistics:
     advancement_fraction: float
     third_party_first: int
     clamped_roots: int
+    spared_contacts: int
+    seconds: float
     collisions_per_second: float
     worst_overlap: float
     energy_drift: float
@@ -124,6 +130,7 @@ def statistics(machine: RunState) -> Statistics:
     taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
     taken_up |= machine.engine.model.rules is not None or machine.system.drive is not None
     taken_up |= not all(kept_by_motion(machine.scene))
+    spared = getattr(machine.engine.model.impact, "spared", None)
     return Statistics(
         collisions=int(tally.collisions),
         transits=int(tally.transits),
@@ -131,6 +138,8 @@ def statistics(machine: RunState) -> Statistics:
         advancement_fraction=float(tally.advancements / events) if events else 0.0,
         third_party_first=int(tally.returns),
         clamped_roots=int(tally.clamped),
+        spared_contacts=0 if spared is None else int(spared[0]),
+        seconds=machine.seconds,
         collisions_per_second=float(tally.collisions / machine.seconds) if machine.seconds else 0.0,
         worst_overlap=1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0,
         energy_drift=_energy_drift(machine, present),

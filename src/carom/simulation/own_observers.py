@@ -139,7 +139,7 @@ def observing(machine: RunState, observer: Any) -> Iterator[Any]:
     if machine.executive is not None:
         raise InputError(
             f"{type(observer).__name__} observes every event when it happens, and this simulation has "
-            "several workers: make it with workers=1."
+            "several workers: make it with cores=1."
         )
     (mine,) = checked([observer], machine.scene, machine.system)
     with machine.alone.changing():

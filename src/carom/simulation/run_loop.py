@@ -22,10 +22,14 @@ from carom.simulation.stall_detector import StallDetector
 from carom.simulation.temperature import kT_time
 
 if TYPE_CHECKING:
+    from carom.simulation.callbacks import Callbacks
     from carom.simulation.run_state import RunState
 
 MOST_FREE_TIMES = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
+
+END, GROWTH, CALL = "end", "growth", "call"
+"""Why the engine has to return at a time: the run ends, neighbours are chosen anew, something is called."""
 
 UNLIMITED = 2**62
 """As a number of collisions or an epoch: never reached."""
@@ -37,6 +41,7 @@ def advance(
     end: Fraction | None,
     walltime: float | None = None,
     progress: Callable[[float], object] | None = None,
+    callbacks: Callbacks | None = None,
 ) -> Block:
     """Continue for a number of collisions, to an instant, or for seconds: see :meth:`carom.Simulation.run`.
 
@@ -53,7 +58,7 @@ def advance(
         machine.refuse_inherited()
         if not machine.scheduled:
             machine.schedule()
-        block = _advance(machine, collisions, end, walltime, progress)
+        block = _advance(machine, collisions, end, walltime, progress, callbacks)
         machine.depths.keep(machine)
         return block
 
@@ -64,6 +69,7 @@ def _advance(
     end: Fraction | None,
     walltime: float | None,
     progress: Callable[[float], object] | None,
+    callbacks: Callbacks | None,
 ) -> Block:
     from carom.engine import constants, cycle
 
@@ -79,13 +85,17 @@ def _advance(
     only_end = end if walltime is None and collisions is None else None
     stall_detector = None
     most_free_times = None if collisions is not None and end is None else math.inf
+    alone = callbacks is not None and callbacks.needs_events
     left = CYCLES
     while True:
-        stop, final = _stop(machine, end)
+        instant, why = _next_stop(machine, end, callbacks)
+        stop = _split(machine, instant)
         log = None if machine.log is None else machine.log.buffer
+        log = log if callbacks is None else callbacks.log(log)
         cycles, unused = min(machine.budget.count, left), 0
         began = compile_listeners.running()
-        if machine.executive is not None and machine.executive.window(stop, int(target)):
+        several = None if alone else machine.executive
+        if several is not None and several.window(stop, int(target)):
             code = constants.SPENT
         else:
             try:
@@ -100,23 +110,28 @@ def _advance(
         if wrong is not None:
             raise InputError(wrong)
         clock, record = machine.clock, machine.engine.state.clock[0]
-        if code == constants.IDLE and (end is not None or not final):
+        if code == constants.IDLE and (end is not None or why == GROWTH):
             machine.rest_until(stop)
             code = constants.REACHED_TIME
         if code == constants.REACHED_TIME:
             clock.epoch, clock.offset = int(stop[0]), float(stop[1])
-            if final:
+            if why == CALL:
+                assert callbacks is not None
+                if callbacks.pause() or instant == end:
+                    break
+            elif why == END:
                 break
-            machine.refit()
+            else:
+                machine.refit()
         else:
             # Where a run ended at a time, the last event lies behind the present.
             clock.epoch, clock.offset = max(
                 (clock.epoch, clock.offset), (int(record.epoch), float(record.now))
             )
-        if code == constants.REACHED_COLLISIONS:
+        if code in (constants.REACHED_COLLISIONS, constants.REACHED_HIT):
             break
         if code == constants.IDLE:
-            if collisions is not None:
+            if collisions is not None or callbacks is not None:
                 _warn("Nothing moves, so nobody will ever collide: the run ended.")
             break
         if code == constants.NEEDS_HEAP:
@@ -131,9 +146,12 @@ def _advance(
         if now >= deadline:
             break
         left -= cycles - int(unused)
-        if code == constants.SPENT and left > 0:
+        called = code == constants.REACHED_TIME and why == CALL
+        if (code == constants.SPENT or called) and left > 0:
             continue
         left = CYCLES  # what follows happens at the same cycles, however long they take
+        if callbacks is not None and callbacks.between():
+            break
         # Only now: many short runs would spend their time with looking at all velocities, or at the clock.
         if most_free_times is None and machine.collisions == last_seen:
             most_free_times = _patience(machine)
@@ -168,17 +186,27 @@ def _advance(
     )
 
 
-def _stop(machine: RunState, end: Fraction | None) -> tuple[tuple[np.int64, float], bool]:
-    """Return where the engine has to return, as an epoch and an offset, and whether the run ends so."""
-    clock, final = machine.clock, True
+def _next_stop(
+    machine: RunState, end: Fraction | None, callbacks: Callbacks | None
+) -> tuple[Fraction | None, str]:
+    """Return the instant at which the engine has to return, or None, and why."""
+    instant, why = end, END
     if machine.system.rates is not None:
-        refit = clock.base + machine.unit.to_scene(Fraction(machine.scheme.horizon), 1)
-        if end is None or refit < end:
-            end, final = refit, False
-    if end is None:
-        return (np.int64(UNLIMITED), 0.0), True
-    epoch, offset = clock.split(end)
-    return (np.int64(epoch), float(offset)), final
+        refit = machine.clock.base + machine.unit.to_scene(Fraction(machine.scheme.horizon), 1)
+        if instant is None or refit < instant:
+            instant, why = refit, GROWTH
+    upcoming = None if callbacks is None else callbacks.next
+    if upcoming is not None and (instant is None or upcoming <= instant):
+        instant, why = upcoming, CALL
+    return instant, why
+
+
+def _split(machine: RunState, instant: Fraction | None) -> tuple[np.int64, float]:
+    """Return an instant as the engine takes it, an epoch and an offset; None is never reached."""
+    if instant is None:
+        return np.int64(UNLIMITED), 0.0
+    epoch, offset = machine.clock.split(instant)
+    return np.int64(epoch), float(offset)
 
 
 def _fraction(machine: RunState, before: int, start: Fraction, target: int, end: Fraction | None) -> float:

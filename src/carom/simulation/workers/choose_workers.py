@@ -37,8 +37,8 @@ def executive_of(machine: RunState, workers: int | str) -> Executive | None:
 
     automatic = workers == "auto"
     if isinstance(workers, str) and not automatic:
-        raise InputError(f"workers is {workers!r}; expected a number or 'auto'.")
-    count = cores() if automatic else checks.integer(workers, "workers", low=1, high=MOST)
+        raise InputError(f"cores is {workers!r}; expected a number or 'auto'.")
+    count = cores() if automatic else checks.integer(workers, "cores", low=1, high=MOST)
     if automatic and machine.scene.n < TWO_WORKERS_FROM.get(machine.scene.dimension, math.inf):
         return None
     if count == 1:
@@ -52,4 +52,4 @@ def executive_of(machine: RunState, workers: int | str) -> Executive | None:
         obstacle = "its small box"
     if automatic:
         return None
-    raise InputError(f"This scene runs on one worker only, because of {obstacle}: leave out workers.")
+    raise InputError(f"This scene runs on one core only, because of {obstacle}: leave out cores.")
