@@ -63,16 +63,7 @@ MEANT = {
 """Other words for keywords of a simulation."""
 
 KNOWN = ("kT", "seed", "growth", "event_log", "currents", "flights", "observers", "cores", "tuning")
-RUN_KNOWN = (
-    "collisions",
-    "collisions_per_particle",
-    "time",
-    "walltime",
-    "until",
-    "every",
-    "call",
-    "progress",
-)
+LIMITS = ("collisions", "collisions_per_particle", "time", "walltime", "until")
 
 
 class Simulation:
