@@ -53,7 +53,7 @@ ideal = scene.n * g / (width * kT) * np.exp(-g * (middle - 0.5) / kT)
 
 # %% What the floor bore, and how well the energy was kept.
 floor = sim.obstacles[0]
-momentum = sim.frame().velocities[:, 1].sum() - sim.machine.velocities[:, 1].sum()
+momentum = sim.frame().velocities[:, 1].sum() - sim._state.velocities[:, 1].sum()
 print(f"kT = {kT:.4f}, mean force on the floor over the weight, corrected for the momentum of the column: ")
 print((floor.impulse - momentum - sim.obstacles[1].impulse) / (scene.n * g * sim.time))
 print(

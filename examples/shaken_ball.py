@@ -42,7 +42,7 @@ def impacts(amplitude):
     log = args.out / "log.h5"
     with carom.Simulation(scene, event_log=log) as sim:
         sim.run(time=bounces * period)
-        length = sim.epoch_length
+        length = sim._state.epoch_length
     found = read_events(log)
     log.unlink()
     return found.epoch * length + found.time

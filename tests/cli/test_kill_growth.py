@@ -37,7 +37,7 @@ while sim.collisions < 12_000:
     sim.save(state)
 frame, kept = sim.frame(), folder / "end.partial"
 with kept.open("wb") as file:
-    sums = [sim.tally.virial, *(side.impulse for side in sim.obstacles)]
+    sums = [stretches.tally(sim).virial, *(side.impulse for side in sim.obstacles)]
     parts = frame.positions, frame.velocities, frame.diameters, frame.images, sums
     np.savez(file, *parts, sim.collisions_by_species)
 kept.rename(folder / "end.npz")

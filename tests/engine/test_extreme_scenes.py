@@ -166,11 +166,11 @@ def test_contacts_beyond_the_sum_of_radii_are_met_under_every_image():
 sim = carom.Simulation(scene, seed=1)
 for frame in sim.sample(every=0.05, count=30):
     assert_no_overlap(scene, frame)
-print(sim.machine.scheme.kind)
+print(sim._state.scheme.kind)
 """
     assert said(CONTACTS + program) == "sectors"
     sentence = said(
-        CONTACTS + "sim = carom.Simulation\ntry:\n    sim(scene, neighbors='lists')\n"
+        CONTACTS + "sim = carom.Simulation\ntry:\n    sim(scene, tuning=carom.Tuning(neighbors='lists'))\n"
         "except carom.InputError as error:\n    print(error)"
     )
     assert "need box edges of at least" in sentence

@@ -64,7 +64,7 @@ def assert_events_are_the_oracles(d, restitution, count, time=60.0):
     with tempfile.TemporaryDirectory() as folder:
         with carom.Simulation(scene, event_log=Path(folder) / "log.h5") as sim:
             sim.run(time=time)
-            length = sim.epoch_length
+            length = sim._state.epoch_length
         found = read_events(Path(folder) / "log.h5")
     rows = zip(found.epoch, found.time, found.i, found.j, strict=True)
     events = [(epoch * length + t, i, j) for epoch, t, i, j in rows]

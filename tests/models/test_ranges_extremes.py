@@ -75,7 +75,7 @@ def scene(rule, *circles, n=12, d=2, positions=None, velocities=None, **kind):
 
 def assert_counters(sim):
     """Every counter is what distances say; 1e-9 of a radius from a circle nobody can tell."""
-    units, x = sim.units, sim.frame().positions
+    units, x = sim.interaction, sim.frame().positions
     r = x[None] - x[:, None]
     apart = np.linalg.norm(r - EDGE * np.rint(r / EDGE), axis=2)
     np.fill_diagonal(apart, np.inf)
@@ -94,7 +94,7 @@ def counted(sim, time=1.0):
     for _ in range(3):
         sim.run(time=time / 3.0)
         assert_counters(sim)
-    return sim.units
+    return sim.interaction
 
 
 def cases():
@@ -125,7 +125,7 @@ def cases():
     # All are removed, and the rest of the time passes with nobody.
     gone = carom.Simulation(scene(goes, [3.0], timer=0.5))
     assert counted(gone, 2.0).present.sum() == 0
-    assert not gone.units.counts.any()
+    assert not gone.interaction.counts.any()
     assert gone.time == 2.0
     # Who turns round at every crossing goes on.
     assert counted(carom.Simulation(scene(dithers, [3.0])), 0.5).asked["entered"] > 5
@@ -152,8 +152,8 @@ def rounds():
     flights = {"positions": [[5.0, 5.0], [2.0, 5.6]], "velocities": [[0.0, 0.0], [1.0, 0.0]]}
     sim = carom.Simulation(scene(remembers, [1.0], [1e-12], n=2, memory=(0.0, 0.0), **flights))
     sim.run(time=475.0)
-    assert sim.epoch_length < 40.0
-    assert sim.units.memory[0] == pytest.approx([472.2, 473.8], rel=1e-12)
+    assert sim._state.epoch_length < 40.0
+    assert sim.interaction.memory[0] == pytest.approx([472.2, 473.8], rel=1e-12)
 
 
 def test_a_rule_is_told_the_time_since_the_start_in_every_epoch():
@@ -176,7 +176,7 @@ def zeno():
         )
     )
     sim.run(time=2.0 - 1e-9)
-    assert sim.units.asked["entered"] > 15  # the gap falls to a third from one to the next: 3^19 is 1e9
+    assert sim.interaction.asked["entered"] > 15  # the gap falls to a third from one to the next: 3^19 is 1e9
     with pytest.raises(
         InputError, match=r"infinitely many crossings .* turns round whenever somebody enters"
     ):

@@ -18,6 +18,7 @@ from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate
 from carom.plan.plan import Plan
 from carom.scene.description import kind
+from carom.simulation import stretches
 from carom.simulation.until_precise import merged
 from carom.studies.runs.report import _other_temperature
 from carom.studies.runs.stretch import Stretch
@@ -89,7 +90,7 @@ def fluid():
     """Return a fluid of wells that was brought to kT = 3 at a density of 0.3."""
     scene = carom.Scene.crystal(cells=4, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
     sim = carom.Simulation(scene, seed=3)
-    sim.equilibrate(3.0, collisions_per_particle=600)
+    sim.equilibrate(kT=3.0, collisions_per_particle=600)
     return sim
 
 
@@ -125,7 +126,7 @@ def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
     for seed in range(6):
         scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
         sim = carom.Simulation(scene, kT=3.0, seed=seed)
-        sim.equilibrate(3.0, collisions_per_particle=1600)
+        sim.equilibrate(kT=3.0, collisions_per_particle=1600)
         kT = sim.measure(carom.PotentialEnergy(), collisions_per_particle=600).kT
         pulls.append((kT.mean - 3.0) / kT.error)  # what it misses is the error of a stretch as long
     # Six sums of two errors: their root mean square is sqrt(2), known to 29 %.
@@ -134,7 +135,7 @@ def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
 
 def test_hard_spheres_are_brought_to_a_temperature_too():
     sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.2), seed=1)
-    sim.equilibrate(0.5, collisions_per_particle=5)
+    sim.equilibrate(kT=0.5, collisions_per_particle=5)
     assert sim.kT == pytest.approx(0.5, rel=1e-12)
     assert sim.collisions == round(2.5 * sim.scene.n)
 
@@ -166,7 +167,7 @@ def falling():
 )
 def test_a_run_without_a_lasting_temperature_is_not_brought_to_one(scene, settings, reason):
     with pytest.raises(InputError, match=reason):
-        carom.Simulation(scene(), **settings).equilibrate(1.0, collisions_per_particle=10)
+        carom.Simulation(scene(), **settings).equilibrate(kT=1.0, collisions_per_particle=10)
 
 
 def test_where_nothing_has_a_potential_energy_none_is_measured():
@@ -175,7 +176,7 @@ def test_where_nothing_has_a_potential_energy_none_is_measured():
         sim.measure(carom.PotentialEnergy(), collisions_per_particle=10)
     well = carom.Simulation(carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell()))
     with pytest.raises(InputError, match=r"Simulation\.blocks"):
-        well.estimate(carom.PotentialEnergy(), [well.run(collisions=10)])
+        stretches.estimate(well, carom.PotentialEnergy(), [well.run(collisions=10)])
 
 
 def test_neighbouring_blocks_of_any_length_have_the_means_of_both():

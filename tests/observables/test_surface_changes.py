@@ -13,6 +13,7 @@ from carom.models import Ball, Plane, Segment
 from carom.observables import WallPressure
 from carom.observables.statistics import ratio
 from carom.observables.surface_changes import MOST, freed, place_of, surface_sums
+from carom.simulation import stretches
 
 
 @dataclass(frozen=True)
@@ -128,10 +129,10 @@ def test_error_bars_of_any_obstacle_cover(name, periodic, obstacles):
         with warnings.catch_warnings():
             # One of a thousand sound runs is called drifting, and there are many here.
             warnings.simplefilter("ignore", CaromWarning)
-            blocks = list(sim.blocks(sim.time_for(128 * 30) / 256, 256))
+            blocks = list(stretches.blocks(sim, stretches.time_for(sim, 128 * 30) / 256, 256))
             forces.append(
                 [
-                    sim.estimate(WallPressure(name, 1.0), series).force
+                    stretches.estimate(sim, WallPressure(name, 1.0), series).force
                     for series in (blocks, [block._replace(surface_changes=()) for block in blocks])
                 ]
             )

@@ -12,8 +12,8 @@ from carom.simulation.replay import Replay, replay, replays
 
 CASES = [
     (1, 20, {"packing_fraction": 0.5}, {}),
-    (2, 50, {"packing_fraction": 0.6}, {"neighbors": "lists", "shell": 1.3}),
-    (3, 64, {"packing_fraction": 0.2}, {"neighbors": "sectors"}),
+    (2, 50, {"packing_fraction": 0.6}, {"tuning": carom.Tuning(neighbors="lists", shell=1.3)}),
+    (3, 64, {"packing_fraction": 0.2}, {"tuning": carom.Tuning(neighbors="sectors")}),
     (3, 200, {"packing_fraction": 0.4, "diameter": 0.37, "mass": 2.6}, {}),
     (4, 16, {"packing_fraction": 0.1}, {}),
     (2, 3, {"box": (1.05, 4.0)}, {}),
@@ -31,7 +31,7 @@ def test_every_sampled_frame_is_rebuilt_to_the_bit(dimension, n, scene, settings
         frames = [sim.frame()]
         frames += sim.sample(times=[0.3719 * start.diameter * k for k in range(1, 25)])
         sim.run(collisions=10 * n)
-        frames += sim.sample(times=[round_up(sim), round_up(sim) + 3.0 * sim.epoch_length])
+        frames += sim.sample(times=[round_up(sim), round_up(sim) + 3.0 * sim._state.epoch_length])
     assert sim.collisions > 10 * n
     for mine, right in zip(replays(path, [f.time for f in frames]), frames, strict=True):
         assert_same_frame(mine, right)

@@ -99,7 +99,7 @@ def assert_rebuilt(scene, path, collisions):
     with carom.Simulation(scene, event_log=path) as sim:
         frames = [sim.frame(), *sim.sample(times=[0.2719 * k for k in range(1, 9)])]
         sim.run(collisions=collisions * scene.n)
-        frames += sim.sample(times=[round_up(sim), round_up(sim) + 2.0 * sim.epoch_length])
+        frames += sim.sample(times=[round_up(sim), round_up(sim) + 2.0 * sim._state.epoch_length])
         hits = sum(impact.hits for impact in sim.obstacles) if scene.walls or scene.obstacles else 0
     assert sim.collisions > 0
     assert hits > 0 or not (scene.walls or scene.obstacles)

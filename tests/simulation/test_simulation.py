@@ -8,6 +8,7 @@ import pytest
 import carom
 from carom.errors import InputError
 from carom.models.motions.gravity import Gravity
+from carom.simulation import stretches
 from carom.simulation.run_state import RunState
 
 SCENES = {
@@ -159,7 +160,7 @@ def test_scaling_by_powers_of_two_scales_the_bits():
 
 
 def test_without_images_there_is_no_array_for_them():
-    sim = carom.Simulation(SCENES["disks"](), seed=1, images=False)
+    sim = carom.Simulation(SCENES["disks"](), seed=1, tuning=carom.Tuning(images=False))
     sim.run(collisions=200)
     assert sim.frame().images is None
     with pytest.raises(ValueError, match="images=True"):
@@ -169,7 +170,7 @@ def test_without_images_there_is_no_array_for_them():
 def test_the_choice_of_a_scheme_leaves_the_first_collisions_alone():
     scene = SCENES["spheres"]()
     times = []
-    for choice in ({"neighbors": "sectors"}, {"shell": 1.2}, {"shell": 1.5}):
+    for choice in ({"tuning": carom.Tuning(neighbors="sectors")}, {"shell": 1.2}, {"shell": 1.5}):
         sim = carom.Simulation(scene, seed=1, **choice)
         sim.run(collisions=300)
         times.append(sim.time)
@@ -192,7 +193,7 @@ def test_a_scene_that_starts_from_rest_may_collide_later(change, settings, will_
     scene = carom.Scene(np.random.default_rng(1).uniform(1.0, 39.0, (8, 3)), 40.0, **change)
     sim = carom.Simulation(scene.with_(velocities=np.zeros((8, 3))), **settings)
     with pytest.raises(InputError, match="Nothing collides"):
-        sim.time_for(10)
+        stretches.time_for(sim, 10)
     assert asked == [{"collisions": 1000}] * will_move
 
 

@@ -16,6 +16,7 @@ from carom.engine.build import arrays, build
 from carom.engine.neighbors.plan import choose
 from carom.reference import NaiveSystem
 from carom.scene.temperature import degrees_of_freedom, peculiar, temperature
+from carom.simulation import mechanics, stretches
 from carom.simulation.system_of_scene import prepare
 
 
@@ -36,7 +37,7 @@ def cooling_rods():
         found.append((block.kT_time, block.virial, sim.kT))
         right.append((0.5 * u * half * (1 + e), 0.5 * (1 + e) * u, 0.5 * (e * u) ** 2))
         u *= e
-    assert sim.time > 100 * sim.epoch_length
+    assert sim.time > 100 * sim._state.epoch_length
     return found, right
 
 
@@ -90,7 +91,7 @@ def beside_the_oracle(size, seed, growing):
     """Return sums of the engine, and of the oracle: integral of kT, contacts of species, spared contacts."""
     scene, growth = everything(size, seed)
     growth = growth if growing else 0.0 * growth
-    settings = {"neighbors": "lists", "shell": 1.3} if growing else {}
+    settings = {"tuning": carom.Tuning(neighbors="lists", shell=1.3)} if growing else {}
     # In doubles: both trajectories agree for the few collisions that are looked at.
     oracle = NaiveSystem(
         scene.positions,
@@ -123,13 +124,13 @@ def beside_the_oracle(size, seed, growing):
     # Cut where nothing happens, saved, and resumed: nothing of the sums may be lost.
     sim.run(time=0.4 * end)
     sim.run(time=end * (1 + 1e-9) - sim.time)
-    assert not growing or sim.machine.clock.base > 0, "the engine was built anew on the way"
+    assert not growing or sim._state.clock.base > 0, "the engine was built anew on the way"
     found = {
-        "heat": sim.tally.kT_time,
-        "virial": sim.tally.virial,
+        "heat": stretches.tally(sim).kT_time,
+        "virial": stretches.tally(sim).virial,
         "counts": sim.collisions_by_species.tolist(),
-        "virial by species": float(np.triu(sim.virial_by_species).sum()),
-        "spared": sim.spared_contacts,
+        "virial by species": float(np.triu(mechanics.virial_by_species(sim._state)).sum()),
+        "spared": sim.statistics.spared_contacts,
         "hits": [impact.hits for impact in sim.obstacles],
     }
     right = {
@@ -200,11 +201,11 @@ def checkpoint(path):
         parts.run(time=1.0)
         parts.save(path)
         parts = carom.Simulation.load(path)
-    assert whole.tally == parts.tally
-    assert whole.tally.kT_time > 0.0
-    assert whole.spared_contacts == parts.spared_contacts > 0
+    assert stretches.tally(whole) == stretches.tally(parts)
+    assert stretches.tally(whole).kT_time > 0.0
+    assert whole.statistics.spared_contacts == parts.statistics.spared_contacts > 0
     assert (whole.collisions_by_species == parts.collisions_by_species).all()
-    assert (whole.virial_by_species == parts.virial_by_species).all()
+    assert (mechanics.virial_by_species(whole._state) == mechanics.virial_by_species(parts._state)).all()
     assert whole.collisions_by_species.sum() > 0
     return True
 

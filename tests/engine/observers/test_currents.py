@@ -9,6 +9,8 @@ import carom
 from carom.engine.build import arrays
 from carom.errors import InputError
 from carom.models import Kind, Ranges
+from carom.simulation import stretches
+from carom.simulation.explanation import explain
 
 EPS = np.finfo(float).eps
 
@@ -70,14 +72,14 @@ def test_currents_leave_no_trace_in_the_run():
     counted.run(collisions=3000 - counted.collisions)
     assert (plain.frame().velocities == counted.frame().velocities).all()
     assert plain.time == counted.time
-    assert plain.tally.virial == counted.tally.virial
+    assert stretches.tally(plain).virial == stretches.tally(counted).virial
 
 
 def test_the_trace_of_the_collisional_stress_is_the_virial():
     sim = fluid(currents=True)
     found = sim.helfand(every=0.5, count=11)
     virial = np.trace(found.stress[1, -1])
-    assert virial == pytest.approx(sim.tally.virial, rel=1e-12)
+    assert virial == pytest.approx(stretches.tally(sim).virial, rel=1e-12)
     # The kinetic part is twice the energy times the time, for ever.
     twice = sim.kT * sim.degrees_of_freedom
     assert np.trace(found.stress[0], axis1=1, axis2=2) == pytest.approx(
@@ -86,7 +88,7 @@ def test_the_trace_of_the_collisional_stress_is_the_virial():
 
 
 def state_of(sim):
-    return {name: value for name, value in arrays(sim.machine.engine).items() if "room" not in name}
+    return {name: value for name, value in arrays(sim._state.engine).items() if "room" not in name}
 
 
 def test_moments_go_on_in_a_run_that_was_saved(tmp_path):
@@ -106,8 +108,8 @@ def test_moments_go_on_in_a_run_that_was_saved(tmp_path):
 
 def test_a_plain_scene_compiles_no_currents():
     scene = carom.Scene.crystal(cells=3, packing_fraction=0.3)
-    assert "currents" not in carom.explain(scene).models
-    assert "currents" in carom.explain(scene).absent
+    assert "currents" not in explain(scene).models
+    assert "currents" in explain(scene).absent
 
 
 def test_units_of_time_scale_the_moments_exactly():

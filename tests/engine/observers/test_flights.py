@@ -12,6 +12,8 @@ from carom.models import Kind, Ranges
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.surfaces import Thermal
+from carom.simulation import stretches
+from carom.simulation.explanation import explain
 from carom.simulation.run_state import RunState
 
 FIVE = 5.0
@@ -77,7 +79,7 @@ def test_the_return_probability_is_counted_by_hand(found, tmp_path):
     sim.save(tmp_path / "run.h5")
     twin = carom.Simulation.load(tmp_path / "run.h5")
     collisions = 1500
-    estimate = sim.free_flights(time=sim.time_for(collisions), blocks=8)
+    estimate = sim.free_flights(time=stretches.time_for(sim, collisions), blocks=8)
     before, last, seen, back = twin.frame().velocities, {}, np.zeros(2), np.zeros(2)
     while twin.collisions < sim.collisions:
         twin.run(collisions=1)
@@ -116,7 +118,7 @@ def test_flights_are_refused_where_speeds_change_on_the_way(change, settings, sa
 def test_what_is_pinned_does_not_fly(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     scene = FLUID.with_(pinned=np.arange(FLUID.n) % 2 == 0)
-    machine = carom.Simulation(scene, seed=1, flights=True).machine
+    machine = carom.Simulation(scene, seed=1, flights=True)._state
     engine, flights = machine.engine, machine.observer(Flights)
     assert (flights.moves == np.arange(FLUID.n) % 2).all()
     for now in (0.25, 0.75):
@@ -133,12 +135,12 @@ def test_statistics_leave_no_trace_and_are_asked_for(found):
         carom.Simulation(scene).free_flights(time=1.0)
     with pytest.raises(InputError, match="either"):
         found[0].free_flights()
-    seen = found[0].machine.observer(Flights).times.sum()
+    seen = found[0]._state.observer(Flights).times.sum()
     for wrong in ({"time": "a"}, {"time": -1.0}, {"time": 0.0}, {"collisions_per_particle": "a"}):
         with pytest.raises(InputError, match=next(iter(wrong))):
             found[0].free_flights(**wrong)
-    assert found[0].machine.observer(Flights).times.sum() == seen > 0  # nothing was cleared
-    assert "flights" not in carom.explain(scene).models
+    assert found[0]._state.observer(Flights).times.sum() == seen > 0  # nothing was cleared
+    assert "flights" not in explain(scene).models
 
 
 def test_sums_of_flights_are_in_the_unit_of_time_of_the_scene():

@@ -121,7 +121,7 @@ def points(
     counts: Sequence[int] | None = None,
     diameters: Sequence[float] = (1.0,),
     periodic: bool | Sequence[bool] = True,
-    seed: int | np.random.Generator = 0,
+    seed: int | np.random.Generator = 1,
 ) -> Scene:
     """Return random points that will grow into spheres: the start of the paper's sec. 8.
 
@@ -171,7 +171,7 @@ def pack(
     collisions: int | None = None,
     stages: Sequence[tuple[float, float | None]] | None = None,
     common: bool = False,
-    seed: int = 0,
+    seed: int = 1,
     neighbors: str = "auto",
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
