@@ -207,8 +207,8 @@ CASES = {
         "--relative-error": added(
             (*LOGGED, *OUT), ("--relative-error", "0.05"), told("relative_error"), 0.05
         ),
-        "--max-walltime": added(
-            (*NO_LENGTH, *OUT, "--relative-error", "1e-3"), ("--max-walltime", "0.001"), reached, False
+        "--walltime": added(
+            (*NO_LENGTH, *OUT, "--relative-error", "1e-3"), ("--walltime", "0.001"), reached, False
         ),
         "--frames": added((*RUN, *OUT), ("--frames", "5"), lambda done: len(done.frames), 5),
         # How many there are is a matter of the clock, too: a checkpoint may take a tenth of a run.

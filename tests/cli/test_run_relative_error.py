@@ -83,7 +83,7 @@ def test_the_options_of_a_run_take_the_place_of_each_other(finished, tmp_path):
 def test_the_wall_time_bounds_a_run_out_of_reach(finished, tmp_path):
     scene, *_ = finished
     done = carom(
-        "run", scene, "--relative-error", "1e-9", "--max-walltime", "0.5", "--out", tmp_path / "run", "--json"
+        "run", scene, "--relative-error", "1e-9", "--walltime", "0.5", "--out", tmp_path / "run", "--json"
     )
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
@@ -97,7 +97,7 @@ def test_the_wall_time_bounds_a_run_out_of_reach(finished, tmp_path):
         ({"relative_error": 0.0}, "at least 1e-09"),
         ({"relative_error": 2.0}, "at most 1"),
         ({"relative_error": 1e-3, "collisions_per_particle": 10.0}, "leave one out"),
-        ({"max_walltime": 5.0}, "relative_error, which is missing"),
+        ({"walltime": 5.0}, "relative_error, which is missing"),
     ],
 )
 def test_contradictory_lengths_are_refused(keys, says):

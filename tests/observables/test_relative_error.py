@@ -78,8 +78,8 @@ def test_a_pilot_predicts_what_is_still_to_come(sim):
 def test_the_wall_time_bounds_a_request_out_of_reach(sim):
     began = time.perf_counter()
     fractions = []
-    with pytest.warns(CaromWarning, match="max_walltime"):
-        z = sim.measure(PRESSURE, relative_error=1e-9, max_walltime=0.3, progress=fractions.append)
+    with pytest.warns(CaromWarning, match="walltime"):
+        z = sim.measure(PRESSURE, relative_error=1e-9, walltime=0.3, progress=fractions.append)
     assert 0.3 <= time.perf_counter() - began < 10.0
     assert z.compressibility_factor.error > 1e-9
     assert fractions == sorted(fractions)
@@ -87,7 +87,7 @@ def test_the_wall_time_bounds_a_request_out_of_reach(sim):
 
 def test_hardly_any_wall_time_leaves_an_estimate_and_warnings(sim):
     with pytest.warns(CaromWarning):
-        z = sim.measure(PRESSURE, relative_error=1e-3, max_walltime=1e-9).compressibility_factor
+        z = sim.measure(PRESSURE, relative_error=1e-3, walltime=1e-9).compressibility_factor
     assert math.isfinite(z.mean)
 
 
@@ -103,7 +103,7 @@ def test_a_measurement_has_one_length(sim):
     with pytest.raises(InputError, match="exactly one"):
         sim.measure(PRESSURE)
     with pytest.raises(InputError, match="go with relative_error"):
-        sim.measure(PRESSURE, time=1.0, max_walltime=1.0)
+        sim.measure(PRESSURE, time=1.0, walltime=1.0)
 
 
 def test_a_lonely_sphere_has_nothing_to_measure():
@@ -140,8 +140,8 @@ def test_anticorrelated_blocks_do_not_wait_for_ever():
     # Ten rods on a ring move periodically: blocking always ends with 16 blocks, fewer than the floor.
     sim = carom.Simulation(carom.Scene.random(10, dimension=1, density=0.5, seed=1), seed=1)
     with warnings.catch_warnings():
-        warnings.simplefilter("error", CaromWarning)  # that max_walltime came first
-        z = sim.measure(PRESSURE, relative_error=1e-3, max_walltime=30.0).compressibility_factor
+        warnings.simplefilter("error", CaromWarning)  # that walltime came first
+        z = sim.measure(PRESSURE, relative_error=1e-3, walltime=30.0).compressibility_factor
     assert z.error <= 1e-3 * z.mean
     assert abs(z.mean - 1.9) < 4 * z.error
 

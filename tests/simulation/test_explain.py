@@ -109,20 +109,6 @@ def test_an_event_log_is_there_where_it_is_asked_for(tmp_path):
         assert sim.explain() == explain(PLAIN, event_log=True)
 
 
-@pytest.mark.parametrize(
-    ("requested", "says"),
-    [
-        ({"tuning": carom.Tuning(precision="half")}, "'double' or 'single'"),
-        ({"tuning": carom.Tuning(neighbors="trees")}, "'auto', 'lists', 'sectors' or 'all'"),
-        ({"shell": 0.5}, "shell must be"),
-    ],
-)
-def test_what_no_simulation_takes_is_not_explained(requested, says):
-    for refuse in (carom.explain, carom.Simulation):
-        with pytest.raises(InputError, match=says):
-            refuse(PLAIN, **requested)
-
-
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
     found = explain(PLAIN, tuning=carom.Tuning(neighbors=kind))

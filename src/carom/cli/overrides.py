@@ -56,7 +56,7 @@ def overridden(
         if kept.keys() & {*LENGTHS}:
             kept = {**dict.fromkeys(LENGTHS), **kept}
             if kept["relative_error"] is None:
-                kept.setdefault("max_walltime", None)
+                kept.setdefault("walltime", None)
         if kept:
             spec = dataclasses.replace(getattr(plan, section), **kept)
             plan = dataclasses.replace(plan, **{section: spec})

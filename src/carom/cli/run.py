@@ -67,7 +67,7 @@ def run(
         float | None,
         typer.Option(help="Or: measure until Z has this relative error.", rich_help_panel=_LENGTH),
     ] = None,
-    max_walltime: Annotated[
+    walltime: Annotated[
         float | None,
         typer.Option(help="Limit of wall time for this, in seconds.", rich_help_panel=_LENGTH),
     ] = None,
@@ -110,7 +110,7 @@ def run(
     carom run --n 500 --packing-fraction 0.3 --out dilute
     carom run --dimension 2 --packing-fraction 0.65 --out disks
     carom run --cells 4 --collisions-per-particle 500 --frames 20 --out quick
-    carom run --packing-fraction 0.3 --relative-error 1e-3 --max-walltime 600 --out precise
+    carom run --packing-fraction 0.3 --relative-error 1e-3 --walltime 600 --out precise
     carom run scene.toml --out fluid --json > summary.json
     carom run scene.toml --explain
     carom run battle.toml --trust-code
@@ -135,7 +135,7 @@ def run(
             "equilibration": equilibration,
             "collisions_per_particle": collisions_per_particle,
             "relative_error": relative_error,
-            "max_walltime": max_walltime,
+            "walltime": walltime,
             "frames": frames,
             "checkpoint_every": checkpoint_every,
         },

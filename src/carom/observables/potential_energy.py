@@ -87,7 +87,7 @@ class PotentialEnergy:
         kept = [block for block in blocks if block.duration > 0.0]
         energies = [block.energy for block in kept if block.energy is not None]
         if not kept or len(energies) < len(kept):
-            raise InputError("Blocks hold no energies; use those that Simulation.blocks() yields.")
+            raise InputError("Blocks of run() hold no energies: use measure().")
         durations = np.array([block.duration for block in kept])
         means = np.array([each.potential for each in energies]) / scene.n
         temperatures = np.array([each.kT for each in energies])

@@ -388,7 +388,7 @@ class RunSpec:
         Collisions per particle during the measurement; 10 000 when left out.
     relative_error : float
         Alternatively, measure until the standard error of Z is this fraction of Z.
-    max_walltime : float
+    walltime : float
         Wall time of all sessions, without that of compiling, after which the run ends even if
         ``relative_error`` is not reached [s].
     frames : int
@@ -409,7 +409,7 @@ class RunSpec:
     equilibration: float = 200.0
     collisions_per_particle: float | None = None
     relative_error: float | None = None
-    max_walltime: float | None = None
+    walltime: float | None = None
     frames: int | None = None
     checkpoint_every: float = 10.0
     neighbors: str = "auto"
@@ -420,10 +420,10 @@ class RunSpec:
         check.number("equilibration", low=0, high=MOST_COLLISIONS)
         check.number("collisions_per_particle", low=0, high=MOST_COLLISIONS, open_low=True)
         check.number("relative_error", low=checks.FINEST_ERROR, high=1)
-        check.number("max_walltime", low=0, high=1e9, open_low=True)
+        check.number("walltime", low=0, high=1e9, open_low=True)
         if self.relative_error is None:
-            if self.max_walltime is not None:
-                raise InputError("[run] max_walltime goes with relative_error, which is missing.")
+            if self.walltime is not None:
+                raise InputError("[run] walltime goes with relative_error, which is missing.")
             if self.collisions_per_particle is None:
                 object.__setattr__(self, "collisions_per_particle", DEFAULT_COLLISIONS)
         elif self.collisions_per_particle is not None:

@@ -40,7 +40,7 @@ def measure(
     collisions_per_particle: float | None = None,
     time: float | None = None,
     relative_error: float | None = None,
-    max_walltime: float | None = None,
+    walltime: float | None = None,
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ):
@@ -63,7 +63,7 @@ def measure(
     relative_error : float, optional
         Alternatively, run until one standard error is at most this fraction of the mean (of Z, for the
         pressure), confirmed by at least 64 independent blocks.
-    max_walltime : float, optional
+    walltime : float, optional
         Wall time, without that of compiling, after which the run ends even if the error is not reached [s].
     progress : callable or True, optional
         Called with the fraction done (with ``relative_error``, of the expected length); True shows a bar.
@@ -85,7 +85,7 @@ def measure(
     Warns
     -----
     CaromWarning
-        If ``max_walltime`` came first. If the measured quantity drifts, or changes so slowly that there are
+        If ``walltime`` came first. If the measured quantity drifts, or changes so slowly that there are
         fewer than 8 independent samples. If the stretch is too short near freezing, where the particles
         hardly leave their neighbourhoods. If species of different masses have different temperatures, or
         exchange energy too slowly for the stretch. One of a thousand runs in equilibrium is flagged as
@@ -109,9 +109,9 @@ def measure(
         if given[name] is not None:
             checks.number(given[name], name, low=0.0)
     if relative_error is not None:
-        return _until_precise(sim, observables, relative_error, max_walltime, progress, predicted)
-    if max_walltime is not None or predicted is not None:
-        raise InputError("max_walltime and predicted go with relative_error, which is missing.")
+        return _until_precise(sim, observables, relative_error, walltime, progress, predicted)
+    if walltime is not None or predicted is not None:
+        raise InputError("walltime and predicted go with relative_error, which is missing.")
     if collisions_per_particle is not None:
         collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
     if time is None and not cools(sim):
@@ -137,7 +137,7 @@ def _until_precise(
     sim: Simulation,
     observables: tuple[Any, ...],
     relative_error: float,
-    max_walltime: float | None,
+    walltime: float | None,
     progress: Callable[[float], object] | None,
     predicted: Callable[[Prediction], object] | None,
 ) -> Any:
@@ -152,11 +152,11 @@ def _until_precise(
         )
     seconds = (
         math.inf
-        if max_walltime is None
-        else checks.number(max_walltime, "max_walltime", low=0.0, open_low=True)
+        if walltime is None
+        else checks.number(walltime, "walltime", low=0.0, open_low=True)
     )
     return until(
-        sim, observable, Goal(relative_error), max_walltime=seconds, progress=progress, predicted=predicted
+        sim, observable, Goal(relative_error), walltime=seconds, progress=progress, predicted=predicted
     )
 
 

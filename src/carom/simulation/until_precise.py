@@ -27,7 +27,7 @@ def until(
     observable: Any,
     goal: Goal,
     *,
-    max_walltime: float = math.inf,
+    walltime: float = math.inf,
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ) -> Any:
@@ -38,15 +38,15 @@ def until(
     The error is computed after a pilot of 64 blocks, and then at the end that the previous error predicted.
     The stretch never becomes more than four times as long from one time to the next. When there are twice
     ``observable.blocks`` blocks, neighbours are merged. The length depends on the measured values only,
-    except for ``max_walltime``.
+    except for ``walltime``.
     """
-    stretch = _Stretch(sim, observable, goal, max_walltime, progress, predicted)
+    stretch = _Stretch(sim, observable, goal, walltime, progress, predicted)
     if not lengthen(goal, FLOOR, stretch.extend, stretch.error_bar, stretch.expect):
         stretch.result = stretches.estimate(sim, observable, stretch.blocks)
         found = stretch.result.primary
         if not goal.reached(found):
             warnings.warn(
-                f"max_walltime = {max_walltime:g} s ended the measurement at a relative error of "
+                f"walltime = {walltime:g} s ended the measurement at a relative error of "
                 f"{found.relative_error:.2g}; {goal.relative_error:g} was asked for.",
                 CaromWarning,
                 stacklevel=3,
@@ -73,12 +73,12 @@ class _Stretch:
         sim: Simulation,
         observable: Any,
         goal: Goal,
-        max_walltime: float,
+        walltime: float,
         progress: Callable[[float], object] | None,
         predicted: Callable[[Prediction], object] | None,
     ):
         self._sim, self._observable, self._goal = sim, observable, goal
-        self._seconds, self._deadline = max_walltime, compile_listeners.running() + max_walltime
+        self._seconds, self._deadline = walltime, compile_listeners.running() + walltime
         self._progress, self._predicted = progress, predicted
         self._source = Blocks(sim, block_collisions(sim.scene.n))
         self._capacity = 2 * max(int(observable.blocks), 2 * FLOOR)

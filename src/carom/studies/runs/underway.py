@@ -243,7 +243,7 @@ class Run:
         if found is not None and self.goal is not None:
             factor = min(self.goal.remaining(found), LONGEST)
             self._predict(found, factor)
-        limit = self.plan.run.max_walltime
+        limit = self.plan.run.walltime
         if limit is not None:
             # The length of a segment follows from the expected stretch, which must not exceed the wall time.
             factor = max(min(factor, limit / stretch.engine_seconds), 1.0)
@@ -279,7 +279,7 @@ class Run:
 
     def _late(self) -> bool:
         """Return whether the wall time is over; a run has at least one frame."""
-        limit = self.plan.run.max_walltime
+        limit = self.plan.run.walltime
         return limit is not None and self._spent() >= limit and self.stretch.written > 0
 
     def _spent(self) -> float:
