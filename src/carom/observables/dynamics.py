@@ -133,7 +133,7 @@ class Dynamics:
         if frame.images is None:
             raise InputError(
                 "Displacements need image counts, which this frame lacks; sample with "
-                "tuning=carom.Tuning(images=True)."
+                "carom.Tuning(images=True)."
             )
         if self._frames == 0:
             self._begin(frame)

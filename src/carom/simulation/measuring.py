@@ -150,11 +150,7 @@ def _until_precise(
             f"relative_error needs an estimate on the way, which {type(observable).__name__} does not give; "
             "name a length instead."
         )
-    seconds = (
-        math.inf
-        if walltime is None
-        else checks.number(walltime, "walltime", low=0.0, open_low=True)
-    )
+    seconds = math.inf if walltime is None else checks.number(walltime, "walltime", low=0.0, open_low=True)
     return until(
         sim, observable, Goal(relative_error), walltime=seconds, progress=progress, predicted=predicted
     )

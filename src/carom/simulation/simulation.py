@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
-from fractions import Fraction
+from collections.abc import Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +11,9 @@ import numpy as np
 
 from carom import above, checks, densities
 from carom.arithmetic import power
-from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.models.copies import copied
-from carom.notebook import watchable
 from carom.scene.scene import Scene
 from carom.scene.temperature import at_temperature, degrees_of_freedom
 from carom.scene.velocities import velocities_of
@@ -31,17 +28,16 @@ from carom.simulation import (
     mechanics,
     own_observers,
     pair_steps,
-    run_loop,
+    running,
     sampling,
     temperature,
 )
-from carom.simulation.callbacks import Call, Callbacks, Hit
 from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_guard import exclusive
 from carom.simulation.run_state import RunState
 from carom.simulation.system_of_scene import growth_rates, prepare
-from carom.simulation.tuning import DEFAULT, Tuning
+from carom.simulation.tuning import DEFAULT, MEANT, Tuning
 from carom.simulation.workers.choose_workers import executive_of
 
 if TYPE_CHECKING:
@@ -55,15 +51,8 @@ if TYPE_CHECKING:
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
 
-MEANT = {
-    "workers": "cores",
-    "max_walltime": "walltime",
-    **{name: f"tuning=carom.Tuning({name}=...)" for name in ("neighbors", "shell", "images", "precision")},
-}
-"""Other words for keywords of a simulation."""
-
 KNOWN = ("kT", "seed", "growth", "event_log", "currents", "flights", "observers", "cores", "tuning")
-LIMITS = ("collisions", "collisions_per_particle", "time", "walltime", "until")
+"""Keywords of a simulation."""
 
 
 class Simulation:
@@ -307,91 +296,6 @@ class Simulation:
         """Counters and numerical errors of the run so far."""
         return mechanics.statistics(self._state)
 
-    @watchable("Running")
-    def run(
-        self,
-        *,
-        collisions: int | None = None,
-        collisions_per_particle: float | None = None,
-        time: float | None = None,
-        walltime: float | None = None,
-        until: Hit | Callable[[Simulation], object] | None = None,
-        every: float | None = None,
-        call: Call | Sequence[Call] | None = None,
-        progress: Callable[[float], object] | None = None,
-        **unknown: Any,
-    ) -> Block:
-        """Run until the first of the given limits is reached.
-
-        Parameters
-        ----------
-        collisions : int, optional
-            Pair collisions to add, a whole number.
-        collisions_per_particle : float, optional
-            The same per particle: every collision counts for two particles.
-        time : float, optional
-            Time to add [time]; the run then ends exactly there.
-        walltime : float, optional
-            Seconds of wall time, without those of compiling.
-        until : Hit or callable, optional
-            ``carom.hit("door")``: the run ends exactly at the contact with that obstacle. Or a condition: the
-            run ends where ``until(sim)`` is true. It is looked at now, and then ``every`` so often, or else
-            after every 20 000 events; it does not see what is in between.
-        every : float, optional
-            Time between two calls [time]; the first is so long after the present.
-        call : callable or sequence of callables, optional
-            Called with the simulation at exactly these times, such as :class:`carom.CSVLog`. They may look at
-            it and save it, and do not affect the trajectory. The run can be continued if one of them raises
-            an exception.
-        progress : callable or True, optional
-            Called from time to time with the fraction done; does not affect the trajectory. True shows a bar.
-
-        Returns
-        -------
-        Block
-            Duration, collisions and virial of this stretch.
-
-        Raises
-        ------
-        InputError
-            If no limit is given, or one is not a number of at least zero; if ``call`` and ``every`` are not
-            given together, or there is no such obstacle. Also if a time cannot be reached, because growing
-            particles jam before it or have no room at all; the state is then that at which the run stopped.
-        BusyError
-            If another thread uses this simulation, or if this is called by a callback of a run.
-
-        Warns
-        -----
-        CaromWarning
-            If the requested collisions cannot happen: nothing moves, there is only one particle, or there
-            was no collision in a thousand mean free times.
-        """
-        checks.refuse_unknown("run()", unknown, MEANT, (*LIMITS, "every", "call", "progress"))
-        limits = {
-            "collisions": collisions,
-            "collisions_per_particle": collisions_per_particle,
-            "time": time,
-            "walltime": walltime,
-        }
-        for name, value in limits.items():
-            if value is not None:
-                checks.number(value, name, low=0.0)
-        if collisions is not None and collisions % 1 != 0:
-            raise InputError(f"collisions must be a whole number, found {checks.describe(collisions)}.")
-        if until is None and all(value is None for value in limits.values()):
-            raise InputError(f"run() needs a limit: one of {', '.join(LIMITS)}.")
-        if collisions_per_particle is not None:
-            added = checks.collisions_of(collisions_per_particle, self.scene.n)
-            collisions = added if collisions is None else min(collisions, added)
-        present, callbacks = self._state.clock.instant, None
-        end = None if time is None else present + Fraction(float(time))
-        if until is not None or every is not None or call is not None:
-            callbacks = Callbacks(self, every, call, until)
-            if callbacks.holds():
-                return run_loop.advance(self._state, None, present)
-        whole = None if collisions is None else int(collisions)
-        return run_loop.advance(self._state, whole, end, walltime, progress, callbacks)
-
     @exclusive
     def frame(self) -> Frame:
         """Return all particles at the present time; does not affect the trajectory."""
@@ -474,6 +378,7 @@ class Simulation:
         self._state.refit(at_temperature(self.scene, self.frame().velocities, kT), rates)
 
     # Long enough for modules of their own.
+    run = running.run
     equilibrate = equilibration.equilibrate
     sample = sampling.sample
     write = sampling.write
