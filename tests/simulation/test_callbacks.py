@@ -157,9 +157,9 @@ def test_a_wrong_word_of_a_run_is_one_sentence(keywords, says):
 
 
 def test_where_nothing_moves_nothing_is_hit():
-    scene = carom.Scene([[4.0, 2.0]], 8.0, periodic=False, velocities=[[0.0, 0.0]])
+    still = SCENE.with_(velocities=np.zeros((SCENE.n, 2)))
     with pytest.warns(CaromWarning, match="Nothing moves"):
-        carom.Simulation(scene).run(until=carom.hit("lower wall of axis 0"))
+        carom.Simulation(still).run(until=carom.hit("door"))
 
 
 def test_a_log_holds_what_the_run_had(tmp_path):

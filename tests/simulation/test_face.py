@@ -59,6 +59,8 @@ def test_an_old_or_wrong_word_is_answered_with_the_right_one(word, says):
     if word == "workers":
         with pytest.raises(InputError, match=says):
             carom.Simulation.load("state.h5", workers=2)
+        with pytest.raises(InputError, match="it is called walltime"):
+            carom.Simulation(SCENE).measure(carom.Pressure(), relative_error=0.1, max_walltime=1.0)
 
 
 @pytest.mark.parametrize("wrong", [{"neighbors": "trees"}, {"precision": "half"}, {"shell": 0.5}])

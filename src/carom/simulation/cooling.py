@@ -9,10 +9,10 @@ from carom.block import Block
 from carom.simulation import stretches
 
 if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.in_motion import InMotion
 
 
-def cools(sim: Simulation) -> bool:
+def cools(sim: InMotion) -> bool:
     """Return whether contacts lose energy, and growth adds none."""
     system = sim._state.system
     return not system.elastic and system.rates is None
@@ -35,7 +35,7 @@ class Blocks:
     from its own, so that no mean is biased.
     """
 
-    def __init__(self, sim: Simulation, collisions: float):
+    def __init__(self, sim: InMotion, collisions: float):
         self._sim, self._wanted = sim, collisions
         self._duration = stretches.time_for(sim, collisions)
         self._cools = cools(sim)

@@ -7,14 +7,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from carom.errors import FileError, InputError
 from carom.simulation import stretches
 
 if TYPE_CHECKING:
     from carom.block import Block
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.in_motion import InMotion
 
 COLUMNS = ("time", "collisions", "kT", "Z", "U")
 
@@ -56,7 +56,7 @@ class CSVLog:
     def __init__(
         self,
         path: str | PathLike[str],
-        columns: Sequence[str] | Mapping[str, Callable[[Simulation], object] | None] | None = None,
+        columns: Sequence[str] | Mapping[str, Callable[[Any], object] | None] | None = None,
         *,
         append: bool = False,
     ):
@@ -73,7 +73,7 @@ class CSVLog:
         self._before: Block | None = None
         self._open = False
 
-    def __call__(self, sim: Simulation) -> None:
+    def __call__(self, sim: InMotion) -> None:
         """Write a row."""
         if not self._columns:
             self._columns = dict.fromkeys(_columns_of(sim))
@@ -109,7 +109,7 @@ class CSVLog:
         _write(self.path, [head, *kept], "w")
         self._open = True
 
-    def _value(self, name: str, sim: Simulation, now: Block) -> float | int | str:
+    def _value(self, name: str, sim: InMotion, now: Block) -> float | int | str:
         """Return the value in a column."""
         if name == "time":
             return now.duration
@@ -129,7 +129,7 @@ class CSVLog:
         return "" if math.isnan(z) else z
 
 
-def _columns_of(sim: Simulation) -> tuple[str, ...]:
+def _columns_of(sim: InMotion) -> tuple[str, ...]:
     """Return the columns that a scene has."""
     from carom.observables.potential_energy import without_potential
     from carom.observables.pressure import without_pressure

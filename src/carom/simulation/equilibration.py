@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.notebook import watchable
 from carom.simulation import stretches
+from carom.simulation.keywords import corrected
 from carom.simulation.relaxation import StructuralRelaxation
+
+if TYPE_CHECKING:
+    from carom.simulation.in_motion import InMotion
 
 ENDS = (*(k / 32 for k in range(1, 13)), 3 / 4)
 """Parts of the length after which velocities are scaled. The first rounds are short, as kT changes much; the
@@ -56,7 +60,7 @@ class Equilibration:
         Collisions, time and integral of kT at the beginning of each round so far.
     """
 
-    def __init__(self, sim: Any, kT: float, collisions: int, begun: Sequence[Any] = ()):
+    def __init__(self, sim: InMotion, kT: float, collisions: int, begun: Sequence[Any] = ()):
         self._sim, self._kT = sim, kT
         self.begun: list[tuple[Any, ...]] = [tuple(each) for each in begun] or [self._now()]
         start = int(self.begun[0][0])
@@ -101,8 +105,9 @@ class Equilibration:
 
 
 @watchable("Equilibrating")
+@corrected
 def equilibrate(
-    sim: Any,
+    sim: InMotion,
     *,
     collisions_per_particle: float = 200.0,
     kT: float | None = None,
@@ -172,7 +177,9 @@ def equilibrate(
     _leave_neighbourhoods(sim, start, collisions, relaxation)
 
 
-def _leave_neighbourhoods(sim: Any, start: int, collisions: int, relaxation: StructuralRelaxation) -> None:
+def _leave_neighbourhoods(
+    sim: InMotion, start: int, collisions: int, relaxation: StructuralRelaxation
+) -> None:
     """Run on until the particles have left their neighbourhoods; the run began at a number of collisions."""
     while True:
         moved, needed = relaxation.distances()
@@ -197,7 +204,7 @@ def _leave_neighbourhoods(sim: Any, start: int, collisions: int, relaxation: Str
             return
 
 
-def _refuse_kT(sim: Any, kT: float) -> None:
+def _refuse_kT(sim: InMotion, kT: float) -> None:
     """Raise InputError where scaling velocities does not bring the mean temperature to kT."""
     if reason := drifts(sim):
         raise InputError(reason)
@@ -215,13 +222,13 @@ def _refuse_kT(sim: Any, kT: float) -> None:
         )
 
 
-def exchanges(sim: Any) -> bool:
+def exchanges(sim: InMotion) -> bool:
     """Tell whether pairs exchange kinetic for potential energy, at a temperature that lasts."""
     system = sim._state.system
     return system.stepped and system.straight and system.drive is None and drifts(sim) is None
 
 
-def drifts(sim: Any) -> str | None:
+def drifts(sim: InMotion) -> str | None:
     """Return a sentence on why no temperature of a run lasts; None if one does."""
     system, scene = sim._state.system, sim.scene
     if system.rates is not None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from carom.engine.build import Engine
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.engine.system import System
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.in_motion import InMotion
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Explanation:
 
 
 def explain(
-    scene: Scene | Simulation,
+    scene: Scene | InMotion,
     *,
     growth: float | ArrayLike | None = None,
     tuning: Tuning = DEFAULT,

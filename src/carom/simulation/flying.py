@@ -13,8 +13,8 @@ from carom.simulation import stretches
 
 if TYPE_CHECKING:
     from carom.engine.system import System
+    from carom.simulation.in_motion import InMotion
     from carom.simulation.run_state import RunState
-    from carom.simulation.simulation import Simulation
 
 REACH = (12.0, 12.0, 8.0)
 """Where histograms end: in mean free times, mean free paths and thermal speeds of the lightest."""
@@ -38,7 +38,7 @@ def check(system: System) -> None:
 
 
 def free_flights(
-    sim: Simulation,
+    sim: InMotion,
     *,
     collisions_per_particle: float | None = None,
     time: float | None = None,

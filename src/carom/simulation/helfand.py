@@ -16,8 +16,8 @@ from carom.simulation.run_loop import advance
 
 if TYPE_CHECKING:
     from carom.engine.system import System
+    from carom.simulation.in_motion import InMotion
     from carom.simulation.run_state import RunState
-    from carom.simulation.simulation import Simulation
 
 
 def check(system: System) -> None:
@@ -40,7 +40,7 @@ def check(system: System) -> None:
 
 
 def helfand(
-    sim: Simulation,
+    sim: InMotion,
     *,
     every: float,
     count: int,

@@ -21,7 +21,7 @@ from carom.simulation.relaxation import StructuralRelaxation
 from carom.simulation.until_precise import tell_doubts, until
 
 if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.in_motion import InMotion
 
 BLOCKS = 256
 """Blocks for an observable of one's own that does not say how many."""
@@ -34,7 +34,7 @@ them.
 
 @watchable("Measuring")
 def measure(
-    sim: Simulation,
+    sim: InMotion,
     *observables: Any,
     collisions: int | None = None,
     collisions_per_particle: float | None = None,
@@ -134,7 +134,7 @@ def measure(
 
 
 def _until_precise(
-    sim: Simulation,
+    sim: InMotion,
     observables: tuple[Any, ...],
     relative_error: float,
     walltime: float | None,
@@ -173,7 +173,7 @@ class _Part:
 class _Whole(_Part):
     """An observable that is estimated from all blocks at the end, with what casts doubt on them."""
 
-    def __init__(self, sim: Simulation, observable: Any):
+    def __init__(self, sim: InMotion, observable: Any):
         self._sim, self._observable = sim, observable
         self._blocks: list[Block] = []
         self._thermometer = Thermometer(sim._state)
@@ -197,7 +197,7 @@ class _Followed(_Part):
     Of frames it sees as many as it wants, if that number divides the ``count`` of blocks; else all.
     """
 
-    def __init__(self, sim: Simulation, observable: Any, count: int):
+    def __init__(self, sim: InMotion, observable: Any, count: int):
         self._observable, self._of_frames = observable, sees(observable) == "frame"
         wanted = getattr(observable, "blocks", BLOCKS)
         self._every = count // wanted if count % wanted == 0 else 1
@@ -230,7 +230,7 @@ class _Observer(_Part):
         return self._mine.result() if callable(getattr(self._mine, "result", None)) else self._mine
 
 
-def _part_of(sim: Simulation, observable: Any, count: int, stack: ExitStack) -> _Part:
+def _part_of(sim: InMotion, observable: Any, count: int, stack: ExitStack) -> _Part:
     """Return what is measured of one observable; observers of events are let in until the stack ends."""
     if own_observers.is_observer(observable):
         return _Observer(stack.enter_context(own_observers.observing(sim._state, observable)))
@@ -255,7 +255,7 @@ def _check_observable(observable: Any) -> None:
         sees(observable)
 
 
-def _blocks(sim: Simulation, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
+def _blocks(sim: InMotion, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
     """Run on for a number of blocks, and yield each; while a gas cools, of so many collisions each."""
     if time is not None:
         yield from stretches.blocks(sim, time / count, count)

@@ -12,28 +12,28 @@ from carom.errors import InputError
 from carom.notebook import watchable
 from carom.simulation import run_loop
 from carom.simulation.callbacks import Call, Callbacks, Hit
-from carom.simulation.tuning import MEANT
+from carom.simulation.keywords import corrected
 
 if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.in_motion import InMotion
 
 LIMITS = ("collisions", "collisions_per_particle", "time", "walltime", "until")
 """What ends a run."""
 
 
 @watchable("Running")
+@corrected
 def run(
-    sim: Simulation,
+    sim: InMotion,
     *,
     collisions: int | None = None,
     collisions_per_particle: float | None = None,
     time: float | None = None,
     walltime: float | None = None,
-    until: Hit | Callable[[Simulation], object] | None = None,
+    until: Hit | Callable[[Any], object] | None = None,
     every: float | None = None,
     call: Call | Sequence[Call] | None = None,
     progress: Callable[[float], object] | None = None,
-    **unknown: Any,
 ) -> Block:
     """Run until the first of the given limits is reached.
 
@@ -80,7 +80,6 @@ def run(
         If the requested collisions cannot happen: nothing moves, there is only one particle, or there
         was no collision in a thousand mean free times.
     """
-    checks.refuse_unknown("run()", unknown, MEANT, (*LIMITS, "every", "call", "progress"))
     limits = {
         "collisions": collisions,
         "collisions_per_particle": collisions_per_particle,

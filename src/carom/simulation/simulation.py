@@ -32,12 +32,13 @@ from carom.simulation import (
     sampling,
     temperature,
 )
+from carom.simulation.keywords import corrected
 from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_guard import exclusive
 from carom.simulation.run_state import RunState
 from carom.simulation.system_of_scene import growth_rates, prepare
-from carom.simulation.tuning import DEFAULT, MEANT, Tuning
+from carom.simulation.tuning import DEFAULT, Tuning
 from carom.simulation.workers.choose_workers import executive_of
 
 if TYPE_CHECKING:
@@ -50,9 +51,6 @@ if TYPE_CHECKING:
     from carom.models.questions.obstacle import Obstacle
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
-
-KNOWN = ("kT", "seed", "growth", "event_log", "currents", "flights", "observers", "cores", "tuning")
-"""Keywords of a simulation."""
 
 
 class Simulation:
@@ -100,6 +98,7 @@ class Simulation:
     540
     """
 
+    @corrected
     def __init__(
         self,
         scene: Scene,
@@ -113,9 +112,7 @@ class Simulation:
         observers: Sequence[Any] = (),
         cores: int | str = 1,
         tuning: Tuning = DEFAULT,
-        **unknown: Any,
     ):
-        checks.refuse_unknown("Simulation", unknown, MEANT, KNOWN)
         if not isinstance(scene, Scene):
             raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
         if not isinstance(tuning, Tuning):
@@ -382,7 +379,7 @@ class Simulation:
     equilibrate = equilibration.equilibrate
     sample = sampling.sample
     write = sampling.write
-    measure = measuring.measure
+    measure = corrected(measuring.measure)
     helfand = helfand.helfand
     free_flights = flying.free_flights
 
@@ -402,6 +399,7 @@ class Simulation:
         checkpoint.save(path, self._state, {})
 
     @classmethod
+    @corrected
     def load(
         cls,
         path: str | PathLike[str],
@@ -414,7 +412,6 @@ class Simulation:
         drive: Drive | None = None,
         observers: Sequence[Any] = (),
         cores: int | str = 1,
-        **unknown: Any,
     ) -> Simulation:
         """Return the simulation that a checkpoint holds.
 
@@ -440,7 +437,6 @@ class Simulation:
             If the file is missing, truncated, foreign, or of another version of Carom, or if an obstacle of
             your own class is not given.
         """
-        checks.refuse_unknown("Simulation.load", unknown, MEANT, ("cores", "event_log", "observers"))
         sim = cls.__new__(cls)
         own = {"interaction": interaction, "motion": motion, "impact": impact, "drive": drive}
         sim._state = checkpoint.load(path, event_log, obstacles, observers, **own)

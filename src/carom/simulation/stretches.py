@@ -14,10 +14,10 @@ from carom.simulation import energy, mechanics, run_loop, temperature
 from carom.simulation.system_of_scene import driven_speed_of
 
 if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.in_motion import InMotion
 
 
-def tally(sim: Simulation) -> Block:
+def tally(sim: InMotion) -> Block:
     """Return duration, collisions and virial since the start, and the time integral of kT where it changes.
 
     The sizes of growing diameters are not known of it.
@@ -29,7 +29,7 @@ def tally(sim: Simulation) -> Block:
         return Block(sim.time, int(record.collisions), virial, kT_time=temperature.kT_time(state))
 
 
-def estimate(sim: Simulation, observable: Any, blocks: Sequence[Block]) -> Any:
+def estimate(sim: InMotion, observable: Any, blocks: Sequence[Block]) -> Any:
     """Return the estimate of an ``observable`` from ``blocks``, such as :func:`blocks` yields.
 
     Raises
@@ -42,7 +42,7 @@ def estimate(sim: Simulation, observable: Any, blocks: Sequence[Block]) -> Any:
     return observable.of_scene(blocks, sim.scene, kT=sim.kT)
 
 
-def blocks(sim: Simulation, duration: float, count: int) -> Iterator[Block]:
+def blocks(sim: InMotion, duration: float, count: int) -> Iterator[Block]:
     """Continue a run for ``count`` blocks of the time ``duration`` [time] and yield each.
 
     Raises
@@ -65,7 +65,7 @@ def blocks(sim: Simulation, duration: float, count: int) -> Iterator[Block]:
         before, energy_before = after, energy_after
 
 
-def time_for(sim: Simulation, collisions: float) -> float:
+def time_for(sim: InMotion, collisions: float) -> float:
     """Return the time that a number of pair collisions takes at the rate so far [time].
 
     With fewer than 1000 collisions so far, the run first continues up to 1000.
@@ -85,7 +85,7 @@ def time_for(sim: Simulation, collisions: float) -> float:
     return float(collisions) * sim.time / sim.collisions
 
 
-def _rests(sim: Simulation) -> bool:
+def _rests(sim: InMotion) -> bool:
     """Tell whether nothing moves, and no field, obstacle, growth or rule will change that."""
     state = sim._state
     starts = state.system.rates is not None or state.engine.model.rules is not None

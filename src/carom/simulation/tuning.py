@@ -67,10 +67,3 @@ class Tuning:
 
 DEFAULT = Tuning()
 """What is taken where nothing is said."""
-
-MEANT = {
-    "workers": "cores",
-    "max_walltime": "walltime",
-    **{name: f"tuning=carom.Tuning({name}=...)" for name in ("neighbors", "shell", "images", "precision")},
-}
-"""Other words for keywords of a simulation."""

@@ -19,11 +19,11 @@ from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
-    from carom.simulation.simulation import Simulation
+    from carom.simulation.in_motion import InMotion
 
 
 def until(
-    sim: Simulation,
+    sim: InMotion,
     observable: Any,
     goal: Goal,
     *,
@@ -70,7 +70,7 @@ class _Stretch:
 
     def __init__(
         self,
-        sim: Simulation,
+        sim: InMotion,
         observable: Any,
         goal: Goal,
         walltime: float,
@@ -130,7 +130,7 @@ class _Stretch:
 class _Rate:
     """Collisions per second of wall time, the first block left out: it may have waited for the compiler."""
 
-    def __init__(self, sim: Simulation):
+    def __init__(self, sim: InMotion):
         self._sim = sim
         self._collisions, self._seconds = 0, 0.0
         self._last: tuple[int, float] | None = None
