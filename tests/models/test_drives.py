@@ -296,7 +296,7 @@ def test_a_wrong_drive_is_refused_before_it_is_compiled():
         (lambda: disks(Andersen((1.0, 2.0), rate=1.0)), "2 temperatures, and the scene has 1 species"),
         (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), currents=True), "or drive"),
         (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), flights=True), "no drive"),
-        (lambda: heated(disks(Andersen(1.0, 1.0))), "sets the temperature"),
+        (lambda: heated(disks(Andersen(1.0, 1.0))), "brings the particles to kT"),
         (lambda: carom.Simulation(caps().with_(drive=Andersen(1.0, 1.0))), "keeps components on a surface"),
     ],
 )  # fmt: skip

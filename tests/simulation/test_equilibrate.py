@@ -78,7 +78,7 @@ def test_a_drive_brings_its_own_temperature():
     sim.equilibrate(collisions_per_particle=30, kT=2.0)
     with pytest.raises(InputError, match="Andersen brings the particles to kT = 2"):
         sim.equilibrate(kT=1.0)
-    noisy = carom.Simulation(scene.with_(drive=WhiteNoise(power=1.0, step=0.1)), seed=1)
+    noisy = carom.Simulation(scene.with_(drive=WhiteNoise(power=1.0, rate=1.0)), seed=1)
     with pytest.raises(InputError, match="WhiteNoise sets it"):
         noisy.equilibrate(kT=1.0)
 

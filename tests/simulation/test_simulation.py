@@ -169,8 +169,8 @@ def test_without_images_there_is_no_array_for_them():
 def test_the_choice_of_a_scheme_leaves_the_first_collisions_alone():
     scene = SCENES["spheres"]()
     times = []
-    for choice in ({"tuning": carom.Tuning(neighbors="sectors")}, {"shell": 1.2}, {"shell": 1.5}):
-        sim = carom.Simulation(scene, seed=1, **choice)
+    for choice in ({"neighbors": "sectors"}, {"shell": 1.2}, {"shell": 1.5}):
+        sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(**choice))
         sim.run(collisions=300)
         times.append(sim.time)
     # Six collisions a particle: rounding has grown by some orders of magnitude, not to the size of a time.

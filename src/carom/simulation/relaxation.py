@@ -23,20 +23,20 @@ class StructuralRelaxation:
 
     Parameters
     ----------
-    machine : RunState
+    run_state : RunState
         The run, at the beginning of the stretch.
     """
 
-    def __init__(self, machine: RunState):
-        self._machine = machine
-        followed = machine.engine.state.images is not None and machine.system.rates is None
-        self._start = machine.frame().unwrapped if followed else None
+    def __init__(self, run_state: RunState):
+        self._run_state = run_state
+        followed = run_state.engine.state.images is not None and run_state.system.rates is None
+        self._start = run_state.frame().unwrapped if followed else None
 
     def doubts(self) -> list[str]:
         """Return a sentence if the arrangement has not relaxed since the beginning (``slow_structure``)."""
         if self._start is None:
             return []
-        return slow_structure(self._machine.scene, self._square())
+        return slow_structure(self._run_state.scene, self._square())
 
     def distances(self) -> tuple[float, float]:
         """Return how far the particles moved since the beginning, and how far they must move to leave their
@@ -49,7 +49,7 @@ class StructuralRelaxation:
         is asked of particles in cages beyond freezing, a crystal or a glass; of rods on a line; and below
         freezing of others, which walls, pinned particles or wells may keep.
         """
-        scene = self._machine.scene
+        scene = self._run_state.scene
         freezing = FREEZING.get(scene.dimension)
         if self._start is None or freezing is None:
             return 0.0, 0.0
@@ -63,7 +63,7 @@ class StructuralRelaxation:
 
     def _square(self) -> float:
         assert self._start is not None
-        return mean_square_displacement(self._start, self._machine.frame().unwrapped)
+        return mean_square_displacement(self._start, self._run_state.frame().unwrapped)
 
 
 def mean_square_displacement(start: np.ndarray, end: np.ndarray) -> float:

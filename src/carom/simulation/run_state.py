@@ -49,7 +49,7 @@ class Log(Protocol):
     def mark(self) -> dict[str, Any]:
         """Return how much the file holds."""
 
-    def flush(self, machine: RunState) -> None:
+    def flush(self, run_state: RunState) -> None:
         """Write what the buffer holds."""
 
     def close(self) -> None:
