@@ -20,7 +20,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import carom
-from carom.io.events import read_events
+from carom.io.events import read_events, read_initial
 from carom.models import LEFT, TIMER, Kind, Ranges, draw
 from carom.simulation.replay import Replay
 
@@ -112,7 +112,7 @@ print("a replay agrees to the bit:", bool((again.frame().positions == sim.frame(
 
 # %% How long was who in whose circle? Whoever looks every dt sees a visit if a look falls into it.
 events = read_events(log)
-when = events.epoch * sim._state.epoch_length + events.time
+when = events.epoch * read_initial(log)["epoch_length"] + events.time
 start = {}
 r = places[:, None] - places[None]
 apart = np.hypot(r[..., 0], r[..., 1])
