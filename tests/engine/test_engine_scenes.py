@@ -168,7 +168,7 @@ def test_rescaling_leaves_momentum_of_free_axes_alone_and_gives_the_temperature(
 @pytest.mark.parametrize("ratio", [2, 20])
 def test_lists_of_several_levels_are_complete(ratio):
     scene = binary(160 if ratio == 2 else 604, ratio, 0.4)
-    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists"))
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists"), seed=0)
     levels = sim._state.engine.neighbors.bounds.grids
     assert levels > 1 if ratio == 20 else levels >= 1
     steps = 6 if ratio == 2 else 2
@@ -192,7 +192,7 @@ def test_sizes_from_one_to_twenty_keep_their_cores():
     scene = carom.Scene.random(
         species=mixed(counts=[1] * 400, diameters=sizes), packing_fraction=0.5, dimension=2, seed=2
     )
-    sim = carom.Simulation(moving(scene, 3), tuning=carom.Tuning(neighbors="lists"))
+    sim = carom.Simulation(moving(scene, 3), tuning=carom.Tuning(neighbors="lists"), seed=0)
     for _ in range(4):
         sim.run(collisions_per_particle=20)
         check_lists(sim)
@@ -203,7 +203,7 @@ def test_sizes_from_one_to_twenty_keep_their_cores():
 
 def test_masses_from_one_to_a_million_keep_energy_and_momentum():
     scene = binary(100, 2, 0.4, mass=[1e6, 1.0])
-    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists"))
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists"), seed=0)
     sim.run(collisions=20_000)
     assert sim.statistics.energy_drift < 1e-12
     assert sim.statistics.momentum_drift < 1e-12
@@ -211,7 +211,9 @@ def test_masses_from_one_to_a_million_keep_energy_and_momentum():
 
 
 def test_sums_by_species_add_up_to_the_whole():
-    sim = carom.Simulation(binary(100, 2, 0.4, mass=[2.0, 0.5]), tuning=carom.Tuning(neighbors="lists"))
+    sim = carom.Simulation(
+        binary(100, 2, 0.4, mass=[2.0, 0.5]), tuning=carom.Tuning(neighbors="lists"), seed=0
+    )
     sim.run(collisions=1000)
     counts, sums = sim.collisions_by_species, mechanics.virial_by_species(sim._state)
     assert (counts == counts.T).all()
@@ -220,7 +222,7 @@ def test_sums_by_species_add_up_to_the_whole():
 
 
 def test_limits_of_a_run_hold_for_mixtures():
-    sim = carom.Simulation(binary(100, 2, 0.4), tuning=carom.Tuning(neighbors="lists"))
+    sim = carom.Simulation(binary(100, 2, 0.4), tuning=carom.Tuning(neighbors="lists"), seed=0)
     block = sim.run(time=0.3)
     assert block.duration == 0.3
     block = sim.run(collisions=17, time=100.0)

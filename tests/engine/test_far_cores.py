@@ -28,7 +28,7 @@ def graze(width, aside):
         interaction=SquareWell(width, 0.0),
         periodic=False,
     )
-    sim = carom.Simulation(scene)
+    sim = carom.Simulation(scene, seed=0)
     assert sim.explain().models["timing"] == "FarSteps"
     sim.run(time=2.0 * (far - 0.5) + 0.75 * width)
     return sim

@@ -89,12 +89,15 @@ def test_a_million_of_any_kind_take_200_megabytes(kind, tmp_path):
         "a crystal": lambda: Scene.crystal(cells=63, packing_fraction=0.6),
         "dilute": lambda: Scene.crystal(cells=63, packing_fraction=0.1),
         "a mixture": lambda: Scene.random(
-            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.5]), packing_fraction=0.4
+            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.5]), packing_fraction=0.4, seed=0
         ),
-        "disks": lambda: Scene.random(m, 0.6, 2),
-        "dilute disks": lambda: Scene.random(m, 0.2, 2),
+        "disks": lambda: Scene.random(m, 0.6, 2, seed=0),
+        "dilute disks": lambda: Scene.random(m, 0.2, 2, seed=0),
         "a mixture of disks": lambda: Scene.random(
-            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.7]), dimension=2, packing_fraction=0.5
+            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.7]),
+            dimension=2,
+            packing_fraction=0.5,
+            seed=0,
         ),
     }[kind]()
     order = np.random.default_rng(1).permutation(scene.n)
@@ -148,8 +151,8 @@ def test_a_packed_checkpoint_holds_the_same_bits_and_is_as_small_as_is_thought(e
 
 def test_disks_take_as_much_as_spheres():
     """Files have three coordinates. So the half of 200 MB that a checkpoint leaves hold 16 frames of 10^5."""
-    spheres = Scene.random(100_000, packing_fraction=0.1)
-    disks = Scene.random(100_000, packing_fraction=0.1, dimension=2)
+    spheres = Scene.random(100_000, packing_fraction=0.1, seed=0)
+    disks = Scene.random(100_000, packing_fraction=0.1, dimension=2, seed=0)
     assert amount(plan(), spheres, 100e6) == amount(plan(), disks, 100e6) == (("h5md",), 16)
 
 
@@ -166,7 +169,10 @@ def test_what_is_asked_for_is_written_whatever_its_size():
 def test_a_frame_takes_about_as_many_bytes_as_is_thought(form, dimension, tmp_path):
     if form == "gsd":
         pytest.importorskip("gsd")
-    scene, dice = Scene.random(5000, packing_fraction=0.3, dimension=dimension), np.random.default_rng(1)
+    scene, dice = (
+        Scene.random(5000, packing_fraction=0.3, dimension=dimension, seed=0),
+        np.random.default_rng(1),
+    )
     ones = np.ones(5000)
     sizes = []
     for count in (4, 12):

@@ -62,7 +62,7 @@ def oracle(scene, restitution):
 def assert_events_are_the_oracles(d, restitution, count, time=60.0):
     scene = bed(d, restitution)
     with tempfile.TemporaryDirectory() as folder:
-        with carom.Simulation(scene, event_log=Path(folder) / "log.h5") as sim:
+        with carom.Simulation(scene, event_log=Path(folder) / "log.h5", seed=0) as sim:
             sim.run(time=time)
             length = sim._state.epoch_length
         found = read_events(Path(folder) / "log.h5")

@@ -93,7 +93,7 @@ STRETCHES = np.random.default_rng(2).exponential(0.15, 24).tolist()
 def run(tmp_path_factory):
     """A run with a log, looked at on the way and saved in the middle."""
     folder = tmp_path_factory.mktemp("ranges")
-    sim = carom.Simulation(scattered(), event_log=folder / "log.h5")
+    sim = carom.Simulation(scattered(), event_log=folder / "log.h5", seed=0)
     for k, time in enumerate(STRETCHES):
         if k == 12:
             sim.save(folder / "checkpoint.h5")
@@ -190,7 +190,7 @@ def test_the_events_are_those_of_the_naive_algorithm(run, tmp_path):
         digits=40,
     )
     expected = [oracle.decide() for _ in range(300)]
-    sim = carom.Simulation(scene, event_log=tmp_path / "log.h5")
+    sim = carom.Simulation(scene, event_log=tmp_path / "log.h5", seed=0)
     sim.run(time=float(oracle.time) * (1.0 + 1e-9))
     sim.close()
     log = read_events(tmp_path / "log.h5")
@@ -224,7 +224,7 @@ def test_the_naive_algorithm_waits_for_the_timers_of_units_at_rest():
 
 def run_in(d, n=8, edge=7.0):
     """Run units in d dimensions for a while, and count now and then."""
-    sim = carom.Simulation(scattered(n=n, d=d, edge=edge, seed=d))
+    sim = carom.Simulation(scattered(n=n, d=d, edge=edge, seed=d), seed=0)
     for time in STRETCHES[:16]:
         sim.run(time=time)
         assert_counters(sim)
@@ -288,7 +288,7 @@ def opens(unit, event):
 @pytest.mark.slow
 def test_a_rule_that_numba_cannot_compile_is_refused_in_a_sentence():
     with pytest.raises(InputError) as caught:
-        carom.Simulation(scattered(n=12).with_(interaction=ranges(asks_another))).run(time=1.0)
+        carom.Simulation(scattered(n=12).with_(interaction=ranges(asks_another)), seed=0).run(time=1.0)
     assert re.fullmatch(
         r"Numba cannot compile the rule asks_another: line \d+ of test_ranges.py, "
         r"`unit.velocity\[0\] = TABLE\[\"speed\"\]`: Untyped global name 'TABLE': Cannot determine Numba "
@@ -350,8 +350,8 @@ def aimless(unit, event):
         (lambda: Ranges([Kind("a", [1.0])], restless, seed=-1), "seed"),
         (lambda: scattered().with_(interaction=Ranges([Kind("a", [1.0])], restless)), "2 species"),
         (lambda: scattered().with_(interaction=ranges(past_the_end)), "IndexError"),
-        (lambda: carom.Simulation(scattered().with_(restitution=0.9)), "restitution"),
-        (lambda: carom.Simulation(scattered(edge=5.5)), "box"),
+        (lambda: carom.Simulation(scattered().with_(restitution=0.9), seed=0), "restitution"),
+        (lambda: carom.Simulation(scattered(edge=5.5), seed=0), "box"),
     ],
 )
 def test_bad_input_is_refused_in_a_sentence(make, words):

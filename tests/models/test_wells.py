@@ -420,20 +420,20 @@ def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
         cubic.with_(interaction=Bonds([(0, 999)], outer=1.2))
     scene = cubic.with_(interaction=well)
     with pytest.raises(InputError, match="kept in neighbour lists"):
-        carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
+        carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"), seed=0)
     for settings in ({"growth": 0.1}, {"tuning": carom.Tuning(precision="single")}):
         with pytest.raises(InputError, match="is not for pairs on steps"):
             carom.Simulation(scene, **settings)
     with pytest.raises(InputError, match="restitution is not for pairs on steps"):
-        carom.Simulation(scene.with_(restitution=0.9))
+        carom.Simulation(scene.with_(restitution=0.9), seed=0)
     with pytest.raises(InputError, match="needs box edges above"):
-        carom.Simulation(carom.Scene([[0.5] * 3, [2.0] * 3], 3.0, interaction=well))
+        carom.Simulation(carom.Scene([[0.5] * 3, [2.0] * 3], 3.0, interaction=well), seed=0)
     with pytest.raises(OverlapError, match=r"0\.9 apart, inside the hard core of 1"):
         carom.Scene([[1.0, 1.0], [1.9, 1.0]], 8.0, interaction=well)
     with pytest.raises(InputError, match=r"bonded and 2 apart; a bond reaches to 1\.2"):
         carom.Scene([[1.0, 1.0], [3.0, 1.0]], 8.0, interaction=Bonds([(0, 1)], outer=1.2))
     with pytest.raises(InputError, match="have no steps"):
-        _ = carom.Simulation(cubic).potential_energy
+        _ = carom.Simulation(cubic, seed=0).potential_energy
     with pytest.raises(InputError, match=r"Steps end at 9e-07, and at 1; expected at least 9\.5e-07"):
         cubic.with_(interaction=StepTable(Steps([9e-7, 1.0], [INF, 1.0])))
 
@@ -451,9 +451,9 @@ def test_steps_beyond_the_digits_of_a_thermal_energy_are_refused(depth, kT):
     # Of what rests, or drifts in common, no step is too high.
     rest = np.broadcast_to([abs(depth) ** 0.5, 0.0, 0.0], scene.positions.shape)
     for velocities in (0.0 * rest, rest):
-        assert carom.Simulation(scene.with_(velocities=velocities)).kT == 0.0
+        assert carom.Simulation(scene.with_(velocities=velocities), seed=0).kT == 0.0
     noise = rest * (1.0 + 1e-15 * np.arange(scene.n)[:, None])
-    assert 0.0 < carom.Simulation(scene.with_(velocities=noise)).kT < 1e-20 * abs(depth)
+    assert 0.0 < carom.Simulation(scene.with_(velocities=noise), seed=0).kT < 1e-20 * abs(depth)
 
 
 def test_a_scene_without_steps_has_none_of_it():

@@ -42,7 +42,7 @@ def test_a_tie_of_two_images_is_told_apart(tmp_path):
     path = tmp_path / "events.h5"
     velocities = [[1.0, 0.0], [-1.0, 0.0]]
     scene = carom.Scene([[1.0, 1.0], [12.0, 5.0]], (32.0, 8.0), diameter=5.0, velocities=velocities)
-    with carom.Simulation(scene, event_log=path) as sim:
+    with carom.Simulation(scene, event_log=path, seed=0) as sim:
         sim.run(collisions=9)
         (right,) = sim.sample(times=[round_up(sim)])
     assert_same_frame(replay(path, time=right.time), right)
@@ -51,7 +51,7 @@ def test_a_tie_of_two_images_is_told_apart(tmp_path):
 def test_a_replay_steps_collision_by_collision(tmp_path):
     path = tmp_path / "events.h5"
     scene = moving(carom.Scene.random(20, 0.5, 2, seed=1), 1)
-    with carom.Simulation(scene, event_log=path) as sim:
+    with carom.Simulation(scene, event_log=path, seed=0) as sim:
         run = Replay(path)
         assert run.step() is False  # nothing logged yet
         sim.run(collisions=50)
@@ -66,7 +66,7 @@ def test_a_replay_steps_collision_by_collision(tmp_path):
 def test_a_continued_log_replays_as_one(tmp_path):
     scene = moving(carom.Scene.random(20, 0.5, 2, seed=1), 1)
     path, checkpoint = tmp_path / "events.h5", tmp_path / "checkpoint.h5"
-    with carom.Simulation(scene, event_log=path) as sim:
+    with carom.Simulation(scene, event_log=path, seed=0) as sim:
         sim.run(collisions=50)
         sim.save(checkpoint)
         sim.run(collisions=33)  # lost with the crash that follows
@@ -80,7 +80,7 @@ def test_a_continued_log_replays_as_one(tmp_path):
 def short_log(tmp_path):
     path = tmp_path / "events.h5"
     scene = moving(carom.Scene.random(20, 0.5, 2, seed=1), 1)
-    with carom.Simulation(scene, event_log=path) as sim:
+    with carom.Simulation(scene, event_log=path, seed=0) as sim:
         sim.run(collisions=30)
     return path
 
@@ -113,7 +113,7 @@ def test_impossible_times_are_errors(short_log, time):
 
 def test_velocities_are_not_scaled_behind_the_back_of_a_log(tmp_path):
     with carom.Simulation(
-        carom.Scene.crystal(cells=3, packing_fraction=0.3), event_log=tmp_path / "events.h5"
+        carom.Scene.crystal(cells=3, packing_fraction=0.3), event_log=tmp_path / "events.h5", seed=0
     ) as sim:
         sim.run(time=0.5)
         with pytest.raises(InputError, match="close"):

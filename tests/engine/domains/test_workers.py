@@ -258,7 +258,7 @@ def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp
     )
     logs, frames = [], []
     for workers in (1, 2):
-        with carom.Simulation(twice, event_log=tmp_path / f"{workers}.h5", cores=workers) as sim:
+        with carom.Simulation(twice, event_log=tmp_path / f"{workers}.h5", cores=workers, seed=0) as sim:
             sim.run(collisions_per_particle=1.0)
             frames.append(sim.frame())
             assert workers == 1 or sim._state.executive.timings.windows > 0
@@ -312,20 +312,20 @@ def test_mixtures_between_walls_have_the_same_bits():
 @pytest.mark.parametrize("workers", [0, 1.5, "two"])
 def test_workers_are_a_number_or_auto(workers):
     with pytest.raises(InputError):
-        carom.Simulation(fluid(3), cores=workers)
+        carom.Simulation(fluid(3), cores=workers, seed=0)
 
 
 def test_what_one_worker_alone_can_run_is_said():
     with pytest.raises(InputError, match="growing diameters"):
-        carom.Simulation(fluid(6), growth=0.1, cores=2)
-    assert carom.Simulation(fluid(6), growth=0.1, cores="auto")._state.executive is None
+        carom.Simulation(fluid(6), growth=0.1, cores=2, seed=0)
+    assert carom.Simulation(fluid(6), growth=0.1, cores="auto", seed=0)._state.executive is None
 
 
 def test_boxes_without_room_for_two_slabs_have_one_worker_and_long_ones_as_many_as_there_is_room_for():
     with pytest.raises(InputError, match="small box"):
-        carom.Simulation(fluid(6), cores=2)
-    assert carom.Simulation(fluid(6), cores="auto")._state.executive is None
-    assert carom.Simulation(tube(), cores=100)._state.executive.workers == 24
+        carom.Simulation(fluid(6), cores=2, seed=0)
+    assert carom.Simulation(fluid(6), cores="auto", seed=0)._state.executive is None
+    assert carom.Simulation(tube(), cores=100, seed=0)._state.executive.workers == 24
 
 
 def test_workers_go_over_into_the_next_epoch_themselves():

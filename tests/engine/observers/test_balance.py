@@ -28,7 +28,7 @@ def cooling_rods():
     length, e, u, common = 5.0, 0.5, 2.0, 0.25
     velocities = [[common + u / 2], [common - u / 2]]
     scene = carom.Scene([[0.75], [3.25]], length, velocities=velocities, restitution=e, elastic_below=1e-30)
-    sim = carom.Simulation(scene)
+    sim = carom.Simulation(scene, seed=0)
     found, right = [], []
     for _ in range(12):
         # From the middle between two contacts to the next: m u^2 / 2 is kT, with one degree of freedom.
@@ -45,7 +45,7 @@ def growing_rods():
     """Two rods on a ring that grow: contacts are elastic between surfaces that approach each other faster."""
     length, u, rate, duration = 50.0, 1.0, 0.25, 30.0
     scene = carom.Scene([[1.0], [26.0]], length, velocities=[[7.0 + u / 2], [7.0 - u / 2]])
-    sim = carom.Simulation(scene, growth=rate)
+    sim = carom.Simulation(scene, growth=rate, seed=0)
     block = sim.run(time=duration)
     # Both gaps of the ring close at once, each by the rate of growth and one of them by the centres.
     time = right = virial = 0.0
@@ -65,7 +65,9 @@ def growing_rods():
 def growing_between_walls():
     """One rod that grows between two walls, which give it twice its rate of growth whenever they are hit."""
     length, v, rate, duration = 20.0, 1.0, 0.25, 40.0
-    sim = carom.Simulation(carom.Scene([[10.0]], length, periodic=False, velocities=[[v]]), growth=rate)
+    sim = carom.Simulation(
+        carom.Scene([[10.0]], length, periodic=False, velocities=[[v]]), growth=rate, seed=0
+    )
     block = sim.run(time=duration)
     time = right = 0.0
     wait = 9.5 / (v + rate / 2)
@@ -195,7 +197,7 @@ def test_a_checkpoint_keeps_all_sums(tmp_path):
 def checkpoint(path):
     """Compare a run with one that is saved and loaded on the way."""
     scene, growth = everything(1.0, 3)
-    whole, parts = (carom.Simulation(scene, growth=growth) for _ in range(2))
+    whole, parts = (carom.Simulation(scene, growth=growth, seed=0) for _ in range(2))
     whole.run(time=4.0)
     for _ in range(4):
         parts.run(time=1.0)
@@ -217,7 +219,7 @@ def test_rescaling_takes_the_momentum_away_where_it_is_conserved_and_leaves_the_
 def rescaled(_):
     """Look at the momentum, and at every velocity."""
     scene, _ = everything(1.0, 3)
-    sim = carom.Simulation(scene)
+    sim = carom.Simulation(scene, seed=0)
     before = scene.masses @ scene.velocities
     assert abs(before[0]) > 1.0
     sim.rescale(kT=0.5)

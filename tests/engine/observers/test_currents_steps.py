@@ -56,7 +56,7 @@ def position_moments(frame, drift):
 def test_the_moments_with_steps_are_those_of_positions_and_pair_energies():
     scene = cluster()
     drift = scene.masses @ scene.velocities / scene.masses.sum()
-    sim = carom.Simulation(scene, currents=True)
+    sim = carom.Simulation(scene, currents=True, seed=0)
     frames = []
     found = sim.helfand(every=0.05, count=101, look=frames.append, look_every=10)
     assert (sim.interaction.events[1:3, 1:3].sum(axis=1) > 5).all()  # crossings in and out of both steps
@@ -111,7 +111,7 @@ def test_currents_are_refused_where_steps_lose_energy():
     scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3)
     bridge = Steps([1.0, 1.3], [math.inf, -0.2], leaving=[math.inf, -0.6])
     with pytest.raises(InputError, match="lose no energy"):
-        carom.Simulation(scene.with_(interaction=StepTable(bridge)), currents=True)
+        carom.Simulation(scene.with_(interaction=StepTable(bridge)), currents=True, seed=0)
 
 
 def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_file():
