@@ -21,6 +21,7 @@ import numpy as np
 from helpers.mixtures import mixture
 from carom import Scene, Simulation
 from carom.models import Ball
+from carom.simulation import stretches
 
 folder = Path(sys.argv[1])
 state = folder / "checkpoint.h5"

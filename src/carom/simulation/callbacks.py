@@ -48,7 +48,7 @@ def hit(*obstacles: Any, count: int = 1) -> Hit:
     --------
     >>> import carom
     >>> door = carom.models.Ball((5.0, 5.0), 1.0, "door")
-    >>> scene = carom.Scene.random(16, 0.1, box=(10.0, 10.0), obstacles=[door], seed=1)
+    >>> scene = carom.Scene.random(16, box=(10.0, 10.0), obstacles=[door], seed=1)
     >>> sim = carom.Simulation(scene)
     >>> block = sim.run(until=carom.hit("door", count=3))
     >>> sim.obstacles[0].hits
