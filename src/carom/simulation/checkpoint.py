@@ -157,7 +157,8 @@ def load(
         if rates is not None:
             radii = arrays["contents.radii"]
             system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))
-        requested = Tuning(*json.loads(str(attributes["wish"]))).requested
+        neighbors, shell = json.loads(str(attributes["wish"]))
+        requested = Tuning(neighbors, shell).requested
         run_state = RunState(scene, velocities, system, requested, chosen)
         soundness.check_fixed(run_state, arrays)
         restore(run_state.engine, arrays)
