@@ -26,6 +26,7 @@ from carom.simulation.equilibration import Equilibration, exchanges
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.simulation.system_of_scene import driven_speed_of
+from carom.simulation.tuning import Tuning
 from carom.studies.runs import report
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder
@@ -94,8 +95,8 @@ class Run:
         settings: dict[str, Any] = {
             "kT": kT,
             "seed": plan.run.seed,
-            "neighbors": plan.run.neighbors,
-            "workers": self.workers,
+            "tuning": Tuning(neighbors=plan.run.neighbors),
+            "cores": self.workers,
         }
         if self.goal is not None:
             _check_pressure(scene, kT)
