@@ -27,6 +27,7 @@ places = [((i + 0.5) * width / columns, 0.6 + 1.2 * j) for j in range(rows) for 
 height = 40.0 / g
 scene = carom.Scene(places, (width, height), periodic=[True, False], motion=Gravity((0.0, -g)))
 sim = carom.Simulation(scene, kT=2.0, seed=1)
+first = sim.velocities
 sim.run(time=400.0 if not args.smoke else 40.0)
 
 # %% Heights, and the temperature, which the fall has raised, at equal times.
@@ -53,7 +54,7 @@ ideal = scene.n * g / (width * kT) * np.exp(-g * (middle - 0.5) / kT)
 
 # %% What the floor bore, and how well the energy was kept.
 floor = sim.obstacles[0]
-momentum = sim.frame().velocities[:, 1].sum() - sim.machine.velocities[:, 1].sum()
+momentum = (sim.velocities - first)[:, 1].sum()
 print(f"kT = {kT:.4f}, mean force on the floor over the weight, corrected for the momentum of the column: ")
 print((floor.impulse - momentum - sim.obstacles[1].impulse) / (scene.n * g * sim.time))
 print(

@@ -56,7 +56,7 @@ def bed(seed):
 # %% Height of the large disk over the floor at rest, once a cycle when the floor is in the middle.
 frames, heights = [], []
 for seed in range(seeds):
-    sim = carom.Simulation(bed(seed), neighbors="sectors")
+    sim = carom.Simulation(bed(seed), tuning=carom.Tuning(neighbors="sectors"))
     track = []
     for k in range(cycles):
         if seed == 0 and k % 4 == 0:
@@ -69,7 +69,7 @@ for seed in range(seeds):
     heights.append(track)
     print(
         f"seed {seed}: the large disk went from {track[0]:.1f} to {track[-1]:.1f} in {cycles} cycles; "
-        f"{sim.collisions} collisions, {sim.spared_contacts} of them elastic by the TC model"
+        f"{sim.collisions} collisions, {sim.statistics.spared_contacts} of them elastic by the TC model"
     )
 
 # %% Height against time.

@@ -25,9 +25,9 @@ target = 5_200 if args.smoke else 52_000
 # %% The table: a square of edge 1 with four cushions, and disks of diameter 0.015, at random.
 N, SIGMA, SECTORS = 160, 0.015, 4
 scene = carom.Scene.random(N, box=(1.0, 1.0), diameter=SIGMA, periodic=False, seed=1)
-sim = carom.Simulation(scene, seed=1, neighbors="sectors")
+sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors="sectors"))
 sim.run(time=0.0)  # compiles
-compiling = sim.seconds
+compiling = sim.statistics.seconds
 
 # %% The engine chooses sectors of its own size, so crossings of the paper's sixteen are counted from frames,
 # so close to each other that hardly a disk crosses a boundary twice between two of them.
@@ -62,7 +62,7 @@ for name, count in (("collisions", collisions), ("reflections", reflections), ("
     print(f"{name:<12} {count:>8} {expected[name]:>9.0f}")
 print(f"events       {2 * collisions + reflections + crossings:>8}")
 print(f"The paper's 90 s for 52 000 events were {collisions * 52_000 / target / 90:.0f} collisions a second;")
-print(f"the engine made these in {sim.seconds - compiling:.3f} s.")
+print(f"the engine made these in {sim.statistics.seconds - compiling:.3f} s.")
 
 # %% The picture: the disks between their cushions.
 from carom.pictures import plots

@@ -28,12 +28,12 @@ whole.run(collisions_per_particle=2 * collisions)
 checkpoint = args.out / "state.h5"
 first = carom.Simulation(scene, kT=1.0, seed=1)
 first.run(collisions_per_particle=collisions)
-first.save(checkpoint, note="half way")
+first.save(checkpoint)
 del first
 
 # %% Another day: the checkpoint alone is enough.
 second = carom.Simulation.load(checkpoint)
-print(f"Loaded at time {second.time:.6g}, after {second.collisions} collisions ({second.notes['note']}).")
+print(f"Loaded at time {second.time:.6g}, after {second.collisions} collisions.")
 
 # %% On the way it may be looked at, cut into pieces, sampled: none of it changes the run.
 for frame in second.sample(every=0.01, count=3):

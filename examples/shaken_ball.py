@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import carom
-from carom.io.events import read_events
+from carom.io.events import read_events, read_initial
 from carom.models import Gravity, Loss, Plane, Shaken, Sine, Surface
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -42,8 +42,7 @@ def impacts(amplitude):
     log = args.out / "log.h5"
     with carom.Simulation(scene, event_log=log) as sim:
         sim.run(time=bounces * period)
-        length = sim.epoch_length
-    found = read_events(log)
+    found, length = read_events(log), read_initial(log)["epoch_length"]
     log.unlink()
     return found.epoch * length + found.time
 

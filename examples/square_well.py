@@ -32,10 +32,10 @@ LONG = 20 if args.smoke else 400  # events a particle
 cells = 4 if args.smoke else 8
 scene = carom.Scene.crystal(cells=cells, density=0.4).with_(interaction=SquareWell(width=1.5, depth=1.0))
 sim = carom.Simulation(scene, seed=1)
-sim.equilibrate(1.5, collisions_per_particle=2 * LONG)
-before = sim.steps
+sim.equilibrate(kT=1.5, collisions_per_particle=2 * LONG)
+before = sim.interaction
 pressure = sim.measure(carom.Pressure(), collisions=LONG * scene.n, blocks=32)
-sums = sim.steps - before
+sums = sim.interaction - before
 well, core = sums.sides()
 print(
     f"kT = {sums.kT:.3f}, U / N = {sim.potential_energy / scene.n:.2f}, bonds {sums.bonds_per_particle:.2f}"
@@ -48,7 +48,7 @@ gr = carom.RDF(rmax=3.0, width=0.02).over(sim.sample(every=0.2, count=10 if args
 # %% Disks below the critical point come together in drops.
 disks = carom.Scene.crystal(cells=12 if args.smoke else 32, dimension=2, packing_fraction=0.25)
 drops = carom.Simulation(disks.with_(interaction=SquareWell(1.5, 1.0)), kT=0.4, seed=2)
-drops.equilibrate(0.4, collisions_per_particle=(2 if args.smoke else 8) * LONG)
+drops.equilibrate(kT=0.4, collisions_per_particle=(2 if args.smoke else 8) * LONG)
 print(f"disks at kT = {drops.kT:.2f}: {drops.steps.bonds_per_particle:.2f} neighbours each in their wells")
 
 # %% A chain of hard disks: neighbours on it are never further apart than 1.2 diameters.

@@ -20,7 +20,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import carom
-from carom.io.events import read_events
+from carom.io.events import read_events, read_initial
 from carom.models import LEFT, TIMER, Kind, Ranges, draw
 from carom.simulation.replay import Replay
 
@@ -97,12 +97,12 @@ shown, strengths = [], []
 steps = np.arange(0.0, TIMES[-1] + 0.5, 1.0)
 for time in steps:
     sim.run(time=time - sim.time)
-    units = sim.units
+    units = sim.interaction
     strengths.append([(units.present & (units.kinds % 2 == side)).sum() for side in (0, 1)])
     if time in TIMES:
         shown.append((time, sim.frame().positions, units))
 sim.close()
-print(f"{sim.collisions} crossings, rules asked {sim.units.asked}")
+print(f"{sim.collisions} crossings, rules asked {sim.interaction.asked}")
 print(f"left: red {strengths[-1][0]}, blue {strengths[-1][1]}")
 
 # %% The log is the whole battle: asked again, the rules decide the same.
@@ -112,7 +112,7 @@ print("a replay agrees to the bit:", bool((again.frame().positions == sim.frame(
 
 # %% How long was who in whose circle? Whoever looks every dt sees a visit if a look falls into it.
 events = read_events(log)
-when = events.epoch * sim.epoch_length + events.time
+when = events.epoch * read_initial(log)["epoch_length"] + events.time
 start = {}
 r = places[:, None] - places[None]
 apart = np.hypot(r[..., 0], r[..., 1])

@@ -31,7 +31,10 @@ SCENES = {
         ),
         {},
     ),
-    "spheres": (carom.Scene.crystal(cells=3, packing_fraction=0.3), {"neighbors": "lists"}),
+    "spheres": (
+        carom.Scene.crystal(cells=3, packing_fraction=0.3),
+        {"tuning": carom.Tuning(neighbors="lists")},
+    ),
     "spheres in four dimensions": (carom.Scene.random(16, 0.05, 4, seed=1), {}),
 }
 

@@ -16,6 +16,9 @@ _LAZY = {
     "Scene": "carom.scene.scene",
     "Species": "carom.scene.species",
     "Simulation": "carom.simulation.simulation",
+    "Tuning": "carom.simulation.tuning",
+    "CSVLog": "carom.simulation.csv_log",
+    "hit": "carom.simulation.callbacks",
     "Statistics": "carom.simulation.simulation",
     "Frame": "carom.frame",
     "Block": "carom.block",
@@ -30,7 +33,6 @@ _LAZY = {
     "DensityProfile": "carom.observables.density_profile",
     "FreeFlights": "carom.observables.flights",
     "Estimate": "carom.observables.statistics",
-    "explain": "carom.simulation.explanation",
     "check": "carom.simulation.conditions",
     "run": "carom.studies.runs.execution",
     "pack": "carom.studies.packings.compression",
@@ -95,12 +97,19 @@ def _opened() -> Any:
     return open_frames
 
 
+def _plotted() -> Any:
+    from carom.pictures.plots import snapshot
+
+    return snapshot
+
+
 # Functions that subpackages need from subpackages above them.
 above.install("drawn", _drawn)
 above.install("grown", _grown)
 above.install("name_results", _name_results)
 above.install("opened", _opened)
 above.install("viewed", _viewed)
+above.install("plotted", _plotted)
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]
 

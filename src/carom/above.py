@@ -1,8 +1,9 @@
 """Calls of a subpackage to one above it, which it cannot import: the package installs the functions.
 
-``Scene.random`` makes a dense scene by a simulation, a frame in a notebook is shown by the viewer, a result
-draws itself or is loaded, and an observable of frames opens files. ``carom/__init__.py`` installs these
-functions. Every process that uses a part of Carom runs it first, even a worker that imports only a scene.
+``Scene.random`` makes a dense scene by a simulation, a frame or a simulation is shown by the viewer or drawn,
+a result draws itself or is loaded, and an observable of frames opens files. ``carom/__init__.py`` installs
+these functions. Every process that uses a part of Carom runs it first, even a worker that imports only a
+scene.
 """
 
 from __future__ import annotations
@@ -31,10 +32,14 @@ def grown(
     return found
 
 
-def viewed(frames: Any) -> str:
-    """Return the viewer of a frame or of several as HTML: ``carom.pictures.view.view``."""
-    page: str = _answers["viewed"]()(frames)._repr_html_()
-    return page
+def viewed(source: Any, path: Any = None) -> Any:
+    """Return the page that shows a frame, several, or a simulation: ``carom.pictures.view.view``."""
+    return _answers["viewed"]()(source, path)
+
+
+def plotted(frame: Any, obstacles: Any, path: Any) -> Any:
+    """Return a picture of a frame: ``carom.pictures.plots.snapshot``."""
+    return _answers["plotted"]()(frame, obstacles=obstacles, path=path)
 
 
 def drawn(result: Any, path: Any = None) -> Figure:

@@ -68,7 +68,7 @@ class Block(NamedTuple):
     kT_time : float or None
         Integral of kT over the stretch [energy time], where contacts change it (restitution, growth, steps).
     sizes : Sizes or None
-        Averages over the stretch, if diameters grow. Not known for :attr:`carom.Simulation.tally`.
+        Averages over the stretch, if diameters grow. Not known of sums since the start.
     """
 
     duration: float

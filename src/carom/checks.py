@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 import numbers
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -55,6 +55,15 @@ def keys(given: Iterable[str], what: str, known: Iterable[str], *, needed: Itera
     for name in needed:
         if name not in there:
             raise InputError(f"{what} needs {name}, found none.")
+
+
+def refuse_unknown(maker: str, given: Iterable[str], meant: Mapping[str, str], known: Iterable[str]) -> None:
+    """Raise InputError if there is a keyword that ``maker`` does not know, with the word that is meant."""
+    for name in given:
+        hint = (
+            f"; it is called {meant[name]}" if name in meant else suggestion(name, [*known, *meant.values()])
+        )
+        raise InputError(f"{maker} has no keyword {name!r}{hint}.")
 
 
 def describe(value: Any) -> str:

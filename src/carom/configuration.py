@@ -51,5 +51,5 @@ class Configuration:
             If this frame holds no images.
         """
         if self.images is None:
-            raise ValueError("This frame holds no image counts; sample with Simulation(..., images=True).")
+            raise ValueError("This frame holds no image counts; sample with carom.Tuning(images=True).")
         return self.positions + self.images * self.box

@@ -38,7 +38,7 @@ class Engine:
     name = "engine"
 
     def __init__(self, scene: carom.Scene, seconds: float):
-        self.sim = carom.Simulation(scene, images=False)
+        self.sim = carom.Simulation(scene, tuning=carom.Tuning(images=False))
         self.sim.run(collisions=5000)  # compiles
         before, began = self.sim.time, clock.process_time()
         self.sim.run(collisions=20_000)
@@ -120,7 +120,7 @@ def main() -> None:
 def fluid_of(n: int, density: float) -> carom.Scene:
     """Return a fluid of n spheres in motion, from a random start."""
     scene = carom.Scene.random(n, density=density, seed=1)
-    sim = carom.Simulation(scene, seed=1, images=False)
+    sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(images=False))
     sim.run(collisions_per_particle=MELTING)
     frame = sim.frame()
     return scene.with_(positions=frame.positions, velocities=frame.velocities)

@@ -40,11 +40,13 @@ from carom.block import Block
 from carom.models import ENTERED, Kind, Ranges, SquareWell, Steps, StepTable
 from carom.models.motions.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics
-from carom.simulation import flying, run_loop
+from carom.simulation import flying, run_loop, stretches
 from carom.simulation.run_state import RunState
 from carom.studies.eos.simulate import simulate
 from carom.studies.eos.spec import StudySpec, scene_spec
 from carom.studies.eos.start import start as begin
+
+BARE = carom.Tuning(images=False)
 
 
 def size(given: argparse.Namespace) -> None:
@@ -68,11 +70,14 @@ def thin(given: argparse.Namespace) -> None:
         for eta in (1e-4, 1e-3, 1e-2):
             for n in numbers:
                 scene = carom.Scene.random(n, eta, dimension, seed=1)
-                sims = [carom.Simulation(scene, seed=1, neighbors=wish) for wish in ("auto", "sectors")]
+                sims = [
+                    carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors=wish))
+                    for wish in ("auto", "sectors")
+                ]
                 for sim in sims:
                     sim.run(walltime=0.2)
                 rates = np.median([[seconds_rate(sim, 0.2) for sim in sims] for _ in range(3)], axis=0)
-                chosen = sims[0].machine.scheme
+                chosen = sims[0]._state.scheme
                 shape = "everybody" if chosen.kind == "all" else " x ".join(map(str, chosen.shape))
                 print(
                     f"| {dimension} | {n} | {eta:g} | {shape} | {rates[0]:.2g} | {rates[1]:.2g} |", flush=True
@@ -108,7 +113,8 @@ def precision(given: argparse.Namespace) -> None:
     for cells, eta in itertools.product((10, 63), (0.05, 0.30, 0.49)):
         scene = carom.Scene.crystal(cells=cells, packing_fraction=eta)
         sims = [
-            carom.Simulation(scene, seed=1, images=False, precision=kind) for kind in ("double", "single")
+            carom.Simulation(scene, seed=1, tuning=carom.Tuning(images=False, precision=kind))
+            for kind in ("double", "single")
         ]
         for sim in sims:
             sim.run(collisions_per_particle=2.0)
@@ -128,27 +134,42 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
     species = np.arange(n) % 2
     ball = carom.models.obstacles.Ball((0.0, 0.0, 0.0), 1e-3)
     return {
-        "plain": (plain, {"images": False}),
+        "plain": (plain, {"tuning": BARE}),
         "images": (plain, {}),
-        "single precision": (plain, {"images": False, "precision": "single"}),
-        "diameters and masses of their own": (plain.with_(diameter=hair), {"images": False}),
+        "single precision": (plain, {"tuning": carom.Tuning(images=False, precision="single")}),
+        "diameters and masses of their own": (
+            plain.with_(diameter=hair),
+            {"tuning": BARE},
+        ),
         "species, contact matrix": (
             plain.with_(species=species, contact=np.full((2, 2), 1.0)),
-            {"images": False},
+            {"tuning": BARE},
         ),
-        "restitution": (plain.with_(restitution=1.0 - 1e-9, elastic_below=1e-3), {"images": False}),
-        "walls": (carom.Scene(shrunk, plain.box, diameter=0.98, periodic=False), {"images": False}),
+        "restitution": (
+            plain.with_(restitution=1.0 - 1e-9, elastic_below=1e-3),
+            {"tuning": BARE},
+        ),
+        "walls": (
+            carom.Scene(shrunk, plain.box, diameter=0.98, periodic=False),
+            {"tuning": BARE},
+        ),
         "a fixed ball": (
             carom.Scene(plain.positions + 0.25, plain.box, diameter=0.98, obstacles=(ball,)),
-            {"images": False},
+            {"tuning": BARE},
         ),
-        "a square well": (plain.with_(interaction=SquareWell(1.5, 1.0)), {"images": False}),
-        "a tenth pinned": (plain.with_(pinned=np.arange(0, n, 10)), {"images": False}),
-        "sectors instead of lists": (plain, {"images": False, "neighbors": "sectors"}),
-        "a field, by sectors": (plain.with_(motion=Gravity((0.0, 0.0, -1e-9))), {"images": False}),
-        "growth": (plain.with_(diameter=0.99), {"images": False, "growth": 1e-9}),
-        "event log": (plain, {"images": False, "event_log": True}),
-        "currents": (plain, {"images": False, "currents": True}),
+        "a square well": (
+            plain.with_(interaction=SquareWell(1.5, 1.0)),
+            {"tuning": BARE},
+        ),
+        "a tenth pinned": (plain.with_(pinned=np.arange(0, n, 10)), {"tuning": BARE}),
+        "sectors instead of lists": (plain, {"tuning": carom.Tuning(images=False, neighbors="sectors")}),
+        "a field, by sectors": (
+            plain.with_(motion=Gravity((0.0, 0.0, -1e-9))),
+            {"tuning": BARE},
+        ),
+        "growth": (plain.with_(diameter=0.99), {"tuning": BARE, "growth": 1e-9}),
+        "event log": (plain, {"tuning": BARE, "event_log": True}),
+        "currents": (plain, {"tuning": BARE, "currents": True}),
     }
 
 
@@ -187,7 +208,7 @@ def ranges(given: argparse.Namespace) -> None:
     sims, took = [], []
     for scene in (plain, plain.with_(interaction=Ranges([Kind("unit", [1.0])], aim))):
         began = time.process_time()
-        sims.append(carom.Simulation(scene, kT=1.0, seed=1, images=False))
+        sims.append(carom.Simulation(scene, kT=1.0, seed=1, tuning=carom.Tuning(images=False)))
         sims[-1].run(collisions=10)
         took.append(time.process_time() - began)
         sims[-1].run(collisions=20_000)
@@ -209,7 +230,7 @@ def sphere(given: argparse.Namespace) -> None:
         wide = np.sqrt(0.2) * tiling_diameter(n, 3)
         points = random_points(n, 3, wide, np.random.default_rng(n))
         began = time.process_time()
-        sim = carom.Simulation(scene_of(points, wide), seed=1, images=False)
+        sim = carom.Simulation(scene_of(points, wide), seed=1, tuning=carom.Tuning(images=False))
         sim.run(collisions=10)
         compiled = time.process_time() - began
         speed = 1e3 * rate(sim, 20_000, 3)
@@ -305,7 +326,7 @@ def sampling(given: argparse.Namespace) -> None:
     """Print what frames cost."""
     print("| collisions a particle between frames | CPU time, of a run without frames |\n|---|---|")
     sim = melted(1)
-    span = sim.time_for(100 * sim.scene.n)
+    span = stretches.time_for(sim, 100 * sim.scene.n)
 
     def seconds(frames: int) -> float:
         began = time.process_time()
@@ -325,7 +346,7 @@ def observables(given: argparse.Namespace) -> None:
     """Print what a frame costs each observable, in collisions a particle of the plain run."""
     sim = melted(1)
     collision = 0.5e-6 * sim.scene.n / rate(sim, 200_000, 5)
-    frames = list(sim.sample(every=sim.time_for(sim.scene.n), count=40))
+    frames = list(sim.sample(every=stretches.time_for(sim, sim.scene.n), count=40))
     kinds = {
         "Dynamics()": lambda: Dynamics(),
         "Dynamics(shells=8)": lambda: Dynamics(shells=8),

@@ -38,7 +38,7 @@ def main() -> None:
     print("| extreme | worst overlap [diameters] | energy drift | T / T0 | collisions / s |")
     print("|---|---|---|---|---|", flush=True)
     for name, scene in scenes().items():
-        sim = carom.Simulation(scene, seed=1, images=False)
+        sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(images=False))
         sim.run(collisions=10)  # compiles
         start, began = sim.kT, time.process_time()
         sim.run(collisions_per_particle=COLLISIONS)

@@ -27,6 +27,8 @@ from carom.io.events import read_events
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from helpers import checkpoints, oracle_scenes, oracle_sums
 
+from carom.simulation import stretches
+
 SCHEMES = ("sectors", "lists", "all")
 
 
@@ -46,7 +48,7 @@ def scenes() -> Iterator[tuple[str, Callable[[], tuple[carom.Scene, dict[str, An
         for workers in (1, 2):
             yield (
                 f"workers {workers} {d} {eta}",
-                lambda d=d, eta=eta, n=n, workers=workers: (_fluid(d, eta, n), {"workers": workers}),
+                lambda d=d, eta=eta, n=n, workers=workers: (_fluid(d, eta, n), {"cores": workers}),
             )
 
 
@@ -57,7 +59,10 @@ def _fluid(d, eta, n=500):
 
 
 def _of_case(case, scheme):
-    return case.scene, {**case.settings, **({} if scheme is None else {"neighbors": scheme})}
+    return case.scene, {
+        **case.settings,
+        **({} if scheme is None else {"tuning": carom.Tuning(neighbors=scheme)}),
+    }
 
 
 def _digest(*values: Any) -> str:
@@ -68,7 +73,7 @@ def _digest(*values: Any) -> str:
 
 
 def _state(sim: carom.Simulation) -> dict[str, str]:
-    frame, tally, done = sim.frame(), sim.tally, sim.statistics
+    frame, tally, done = sim.frame(), stretches.tally(sim), sim.statistics
     return {
         "state": _digest(frame.positions, frame.velocities, frame.unwrapped, float(sim.time)),
         "tally": _digest(

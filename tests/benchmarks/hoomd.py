@@ -19,6 +19,7 @@ import carom
 from carom import theory
 from carom.observables import Estimate, combined
 from carom.observables.statistics import blocking
+from carom.simulation import stretches
 
 STATES: dict[str, dict[str, Any]] = {
     "0.75": {
@@ -56,13 +57,13 @@ def blocks(sim: carom.Simulation, collisions_per_particle: float) -> list[tuple[
     """Run on, and return Z of each block by the virial and by the collision rate."""
     d, n = sim.scene.dimension, sim.scene.n
     per = theory.collision_rate(2.0, d, n=n, diameter=1.0, mass=1.0, kT=sim.kT)
-    length = sim.time_for(0.5 * n * BLOCK)
+    length = stretches.time_for(sim, 0.5 * n * BLOCK)
     return [
         (
             1.0 + block.virial / block.duration / (d * n * sim.kT),
             1.0 + 2.0 * block.collisions / block.duration / n / per,
         )
-        for block in sim.blocks(length, round(collisions_per_particle / BLOCK))
+        for block in stretches.blocks(sim, length, round(collisions_per_particle / BLOCK))
     ]
 
 

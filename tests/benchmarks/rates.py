@@ -18,4 +18,4 @@ def rate(sim: carom.Simulation, collisions: int, repeats: int = 1) -> float:
 
 def size_of(sim: carom.Simulation) -> float:
     """Return bytes a particle, of all arrays."""
-    return sum(array.nbytes for array in arrays(sim.machine.engine).values()) / sim.scene.n
+    return sum(array.nbytes for array in arrays(sim._state.engine).values()) / sim.scene.n

@@ -34,8 +34,11 @@ def main() -> None:
     given = parser.parse_args()
     for eta in given.packing_fraction:
         scene = carom.Scene.crystal(cells=given.cells, dimension=given.dimension, packing_fraction=eta)
-        choices = {"sectors": {"neighbors": "sectors"}}
-        choices |= {f"lists {shell}": {"neighbors": "lists", "shell": shell} for shell in given.shells}
+        choices = {"sectors": {"tuning": carom.Tuning(neighbors="sectors")}}
+        choices |= {
+            f"lists {shell}": {"tuning": carom.Tuning(neighbors="lists", shell=shell)}
+            for shell in given.shells
+        }
         sims = {}
         for name, choice in choices.items():
             with contextlib.suppress(carom.InputError):  # lists that reach around the box

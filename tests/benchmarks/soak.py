@@ -14,6 +14,7 @@ import time
 import numpy as np
 
 import carom
+from carom.simulation import stretches
 
 
 def scene_of(dimension, cells, packing_fraction):
@@ -50,7 +51,7 @@ def soak(sims, collisions, every):
 def compare(one, several):
     """Raise AssertionError if two simulations differ in a bit of their state or of their sums."""
     assert (one.time, one.collisions) == (several.time, several.collisions)
-    assert one.tally == several.tally
+    assert stretches.tally(one) == stretches.tally(several)
     alone, together = one.frame(), several.frame()
     for name in ("positions", "velocities", "images"):
         assert np.array_equal(getattr(alone, name), getattr(together, name)), f"{name} differ"
@@ -69,10 +70,10 @@ def main() -> None:
     parser.add_argument("--workers", type=int, default=1, help="so many, too, with the bits of one")
     given = parser.parse_args()
     scene = scene_of(given.dimension, given.cells, given.packing_fraction)
-    sims = [carom.Simulation(scene, seed=1, workers=k) for k in sorted({1, given.workers})]
+    sims = [carom.Simulation(scene, seed=1, cores=k) for k in sorted({1, given.workers})]
     soak(sims, given.collisions, given.every)
     if given.workers > 1:
-        timings = sims[1].machine.executive.timings
+        timings = sims[1]._state.executive.timings
         print(
             f"n {scene.n}: {given.workers} workers have the bits of one; {timings.windows} windows kept, "
             f"{timings.repeats} run again"

@@ -55,7 +55,7 @@ def wall(sim):
 def warm_up(sim):
     """Compile all that a round runs, a new epoch included, touch the memory, and leave the lattice."""
     sim.run(collisions_per_particle=30)
-    while sim.machine.clock.epoch == 0:
+    while sim._state.clock.epoch == 0:
         sim.run(collisions_per_particle=5)
 
 
@@ -71,10 +71,10 @@ class Measured(NamedTuple):
 
 def measure(scene, workers, rounds=ROUNDS):
     """Run a scene with one worker and with several in turn, and compare the bits."""
-    one, several = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3, workers=workers)
+    one, several = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3, cores=workers)
     if workers == 1:  # which would be the plain cycle
-        several.machine.executive = Executive(several.machine, 1)
-    executive = several.machine.executive
+        several._state.executive = Executive(several._state, 1)
+    executive = several._state.executive
     for sim in (one, several):
         warm_up(sim)
     executive.timings = Timings()
@@ -108,7 +108,7 @@ def table():
         measured = measure(scene, 2)
         print(row_of(scene, measured), flush=True)
         if scene.n >= FITTED:
-            zones.append(zone_of(measured.executive.machine, 2))
+            zones.append(zone_of(measured.executive._state, 2))
             costs.append(2.0 / statistics.median(measured.ratios))
     model(zones, costs)
 
@@ -124,7 +124,7 @@ def model(zones, costs):
     slope, base = np.polyfit(zones, costs, 1)
     print(f"model: workers times wall time = {base:.2f} + {slope:.2f} zones")
     for (dimension, packing_fraction), n in itertools.product(SCENES, (1_000_000, 10_000_000)):
-        small = carom.Simulation(scene_of(dimension, packing_fraction, 30_000), seed=3).machine
+        small = carom.Simulation(scene_of(dimension, packing_fraction, 30_000), seed=3)._state
         edge = (n / small.scene.n) ** (1 / dimension)
         ratios = []
         for workers in (4, 16, 64):  # zones are as deep in a larger box

@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from carom import Scene, Simulation, Species
 from carom.models import Ball
+from carom.simulation import stretches
 
 folder = Path(sys.argv[1])
 state = folder / "checkpoint.h5"
@@ -36,7 +37,7 @@ while sim.collisions < 12_000:
     sim.save(state)
 frame, kept = sim.frame(), folder / "end.partial"
 with kept.open("wb") as file:
-    sums = [sim.tally.virial, *(side.impulse for side in sim.obstacles)]
+    sums = [stretches.tally(sim).virial, *(side.impulse for side in sim.obstacles)]
     parts = frame.positions, frame.velocities, frame.diameters, frame.images, sums
     np.savez(file, *parts, sim.collisions_by_species)
 kept.rename(folder / "end.npz")

@@ -81,8 +81,10 @@ def test_the_search_for_a_partner_is_vectorised(kind):
     from carom.compiling.borrowed import borrowed
     from carom.engine import cycle
 
-    sim = carom.Simulation(carom.Scene.crystal(cells=5, packing_fraction=0.3), seed=1, neighbors=kind)
-    engine = sim.machine.engine
+    sim = carom.Simulation(
+        carom.Scene.crystal(cells=5, packing_fraction=0.3), seed=1, tuning=carom.Tuning(neighbors=kind)
+    )
+    engine = sim._state.engine
 
     @njit(**dispatch.STRICT)
     def search(model, state, neighbors, i, now):

@@ -36,7 +36,7 @@ SCENES = {
 
 def kernels(name):
     scene, neighbors = SCENES[name]
-    engine = carom.Simulation(scene, seed=1, neighbors=neighbors).machine.engine
+    engine = carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors=neighbors))._state.engine
     for function in (cycle.schedule, cycle.run):
         arguments = (*engine, 0, 1) if function is cycle.schedule else (*engine, None, 0, 0.0, 1, 1)
         yield numba.njit(function.__wrapped__), tuple(map(numba.typeof, arguments))

@@ -8,6 +8,7 @@ from helpers.oracle import EPS, moving
 
 import carom
 from carom.errors import InputError
+from carom.simulation import stretches
 
 
 @pytest.fixture(scope="module")
@@ -45,7 +46,7 @@ def test_thousands_collide_at_the_same_instant(shape):
     velocities = np.zeros(cells.shape)
     velocities[:, 0] = np.where(cells.sum(axis=1) % 2, 1.0, -1.0)
     scene = carom.Scene(cells * 1.5 + 0.5, tuple(1.5 * size for size in shape), velocities=velocities)
-    sim = carom.Simulation(scene, neighbors="sectors")
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
     for k in range(3):
         sim.run(collisions=scene.n // 2)
         assert sim.time == 0.25 + 0.5 * k
@@ -90,7 +91,7 @@ def test_impossible_lengths_of_a_measurement(sim, length, value):
 @pytest.mark.parametrize("count", [-1, 2.5, "2", None])
 def test_impossible_numbers_of_blocks(sim, count):
     with pytest.raises(InputError, match="count"):
-        list(sim.blocks(0.1, count))
+        list(stretches.blocks(sim, 0.1, count))
 
 
 @pytest.mark.parametrize("nothing", [None, "scene.toml", {}])
@@ -121,7 +122,7 @@ def test_sample_times_without_end_are_taken_one_by_one(scene):
 @pytest.mark.parametrize("shell", [1.0, np.nan, "2", -3.0])
 def test_impossible_shells(scene, shell):
     with pytest.raises(InputError, match="shell"):
-        carom.Simulation(scene, shell=shell)
+        carom.Simulation(scene, tuning=carom.Tuning(shell=shell))
 
 
 @pytest.mark.parametrize("scale", [5e-324, 1e-300, 1e-153])
@@ -161,9 +162,9 @@ def test_one_fast_sphere_among_spheres_at_rest():
 
 def test_time_is_as_sharp_at_1e12_as_at_0(scene, sim):
     late = carom.Simulation(scene)
-    epoch = round(1e12 / late.epoch_length)
-    late.machine.engine.state.clock[0].epoch = epoch
-    late.machine.clock.epoch = epoch
+    epoch = round(1e12 / late._state.epoch_length)
+    late._state.engine.state.clock[0].epoch = epoch
+    late._state.clock.epoch = epoch
     sim.run(collisions=1000)
     late.run(collisions=1000)
     assert late.time > 1e12

@@ -18,6 +18,7 @@ from helpers.plain import TESTS, plain_python
 import carom
 from carom.models import Ball, Plane
 from carom.models.motions.gravity import Gravity
+from carom.simulation import mechanics, stretches
 from carom.simulation.run_state import RunState
 
 
@@ -79,7 +80,9 @@ def everything(n=24, seed=3):
 
 def growing_simulation(**settings):
     scene, growth = everything()
-    return carom.Simulation(scene, growth=growth, neighbors="lists", shell=1.3, **settings)
+    return carom.Simulation(
+        scene, growth=growth, tuning=carom.Tuning(neighbors="lists", shell=1.3), **settings
+    )
 
 
 def same(one, other):
@@ -88,7 +91,7 @@ def same(one, other):
     for name in ("positions", "velocities", "images", "diameters"):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
     assert (a.time, a.step) == (b.time, b.step)
-    assert one.tally == other.tally
+    assert stretches.tally(one) == stretches.tally(other)
     return True
 
 
@@ -96,9 +99,10 @@ def same(one, other):
 def test_compiled_and_plain_python_give_the_same_bits():
     program = (
         "import numpy, hashlib; numpy.seterr(all='ignore')\n"
-        "from engine.test_engine_scenes import growing_simulation\n"
+        "from engine.test_engine_scenes import growing_simulation\nfrom carom.simulation import stretches\n"
         "sim = growing_simulation(); sim.run(time=3.0); frame = sim.frame()\n"
-        "print(hashlib.sha256(frame.positions.tobytes() + frame.velocities.tobytes()).hexdigest(), sim.tally)"
+        "bits = frame.positions.tobytes() + frame.velocities.tobytes()\n"
+        "print(hashlib.sha256(bits).hexdigest(), stretches.tally(sim))"
     )
     plain = plain_python("-c", program)
     compiled = subprocess.run(
@@ -116,7 +120,7 @@ def test_growth_goes_on_through_refits_without_overlap():
         np.testing.assert_allclose(frame.diameters, scene.diameters + growth * frame.time, rtol=1e-13)
         assert_no_overlap(scene, frame)
         check_lists(sim)
-        bases.add(sim.machine.clock.base)
+        bases.add(sim._state.clock.base)
     assert len(bases) > 3, "the neighbour scheme was renewed on the way"
     assert sim.packing_fraction == pytest.approx(before * 2.5**2, rel=1e-12)  # 1 + 0.05 * 30
     assert sim.collisions > 10 * scene.n
@@ -133,7 +137,7 @@ def test_samples_and_chunks_leave_no_trace_where_diameters_grow():
     next(parts.sample(times=[12.0]))
     assert same(whole, parts)
     assert whole.obstacles == parts.obstacles
-    assert whole.spared_contacts == parts.spared_contacts
+    assert whole.statistics.spared_contacts == parts.statistics.spared_contacts
 
 
 def test_a_checkpoint_of_everything_continues_with_the_same_bits(tmp_path):
@@ -146,7 +150,7 @@ def test_a_checkpoint_of_everything_continues_with_the_same_bits(tmp_path):
         assert parts.obstacles
     assert same(whole, parts)
     assert whole.obstacles == parts.obstacles
-    assert whole.spared_contacts == parts.spared_contacts
+    assert whole.statistics.spared_contacts == parts.statistics.spared_contacts
 
 
 def test_rescaling_leaves_momentum_of_free_axes_alone_and_gives_the_temperature():
@@ -164,8 +168,8 @@ def test_rescaling_leaves_momentum_of_free_axes_alone_and_gives_the_temperature(
 @pytest.mark.parametrize("ratio", [2, 20])
 def test_lists_of_several_levels_are_complete(ratio):
     scene = binary(160 if ratio == 2 else 604, ratio, 0.4)
-    sim = carom.Simulation(scene, neighbors="lists")
-    levels = sim.machine.engine.neighbors.bounds.grids
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists"), seed=0)
+    levels = sim._state.engine.neighbors.bounds.grids
     assert levels > 1 if ratio == 20 else levels >= 1
     steps = 6 if ratio == 2 else 2
     for _ in range(steps):
@@ -188,7 +192,7 @@ def test_sizes_from_one_to_twenty_keep_their_cores():
     scene = carom.Scene.random(
         species=mixed(counts=[1] * 400, diameters=sizes), packing_fraction=0.5, dimension=2, seed=2
     )
-    sim = carom.Simulation(moving(scene, 3), neighbors="lists")
+    sim = carom.Simulation(moving(scene, 3), tuning=carom.Tuning(neighbors="lists"), seed=0)
     for _ in range(4):
         sim.run(collisions_per_particle=20)
         check_lists(sim)
@@ -199,7 +203,7 @@ def test_sizes_from_one_to_twenty_keep_their_cores():
 
 def test_masses_from_one_to_a_million_keep_energy_and_momentum():
     scene = binary(100, 2, 0.4, mass=[1e6, 1.0])
-    sim = carom.Simulation(scene, neighbors="lists")
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists"), seed=0)
     sim.run(collisions=20_000)
     assert sim.statistics.energy_drift < 1e-12
     assert sim.statistics.momentum_drift < 1e-12
@@ -207,16 +211,18 @@ def test_masses_from_one_to_a_million_keep_energy_and_momentum():
 
 
 def test_sums_by_species_add_up_to_the_whole():
-    sim = carom.Simulation(binary(100, 2, 0.4, mass=[2.0, 0.5]), neighbors="lists")
+    sim = carom.Simulation(
+        binary(100, 2, 0.4, mass=[2.0, 0.5]), tuning=carom.Tuning(neighbors="lists"), seed=0
+    )
     sim.run(collisions=1000)
-    counts, sums = sim.collisions_by_species, sim.virial_by_species
+    counts, sums = sim.collisions_by_species, mechanics.virial_by_species(sim._state)
     assert (counts == counts.T).all()
     assert np.triu(counts).sum() == 1000
-    assert np.triu(sums).sum() == pytest.approx(sim.tally.virial, rel=1e-12)
+    assert np.triu(sums).sum() == pytest.approx(stretches.tally(sim).virial, rel=1e-12)
 
 
 def test_limits_of_a_run_hold_for_mixtures():
-    sim = carom.Simulation(binary(100, 2, 0.4), neighbors="lists")
+    sim = carom.Simulation(binary(100, 2, 0.4), tuning=carom.Tuning(neighbors="lists"), seed=0)
     block = sim.run(time=0.3)
     assert block.duration == 0.3
     block = sim.run(collisions=17, time=100.0)
@@ -235,7 +241,7 @@ import carom
 from carom.io.events import read_events
 from helpers.oracle_scenes import flask, oracle_of
 scene = flask(2).scene
-with carom.Simulation(scene, event_log=sys.argv[1], neighbors="sectors") as sim:
+with carom.Simulation(scene, event_log=sys.argv[1], tuning=carom.Tuning(neighbors="sectors")) as sim:
     sim.run(collisions=4)
     logged = sim.collisions + sum(impact.hits for impact in sim.obstacles)
 events = read_events(sys.argv[1])
@@ -263,10 +269,11 @@ np.seterr(all="ignore")
 import carom
 from helpers.oracle_scenes import moving
 scene = moving(carom.Scene.random(12, 0.5, 1, seed=1), 2).with_(restitution=0.1)
-sim = carom.Simulation(scene, neighbors="sectors")
+sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
 before = sim.kT
 block = sim.run(time=200.0 / before**0.5, collisions=20_000)
-print(sim.spared_contacts, block.collisions, sim.kT / before, sim.machine.system.threshold / before**0.5)
+spared, threshold = sim.statistics.spared_contacts, sim._state.system.threshold
+print(spared, block.collisions, sim.kT / before, threshold / before**0.5)
 """
 
 
@@ -278,7 +285,7 @@ def test_the_default_threshold_follows_the_thermal_speed(monkeypatch):
         sim = carom.Simulation(scene, kT=kT, seed=1, **settings)
         if rescale is not None:
             sim.rescale(rescale)
-        return sim.machine.system.impact.elastic_below
+        return sim._state.system.impact.elastic_below
 
     assert threshold(scene, 1.0) == pytest.approx(1e-3)
     assert threshold(scene, 1.0, rescale=1e-8) == pytest.approx(1e-7)
@@ -329,7 +336,8 @@ from helpers.oracle_scenes import placed
 scene = placed(12, (6.0, 5.2), 1, diameters=(0.2, 0.3), periodic=[True, False])
 growth = np.zeros(12)
 growth[3] = 0.3
-whole, parts = (carom.Simulation(scene, neighbors="sectors", growth=growth) for _ in range(2))
+sectors = carom.Tuning(neighbors="sectors")
+whole, parts = (carom.Simulation(scene, tuning=sectors, growth=growth) for _ in range(2))
 whole.run(time=9.0)
 for k in range(6):
     next(parts.sample(times=[1.5 * k + 0.7]))
@@ -338,7 +346,7 @@ for k in range(6):
     parts = carom.Simulation.load(sys.argv[1])
     next(parts.sample(times=[1.5 * (k + 1)]))
 assert same(whole, parts) and whole.obstacles == parts.obstacles
-assert whole.machine.clock.base > 0, "sectors were renewed"
+assert whole._state.clock.base > 0, "sectors were renewed"
 print(whole.collisions)
 """
 
@@ -355,7 +363,7 @@ from helpers.oracle_scenes import assert_no_overlap
 from carom.models import Ball
 obstacles = [Ball((0.1, 0.1, 0.1), 0.3), Ball((0.6, 0.6, 0.6), 0.3)]
 scene = carom.Scene.random(1, dimension=3, box=1.0, diameter=0.06, obstacles=obstacles, seed=0)
-sim = carom.Simulation(scene, seed=0, neighbors="sectors")
+sim = carom.Simulation(scene, seed=0, tuning=carom.Tuning(neighbors="sectors"))
 for frame in sim.sample(every=0.05, count=2000):
     assert_no_overlap(scene, frame)
 print(sum(impact.hits for impact in sim.obstacles))
@@ -374,5 +382,5 @@ def test_the_threshold_of_elastic_contacts_in_a_log_is_in_the_unit_of_the_scene(
     scene = carom.Scene.crystal(cells=3, packing_fraction=0.3).with_(restitution=0.7)
     for kT in (1.0, 1e30):
         sim = carom.Simulation(scene, kT=kT, seed=1)
-        assert (sim.machine.unit.exponent == 0) == (kT == 1.0)
-        assert _header(sim.machine)["threshold"] == pytest.approx(1e-3 * kT**0.5)
+        assert (sim._state.unit.exponent == 0) == (kT == 1.0)
+        assert _header(sim._state)["threshold"] == pytest.approx(1e-3 * kT**0.5)

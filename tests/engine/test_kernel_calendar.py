@@ -276,15 +276,15 @@ def test_a_state_from_before_there_was_a_bucket_for_later_events_is_read():
     scene = carom.Scene.crystal(cells=4, packing_fraction=0.4)
     sim, other = (carom.Simulation(scene, seed=1) for _ in range(2))
     sim.run(collisions_per_particle=2)
-    saved = {name: array.copy() for name, array in arrays(sim.machine.engine).items()}
+    saved = {name: array.copy() for name, array in arrays(sim._state.engine).items()}
     buckets = saved["calendar.buckets"]
     saved["calendar.buckets"] = buckets[:-1]
-    restore(other.machine.engine, saved)
-    for name, array in arrays(other.machine.engine).items():
+    restore(other._state.engine, saved)
+    for name, array in arrays(other._state.engine).items():
         np.testing.assert_array_equal(array[: len(saved[name])], saved[name])
     saved["calendar.buckets"] = buckets[:-2]
     with pytest.raises(ValueError, match=r"calendar\.buckets"):
-        restore(other.machine.engine, saved)
+        restore(other._state.engine, saved)
 
 
 @pytest.mark.parametrize(

@@ -191,7 +191,7 @@ class Sticky:
         return Clay(1.0, 1.0, 0.5)
 
 scene = carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]], interaction=Sticky())
-sim = carom.Simulation(scene, neighbors="sectors")
+sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
 sim.run(collisions=3)
 print(sorted(sim.frame().velocities[:, 0].tolist()))
 """
@@ -218,8 +218,8 @@ def test_a_model_of_an_unknown_type_does_not_compile():
     class Unknown(NamedTuple):
         square: float
 
-    sim = carom.Simulation(carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]]))
-    engine = sim.machine.engine._replace(model=sim.machine.engine.model._replace(pair=Unknown(1.0)))
+    sim = carom.Simulation(carom.Scene([[0.0], [3.0]], 40.0, velocities=[[1.0], [-1.0]]), seed=0)
+    engine = sim._state.engine._replace(model=sim._state.engine.model._replace(pair=Unknown(1.0)))
     with pytest.raises((NumbaError, TypeError)):
         cycle.schedule(*engine, 0, len(engine.state.partner))
 
@@ -227,8 +227,8 @@ def test_a_model_of_an_unknown_type_does_not_compile():
 @pytest.mark.usefixtures("unscheduled")
 def test_what_a_scene_has_not_is_none():
     scene = moving(carom.Scene.random(5, dimension=2, seed=1), 1)
-    sim = carom.Simulation(scene, images=False)
-    assert sim.machine.engine.state.images is None
-    assert sim.machine.log is None
-    assert not any("images" in name for name in arrays(sim.machine.engine))
+    sim = carom.Simulation(scene, tuning=carom.Tuning(images=False), seed=0)
+    assert sim._state.engine.state.images is None
+    assert sim._state.log is None
+    assert not any("images" in name for name in arrays(sim._state.engine))
     assert sim.frame().images is None

@@ -6,6 +6,7 @@ import pytest
 import carom
 from carom.engine.constants import LAMBDA
 from carom.engine.domains.logical_process import refill_queue
+from carom.simulation import stretches
 
 SCENES = {
     "sectors": lambda: carom.Scene.crystal(cells=6, packing_fraction=0.3),
@@ -26,7 +27,7 @@ SCENES = {
 
 def schedule_anew(sim):
     """Let all components look for their next event at the present."""
-    machine = sim.machine
+    machine = sim._state
     state = machine.engine.state
     state.partner[:] = LAMBDA
     state.rows["event_time"][: machine.scene.n] = state.clock.now[0]
@@ -37,29 +38,31 @@ def schedule_anew(sim):
 def test_a_run_whose_events_are_all_scheduled_anew_goes_on_with_the_same_bits(name):
     scene = SCENES[name]()
     alone, disturbed = (carom.Simulation(scene, seed=3) for _ in range(2))
-    assert type(alone.machine.engine.model.timing).__name__ == "FromRows"
+    assert type(alone._state.engine.model.timing).__name__ == "FromRows"
     alone.run(collisions_per_particle=8)
     disturbed.run(collisions_per_particle=8)
     step = alone.time / 80
-    while alone.machine.engine.state.clock.epoch[0] < 1 or alone.tally.collisions < 20 * scene.n:
+    while alone._state.engine.state.clock.epoch[0] < 1 or stretches.tally(alone).collisions < 20 * scene.n:
         alone.run(time=step)
         disturbed.run(time=step)
         schedule_anew(disturbed)
     one, other = alone.frame(), disturbed.frame()
     np.testing.assert_array_equal(one.positions, other.positions)
     np.testing.assert_array_equal(one.velocities, other.velocities)
-    assert alone.tally.collisions == disturbed.tally.collisions
+    assert stretches.tally(alone).collisions == stretches.tally(disturbed).collisions
 
 
 def test_contacts_computed_from_shortly_before_them_leave_none_either():
     """Most flights are longer than a quarter of the box: too long to be computed from the rows."""
     scene = carom.Scene.crystal(lattice="cubic", cells=9, packing_fraction=0.01)
-    alone, disturbed = (carom.Simulation(scene, seed=3, neighbors="sectors") for _ in range(2))
-    assert alone.machine.engine.model.timing.square == 64.0  # eight diameters; the mean free path is twelve
+    alone, disturbed = (
+        carom.Simulation(scene, seed=3, tuning=carom.Tuning(neighbors="sectors")) for _ in range(2)
+    )
+    assert alone._state.engine.model.timing.square == 64.0  # eight diameters; the mean free path is twelve
     alone.run(collisions_per_particle=0.2)
     step = alone.time
     disturbed.run(time=step)
-    while alone.tally.collisions < 6 * scene.n:
+    while stretches.tally(alone).collisions < 6 * scene.n:
         schedule_anew(disturbed)
         for sim in (alone, disturbed):
             sim.run(time=step)

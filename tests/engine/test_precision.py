@@ -14,14 +14,16 @@ EPSILON = float(np.finfo(np.float32).eps)
 def fluid():
     """Return the same fluid in double and in single precision after 50 collisions a particle."""
     scene = moving(carom.Scene.random(500, 0.4, seed=3), 3)
-    runs = {name: carom.Simulation(scene, precision=name) for name in ("double", "single")}
+    runs = {
+        name: carom.Simulation(scene, tuning=carom.Tuning(precision=name)) for name in ("double", "single")
+    }
     for sim in runs.values():
         sim.run(collisions_per_particle=50)
     return runs
 
 
 def test_single_precision_halves_the_rows(fluid):
-    double, single = (sim.machine.engine.state.rows.dtype.itemsize for sim in fluid.values())
+    double, single = (sim._state.engine.state.rows.dtype.itemsize for sim in fluid.values())
     assert (double, single) == (64, 32)
 
 
@@ -47,13 +49,15 @@ def test_a_run_in_single_precision_is_resumed_bit_for_bit(fluid, tmp_path):
     for run in (sim, again):
         run.run(collisions=1000)
     np.testing.assert_array_equal(sim.frame().positions, again.frame().positions)
-    assert again.machine.engine.state.rows["x"].dtype == np.float32
+    assert again._state.engine.state.rows["x"].dtype == np.float32
 
 
 @pytest.mark.usefixtures("unscheduled")
 def test_a_log_of_single_precision_is_not_replayed(tmp_path):
     sim = carom.Simulation(
-        carom.Scene.crystal(cells=3, packing_fraction=0.3), precision="single", event_log=tmp_path / "e.h5"
+        carom.Scene.crystal(cells=3, packing_fraction=0.3),
+        tuning=carom.Tuning(precision="single"),
+        event_log=tmp_path / "e.h5",
     )
     sim.close()
     with pytest.raises(carom.FileError, match="cannot be replayed: its run was in single precision"):
@@ -62,4 +66,6 @@ def test_a_log_of_single_precision_is_not_replayed(tmp_path):
 
 def test_an_unknown_precision_is_refused():
     with pytest.raises(carom.InputError, match="precision"):
-        carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.3), precision="half")
+        carom.Simulation(
+            carom.Scene.crystal(cells=2, packing_fraction=0.3), tuning=carom.Tuning(precision="half")
+        )

@@ -12,7 +12,7 @@ def contacts_of_galperin(ratio, precision):
     scene = carom.Scene(
         [[2.0], [4.0]], (40.0,), mass=[1.0, ratio], velocities=[[0.0], [-1.0]], periodic=False
     )
-    sim = carom.Simulation(scene, precision=precision)
+    sim = carom.Simulation(scene, tuning=carom.Tuning(precision=precision), seed=0)
     sim.run(time=10.0)
     assert sim.time == 10.0
     assert sim.frame().velocities[1, 0] == pytest.approx(1.0, abs=4.0 / math.sqrt(ratio))

@@ -30,7 +30,7 @@ def hair():
         found += 1
         for velocity in (0.0, 1.0):
             scene = carom.Scene([[x]], (edge,), velocities=[[velocity]])
-            place = carom.Simulation(scene).frame().positions[0, 0]
+            place = carom.Simulation(scene, seed=0).frame().positions[0, 0]
             assert 0.0 <= place < edge, (edge, place)
         if found == 5:
             return found
@@ -40,8 +40,8 @@ def hair():
 def met():
     """Two that have just met, and by rounding overlap and approach still, do not meet again now."""
     scene = carom.Scene([[2.0, 2.0], [3.1, 2.0]], (9.0, 9.0), velocities=[[0.1, 0.0], [-0.1, 0.0]])
-    sim = carom.Simulation(scene, neighbors="sectors")
-    model, state, neighbors, calendar, tallies, *_ = sim.machine.engine
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"), seed=0)
+    model, state, neighbors, calendar, tallies, *_ = sim._state.engine
     word = np.int64(state.partner[0])
     assert word >= 0
     state.rows["x"][1, 0] = 3.0 - 1e-15
@@ -78,13 +78,13 @@ def left():
     # In the second, somebody was entered by nobody else (once in some thousand events).
     for n, eta, seed in ((7, 0.3, 0), (8, 0.4, 11)):
         scene = carom.Scene.random(n, eta, 2, seed=seed)
-        sim = carom.Simulation(moving(scene, seed), neighbors="sectors")
-        model, state, _, calendar, *_ = sim.machine.engine
+        sim = carom.Simulation(moving(scene, seed), tuning=carom.Tuning(neighbors="sectors"), seed=0)
+        model, state, _, calendar, *_ = sim._state.engine
         event_time, leave, partner = state.rows["event_time"][: scene.n], state.crossing_time, state.partner
         for _ in range(190):
             before, expected, left_at = partner.copy(), event_time.copy(), leave.copy()
             transits = sim.statistics.transits
-            cycle.run(*sim.machine.engine, None, FAR, 0.0, FAR, ONE)
+            cycle.run(*sim._state.engine, None, FAR, 0.0, FAR, ONE)
             times = np.minimum(event_time, leave)
             known = entered(calendar, times)
             for i in np.flatnonzero(times < calendar.control[0].end):
@@ -101,8 +101,8 @@ def left():
 def epochs():
     """The next event of everybody is as far away after the beginning of an epoch as before."""
     scene = moving(carom.Scene.random(9, 0.1, 2, seed=1), 2)
-    sim = carom.Simulation(scene, neighbors="sectors")
-    state, n, length = sim.machine.engine.state, scene.n, sim.epoch_length
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"), seed=0)
+    state, n, length = sim._state.engine.state, scene.n, sim._state.epoch_length
     begun = 0
     for _ in range(400):
         event_time, leave, epoch = (
@@ -111,7 +111,7 @@ def epochs():
             int(state.clock[0].epoch),
         )
         events = sim.collisions + sim.statistics.transits + sim.statistics.advancements
-        cycle.run(*sim.machine.engine, None, FAR, 0.0, FAR, ONE)
+        cycle.run(*sim._state.engine, None, FAR, 0.0, FAR, ONE)
         if state.clock[0].epoch > epoch:
             begun += 1
             after = sim.collisions + sim.statistics.transits + sim.statistics.advancements

@@ -94,7 +94,7 @@ def alone(d, axis, side, obstacles, **more):
     scene = carom.Scene(
         place, EDGE, periodic=False, velocities=velocity, obstacles=obstacles, diameter=0.9, **more
     )
-    sim = carom.Simulation(scene)
+    sim = carom.Simulation(scene, seed=0)
     sim.run(time=4.0)
     return hits(sim), float(np.abs(sim.frame().velocities).max())
 
@@ -152,7 +152,7 @@ def bed(obstacles, d=2, time=12.0, **more):
         obstacles=obstacles,
         **more,
     )
-    sim = carom.Simulation(scene)
+    sim = carom.Simulation(scene, seed=0)
     sim.run(time=time)
     return sim
 
@@ -187,7 +187,7 @@ def growing():
             velocities=[[0.1, 0.5], [0.0, -0.4]],
             obstacles=obstacles,
         )
-        sim = carom.Simulation(scene, growth=0.1)
+        sim = carom.Simulation(scene, growth=0.1, seed=0)
         sim.run(time=15.0)
         gaps = [float(gap.min()) for gap in (each.gap(
             sim.frame().positions, 0.5 * sim.frame().diameters, scene.box, scene.periodic

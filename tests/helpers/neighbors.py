@@ -13,23 +13,23 @@ from carom.engine.neighbors.skins import EqualBounds, list_range_sq, size_class,
 
 def present(sim):
     """Return positions and velocities of all at the clock of the last event, not wrapped."""
-    state, n = sim.machine.engine.state, sim.scene.n
+    state, n = sim._state.engine.state, sim.scene.n
     rows, now = state.rows[:n], state.clock[0].now
     return rows["x"] + rows["v"] * (now - rows["t"])[:, None], rows["v"].copy(), float(now)
 
 
 def go(sim, cycles):
     """Process so many cycles of the kernel, whatever they are; a list that is full is no news."""
-    log = None if sim.machine.log is None else sim.machine.log.buffer
-    code, _ = cycle.run(*sim.machine.engine, log, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
+    log = None if sim._state.log is None else sim._state.log.buffer
+    code, _ = cycle.run(*sim._state.engine, log, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
     if code == NEEDS_NEIGHBORS:
-        sim.machine.enlarge_neighbors()
-        sim.machine.schedule()
+        sim._state.enlarge_neighbors()
+        sim._state.schedule()
     return code
 
 
 def lists_of(sim):
-    lists, n = sim.machine.engine.neighbors, sim.scene.n
+    lists, n = sim._state.engine.neighbors, sim.scene.n
     begins = [int(start(lists.bounds, np.uint64(i))) for i in range(n)]
     return [
         set(lists.refs[begin : begin + count].tolist())
@@ -39,7 +39,7 @@ def lists_of(sim):
 
 def check_lists(sim):
     """Lists are symmetric, hold just who is within reach, and nobody is beyond the margin."""
-    lists, n = sim.machine.engine.neighbors, sim.scene.n
+    lists, n = sim._state.engine.neighbors, sim.scene.n
     size = coordinate_bits(sim.scene.dimension)
     edges = np.array(lists.grid_step) * 2.0**size  # those of the box; stretched between walls
     listed = lists_of(sim)
@@ -61,19 +61,19 @@ def check_lists(sim):
     hair = 1e-9 * np.sqrt(reach.max())
     if isinstance(lists.bounds, EqualBounds):
         # From the scene and what was asked for: a diameter and twice the margin are the reach.
-        free = np.full(n, 0.5 * (sim.machine.scheme.list_range - sim.scene.diameter))
-        np.testing.assert_allclose(reach, sim.machine.scheme.list_range**2, rtol=1e-15)
+        free = np.full(n, 0.5 * (sim._state.scheme.list_range - sim.scene.diameter))
+        np.testing.assert_allclose(reach, sim._state.scheme.list_range**2, rtol=1e-15)
     else:
         free = np.array([skin(lists.bounds, i, now)[0] for i in range(n)])
     assert (np.sqrt((x**2).sum(axis=1)) <= free + hair).all()
-    if sim.machine.system.rates is None:
+    if sim._state.system.rates is None:
         # Two who are not listed cannot touch before one of them leaves, and each is there until it leaves.
         scene = sim.scene
         contact = 0.5 * (scene.diameters[:, None] + scene.diameters)
         if scene.contact is not None:
             contact = scene.contact[scene.species[:, None], scene.species]
         assert (contact + free[:, None] + free <= np.sqrt(reach) + hair).all()
-        ahead = x + v * (sim.machine.engine.state.crossing_time - now)[:, None]
+        ahead = x + v * (sim._state.engine.state.crossing_time - now)[:, None]
         assert (np.sqrt((ahead**2).sum(axis=1)) <= free + hair).all()
     grid = lists.grid
     for cell in range(len(lists.members)):
@@ -110,13 +110,13 @@ def all_meetings(sim):
 
 def check_invariants(sim):
     """The paper's (6) to (9) on the live arrays: past before future, mutual partners, nobody overlooked."""
-    state, n = sim.machine.engine.state, sim.scene.n
+    state, n = sim._state.engine.state, sim.scene.n
     rows = state.rows[:n]
     now = float(state.clock[0].now)
     event_time, leave, partner = rows["event_time"], state.crossing_time, state.partner
     bits = (
-        sim.machine.engine.model.boundary.bits
-        if isinstance(sim.machine.engine.model.boundary, SectorImage)
+        sim._state.engine.model.boundary.bits
+        if isinstance(sim._state.engine.model.boundary, SectorImage)
         else 0
     )
     assert rows["t"].max() <= now  # (6)
@@ -131,7 +131,7 @@ def check_invariants(sim):
     # (7) Nobody has an event later than a meeting for which the other is free, except one that lies beyond
     # the leaving of a sector by either: that is looked at then. Times are compared up to rounding.
     meeting = now + all_meetings(sim)
-    slack = 1e-9 * sim.epoch_length
+    slack = 1e-9 * sim._state.epoch_length
     bound = np.minimum(leave[:, None], leave[None])
     overlooked = (
         (meeting < event_time[:, None] - slack)

@@ -17,6 +17,7 @@ import carom
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.files.to_tables import obstacle_to_table
 from carom.reference import NaiveSystem
+from carom.simulation import stretches
 from helpers.mixtures import mixture
 from helpers.oracle import EPS, NUDGE, ROUNDINGS
 
@@ -83,14 +84,14 @@ def states(system, times):
 def check(case, neighbors):
     """Run engine and oracle side by side; return how many events could be compared."""
     scene, growth = case.scene, case.settings.get("growth", 0.0)
-    sim = carom.Simulation(scene, neighbors=neighbors, **case.settings)
-    assert sim.machine.scheme.kind == neighbors
-    start = (scene, growth, 0.0, sim.machine.system.threshold)
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors=neighbors), **case.settings)
+    assert sim._state.scheme.kind == neighbors
+    start = (scene, growth, 0.0, sim._state.system.threshold)
     events = list(islice(oracle_of(*start), case.count + 1))
     instants = np.array([float(event.time) for event in events])
     times = 0.5 * (instants[1:] + instants[:-1])
     right, speeds = states(oracle_of(*start), times)
-    nudged, speeds_nudged = states(oracle_of(scene, growth, NUDGE, sim.machine.system.threshold), times)
+    nudged, speeds_nudged = states(oracle_of(scene, growth, NUDGE, sim._state.system.threshold), times)
     length, speed = max(scene.box), np.abs(scene.velocities).max()
     # What may be off, in boxes: the oracle's own divergence, and as much for flights of some boxes.
     parted = np.abs(nudged - right).astype(float).max(axis=(1, 2)) / (NUDGE * length)
@@ -116,7 +117,7 @@ def check(case, neighbors):
     oracle = oracle_of(*start)
     oracle.advance_to(times[horizon - 1])
     tolerance = 8 * n * bounds[horizon - 1] * speed * scene.masses.max()
-    assert abs(sim.tally.virial - float(oracle.virial)) <= tolerance * length * horizon
+    assert abs(stretches.tally(sim).virial - float(oracle.virial)) <= tolerance * length * horizon
     taken = [impact.impulse for impact in sim.obstacles] if len(hits) else []
     np.testing.assert_allclose(taken, oracle.impulses.astype(float), rtol=0, atol=tolerance * horizon)
     return horizon

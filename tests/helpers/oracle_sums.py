@@ -25,10 +25,14 @@ from carom.models.contacts.losses import Loss
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.simulation import mechanics, stretches
 from helpers import mixtures
 from helpers.oracle_scenes import NUDGE, ROUNDINGS, moving, oracle_of
 
 EPS = np.finfo(float).eps
+
+LISTS, SECTORS = carom.Tuning(neighbors="lists"), carom.Tuning(neighbors="sectors")
+SHORT_LISTS = carom.Tuning(neighbors="lists", shell=1.15)
 
 CUTS = 6
 """Parts that a run is cut into."""
@@ -56,13 +60,13 @@ def binary(counts, seed, *, masses, box, contact=None, diameters=(1.0, 0.7), spe
 
 def rods():
     """Equal rods on a ring."""
-    return Case(moving(carom.Scene.random(6, box=(9.0,), seed=1), 2), {"neighbors": "lists"}, 60)
+    return Case(moving(carom.Scene.random(6, box=(9.0,), seed=1), 2), {"tuning": LISTS}, 60)
 
 
 def mixture():
     """Two species with contact distances of their own."""
     scene = binary([4, 4], 3, masses=[1.0, 0.4], box=(6.0, 5.2), contact=[[1.0, 0.75], [0.75, 0.7]])
-    return Case(scene, {"neighbors": "lists"}, 30)
+    return Case(scene, {"tuning": LISTS}, 30)
 
 
 def furnished():
@@ -71,7 +75,7 @@ def furnished():
         [3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), speed=4e7, periodic=[False, True],
         obstacles=(Ball((2.5, 3.0), 0.4, "post"), Plane((2.0, 0.0), 0.4)),
     )  # fmt: skip
-    return Case(scene.with_(restitution=0.7, elastic_below=2.5e7), {"neighbors": "sectors"}, 50)
+    return Case(scene.with_(restitution=0.7, elastic_below=2.5e7), {"tuning": SECTORS}, 50)
 
 
 def flask():
@@ -80,7 +84,7 @@ def flask():
         [3, 2], 7, masses=[3.0, 1.0], box=(4.0,) * 3, periodic=False,
         obstacles=(SphericalContainer((2.0,) * 3, 1.95),),
     )  # fmt: skip
-    return Case(scene, {"neighbors": "lists"}, 30)
+    return Case(scene, {"tuning": LISTS}, 30)
 
 
 def growing():
@@ -88,7 +92,7 @@ def growing():
     scene = binary(
         [4, 4], 9, masses=[1.0, 0.3], box=(4.4, 4.0), diameters=(0.4, 0.25), periodic=[True, False]
     ).with_(restitution=0.8, elastic_below=1.2)
-    return Case(scene, {"neighbors": "lists", "shell": 1.15, "growth": 0.1 * scene.diameters}, 40)
+    return Case(scene, {"tuning": SHORT_LISTS, "growth": 0.1 * scene.diameters}, 40)
 
 
 def live():
@@ -102,7 +106,7 @@ def live():
         Surface(Ball((3.0, 3.0), 0.4, "post"), Loss(0.5, elastic_below=1.0)),
     )
     scene = binary([3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), periodic=[True, False], obstacles=obstacles)
-    return Case(scene.with_(restitution=0.9), {"neighbors": "lists"}, 30)
+    return Case(scene.with_(restitution=0.9), {"tuning": LISTS}, 30)
 
 
 KINDS = {make.__name__: make for make in (rods, mixture, furnished, flask, growing, live)}
@@ -114,23 +118,23 @@ KINDS = {make.__name__: make for make in (rods, mixture, furnished, flask, growi
 def sums_of(sim) -> dict[str, np.ndarray]:
     """Return all that a simulation says of what happened so far."""
     found = {
-        "collisions": sim.tally.collisions,
+        "collisions": stretches.tally(sim).collisions,
         "collisions of the frame": sim.frame().step,
-        "virial": sim.tally.virial,
+        "virial": stretches.tally(sim).virial,
         "energy": 0.5 * sim.kT * sim.degrees_of_freedom,
         "places without wrapping": sim.frame().unwrapped,
         "hits": np.array([impact.hits for impact in sim.obstacles]),
         "impulses": np.array([impact.impulse for impact in sim.obstacles]),
-        "spared": sim.spared_contacts,
+        "spared": sim.statistics.spared_contacts,
         "work": np.array([impact.work for impact in sim.obstacles]),
         "contacts that surfaces spared or lifted": np.array(
             [(impact.spared, impact.lifted) for impact in sim.obstacles], int
         ).ravel(),
-        "threshold": sim.machine.unit.to_scene(sim.machine.system.threshold, -1),
+        "threshold": sim._state.unit.to_scene(sim._state.system.threshold, -1),
     }
     if sim.scene.species is not None:
         found["collisions by species"] = sim.collisions_by_species
-        found["virial by species"] = sim.virial_by_species
+        found["virial by species"] = mechanics.virial_by_species(sim._state)
     return {name: np.atleast_1d(values) for name, values in found.items()}
 
 
@@ -227,7 +231,7 @@ def in_chunks(sim, end, folder):
     blocks = [sim.run(collisions=2, time=end / CUTS) for _ in range(CUTS - 1)]
     while sim.time < end:
         blocks.append(sim.run(time=end - sim.time))
-    whole = sim.tally
+    whole = stretches.tally(sim)
     assert sum(block.collisions for block in blocks) == whole.collisions
     assert math.isclose(sum(block.virial for block in blocks), whole.virial, rel_tol=1e-12)
     assert math.isclose(sum(block.duration for block in blocks), end, rel_tol=1e-12)
@@ -262,9 +266,9 @@ def with_larger_arrays(sim, end, folder):
     for instant in instants(end):
         go_to(sim, instant)
         with nothing_lost(sim):
-            sim.machine.enlarge_heap()
-            sim.machine.enlarge_neighbors()
-            sim.machine.schedule()
+            sim._state.enlarge_heap()
+            sim._state.enlarge_neighbors()
+            sim._state.schedule()
     return sim
 
 
@@ -272,7 +276,7 @@ def with_refits(sim, end, folder):
     for instant in instants(end)[:-1]:
         go_to(sim, instant)
         with nothing_lost(sim):
-            sim.machine.refit()
+            sim._state.refit()
     next(sim.sample(times=[end]))
     return sim
 
@@ -331,13 +335,13 @@ def check(case: Case) -> int:
                 np.testing.assert_array_equal(found[name], values, err_msg=f"{name}, {way.__name__}")
             assert machinery_of(sim) == machinery, way.__name__
     if "growth" in case.settings:
-        assert whole.machine.clock.base > 0, "the neighbour scheme was renewed"
+        assert whole._state.clock.base > 0, "the neighbour scheme was renewed"
     else:
         check_log(case, end, right)
-    unit = whole.machine.unit
+    unit = whole._state.unit
     with nothing_lost(whole, but=["energy"]):  # in another unit of time
         whole.rescale(1e15 * whole.kT)
-    assert whole.machine.unit != unit
+    assert whole._state.unit != unit
     return case.count
 
 
@@ -371,10 +375,10 @@ def check_live(case: Case) -> int:
                 np.testing.assert_allclose(found[name], values, rtol=SHARP, atol=SHARP, err_msg=what)
         if way in (with_samples, with_checkpoints):
             assert machinery_of(sim) == machinery, way.__name__
-    unit = whole.machine.unit
+    unit = whole._state.unit
     with nothing_lost(whole, but=["energy", "threshold"]):
         whole.rescale(1e15 * whole.kT)
-    assert whole.machine.unit != unit
+    assert whole._state.unit != unit
     return case.count
 
 
@@ -384,7 +388,7 @@ def check_log(case: Case, end: float, right: dict[str, np.ndarray]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "events.h5"
         sim = with_checkpoints(carom.Simulation(scene, event_log=path, **case.settings), end, Path(folder))
-        logged = sim.machine.log.mark()["events"]
+        logged = sim._state.log.mark()["events"]
         sim.close()
         events = read_events(path, 0, logged)  # of a run that was only loaded, the log is left as it is
     pairs = events.j < n

@@ -22,16 +22,16 @@ def assert_order(scene, potential, events, leaving=None, **settings):
         masses=scene.masses,
         digits=30,
     )
-    before = sim.steps.events.sum(axis=0)
+    before = sim.interaction.events.sum(axis=0)
     for _ in range(events):
         sim.run(collisions=1)
-        after = sim.steps.events.sum(axis=0)
+        after = sim.interaction.events.sum(axis=0)
         expected = oracle.step()
         assert KINDS[int(np.argmax(after - before))] == expected.kind
         # Chaos multiplies rounding, 1e-16 at the start, by some 1.2 an event of ten components.
         assert abs(sim.time - float(expected.time)) < 1e-7 * (1.0 + sim.time)
         before = after
-    pairs, steps = read_steps(sim.machine.engine.neighbors)
+    pairs, steps = read_steps(sim._state.engine.neighbors)
     assert sim.potential_energy == pytest.approx(
         sum(float(potential(*pair)[1][level]) for pair, level in oracle.level.items()), abs=1e-12
     )

@@ -13,9 +13,9 @@ cases = [
     ("sectors", carom.Scene.random(3, box=(1.3, 5.0), seed=1), None),
 ]
 for kind, scene, shell in cases:
-    sim = carom.Simulation(scene, seed=2, neighbors=kind, shell=shell)
+    sim = carom.Simulation(scene, seed=2, tuning=carom.Tuning(neighbors=kind, shell=shell))
     sim.run(collisions=40)
-    sim.run(time=2.0 * sim.epoch_length)
+    sim.run(time=2.0 * sim._state.epoch_length)
     frame = sim.frame()
     for array in (frame.positions, frame.velocities, frame.images):
         digest.update(array.tobytes())

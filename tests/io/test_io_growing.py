@@ -343,7 +343,7 @@ def logged_run(tmp_path):
     sim.run(collisions=200)
     sim.save(tmp_path / "state.h5")
     sim.run(collisions=300)
-    sim.machine.flush_log()
+    sim._state.flush_log()
     return sim
 
 

@@ -43,7 +43,7 @@ def size(scene, formats, frames, state):
 def test_the_files_of_a_run_take_200_megabytes(cells, frames):
     """From 10^2 to 10^5 spheres, with the checkpoint."""
     scene = Scene.crystal(cells=cells, packing_fraction=0.45)
-    state = checkpoint.size_of_file(Simulation(scene, seed=1).machine)
+    state = checkpoint.size_of_file(Simulation(scene, seed=1)._state)
     formats, found = amount(plan(), scene, state)
     assert found == frames
     assert storage.without_trajectory(plan(), scene, formats, state) is None
@@ -65,8 +65,8 @@ def test_a_million_spheres_leave_no_room_for_a_frame_and_of_two_million_the_chec
     scene = Scene.crystal(cells=63, packing_fraction=0.45)
     sim = Simulation(scene, seed=1)
     sim.run(time=0.0)
-    state = checkpoint.size_of_file(sim.machine)
-    assert state < 0.8 * checkpoint.size(sim.machine)
+    state = checkpoint.size_of_file(sim._state)
+    assert state < 0.8 * checkpoint.size(sim._state)
     formats, sentence = kept(scene, state)
     assert formats == ()
     assert "with one frame the files of 1000188 particles would take more than 200 MB" in sentence
@@ -89,12 +89,15 @@ def test_a_million_of_any_kind_take_200_megabytes(kind, tmp_path):
         "a crystal": lambda: Scene.crystal(cells=63, packing_fraction=0.6),
         "dilute": lambda: Scene.crystal(cells=63, packing_fraction=0.1),
         "a mixture": lambda: Scene.random(
-            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.5]), packing_fraction=0.4
+            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.5]), packing_fraction=0.4, seed=0
         ),
-        "disks": lambda: Scene.random(m, 0.6, 2),
-        "dilute disks": lambda: Scene.random(m, 0.2, 2),
+        "disks": lambda: Scene.random(m, 0.6, 2, seed=0),
+        "dilute disks": lambda: Scene.random(m, 0.2, 2, seed=0),
         "a mixture of disks": lambda: Scene.random(
-            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.7]), dimension=2, packing_fraction=0.5
+            species=mixed(counts=[m // 2] * 2, diameters=[1.0, 0.7]),
+            dimension=2,
+            packing_fraction=0.5,
+            seed=0,
         ),
     }[kind]()
     order = np.random.default_rng(1).permutation(scene.n)
@@ -102,11 +105,11 @@ def test_a_million_of_any_kind_take_200_megabytes(kind, tmp_path):
     mixed = Scene(scene.positions[order], scene.box, diameter=diameter, species=scene.species)
     sim = Simulation(mixed, seed=1)
     sim.run(collisions_per_particle=2)
-    state = checkpoint.size_of_file(sim.machine)
+    state = checkpoint.size_of_file(sim._state)
     sim.save(tmp_path / "c")
     written = (tmp_path / "c").stat().st_size
     formats, frames = amount(plan(), scene, state)
-    print(kind, scene.n, checkpoint.size(sim.machine) / 1e6, state / 1e6, written / 1e6, formats)
+    print(kind, scene.n, checkpoint.size(sim._state) / 1e6, state / 1e6, written / 1e6, formats)
     assert written <= state
     # Disks that are dilute leave room for a frame.
     assert size(scene, formats, frames if formats else 0, written) <= 200e6
@@ -130,13 +133,13 @@ def test_a_packed_checkpoint_holds_the_same_bits_and_is_as_small_as_is_thought(e
     order = np.random.default_rng(1).permutation(scene.n)
     sim = Simulation(Scene(scene.positions[order], scene.box), seed=1)
     sim.run(time=0.0)
-    state = checkpoint.size(sim.machine)
+    state = checkpoint.size(sim._state)
     sim.save(tmp_path / "plain")
     monkeypatch.setattr(io.checkpoint, "LARGE", 0.0)
     sim.save(tmp_path / "packed")
     sizes = [(tmp_path / name).stat().st_size for name in ("plain", "packed")]
     assert sizes[0] == pytest.approx(state, abs=3e4)
-    assert sizes[1] == pytest.approx(checkpoint.size_of_file(sim.machine), rel=0.1, abs=3e4)
+    assert sizes[1] == pytest.approx(checkpoint.size_of_file(sim._state), rel=0.1, abs=3e4)
     assert sizes[1] < 0.8 * state
     (plain, notes), (packed, same) = (io.checkpoint.load(tmp_path / name) for name in ("plain", "packed"))
     assert notes.keys() == same.keys()
@@ -148,8 +151,8 @@ def test_a_packed_checkpoint_holds_the_same_bits_and_is_as_small_as_is_thought(e
 
 def test_disks_take_as_much_as_spheres():
     """Files have three coordinates. So the half of 200 MB that a checkpoint leaves hold 16 frames of 10^5."""
-    spheres = Scene.random(100_000, packing_fraction=0.1)
-    disks = Scene.random(100_000, packing_fraction=0.1, dimension=2)
+    spheres = Scene.random(100_000, packing_fraction=0.1, seed=0)
+    disks = Scene.random(100_000, packing_fraction=0.1, dimension=2, seed=0)
     assert amount(plan(), spheres, 100e6) == amount(plan(), disks, 100e6) == (("h5md",), 16)
 
 
@@ -166,7 +169,10 @@ def test_what_is_asked_for_is_written_whatever_its_size():
 def test_a_frame_takes_about_as_many_bytes_as_is_thought(form, dimension, tmp_path):
     if form == "gsd":
         pytest.importorskip("gsd")
-    scene, dice = Scene.random(5000, packing_fraction=0.3, dimension=dimension), np.random.default_rng(1)
+    scene, dice = (
+        Scene.random(5000, packing_fraction=0.3, dimension=dimension, seed=0),
+        np.random.default_rng(1),
+    )
     ones = np.ones(5000)
     sizes = []
     for count in (4, 12):
@@ -194,7 +200,7 @@ def test_a_run_says_what_it_kept(tmp_path, monkeypatch):
     )
     # Two dozen frames of 108 spheres in one format, beside a checkpoint.
     monkeypatch.setattr(storage, "SMALL", 0.0)
-    state = checkpoint.size_of_file(Simulation(small.build_scene(), seed=1).machine)
+    state = checkpoint.size_of_file(Simulation(small.build_scene(), seed=1)._state)
     frames = 24.5 * 108 * 3 * storage.BYTES["h5md"] + storage.FIXED * 108
     monkeypatch.setattr(storage, "KEPT", frames + state + storage.OTHERS)
     found = carom.run(small, tmp_path / "run")
@@ -224,7 +230,7 @@ def test_a_run_with_no_room_for_a_frame_says_so_and_has_all_else(tmp_path, monke
     everything_is_large(monkeypatch)
     sim = Simulation(small.build_scene(), seed=1)
     sim.run(time=0.0)
-    monkeypatch.setattr(storage, "KEPT", checkpoint.size_of_file(sim.machine) + 3e3 + storage.OTHERS)
+    monkeypatch.setattr(storage, "KEPT", checkpoint.size_of_file(sim._state) + 3e3 + storage.OTHERS)
     with pytest.warns(
         carom.errors.CaromWarning, match="No trajectory: with one frame the files of 108 particles"
     ):

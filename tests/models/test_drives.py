@@ -17,6 +17,7 @@ from carom.models.motions.great_circles import GreatCircles
 from carom.models.questions.particles import NEVER
 from carom.observables.statistics import blocking
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation import stretches
 from carom.simulation.replay import Replay
 
 SLOW = pytest.mark.slow
@@ -40,7 +41,7 @@ def caps():
 
 
 def heated(scene):
-    carom.Simulation(scene).equilibrate(2.0, collisions_per_particle=1)
+    carom.Simulation(scene).equilibrate(kT=2.0, collisions_per_particle=1)
 
 
 def within(value, exact):
@@ -180,7 +181,7 @@ def test_a_growing_fluid_keeps_the_temperature_of_its_bath():
     sim = carom.Simulation(disks(Andersen(1.0, rate=20.0)), growth=0.05, seed=1)
     sim.run(time=10.0)
     assert (sim.frame().diameters > 1.49).all()
-    found = [block.kT for block in sim.blocks(0.05, 20)]
+    found = [block.kT for block in stretches.blocks(sim, 0.05, 20)]
     # Growth heats by some parts in a hundred between two kicks.
     assert np.mean(found) == pytest.approx(1.0, rel=0.1)
     due = sim.drive.due
@@ -197,7 +198,7 @@ def test_pinned_disks_are_not_kicked():
 
 
 def test_a_scene_without_a_drive_has_no_byte_of_one():
-    assert carom.Simulation(disks(None), seed=1).machine.engine.model.timers is None
+    assert carom.Simulation(disks(None), seed=1)._state.engine.model.timers is None
     assert carom.Simulation(disks(None), seed=1).drive is None
 
 
@@ -294,7 +295,7 @@ def test_a_wrong_drive_is_refused_before_it_is_compiled():
         (lambda: WhiteNoise(0.0, rate=1.0), "power of WhiteNoise"),
         (lambda: disks(Andersen((1.0, 2.0), rate=1.0)), "2 temperatures, and the scene has 1 species"),
         (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), currents=True), "or drive"),
-        (lambda: heated(disks(Andersen(1.0, 1.0))), "sets the temperature"),
+        (lambda: heated(disks(Andersen(1.0, 1.0))), "brings the particles to kT"),
         (lambda: carom.Simulation(caps().with_(drive=Andersen(1.0, 1.0))), "keeps components on a surface"),
     ],
 )  # fmt: skip
@@ -306,7 +307,7 @@ def test_what_makes_no_sense_is_one_sentence(make, says):
 def test_several_workers_are_refused_for_a_driven_scene():
     scene = carom.Scene.random(6000, 0.3, 2, seed=1).with_(drive=Andersen(1.0, 1.0))
     with pytest.raises(InputError, match="its drive"):
-        carom.Simulation(scene, workers=2)
+        carom.Simulation(scene, cores=2)
 
 
 @pytest.mark.parametrize(

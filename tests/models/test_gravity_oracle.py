@@ -62,9 +62,9 @@ def oracle(scene, restitution):
 def assert_events_are_the_oracles(d, restitution, count, time=60.0):
     scene = bed(d, restitution)
     with tempfile.TemporaryDirectory() as folder:
-        with carom.Simulation(scene, event_log=Path(folder) / "log.h5") as sim:
+        with carom.Simulation(scene, event_log=Path(folder) / "log.h5", seed=0) as sim:
             sim.run(time=time)
-            length = sim.epoch_length
+            length = sim._state.epoch_length
         found = read_events(Path(folder) / "log.h5")
     rows = zip(found.epoch, found.time, found.i, found.j, strict=True)
     events = [(epoch * length + t, i, j) for epoch, t, i, j in rows]

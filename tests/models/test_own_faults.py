@@ -18,6 +18,7 @@ from carom.models.questions.interaction import core_square, interaction_time, ju
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import position, velocity
 from carom.models.questions.particles import NEVER, lanes
+from carom.simulation.explanation import explain
 from carom.simulation.replay import Replay
 from carom.simulation.run_state import RunState
 
@@ -87,7 +88,7 @@ class Core(Parity):
 
 
 def test_a_model_without_fault_is_accepted():
-    carom.explain(SCENE.with_(interaction=Parity()))
+    explain(SCENE.with_(interaction=Parity()))
 
 
 @pytest.mark.parametrize(("far", "found"), [(0.99999, "1"), (0.5, "0.6"), (1e-6, "0.6")])
@@ -170,7 +171,7 @@ def test_an_overlapping_start_is_refused_though_components_are_penetrable(value)
 
 
 def test_penetrable_pairs_may_overlap():
-    carom.explain(SCENE.with_(interaction=Parity(like=1e-3, unlike=1.0, far=3.0)))
+    explain(SCENE.with_(interaction=Parity(like=1e-3, unlike=1.0, far=3.0)))
 
 
 def test_a_motion_that_is_not_uniform_is_refused():
@@ -181,7 +182,7 @@ def test_a_motion_that_is_not_uniform_is_refused():
 
 
 def test_a_motion_that_is_not_uniform_needs_an_interaction_that_knows_it():
-    carom.explain(SCENE.with_(motion=Drag(0.1), interaction=DragCores(0.1)))
+    explain(SCENE.with_(motion=Drag(0.1), interaction=DragCores(0.1)))
 
 
 class Uniform(NamedTuple):
@@ -218,7 +219,7 @@ def test_a_curved_motion_must_look_at_images():
         InputError, match=r"images: not so that components meet across the faces of the box .*, axis = 0"
     ):
         carom.Simulation(SCENE.with_(motion=Curved(images=False)))
-    carom.explain(SCENE.with_(motion=Curved(images=True)))
+    explain(SCENE.with_(motion=Curved(images=True)))
 
 
 class Half(NamedTuple):
@@ -394,7 +395,7 @@ def test_an_answer_may_be_registered_for_a_class_that_is_given():
 def test_a_short_array_that_no_lane_names_is_found_by_asking():
     short = (("radii", np.full(31, 0.5)), ("kinds", np.zeros(30, np.int64)))
     with pytest.raises(InputError, match="The field kinds of Two has 30 items; expected 31"):
-        carom.explain(SCENE.with_(interaction=Parity(change=short)))
+        explain(SCENE.with_(interaction=Parity(change=short)))
 
 
 class Worn(NamedTuple):
@@ -422,9 +423,9 @@ class Wearing:
 
 
 def test_a_contact_law_with_a_short_array_is_refused():
-    carom.explain(SCENE.with_(impact=Wearing(31)))
+    explain(SCENE.with_(impact=Wearing(31)))
     with pytest.raises(InputError, match="The field parts of Worn has 29 items; expected 31"):
-        carom.explain(SCENE.with_(impact=Wearing(29)))
+        explain(SCENE.with_(impact=Wearing(29)))
 
 
 class Counted(Two):
@@ -469,14 +470,14 @@ def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
         interaction=Remembering(kind=kind)
     )
     with pytest.raises(InputError, match="one worker only, because of a pair model with a memory"):
-        carom.Simulation(scene, workers=2)
+        carom.Simulation(scene, cores=2)
 
 
 def test_a_memory_that_cannot_be_copied_is_refused_where_models_are_made_anew(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     sim = carom.Simulation(SCENE.with_(interaction=Remembering()))
     with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* answer to copy_state"):
-        sim.machine.refit()
+        sim._state.refit()
     with pytest.raises(InputError, match="Fading has a memory"):
         carom.Simulation(SCENE.with_(impact=Fades()), growth=0.1)
 
@@ -503,7 +504,7 @@ class Fades:
 
 
 def test_one_component_alone_is_accepted():
-    carom.explain(carom.Scene([[1.0, 1.0]], 4.0, interaction=Parity()))
+    explain(carom.Scene([[1.0, 1.0]], 4.0, interaction=Parity()))
 
 
 class Equal(NamedTuple):
@@ -537,5 +538,5 @@ class DeepWell(SquareWell):
 
 
 def test_what_needs_no_array_needs_none():
-    carom.explain(SCENE.with_(interaction=EqualCores()))
-    carom.explain(SCENE.with_(interaction=DeepWell(1.5, 1.0)))
+    explain(SCENE.with_(interaction=EqualCores()))
+    explain(SCENE.with_(interaction=DeepWell(1.5, 1.0)))

@@ -54,7 +54,7 @@ def test_the_order_of_events_is_the_oracles_with_fixed_balls(dimension, neighbor
         )
     )
     log = tmp_path / "log.h5"
-    sim = carom.Simulation(scene, neighbors=neighbors, event_log=log)
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors=neighbors), event_log=log)
     sim.run(collisions=150)
     sim.close()
     events = carom.io.events.read_events(log)

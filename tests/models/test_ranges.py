@@ -73,7 +73,7 @@ def scattered(n=40, d=2, edge=11.0, seed=1, **more):
 
 def assert_counters(sim):
     """Every counter is what the distances of a frame say."""
-    scene, x, units = sim.scene, sim.frame().positions, sim.units
+    scene, x, units = sim.scene, sim.frame().positions, sim.interaction
     r = x[None] - x[:, None]
     r -= np.array(scene.box) * np.rint(r / np.array(scene.box)) * np.array(scene.periodic)
     apart = np.sqrt((r**2).sum(axis=-1))
@@ -93,22 +93,22 @@ STRETCHES = np.random.default_rng(2).exponential(0.15, 24).tolist()
 def run(tmp_path_factory):
     """A run with a log, looked at on the way and saved in the middle."""
     folder = tmp_path_factory.mktemp("ranges")
-    sim = carom.Simulation(scattered(), event_log=folder / "log.h5")
+    sim = carom.Simulation(scattered(), event_log=folder / "log.h5", seed=0)
     for k, time in enumerate(STRETCHES):
         if k == 12:
             sim.save(folder / "checkpoint.h5")
         sim.run(time=time)
         assert_counters(sim)
-    sim.machine.flush_log()
+    sim._state.flush_log()
     return sim, folder
 
 
 def test_counters_are_what_distances_say_at_any_time(run):
     sim, _ = run
     # Not an empty truth: everything that can happen has happened often, and some are left.
-    assert min(sim.units.asked.values()) > 20
-    assert 0 < sim.units.present.sum() < sim.scene.n
-    assert (np.bincount(sim.units.kinds) > 3).all()
+    assert min(sim.interaction.asked.values()) > 20
+    assert 0 < sim.interaction.present.sum() < sim.scene.n
+    assert (np.bincount(sim.interaction.kinds) > 3).all()
 
 
 def test_a_replay_asks_the_rules_again_bit_for_bit(run):
@@ -146,7 +146,7 @@ def test_the_viewer_flies_units_as_they_decided_and_shows_what_they_became(run):
             # float32 places up to the box, and velocities of order one over at most the run's time.
             assert np.abs(off - box * np.rint(off / box)).max() < 2.0**-21 * (box.max() + sim.time)
             assert kinds[r] == (decided[k] if decided[k] >= 0 else 255)
-    assert (decided == np.where(sim.units.present, sim.units.kinds, -1)).all()
+    assert (decided == np.where(sim.interaction.present, sim.interaction.kinds, -1)).all()
 
 
 @pytest.mark.slow
@@ -171,8 +171,8 @@ def test_a_checkpoint_goes_on_bit_for_bit(run, tmp_path):
     for name in ("positions", "velocities"):
         assert (getattr(half.frame(), name) == getattr(sim.frame(), name)).all()
     for name in ("kinds", "present", "counts", "memory", "timers", "targets"):
-        assert (getattr(half.units, name) == getattr(sim.units, name)).all()
-    assert half.units.asked == sim.units.asked
+        assert (getattr(half.interaction, name) == getattr(sim.interaction, name)).all()
+    assert half.interaction.asked == sim.interaction.asked
     half.close()
 
 
@@ -190,18 +190,18 @@ def test_the_events_are_those_of_the_naive_algorithm(run, tmp_path):
         digits=40,
     )
     expected = [oracle.decide() for _ in range(300)]
-    sim = carom.Simulation(scene, event_log=tmp_path / "log.h5")
+    sim = carom.Simulation(scene, event_log=tmp_path / "log.h5", seed=0)
     sim.run(time=float(oracle.time) * (1.0 + 1e-9))
     sim.close()
     log = read_events(tmp_path / "log.h5")
     units = [(i, j) if j < scene.n else (i,) for i, j in zip(log.i.tolist(), log.j.tolist(), strict=True)]
     assert units[:300] == [event.units for event in expected]
-    times = log.epoch * sim.epoch_length + log.time
+    times = log.epoch * sim._state.epoch_length + log.time
     # A rule that turns to a target magnifies rounding, 1e-16 at the start.
     assert times[:300] == pytest.approx([float(event.time) for event in expected], rel=1e-9)
     assert {event.cause for event in expected} == {ENTERED, LEFT, TIMER, CHANGED}
     for i, unit in enumerate(oracle.units):
-        found = sim.units.counts[i]
+        found = sim.interaction.counts[i]
         assert not unit.removed or (found == 0).all()
         assert {key: int(found[key]) for key in oracle.counts(i)} == oracle.counts(i)
 
@@ -224,11 +224,11 @@ def test_the_naive_algorithm_waits_for_the_timers_of_units_at_rest():
 
 def run_in(d, n=8, edge=7.0):
     """Run units in d dimensions for a while, and count now and then."""
-    sim = carom.Simulation(scattered(n=n, d=d, edge=edge, seed=d))
+    sim = carom.Simulation(scattered(n=n, d=d, edge=edge, seed=d), seed=0)
     for time in STRETCHES[:16]:
         sim.run(time=time)
         assert_counters(sim)
-    asked = sim.units.asked
+    asked = sim.interaction.asked
     assert min(asked["entered"], asked["left"], asked["timer"]) > 3
 
 
@@ -259,7 +259,7 @@ def test_conditions_hold():
 
 def test_what_is_compiled_is_told(run):
     sim, _ = run
-    assert carom.explain(sim).models["rules"] == "Units"
+    assert sim.explain().models["rules"] == "Units"
     assert math.isnan(sim.statistics.energy_drift)
 
 
@@ -288,7 +288,7 @@ def opens(unit, event):
 @pytest.mark.slow
 def test_a_rule_that_numba_cannot_compile_is_refused_in_a_sentence():
     with pytest.raises(InputError) as caught:
-        carom.Simulation(scattered(n=12).with_(interaction=ranges(asks_another))).run(time=1.0)
+        carom.Simulation(scattered(n=12).with_(interaction=ranges(asks_another)), seed=0).run(time=1.0)
     assert re.fullmatch(
         r"Numba cannot compile the rule asks_another: line \d+ of test_ranges.py, "
         r"`unit.velocity\[0\] = TABLE\[\"speed\"\]`: Untyped global name 'TABLE': Cannot determine Numba "
@@ -302,7 +302,7 @@ def test_a_rule_that_numba_cannot_compile_is_refused_in_a_sentence():
     [(looks_up, "'TABLE'"), (mixes, r"things\[3\]"), (opens, "context manager"), (restless, None)],
 )
 def test_the_reason_why_a_rule_cannot_be_compiled_is_short(rule, words, run):
-    model = ranges(rule).model(run[0].machine.system.particles)
+    model = ranges(rule).model(run[0]._state.system.particles)
     why = reason(rule, model.units[0], model.told[0])
     if words is None:
         assert why is None
@@ -350,8 +350,8 @@ def aimless(unit, event):
         (lambda: Ranges([Kind("a", [1.0])], restless, seed=-1), "seed"),
         (lambda: scattered().with_(interaction=Ranges([Kind("a", [1.0])], restless)), "2 species"),
         (lambda: scattered().with_(interaction=ranges(past_the_end)), "IndexError"),
-        (lambda: carom.Simulation(scattered().with_(restitution=0.9)), "restitution"),
-        (lambda: carom.Simulation(scattered(edge=5.5)), "box"),
+        (lambda: carom.Simulation(scattered().with_(restitution=0.9), seed=0), "restitution"),
+        (lambda: carom.Simulation(scattered(edge=5.5), seed=0), "box"),
     ],
 )
 def test_bad_input_is_refused_in_a_sentence(make, words):
@@ -369,8 +369,8 @@ def test_a_wrong_answer_of_a_rule_ends_the_run_in_a_sentence(rule, words, run):
     from carom.models.interactions.units import apply, call_rule, fill_agent, fill_event
     from carom.models.questions.memory import error_message
 
-    pair = scattered().interaction.model(run[0].machine.system.particles)
-    pair = pair._replace(rule=ranges(rule).model(run[0].machine.system.particles).rule)
+    pair = scattered().interaction.model(run[0]._state.system.particles)
+    pair = pair._replace(rule=ranges(rule).model(run[0]._state.system.particles).rule)
     x, v = np.zeros(2), np.ones(2)
     fill_agent(pair, 0, 3, x, v, 0.25)
     fill_event(pair, 0, TIMER, -1, -1, 0.25)

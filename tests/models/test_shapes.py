@@ -92,7 +92,7 @@ def test_a_sphere_in_an_arc_goes_round_by_whispering():
     scene = carom.Scene(
         [[5.0, 2.0]], 10.0, diameter=0.5, velocities=[[1.0, 0.3]], periodic=False, obstacles=[ring]
     )
-    sim = carom.Simulation(scene)
+    sim = carom.Simulation(scene, seed=0)
     sim.run(time=2000.0)
     (hits,) = [impacts.hits for impacts in sim.obstacles if impacts.name == "arc"]
     x, v, r = np.array([0.0, -3.0]), np.array([1.0, 0.3]), 3.75

@@ -21,6 +21,7 @@ from carom.observables.steps import heat_capacity
 from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation.explanation import explain
 from carom.simulation.replay import Replay
 
 INF = math.inf
@@ -127,7 +128,7 @@ def test_the_step_that_is_stored_is_where_the_pair_is():
     sim = fluid()
     for _ in range(5):
         sim.run(collisions=4000)
-        pairs, steps = read_steps(sim.machine.engine.neighbors)
+        pairs, steps = read_steps(sim._state.engine.neighbors)
         assert (steps == 1).all()
         clearly, at_most = inside(sim)
         stored = set(map(tuple, pairs.tolist()))
@@ -142,7 +143,7 @@ def test_energy_is_kept_to_rounding():
     assert sim.statistics.energy_drift < 1e-13
     assert sim.statistics.momentum_drift < 1e-13
     assert sim.statistics.worst_overlap < 1e-12
-    sums = sim.steps
+    sums = sim.interaction
     assert sums.core + sums.into + sums.out + sums.bounce == sim.collisions
     assert sums.pairs.sum() == -sim.potential_energy
 
@@ -164,8 +165,8 @@ def test_a_run_that_is_saved_and_resumed_has_the_same_bits(tmp_path):
     resumed.run(collisions=3000)
     assert (resumed.frame().positions == whole.frame().positions).all()
     assert (resumed.frame().velocities == whole.frame().velocities).all()
-    assert (resumed.machine.engine.neighbors.refs == whole.machine.engine.neighbors.refs).all()
-    assert (resumed.steps.events == whole.steps.events).all()
+    assert (resumed._state.engine.neighbors.refs == whole._state.engine.neighbors.refs).all()
+    assert (resumed.interaction.events == whole.interaction.events).all()
     assert resumed.kT == whole.kT
 
 
@@ -176,7 +177,7 @@ def test_a_logged_run_is_replayed_bit_for_bit_with_the_kinds_of_its_events(tmp_p
     sim.run(collisions=2000)
     sim.close()
     events = read_events(tmp_path / "log.h5")
-    assert np.bincount(events.kind, minlength=4).tolist() == sim.steps.events.sum(axis=0).tolist()
+    assert np.bincount(events.kind, minlength=4).tolist() == sim.interaction.events.sum(axis=0).tolist()
     run = Replay(tmp_path / "log.h5")
     while run.step():
         pass
@@ -186,16 +187,16 @@ def test_a_logged_run_is_replayed_bit_for_bit_with_the_kinds_of_its_events(tmp_p
 
 def test_steps_survive_new_lists_and_a_change_of_temperature():
     sim = fluid()
-    room = sim.machine.scheme.capacity
+    room = sim._state.scheme.capacity
     sim.run(collisions=20_000)
-    assert sim.machine.scheme.capacity > room  # lists were too short, and were built anew on the way
+    assert sim._state.scheme.capacity > room  # lists were too short, and were built anew on the way
     before = sim.potential_energy
     sim.rescale(0.7)
     assert sim.kT == pytest.approx(0.7)
     assert sim.potential_energy == before
     for _ in range(2):
         clearly, at_most = inside(sim)
-        stored = set(map(tuple, read_steps(sim.machine.engine.neighbors)[0].tolist()))
+        stored = set(map(tuple, read_steps(sim._state.engine.neighbors)[0].tolist()))
         assert clearly <= stored <= at_most
         sim.run(collisions=2000)
 
@@ -214,9 +215,9 @@ def test_g_jumps_by_the_exponential_of_the_energy_and_gives_the_pressure_of_the_
         sim.run(collisions_per_particle=40)
         sim.rescale(2.0)
     sim.run(collisions_per_particle=60)
-    start = sim.steps
+    start = sim.interaction
     pressure = sim.measure(carom.Pressure(), collisions=400_000, blocks=32)
-    sums = sim.steps - start
+    sums = sim.interaction - start
     well, core = sums.sides()
     assert (well.distance, core.distance) == (1.5, 1.0)
     error = math.hypot(well.inside_error / well.inside, well.outside_error / well.outside)
@@ -241,7 +242,7 @@ def test_ends_of_ideal_chains_are_apart_as_links_of_free_joints_are():
     scene = carom.Scene(x, box, diameter=0.5, interaction=Bonds(chains(count, length), inner=0.8, outer=1.2))
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions_per_particle=50)
-    assert sim.steps.core + sim.steps.bounce == sim.collisions
+    assert sim.interaction.core + sim.interaction.bounce == sim.collisions
     square, fourth = [], []
     for frame in sim.sample(every=5.0, count=60):
         steps = np.diff(frame.positions.reshape(count, length, 3), axis=1)
@@ -267,11 +268,11 @@ def test_cold_deep_and_narrow_wells_keep_their_energy(width, depth, kT):
     scene = carom.Scene.crystal(cells=3, density=0.5).with_(interaction=SquareWell(width, depth))
     sim = carom.Simulation(scene, kT=kT, seed=1)
     sim.run(collisions=10_000)
-    total = 1.5 * kT * scene.n + depth * sim.steps.bonds_per_particle * scene.n
+    total = 1.5 * kT * scene.n + depth * sim.interaction.bonds_per_particle * scene.n
     assert sim.statistics.energy_drift * 1.5 * kT * scene.n < 1e-12 * total
     assert sim.statistics.worst_overlap < 1e-12
     clearly, at_most = inside(sim, width)
-    assert clearly <= set(map(tuple, read_steps(sim.machine.engine.neighbors)[0].tolist())) <= at_most
+    assert clearly <= set(map(tuple, read_steps(sim._state.engine.neighbors)[0].tolist())) <= at_most
 
 
 def test_hysteretic_steps_lose_what_their_energies_differ_by():
@@ -279,9 +280,9 @@ def test_hysteretic_steps_lose_what_their_energies_differ_by():
     scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=StepTable(steps))
     sim = carom.Simulation(scene, kT=3.0, seed=1)
     kinetic = 0.5 * float((sim.frame().velocities ** 2).sum())
-    start, before = kinetic + sim.potential_energy, sim.steps.out
+    start, before = kinetic + sim.potential_energy, sim.interaction.out
     sim.run(collisions=3000)
-    lost = 0.5 * (sim.steps.out - before)
+    lost = 0.5 * (sim.interaction.out - before)
     kinetic = 0.5 * float((sim.frame().velocities ** 2).sum())
     assert kinetic + sim.potential_energy == pytest.approx(start - lost, rel=1e-12)
 
@@ -419,20 +420,20 @@ def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
         cubic.with_(interaction=Bonds([(0, 999)], outer=1.2))
     scene = cubic.with_(interaction=well)
     with pytest.raises(InputError, match="kept in neighbour lists"):
-        carom.Simulation(scene, neighbors="sectors")
-    for settings in ({"growth": 0.1}, {"precision": "single"}):
+        carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"), seed=0)
+    for settings in ({"growth": 0.1}, {"tuning": carom.Tuning(precision="single")}):
         with pytest.raises(InputError, match="is not for pairs on steps"):
             carom.Simulation(scene, **settings)
     with pytest.raises(InputError, match="restitution is not for pairs on steps"):
-        carom.Simulation(scene.with_(restitution=0.9))
+        carom.Simulation(scene.with_(restitution=0.9), seed=0)
     with pytest.raises(InputError, match="needs box edges above"):
-        carom.Simulation(carom.Scene([[0.5] * 3, [2.0] * 3], 3.0, interaction=well))
+        carom.Simulation(carom.Scene([[0.5] * 3, [2.0] * 3], 3.0, interaction=well), seed=0)
     with pytest.raises(OverlapError, match=r"0\.9 apart, inside the hard core of 1"):
         carom.Scene([[1.0, 1.0], [1.9, 1.0]], 8.0, interaction=well)
     with pytest.raises(InputError, match=r"bonded and 2 apart; a bond reaches to 1\.2"):
         carom.Scene([[1.0, 1.0], [3.0, 1.0]], 8.0, interaction=Bonds([(0, 1)], outer=1.2))
     with pytest.raises(InputError, match="have no steps"):
-        _ = carom.Simulation(cubic).potential_energy
+        _ = carom.Simulation(cubic, seed=0).potential_energy
     with pytest.raises(InputError, match=r"Steps end at 9e-07, and at 1; expected at least 9\.5e-07"):
         cubic.with_(interaction=StepTable(Steps([9e-7, 1.0], [INF, 1.0])))
 
@@ -450,17 +451,19 @@ def test_steps_beyond_the_digits_of_a_thermal_energy_are_refused(depth, kT):
     # Of what rests, or drifts in common, no step is too high.
     rest = np.broadcast_to([abs(depth) ** 0.5, 0.0, 0.0], scene.positions.shape)
     for velocities in (0.0 * rest, rest):
-        assert carom.Simulation(scene.with_(velocities=velocities)).kT == 0.0
+        assert carom.Simulation(scene.with_(velocities=velocities), seed=0).kT == 0.0
     noise = rest * (1.0 + 1e-15 * np.arange(scene.n)[:, None])
-    assert 0.0 < carom.Simulation(scene.with_(velocities=noise)).kT < 1e-20 * abs(depth)
+    assert 0.0 < carom.Simulation(scene.with_(velocities=noise), seed=0).kT < 1e-20 * abs(depth)
 
 
 def test_a_scene_without_steps_has_none_of_it():
-    plain = carom.explain(carom.Scene.crystal(cells=4, packing_fraction=0.45), neighbors="lists")
+    plain = explain(
+        carom.Scene.crystal(cells=4, packing_fraction=0.45), tuning=carom.Tuning(neighbors="lists")
+    )
     assert plain.models["boundary"] == "NearestImage"
     assert "steps of pairs" in plain.absent
     assert not [array.name for array in plain.arrays if "steps" in array.name]
-    with_steps = carom.explain(carom.Scene.crystal(cells=4, density=0.5).with_(interaction=SquareWell()))
+    with_steps = explain(carom.Scene.crystal(cells=4, density=0.5).with_(interaction=SquareWell()))
     assert with_steps.models["pair"] == "StepPairs"
     assert "steps of pairs" not in with_steps.absent
 
@@ -474,9 +477,9 @@ def test_a_dilute_gas_has_the_exact_virial_coefficients():
         sim.run(collisions_per_particle=60)
         sim.rescale(2.0)
     sim.run(collisions_per_particle=100)
-    start, energies = sim.steps, []
+    start, energies = sim.interaction, []
     pressure = sim.measure(carom.Pressure(), collisions=3_000_000, blocks=64)
-    kT = (sim.steps - start).kT
+    kT = (sim.interaction - start).kT
     for _ in sim.sample(every=2.0, count=1500):
         energies.append(sim.potential_energy / scene.n)
 
@@ -500,7 +503,7 @@ def test_a_dilute_gas_has_the_exact_virial_coefficients():
     u = rho * slopes[0] + 0.5 * rho**2 * slopes[1]
     blocks = np.mean(np.reshape(energies, (30, -1)), axis=1)
     assert np.mean(energies) == pytest.approx(u, abs=4.0 * blocks.std() / math.sqrt(30) + 0.01 * abs(u))
-    assert sim.steps.kT > 0.0
+    assert sim.interaction.kT > 0.0
 
 
 def test_a_heat_capacity_follows_from_the_variance_of_the_temperature():

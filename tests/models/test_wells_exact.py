@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 import carom
 from carom.models import SquareWell, Steps, StepTable
+from carom.simulation import stretches
 
 INF = math.inf
 
@@ -46,10 +47,10 @@ def measured(sim, kT, collisions, rounds=4):
         sim.run(collisions_per_particle=100)
         sim.rescale(kT)
     sim.run(collisions_per_particle=100)
-    start, energies = sim.steps, []
+    start, energies = sim.interaction, []
     pressure = sim.measure(carom.Pressure(), collisions=collisions, blocks=32)
-    found = (sim.steps - start).kT
-    span = sim.time_for(collisions) / 400.0
+    found = (sim.interaction - start).kT
+    span = stretches.time_for(sim, collisions) / 400.0
     for _ in sim.sample(every=span, count=400):
         energies.append(sim.potential_energy / sim.scene.n)
     parts = np.reshape(energies, (20, -1)).mean(axis=1)

@@ -13,6 +13,7 @@ from scipy.stats import binom
 
 import carom
 from carom.observables.statistics import Estimate
+from carom.simulation import stretches
 
 TORUS = json.loads((Path(__file__).parents[1] / "data" / "few_body_exact.json").read_text())["torus_N2"]
 
@@ -51,7 +52,7 @@ def tonks():
 def fluid():
     """Spheres at packing fraction 0.3, against a long run."""
     scene = carom.Scene.crystal(cells=3, packing_fraction=0.3)
-    sim = carom.Simulation(scene, seed=99, images=False)
+    sim = carom.Simulation(scene, seed=99, tuning=carom.Tuning(images=False))
     sim.run(collisions_per_particle=200)
     known = sim.measure(carom.Pressure(), collisions=LONG, blocks=1024).Z
     return lambda seed: scene, known.mean
@@ -76,11 +77,11 @@ def estimates(make, measure, runs):
     """Return Z of independent short runs."""
     found = []
     for seed in range(runs):
-        sim = carom.Simulation(make(seed), seed=seed, images=False)
+        sim = carom.Simulation(make(seed), seed=seed, tuning=carom.Tuning(images=False))
         if sim.scene.dimension > 1:  # random rods are in equilibrium
             sim.run(collisions_per_particle=100)
         # A run to a number of collisions ends with a collision; from there a mean would be biased.
-        sim.run(time=0.1 * sim.time_for(1000))
+        sim.run(time=0.1 * stretches.time_for(sim, 1000))
         found.append(measure(sim).Z)
     return found
 

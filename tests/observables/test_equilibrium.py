@@ -131,7 +131,7 @@ def test_measure_says_that_species_differ_in_temperature():
     rng = np.random.default_rng(1)
     speeds = rng.standard_normal((60, 2)) / np.sqrt(scene.masses)[:, None]
     speeds[:30] *= math.sqrt(10.0)
-    sim = carom.Simulation(scene.with_(velocities=speeds))
+    sim = carom.Simulation(scene.with_(velocities=speeds), seed=0)
     with pytest.warns(CaromWarning) as said:
         sim.measure(carom.Pressure(), collisions_per_particle=400)
     texts = [str(each.message) for each in said]
@@ -159,6 +159,7 @@ def mixture_of_disks(mass):
         species=[carom.Species("big", count=30, mass=mass), carom.Species("small", count=30)],
         dimension=2,
         packing_fraction=0.1,
+        seed=0,
     )
 
 

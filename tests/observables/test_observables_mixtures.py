@@ -132,7 +132,7 @@ def test_a_pair_that_is_none_is_refused(arguments, says):
 
 
 def test_walls_and_frames_without_species_are_refused():
-    scene = Scene.random(10, dimension=2, box=8.0)
+    scene = Scene.random(10, dimension=2, box=8.0, seed=0)
     plain = Frame(0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses)
     with pytest.raises(InputError, match="no species"):
         RDF(pair=(0, 1)).over([plain])

@@ -488,7 +488,7 @@ values = {"impact": Law(), "motion": Drift(), "interaction": Core(), "obstacles"
 for name, value in values.items():
     walled = {"periodic": [True, name != "obstacles"], "motion" if name == "bent" else name: value}
     here = carom.Scene(places, 6.0, velocities=velocities, **walled)
-    with carom.Simulation(here, event_log=f"{name}.h5", neighbors="sectors") as sim:
+    with carom.Simulation(here, event_log=f"{name}.h5", tuning=carom.Tuning(neighbors="sectors")) as sim:
         sim.run(collisions=5)
 """
 OWN_VALUES = """

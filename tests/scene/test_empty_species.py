@@ -13,6 +13,7 @@ from carom import InputError, Scene, Simulation, Species, io
 from carom.observables import RDF
 from carom.scene.species import pair_name
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation import mechanics, stretches
 
 PLAN = """
 [scene]
@@ -118,13 +119,13 @@ def test_tables_of_pairs_have_a_row_for_every_species(tmp_path, counts):
     sim = Simulation(scene, seed=1)
     sim.run(collisions=200)
     for given in (sim, _saved_and_loaded(sim, tmp_path)):
-        collisions, virial = given.collisions_by_species, given.virial_by_species
+        collisions, virial = given.collisions_by_species, mechanics.virial_by_species(given._state)
         assert collisions.shape == virial.shape == (3, 3)
         assert np.triu(collisions).sum() == 200
         empty = np.array(counts) == 0
         assert not collisions[empty].any()
         assert not virial[:, empty].any()
-        assert np.triu(virial).sum() == pytest.approx(given.tally.virial, rel=1e-12)
+        assert np.triu(virial).sum() == pytest.approx(stretches.tally(given).virial, rel=1e-12)
 
 
 @pytest.mark.slow
@@ -137,7 +138,7 @@ def test_an_empty_species_has_no_say_in_how_far_contacts_reach():
     runs = [Simulation(scene, seed=1) for scene in (whole, part)]
     for sim in runs:
         sim.run(collisions=500)
-    one, other = (sim.machine for sim in runs)
+    one, other = (sim._state for sim in runs)
     assert one.scheme == other.scheme
     assert np.array_equal(one.frame().positions, other.frame().positions)
 

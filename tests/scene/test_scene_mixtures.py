@@ -201,6 +201,7 @@ def test_mixtures_are_placed_without_overlap(dimension):
     scene = Scene.random(
         species=[Species("large", count=10, mass=2.0), Species("small", count=40, diameter=0.4)],
         dimension=dimension,
+        seed=0,
     )
     assert relative_gaps(scene).min() >= 1 - 1e-12
     np.testing.assert_array_equal(np.bincount(scene.species), [10, 40])
@@ -226,6 +227,7 @@ def test_rods_of_two_lengths_fill_a_walled_line():
         dimension=1,
         packing_fraction=0.95,
         periodic=False,
+        seed=0,
     )
     order = np.argsort(scene.positions[:, 0])
     half = 0.5 * scene.diameters[order]
@@ -332,6 +334,7 @@ def everything() -> Scene:
         box=(6.1, 5.3),
         periodic=[True, False],
         obstacles=[Ball((0.1, 2.7), 0.4, "pillar"), Plane((0.0, 3.0), 0.3)],
+        seed=0,
     )
     velocities = np.random.default_rng(3).standard_normal(start.positions.shape)
     return start.with_(restitution=0.9, elastic_below=1e-3, velocities=velocities)

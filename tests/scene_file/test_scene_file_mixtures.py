@@ -127,7 +127,7 @@ def test_all_axes_periodic_is_the_default_however_it_is_said():
 
 
 def test_what_a_trajectory_does_not_hold_can_be_added_to_its_frame(tmp_path):
-    scene = Scene.random(5, dimension=2, box=6.0, periodic=False, obstacles=[Ball((3.0, 3.0), 1.0)])
+    scene = Scene.random(5, dimension=2, box=6.0, periodic=False, obstacles=[Ball((3.0, 3.0), 1.0)], seed=0)
     frame = Frame(
         0.0, 0, scene.positions, scene.positions * 0, scene.box, scene.diameters, scene.masses,
         periodic=scene.periodic,

@@ -14,6 +14,7 @@ import carom
 from carom.compiling import compile_listeners, dispatch
 from carom.engine import cycle
 from carom.errors import BusyError
+from carom.simulation import stretches
 from carom.simulation.replay import Replay
 from carom.simulation.workers.thread_pool import ThreadPool
 
@@ -25,9 +26,9 @@ def small(**more):
 USES = {
     "run": lambda sim: sim.run(collisions=10),
     "sample": lambda sim: next(sim.sample(every=0.1, count=1)),
-    "blocks": lambda sim: next(sim.blocks(0.1, 1)),
+    "blocks": lambda sim: next(stretches.blocks(sim, 0.1, 1)),
     "measure": lambda sim: sim.measure(carom.Pressure(), collisions=10),
-    "time_for": lambda sim: sim.time_for(10),
+    "time_for": lambda sim: stretches.time_for(sim, 10),
     "rescale": lambda sim: sim.rescale(2.0),
     "save": lambda sim: sim.save(os.devnull),
     "close": lambda sim: sim.close(),
@@ -35,7 +36,7 @@ USES = {
     "kT": lambda sim: sim.kT,
     "time": lambda sim: sim.time,
     "collisions": lambda sim: sim.collisions,
-    "tally": lambda sim: sim.tally,
+    "tally": lambda sim: stretches.tally(sim),
     "statistics": lambda sim: sim.statistics,
     "diameters": lambda sim: sim.diameters,
     "obstacles": lambda sim: sim.obstacles,
@@ -75,7 +76,7 @@ def test_a_callback_may_look_but_not_run_on(name):
         sim.frame(), sim.statistics, sim.kT
         USES[name](sim)
 
-    with pytest.raises(BusyError, match="progress callback"):
+    with pytest.raises(BusyError, match="a callback may look"):
         sim.run(collisions=1000, progress=meddle)
     assert sim.run(collisions=100).collisions == 100  # and it is free again
 
@@ -123,11 +124,14 @@ def test_what_failed_to_grow_can_be_used_on():
 
 
 def test_ctrl_c_before_everybody_is_scheduled_in_larger_rooms_loses_nothing():
-    sim, plain = small(neighbors="sectors"), small(neighbors="sectors")
+    sim, plain = (
+        small(tuning=carom.Tuning(neighbors="sectors")),
+        small(tuning=carom.Tuning(neighbors="sectors")),
+    )
     for each in (sim, plain):
         each.run(collisions=100)
-        each.machine.enlarge_neighbors()  # empty rooms: Ctrl-C comes here
-    plain.machine.schedule()
+        each._state.enlarge_neighbors()  # empty rooms: Ctrl-C comes here
+    plain._state.schedule()
     for each in (sim, plain):
         each.run(collisions=300)
     np.testing.assert_array_equal(sim.frame().positions, plain.frame().positions)
@@ -141,7 +145,7 @@ def test_ctrl_c_while_everything_is_chosen_anew_leaves_the_simulation_as_it_was(
     def stop():
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(sim.machine, "schedule", stop)
+    monkeypatch.setattr(sim._state, "schedule", stop)
     with pytest.raises(KeyboardInterrupt):
         sim.rescale(4.0)
     monkeypatch.undo()
@@ -244,7 +248,7 @@ def test_a_limit_of_wall_time_leaves_out_compiling(monkeypatch):
     monkeypatch.setattr(cycle, "run", slowly)
     assert sim.run(collisions=300, walltime=1.0).collisions == 300
     assert now[0] > 100.0
-    assert sim.seconds < 1.0
+    assert sim.statistics.seconds < 1.0
     passing = 2.0
     assert sim.run(collisions=30000, walltime=1.0).collisions < 30000
 

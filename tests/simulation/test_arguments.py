@@ -6,6 +6,7 @@ import pytest
 
 import carom
 from carom.errors import InputError
+from carom.simulation import stretches
 
 
 @pytest.fixture(scope="module")
@@ -20,9 +21,9 @@ WRONG = [math.nan, math.inf, -math.inf, -5, "5", None, True, [1], object()]
 @pytest.mark.parametrize(
     "call",
     [
-        lambda sim, x: sim.time_for(x),
-        lambda sim, x: list(sim.blocks(x, 1)),
-        lambda sim, x: list(sim.blocks(1.0, x)),
+        lambda sim, x: stretches.time_for(sim, x),
+        lambda sim, x: list(stretches.blocks(sim, x, 1)),
+        lambda sim, x: list(stretches.blocks(sim, 1.0, x)),
         lambda sim, x: sim.measure(carom.Pressure(), time=x),
         lambda sim, x: sim.measure(carom.Pressure(), collisions=x),
         lambda sim, x: sim.measure(carom.Pressure(), collisions_per_particle=x),

@@ -12,7 +12,7 @@ from carom.block import Block, Sizes
 from carom.errors import InputError
 from carom.observables import Pressure
 from carom.observables.course import Course
-from carom.simulation import mechanics
+from carom.simulation import mechanics, stretches
 from carom.units import TimeUnit
 
 SIX_SIGMA = 6.0
@@ -80,7 +80,7 @@ def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
     assert abs(result.Z_from_rate.mean - found.mean) < 4 * found.error
     assert "Diameters grow" in result.note
     with pytest.raises(InputError, match="how diameters grew"):
-        sim.estimate(Pressure(), [sim.tally])
+        stretches.estimate(sim, Pressure(), [stretches.tally(sim)])
 
 
 def cooling_blocks(count, rng):

@@ -31,6 +31,7 @@ from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import BOUNCE, CORE, IN, OUT, step_bits, step_jump, step_time
 from carom.models.questions.walls import soonest_wall, wall_meeting
 from carom.simulation import own_models
+from carom.simulation.explanation import explain
 
 SCENE = carom.Scene.random(30, 0.3, 2, seed=1)
 PLACES = carom.Scene.random(10, box=(8.0, 6.0), seed=1).positions
@@ -112,7 +113,7 @@ def test_a_wrong_pair_is_named_by_check_and_refused_by_a_simulation(fault, condi
 
 def test_one_unlike_component_among_many_is_tried():
     heavy = np.where(np.arange(SCENE.n) == 17, 2.0, 1.0)
-    carom.explain(SCENE.with_(interaction=Mine("unlike")))
+    explain(SCENE.with_(interaction=Mine("unlike")))
     refused(SCENE.with_(interaction=Mine("unlike"), mass=heavy), "virial")
 
 
@@ -124,7 +125,7 @@ def test_an_interaction_of_ones_own_is_not_replaced_by_cores_that_grow():
 def test_a_right_pair_passes_though_its_contacts_may_lose_energy():
     for fault in ("", "clay"):
         assert conditions(Mine(fault)) == set()
-        carom.explain(SCENE.with_(interaction=Mine(fault)))
+        explain(SCENE.with_(interaction=Mine(fault)))
 
 
 class Ledge(NamedTuple):
@@ -202,12 +203,12 @@ def test_right_steps_pass_with_the_fields_that_the_documentation_asks_for():
     report = carom.check(Shoulder(), pairs=60)
     assert report.passed, report
     assert {"energy", "virial", "step", "V", "reach"} <= report.tried.keys()
-    carom.explain(SCENE.with_(interaction=Shoulder()))
+    explain(SCENE.with_(interaction=Shoulder()))
 
 
 def test_steps_that_are_not_to_keep_the_energy_say_so():
     assert conditions(Shoulder("in", keeps=False)) == set()
-    carom.explain(SCENE.with_(interaction=Shoulder("in", keeps=False)))
+    explain(SCENE.with_(interaction=Shoulder("in", keeps=False)))
     assert conditions(StepTable(Steps([1.0, 1.5], [math.inf, -1.0], leaving=[math.inf, -1.5]))) == set()
 
 
@@ -381,16 +382,16 @@ def test_a_contact_law_that_adds_energy_says_so_or_a_simulation_warns():
     assert conditions(Law(1.5)) == {"gain"}
     assert conditions(Law(1.5, adds_energy=True)) == set()
     with pytest.warns(CaromWarning, match="Law makes energy. gain: not so that a contact adds no energy"):
-        carom.explain(SCENE.with_(impact=Law(1.5)))
+        explain(SCENE.with_(impact=Law(1.5)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        carom.explain(SCENE.with_(impact=Law(1.5, adds_energy=True)))
+        explain(SCENE.with_(impact=Law(1.5, adds_energy=True)))
 
 
 def test_what_is_tried_leaves_nothing_in_the_memory_of_a_value():
     law = Law(0.9)
     carom.check(law)
-    carom.explain(SCENE.with_(impact=law))
+    explain(SCENE.with_(impact=law))
     assert not law.asked.any()
 
 
@@ -477,7 +478,7 @@ def test_obstacles_of_carom_are_not_tried_by_a_simulation(monkeypatch):
         Plane((0.0, 1.0), 0.5, "usual"),
         Shaken(Ball((4.0, 0.5), 0.25, "shaken"), (0, 1), Sine(0.1, 1.0)),
     )
-    carom.explain(OPEN.with_(obstacles=[*usual, Surface(Floor(name="own"), Loss(0.9, contact_time=1e-3))]))
+    explain(OPEN.with_(obstacles=[*usual, Surface(Floor(name="own"), Loss(0.9, contact_time=1e-3))]))
     assert tried == ["own"]
 
 
@@ -499,7 +500,7 @@ def test_right_obstacles_pass():
         assert report.passed, f"{value}: {report}"
         assert report.tried["V"] > 20, value
     for value in own:
-        carom.explain(OPEN.with_(obstacles=[value]))
+        explain(OPEN.with_(obstacles=[value]))
 
 
 def test_an_obstacle_is_tried_in_a_field():
@@ -512,7 +513,7 @@ def test_an_obstacle_is_tried_in_a_field():
 def test_an_obstacle_whose_contacts_add_energy_says_so_or_a_simulation_warns():
     assert conditions(Bouncy("gain")) == {"gain"}
     with pytest.warns(CaromWarning, match="floor makes energy"):
-        carom.explain(OPEN.with_(obstacles=[Bouncy("gain")]))
+        explain(OPEN.with_(obstacles=[Bouncy("gain")]))
 
 
 class Swing(NamedTuple):
@@ -599,7 +600,7 @@ class Late:
 
 
 def test_a_motion_that_meets_walls_at_another_time_is_refused():
-    carom.explain(OPEN.with_(motion=Late(1.0)))
+    explain(OPEN.with_(motion=Late(1.0)))
     for part in (0.5, 2.0):
         refused(OPEN.with_(motion=Late(part)), "encounter")
 

@@ -8,6 +8,7 @@ import pytest
 
 import carom
 from carom import theory
+from carom.simulation import stretches
 
 ETA = 0.2
 SHORTEST = 3.5
@@ -46,7 +47,7 @@ def test_transverse_flow_accounts_for_the_pressure_of_a_cooling_gas(n, restituti
             blocks.append(sim.run(collisions=n // 2))
             if block % 4 == 0:
                 energies[seed] += transverse_energies(sim.frame(), k) / 25
-        factors.append(sim.estimate(carom.Pressure(), blocks).Z.mean)
+        factors.append(stretches.estimate(sim, carom.Pressure(), blocks).Z.mean)
     z, error = np.mean(factors), np.std(factors, ddof=1) / math.sqrt(runs)
     energy = np.mean(energies, axis=0)
     shift = theory.finite_size_shift(ETA, n, theory.best(3))

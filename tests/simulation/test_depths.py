@@ -25,15 +25,15 @@ DEPTH = 0.25
 
 def put(sim: carom.Simulation, i: int, place: np.ndarray) -> None:
     """Put a component where no event has brought it, as a lost collision would; nobody has looked yet."""
-    sim.machine.engine.state.rows["x"][i] = place
-    sim.machine.depths = Depths()
+    sim._state.engine.state.rows["x"][i] = place
+    sim._state.depths = Depths()
 
 
 def planted(scene: carom.Scene, contact: float, i: int = 0, j: int = 1, **options) -> carom.Simulation:
     """Return a simulation in which j is too near to i along the last axis; nothing is compiled."""
     sim = carom.Simulation(scene, seed=1, **options)
     assert sim.statistics.worst_overlap == 0.0
-    x = np.array(sim.machine.engine.state.rows["x"][i], np.float64)
+    x = np.array(sim._state.engine.state.rows["x"][i], np.float64)
     x[-1] += (1.0 - DEPTH) * contact
     put(sim, j, x)
     return sim
@@ -88,7 +88,7 @@ def test_two_that_overlap_are_seen_whatever_their_cores(scene, i, j, contact):
 @pytest.mark.usefixtures("unscheduled")
 def test_the_diameters_of_the_present_count():
     sim = planted(in_a_row(2, velocities=np.zeros((4, 2))), 1.0, growth=0.1)
-    sim.machine.clock.offset = float(sim.machine.unit.to_kernel(2.0, 1))  # diameters of 1.2
+    sim._state.clock.offset = float(sim._state.unit.to_kernel(2.0, 1))  # diameters of 1.2
     assert sim.diameters[0] == pytest.approx(1.2)
     assert sim.statistics.worst_overlap == pytest.approx(1.0 - (1.0 - DEPTH) / 1.2, rel=16 * EPS)
 
@@ -102,8 +102,8 @@ def test_overlaps_of_two_pinned_ones_are_none():
 @pytest.mark.usefixtures("unscheduled")
 def test_single_precision_is_no_overlap():
     scene = in_a_row(2)
-    sim = carom.Simulation(scene, seed=1, precision="single")
-    x = np.array(sim.machine.engine.state.rows["x"][0], np.float64)
+    sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(precision="single"))
+    x = np.array(sim._state.engine.state.rows["x"][0], np.float64)
     put(sim, 1, x + np.array([1.0 - 2.0**-21, 0.0]))
     assert sim.statistics.worst_overlap == 0.0
     put(sim, 1, x + np.array([1.0 - DEPTH, 0.0]))
@@ -128,17 +128,17 @@ def test_who_is_inside_a_wall_or_an_obstacle_is_seen(options, place, depth):
     sim = carom.Simulation(scene, seed=1)
     assert sim.statistics.worst_overlap == 0.0
     put(sim, 2, place)
-    sim.machine.clock.offset = float(sim.machine.unit.to_kernel(time, 1))
+    sim._state.clock.offset = float(sim._state.unit.to_kernel(time, 1))
     assert sim.statistics.worst_overlap == pytest.approx(depth, rel=1e-12)
 
 
 @pytest.mark.usefixtures("unscheduled")
 def test_states_at_the_end_of_runs_are_kept_until_somebody_asks():
     sim = carom.Simulation(in_a_row(2), seed=1)
-    x = sim.machine.engine.state.rows["x"]
+    x = sim._state.engine.state.rows["x"]
     before = np.array(x[1])
     put(sim, 1, x[0] + np.array([0.0, 1.0 - DEPTH]))
-    sim.machine.depths.keep(sim.machine)
+    sim._state.depths.keep(sim._state)
     x[1] = before
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
@@ -148,10 +148,10 @@ def test_states_at_the_end_of_runs_are_kept_until_somebody_asks():
 def test_few_of_many_states_are_kept_and_evenly():
     sim, depths = carom.Simulation(in_a_row(2), seed=1), Depths()
     for k in range(1000):
-        sim.machine.clock.offset = float(k)
-        depths.keep(sim.machine)
+        sim._state.clock.offset = float(k)
+        depths.keep(sim._state)
         assert len(depths._kept) <= MOST
-    apart = np.diff([0.0, *(float(sim.machine.unit.to_kernel(state.instant, 1)) for state in depths._kept)])
+    apart = np.diff([0.0, *(float(sim._state.unit.to_kernel(state.instant, 1)) for state in depths._kept)])
     assert len(apart) >= MOST // 2
     assert apart.max() <= 2.0 * 1000.0 / MOST
 
@@ -219,12 +219,12 @@ class Widen:
 @pytest.mark.usefixtures("unscheduled")
 def test_cores_are_those_of_the_time_of_the_state():
     sim = carom.Simulation(in_a_row(2, interaction=Widen()), seed=1)
-    x = sim.machine.engine.state.rows["x"]
+    x = sim._state.engine.state.rows["x"]
     before = np.array(x[1])
     put(sim, 1, x[0] + np.array([0.0, 1.0 - DEPTH]))
-    sim.machine.depths.keep(sim.machine)
+    sim._state.depths.keep(sim._state)
     x[1] = before
-    sim.machine.engine.state.rows["t"] = sim.machine.clock.offset = 2.0
+    sim._state.engine.state.rows["t"] = sim._state.clock.offset = 2.0
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
@@ -256,5 +256,5 @@ def test_the_figure_of_a_sound_run_is_that_of_its_collisions():
     sim = carom.Simulation(carom.Scene.random(30, 0.3, 2, seed=1), seed=1)
     for _ in range(5):
         sim.run(collisions=200)
-    depth = float(sim.machine.engine.tallies[0].depth)
+    depth = float(sim._state.engine.tallies[0].depth)
     assert sim.statistics.worst_overlap == max(0.0, 1.0 - 1.0 / math.sqrt(depth))

@@ -7,6 +7,7 @@ from helpers.commands import carom as command
 import carom
 from carom.errors import InputError
 from carom.models import SquareWell
+from carom.simulation.explanation import explain
 
 PLAIN = carom.Scene.crystal(cells=5, packing_fraction=0.45)
 
@@ -36,7 +37,7 @@ FEATURES = {
 
 
 def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
-    found = carom.explain(PLAIN, images=False)
+    found = explain(PLAIN, tuning=carom.Tuning(images=False))
     assert found.models == {
         "pair": "EqualCores",
         "motion": "Inertial",
@@ -54,7 +55,10 @@ def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
 
 
 def test_a_component_of_the_plain_scene_is_one_cache_line_and_what_schedules_it():
-    arrays = {array.name: array.nbytes / PLAIN.n for array in carom.explain(PLAIN, images=False).arrays}
+    arrays = {
+        array.name: array.nbytes / PLAIN.n
+        for array in explain(PLAIN, tuning=carom.Tuning(images=False)).arrays
+    }
     per_component = (PLAIN.n + 1) / PLAIN.n  # the ghost has a row, too
     assert arrays["state.rows"] == 64 * per_component
     assert arrays["state.partner"] == 4
@@ -62,7 +66,7 @@ def test_a_component_of_the_plain_scene_is_one_cache_line_and_what_schedules_it(
 
 
 def test_images_are_counted_only_where_they_are_asked_for():
-    without, counted = carom.explain(PLAIN, images=False), carom.explain(PLAIN)
+    without, counted = explain(PLAIN, tuning=carom.Tuning(images=False)), explain(PLAIN)
     assert names(counted) - names(without) == {"state.images"}
     assert counted.bytes_per_particle - without.bytes_per_particle == 3 * 4
     assert "image counts" not in counted.absent
@@ -72,22 +76,25 @@ def test_images_are_counted_only_where_they_are_asked_for():
 @pytest.mark.parametrize("feature", FEATURES)
 def test_a_feature_that_a_scene_has_is_there(feature):
     scene, settings = FEATURES[feature]
-    assert feature not in carom.explain(scene(), **settings).absent
+    assert feature not in explain(scene(), **settings).absent
 
 
 @pytest.mark.usefixtures("unscheduled")
 def test_nothing_is_compiled_and_the_simulation_agrees():
     scene = PLAIN
-    before, sim = carom.explain(scene), carom.Simulation(scene, seed=1)
-    now = carom.explain(sim)
+    before, sim = explain(scene), carom.Simulation(scene, seed=1)
+    now = sim.explain()
     assert (now.models, now.absent, now.neighbors) == (before.models, before.absent, before.neighbors)
     assert names(now) == names(before)
 
 
 @pytest.mark.usefixtures("unscheduled")
 def test_single_precision_is_explained_as_it_runs():
-    found, double = carom.explain(PLAIN, precision="single"), carom.explain(PLAIN)
-    assert found.arrays == carom.explain(carom.Simulation(PLAIN, seed=1, precision="single")).arrays
+    found, double = explain(PLAIN, tuning=carom.Tuning(precision="single")), explain(PLAIN)
+    assert (
+        found.arrays
+        == carom.Simulation(PLAIN, seed=1, tuning=carom.Tuning(precision="single")).explain().arrays
+    )
     rows, twice = (
         next(array.nbytes for array in each.arrays if array.name == "state.rows") for each in (found, double)
     )
@@ -96,28 +103,14 @@ def test_single_precision_is_explained_as_it_runs():
 
 @pytest.mark.usefixtures("unscheduled")
 def test_an_event_log_is_there_where_it_is_asked_for(tmp_path):
-    assert "an event log" not in carom.explain(PLAIN, event_log=True).absent
+    assert "an event log" not in explain(PLAIN, event_log=True).absent
     with carom.Simulation(PLAIN, event_log=tmp_path / "events.h5") as sim:
-        assert carom.explain(sim) == carom.explain(PLAIN, event_log=True)
-
-
-@pytest.mark.parametrize(
-    ("requested", "says"),
-    [
-        ({"precision": "half"}, "'double' or 'single'"),
-        ({"neighbors": "trees"}, "'auto', 'lists', 'sectors' or 'all'"),
-        ({"shell": 0.5}, "shell must be"),
-    ],
-)
-def test_what_no_simulation_takes_is_not_explained(requested, says):
-    for refuse in (carom.explain, carom.Simulation):
-        with pytest.raises(InputError, match=says):
-            refuse(PLAIN, **requested)
+        assert sim.explain() == explain(PLAIN, event_log=True)
 
 
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
-    found = carom.explain(PLAIN, neighbors=kind)
+    found = explain(PLAIN, tuning=carom.Tuning(neighbors=kind))
     assert found.models["neighbours"].lower() == kind
     assert "asked for" in found.neighbors
 
@@ -139,13 +132,13 @@ def test_the_scheme_that_is_explained_is_the_one_that_runs(kind):
 def test_the_choice_of_neighbours_has_a_reason(scene, says):
     import re
 
-    assert re.search(says, carom.explain(scene).neighbors)
+    assert re.search(says, explain(scene).neighbors)
 
 
 def test_lists_that_do_not_fit_are_refused_as_by_the_simulation():
     scene = carom.Scene.crystal(cells=1, packing_fraction=0.5)
     with pytest.raises(InputError, match="use neighbors='sectors'"):
-        carom.explain(scene, neighbors="lists")
+        explain(scene, tuning=carom.Tuning(neighbors="lists"))
 
 
 def test_the_command_line_explains_and_runs_nothing(tmp_path):

@@ -10,6 +10,7 @@ import carom
 from carom.engine import constants, cycle
 from carom.engine.build import arrays
 from carom.simulation import call_budget, run_loop
+from carom.simulation.explanation import explain
 
 
 class Clock:
@@ -54,13 +55,13 @@ def test_how_much_a_call_does_changes_no_bit(count, monkeypatch):
     monkeypatch.setattr(call_budget.CallBudget, "__exit__", lambda self, *error: None)
     monkeypatch.setattr(call_budget, "FIRST", count)
     other = carom.Simulation(scene)
-    usual.machine.budget.count, other.machine.budget.count = 20_000, count
+    usual._state.budget.count, other._state.budget.count = 20_000, count
     for sim in (usual, other):
         sim.run(collisions=300)
         sim.run(time=0.5)
     assert usual.time == other.time
-    found = arrays(other.machine.engine)
-    for name, array in arrays(usual.machine.engine).items():
+    found = arrays(other._state.engine)
+    for name, array in arrays(usual._state.engine).items():
         np.testing.assert_array_equal(array, found[name], err_msg=name)
 
 
@@ -70,7 +71,7 @@ def test_what_is_given_up_is_given_up_at_the_same_event(monkeypatch):
     ends = []
     for count in (1, 20_000):
         monkeypatch.setattr(call_budget, "FIRST", count)
-        sim = carom.Simulation(scene, neighbors="sectors")
+        sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
         with pytest.warns(carom.CaromWarning, match="miss each other"):
             sim.run(collisions=5)
         ends.append(sim.time)
@@ -97,8 +98,8 @@ def test_a_run_looks_around_after_the_same_work_whatever_a_call_overdraws(count,
         raise Looked
 
     scene = carom.Scene([[1.0, 1.0], [5.0, 5.0]], (9.0, 9.0), velocities=[[1.0, 0.0], [1.5, 0.0]])
-    sim = carom.Simulation(scene, neighbors="sectors")
-    sim.machine.budget.count = count
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
+    sim._state.budget.count = count
     monkeypatch.setattr(call_budget.CallBudget, "__exit__", lambda self, *error: None)
     monkeypatch.setattr(cycle, "run", run)
     monkeypatch.setattr(run_loop, "CYCLES", 100)
@@ -119,11 +120,11 @@ def test_epochs_in_which_nothing_happens_count_as_cycles():
     )
     sim = carom.Simulation(scene)
     sim.run(collisions=1)
-    begun = int(sim.machine.engine.state.clock[0].epoch)
-    code, left = cycle.run(*sim.machine.engine, None, np.int64(2**62), 0.0, np.int64(2), np.int64(100))
+    begun = int(sim._state.engine.state.clock[0].epoch)
+    code, left = cycle.run(*sim._state.engine, None, np.int64(2**62), 0.0, np.int64(2), np.int64(100))
     assert code == constants.SPENT
     assert left <= 0
-    assert int(sim.machine.engine.state.clock[0].epoch) - begun <= 100
+    assert int(sim._state.engine.state.clock[0].epoch) - begun <= 100
     sim.run(collisions=1, walltime=0.0)  # one call
     assert sim.collisions == 1
     sim.run(collisions=1)
@@ -146,5 +147,5 @@ def test_a_limit_of_wall_time_is_kept_in_high_dimension(dimension):
 
 def test_in_high_dimension_everybody_is_looked_at_where_the_box_allows_it():
     scene = carom.Scene.random(100, box=(3.2,) * 8, diameter=1.0, seed=1)
-    found = carom.explain(scene)
+    found = explain(scene)
     assert "everybody" in str(found)

@@ -31,15 +31,22 @@ def scenes():
         "contact": mixture(
             [10, 20], **MIXTURE, dimension=2, packing_fraction=0.3, contact=[[1.0, 0.9], [0.9, 0.4]]
         ),
-        "masses": Scene.random(20, 0.4, 2).with_(mass=1.0 + np.arange(20) % 3),
+        "masses": Scene.random(20, 0.4, 2, seed=0).with_(mass=1.0 + np.arange(20) % 3),
         "walls": mixture([5, 20], **MIXTURE, box=(7.0, 6.0), periodic=[True, False]),
-        "hard box": Scene.random(20, 0.2, periodic=False),
+        "hard box": Scene.random(20, 0.2, periodic=False, seed=0),
         "balls": Scene.random(
-            15, dimension=2, box=7.0, obstacles=[Ball((0.2, 6.8), 1.1), Ball((8.5, 3.0), 0.6, "far")]
+            15, dimension=2, box=7.0, obstacles=[Ball((0.2, 6.8), 1.1), Ball((8.5, 3.0), 0.6, "far")], seed=0
         ),
-        "plane": Scene.random(15, dimension=2, box=8.0, periodic=False, obstacles=[Plane((1.0, 2.0), 5.0)]),
+        "plane": Scene.random(
+            15, dimension=2, box=8.0, periodic=False, obstacles=[Plane((1.0, 2.0), 5.0)], seed=0
+        ),
         "jar": Scene.random(
-            15, dimension=3, box=6.0, periodic=False, obstacles=[SphericalContainer((3.0, 3.0, 3.0), 2.8)]
+            15,
+            dimension=3,
+            box=6.0,
+            periodic=False,
+            obstacles=[SphericalContainer((3.0, 3.0, 3.0), 2.8)],
+            seed=0,
         ),
         "tube": Scene.random(
             15,
@@ -47,9 +54,10 @@ def scenes():
             box=(5.0, 6.0, 6.0),
             periodic=[True, False, False],
             obstacles=[CylindricalContainer(0, (0.0, 3.0, 3.0), 2.7)],
+            seed=0,
         ),
         "lossy": mixture([10, 20], **MIXTURE, dimension=2, packing_fraction=0.3).with_(restitution=0.8),
-        "lossy equals": Scene.random(30, 0.3, 2).with_(restitution=0.7, elastic_below=0.5),
+        "lossy equals": Scene.random(30, 0.3, 2, seed=0).with_(restitution=0.7, elastic_below=0.5),
     }
 
 
@@ -72,12 +80,12 @@ def more_scenes():
     places = [[1.0 + 1.6 * (k % 3), 2.0 + 1.6 * (k // 3)] for k in range(8)]
     falling = {"motion": Gravity((0.0, -1.0)), "obstacles": [floor], "periodic": (True, False)}
     return {
-        "rods": Scene.random(10, 0.5, 1),
-        "small box with walls": Scene.random(5, dimension=2, box=(2.1, 5.0), periodic=[True, False]),
+        "rods": Scene.random(10, 0.5, 1, seed=0),
+        "small box with walls": Scene.random(5, dimension=2, box=(2.1, 5.0), periodic=[True, False], seed=0),
         "small box with a ball": Scene.random(
-            3, dimension=2, box=(2.6, 3.2), obstacles=[Ball((0.1, 0.2), 0.3)]
+            3, dimension=2, box=(2.6, 3.2), obstacles=[Ball((0.1, 0.2), 0.3)], seed=0
         ),
-        "well": Scene.random(12, 0.2, 2).with_(interaction=SquareWell(1.5, 1.0)),
+        "well": Scene.random(12, 0.2, 2, seed=0).with_(interaction=SquareWell(1.5, 1.0)),
         "shaken floor": Scene(places, (5.0, 9.0), **falling),
     }
 
@@ -96,10 +104,10 @@ def test_short_runs_of_many_kinds_of_scenes_are_rebuilt_in_plain_python(tmp_path
 def assert_rebuilt(scene, path, collisions):
     """Run a scene for so many collisions a component, and compare its frames with those of the replay."""
     scene = moving(scene, 3)
-    with carom.Simulation(scene, event_log=path) as sim:
+    with carom.Simulation(scene, event_log=path, seed=0) as sim:
         frames = [sim.frame(), *sim.sample(times=[0.2719 * k for k in range(1, 9)])]
         sim.run(collisions=collisions * scene.n)
-        frames += sim.sample(times=[round_up(sim), round_up(sim) + 2.0 * sim.epoch_length])
+        frames += sim.sample(times=[round_up(sim), round_up(sim) + 2.0 * sim._state.epoch_length])
         hits = sum(impact.hits for impact in sim.obstacles) if scene.walls or scene.obstacles else 0
     assert sim.collisions > 0
     assert hits > 0 or not (scene.walls or scene.obstacles)
@@ -111,7 +119,7 @@ def assert_rebuilt(scene, path, collisions):
 
 def test_the_log_counts_what_hits_a_wall_apart(tmp_path):
     scene, path = moving(scenes()["walls"], 1), tmp_path / "events.h5"
-    with carom.Simulation(scene, event_log=path) as sim:
+    with carom.Simulation(scene, event_log=path, seed=0) as sim:
         sim.run(collisions=50)
         hits = sum(impact.hits for impact in sim.obstacles)
     run, steps = Replay(path), 0
@@ -122,7 +130,7 @@ def test_the_log_counts_what_hits_a_wall_apart(tmp_path):
 
 def test_a_changed_impulse_on_a_wall_is_found(tmp_path):
     scene, path = moving(scenes()["walls"], 1), tmp_path / "events.h5"
-    with carom.Simulation(scene, event_log=path) as sim:
+    with carom.Simulation(scene, event_log=path, seed=0) as sim:
         sim.run(collisions=50)
     with h5py.File(path, "r+") as file:
         k = int(np.flatnonzero(file["j"][:] >= scene.n)[3])
@@ -133,7 +141,7 @@ def test_a_changed_impulse_on_a_wall_is_found(tmp_path):
 
 def test_an_obstacle_of_one_s_own_cannot_be_replayed(tmp_path):
     scene, path = moving(scenes()["walls"], 1), tmp_path / "events.h5"
-    with carom.Simulation(scene, event_log=path) as sim:
+    with carom.Simulation(scene, event_log=path, seed=0) as sim:
         sim.run(collisions=5)
     with h5py.File(path, "r+") as file:
         attributes = json.loads(bytes(file["initial/scene"][:]))

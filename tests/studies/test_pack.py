@@ -241,14 +241,14 @@ def test_a_folder_without_a_packing_cannot_go_on(tmp_path):
 
 
 def test_rescale_changes_a_growth_but_begins_none():
-    scene = carom.Scene.random(30, 0.2, 2)
-    sim = carom.Simulation(scene, growth=0.01)
+    scene = carom.Scene.random(30, 0.2, 2, seed=0)
+    sim = carom.Simulation(scene, growth=0.01, seed=0)
     sim.run(time=1.0)
     sim.rescale(1.0, growth=0.02)
     sim.run(time=1.0)
     assert sim.diameters == pytest.approx(1.03, rel=1e-14)
     with pytest.raises(InputError, match="growth"):
-        carom.Simulation(scene).rescale(1.0, growth=0.1)
+        carom.Simulation(scene, seed=0).rescale(1.0, growth=0.1)
     with pytest.raises(InputError, match="growth"):
         sim.rescale(1.0, growth=0.0)
     with pytest.raises(OverlapError):

@@ -16,6 +16,7 @@ import carom
 from carom import cli, theory
 from carom.errors import FileError, InputError
 from carom.observables.statistics import blocking
+from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.planner import measures
 from carom.studies.planner.choice import LEAST, Costs, afford, cheapest, design, filled, on_cores
@@ -166,7 +167,7 @@ def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
     sim = Simulation(scene, kT=2.0, seed=2)
     sim.run(collisions_per_particle=100)
     blocks = Blocks(sim)
-    blocks.go_on(sim.time_for(400), 512)
+    blocks.go_on(stretches.time_for(sim, 400), 512)
     found = blocks.result()
     difference = blocking(np.subtract(found["by_virial"], found["by_rate"]))
     assert abs(difference.mean) < FIVE * difference.error

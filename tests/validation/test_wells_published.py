@@ -106,10 +106,10 @@ def set_energy(sim, energy):
 
 def observed(sim, events):
     """Return what is published of a stretch of so many events."""
-    scene, start, steps = sim.scene, sim.frame(), sim.steps
+    scene, start, steps = sim.scene, sim.frame(), sim.interaction
     n, d = scene.n, scene.dimension
     pressure = sim.measure(carom.Pressure(), collisions=events, blocks=16)
-    end, steps = sim.frame(), sim.steps - steps
+    end, steps = sim.frame(), sim.interaction - steps
     free = d * n / sim.degrees_of_freedom  # their kT counts the motion of the centre of mass
     kT = steps.kT / free
     moved = ((end.unwrapped - start.unwrapped) ** 2).sum(axis=1) / (2 * d * steps.time)

@@ -10,6 +10,7 @@ import typer
 
 from carom.cli.options import Cores, Json, Trusted, number_of
 from carom.cli.trouble import friendly
+from carom.simulation.tuning import Tuning
 from carom.texts import visible
 
 _SCENE = "The system (overrides a scene file)"
@@ -149,7 +150,9 @@ def run(
     if explain:
         from carom.simulation.explanation import explain as explained
 
-        found = explained(plan.build_scene(), neighbors=plan.run.neighbors, event_log=plan.output.event_log)
+        found = explained(
+            plan.build_scene(), tuning=Tuning(neighbors=plan.run.neighbors), event_log=plan.output.event_log
+        )
         typer.echo(visible(found, lines=True))
         return
     with watched() as progress, compiling_told():

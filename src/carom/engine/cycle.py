@@ -34,6 +34,7 @@ from carom.engine.constants import (
     NEEDS_LOG,
     NEEDS_NEIGHBORS,
     REACHED_COLLISIONS,
+    REACHED_HIT,
     REACHED_TIME,
     SPENT,
 )
@@ -50,6 +51,7 @@ from carom.engine.neighbors.prefetch import leaves_first
 from carom.engine.one_body import run_one_body
 from carom.engine.queue_hooks import publish_time, receive, safe_to_process, should_return
 from carom.engine.search import NO_REF, search
+from carom.engine.stop_at_hit import stopped
 from carom.engine.tallies import log_full
 from carom.models.questions.particles import NEVER
 
@@ -109,6 +111,8 @@ def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, co
     tally = tallies[0]
     control = calendar.control[0]
     while True:
+        if stopped(log):
+            return REACHED_HIT, cycles
         receive(calendar, state)
         if control.full != 0:
             cycles -= effort(state)

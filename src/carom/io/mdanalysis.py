@@ -51,7 +51,7 @@ from carom.io.trajectory import open_reader
 
 _NO_IMAGES = (
     "These frames hold no image counts, so that positions cannot be unwrapped; sample with "
-    "Simulation(..., images=True)."
+    "carom.Tuning(images=True)."
 )
 
 

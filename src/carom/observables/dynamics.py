@@ -130,7 +130,7 @@ class Dynamics(OfFrames):
         if frame.images is None:
             raise InputError(
                 "Displacements need image counts, which this frame lacks; sample with "
-                "Simulation(..., images=True)."
+                "carom.Tuning(images=True)."
             )
         if self._frames == 0:
             self._begin(frame)

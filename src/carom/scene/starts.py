@@ -87,7 +87,7 @@ def random(
     species: Sequence[Species] | None = None,
     diameter: float = 1.0,
     mass: float = 1.0,
-    seed: int | np.random.Generator = 0,
+    seed: int | np.random.Generator = 1,
     **keywords: Unpack[Keywords],
 ) -> S:
     """Place spheres at random, without overlap, up to near jamming.
@@ -192,7 +192,7 @@ def crystal(
     species: Sequence[Species] | None = None,
     diameter: float = 1.0,
     mass: float = 1.0,
-    seed: int | np.random.Generator = 0,
+    seed: int | np.random.Generator = 1,
     **keywords: Unpack[Keywords],
 ) -> S:
     """Place spheres on a lattice.
@@ -310,10 +310,7 @@ def _first_that_does_not_jam(
 
 def _refuse_unknown(maker: str, keywords: Mapping[str, Any]) -> None:
     """Raise InputError if a keyword is none, with the name that is meant."""
-    for name in keywords:
-        if name not in KNOWN:
-            hint = f"; it is called {MEANT[name]}" if name in MEANT else checks.suggestion(name, KNOWN)
-            raise InputError(f"{maker} has no keyword {name!r}{hint}.")
+    checks.refuse_unknown(maker, (name for name in keywords if name not in KNOWN), MEANT, KNOWN)
 
 
 def _contents(n: Any, species: Any, diameter: Any, mass: Any) -> _Contents:

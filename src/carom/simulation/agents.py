@@ -45,7 +45,7 @@ class UnitsNow:
     asked: dict[str, int]
 
 
-def present(machine: RunState) -> UnitsNow:
+def present(run_state: RunState) -> UnitsNow:
     """Return the units of a run at the present time.
 
     Raises
@@ -53,7 +53,7 @@ def present(machine: RunState) -> UnitsNow:
     InputError
         If there are none.
     """
-    pair = machine.engine.model.rules
+    pair = run_state.engine.model.rules
     if pair is None:
         raise InputError(
             "No unit in this scene decides by rules: give it interaction=carom.models.Ranges(...)."
@@ -64,18 +64,18 @@ def present(machine: RunState) -> UnitsNow:
         present=pair.present[:-1] != 0,
         counts=pair.counts[:-1].copy(),
         memory=pair.memory[:-1].copy(),
-        timers=np.asarray(machine.unit.to_scene(pair.timers[:-1] - machine.in_epoch(), 1)),
+        timers=np.asarray(run_state.unit.to_scene(pair.timers[:-1] - run_state.in_epoch(), 1)),
         targets=pair.targets[:-1].copy(),
         asked=dict(zip(causes, pair.asked[1:].tolist(), strict=True)),
     )
 
 
-def refuse_rule(machine: RunState, error: Exception) -> None:
+def refuse_rule(run_state: RunState, error: Exception) -> None:
     """Raise InputError where an error of the compiler is one about a rule; else do nothing."""
-    pair = machine.engine.model.rules
+    pair = run_state.engine.model.rules
     if pair is None or not comes_from_numba(error):
         return
-    rule = machine.scene.interaction.rule  # type: ignore[attr-defined]
+    rule = run_state.scene.interaction.rule  # type: ignore[attr-defined]
     why = reason(rule, pair.units[0], pair.told[0])
     if why is not None:
         raise InputError(

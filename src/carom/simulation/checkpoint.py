@@ -18,8 +18,9 @@ from carom.scene.temperature import thermal_of
 from carom.simulation import flying, own_observers
 from carom.simulation.clock import LAST_EPOCH
 from carom.simulation.recorder import Recorder
-from carom.simulation.run_state import RunState, requested_of
+from carom.simulation.run_state import RunState
 from carom.simulation.system_of_scene import system_of
+from carom.simulation.tuning import Tuning
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -39,60 +40,65 @@ _UNSOUND = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError,
 """What attributes of any kind and arrays of any size can lead to."""
 
 
-def save(path: str | PathLike[str], machine: RunState, extra: dict[str, Any]) -> None:
-    """Write a checkpoint; see :meth:`carom.Simulation.save`."""
+def save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any]) -> None:
+    """Write a checkpoint and small values that JSON can hold; see :meth:`carom.Simulation.save`."""
+    with run_state.alone.reading():
+        _save(path, run_state, extra)
+
+
+def _save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any]) -> None:
     from carom.io import checkpoint
     from carom.version import __version__
 
-    machine.flush_log()
-    system, clock = machine.system, machine.clock
-    arrays, scene_attributes = _arrays(machine)
+    run_state.flush_log()
+    system, clock = run_state.system, run_state.clock
+    arrays, scene_attributes = _arrays(run_state)
     attributes = {
         "carom": __version__,
         "scene": json.dumps(scene_attributes),
-        "time_unit": machine.unit.exponent,
+        "time_unit": run_state.unit.exponent,
         "threshold": system.threshold,
         "base": f"{clock.base.numerator}/{clock.base.denominator}",
-        "counted": machine.counted,
-        "wish": json.dumps(machine.requested),
-        "scheme": json.dumps(dataclasses.asdict(machine.scheme)),
-        "images": machine.engine.state.images is not None,
+        "counted": run_state.counted,
+        "wish": json.dumps(run_state.requested),
+        "scheme": json.dumps(dataclasses.asdict(run_state.scheme)),
+        "images": run_state.engine.state.images is not None,
         "single": system.single,
         "currents": system.currents,
         "flights": system.flights,
         "observers": json.dumps([own_observers.described(each) for each in system.observers]),
         "epoch": clock.epoch,
         "offset": clock.offset,
-        "seconds": machine.seconds,
-        "event_log": "" if machine.log is None else str(machine.log.path),
-        "logged": None if machine.log is None else machine.log.mark(),
+        "seconds": run_state.seconds,
+        "event_log": "" if run_state.log is None else str(run_state.log.path),
+        "logged": None if run_state.log is None else run_state.log.mark(),
         "extra": json.dumps(extra),
     }
     checkpoint.save(path, arrays, attributes)
 
 
-def size(machine: RunState) -> int:
+def size(run_state: RunState) -> int:
     """Return how many bytes the arrays of a checkpoint take in memory."""
-    return sum(array.nbytes for array in _arrays(machine)[0].values())
+    return sum(array.nbytes for array in _arrays(run_state)[0].values())
 
 
-def size_of_file(machine: RunState) -> float:
+def size_of_file(run_state: RunState) -> float:
     """Return how many bytes a checkpoint of the run takes at most; of a large scene lists must be filled."""
     from carom.io.checkpoint import LARGE
     from carom.io.packed import expected
 
-    if (plain := size(machine)) <= LARGE:
+    if (plain := size(run_state)) <= LARGE:
         return MORE_ROOM * plain
-    return RESERVE * sum(expected(array) for array in _arrays(machine)[0].values())
+    return RESERVE * sum(expected(array) for array in _arrays(run_state)[0].values())
 
 
-def _arrays(machine: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def _arrays(run_state: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Return every array of a checkpoint, and the attributes of its scene."""
     from carom.engine.build import arrays as arrays_of
 
-    system = machine.system
-    arrays = {**arrays_of(machine.engine), "initial_velocities": machine.velocities}
-    scene_arrays, attributes = machine.scene.to_arrays()
+    system = run_state.system
+    arrays = {**arrays_of(run_state.engine), "initial_velocities": run_state.velocities}
+    scene_arrays, attributes = run_state.scene.to_arrays()
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
     if system.rates is not None and system.radii is not None:
         arrays["contents.radii"] = system.radii
@@ -106,8 +112,8 @@ def load(
     obstacles: Sequence[Obstacle] | None,
     observers: Sequence[Any],
     **own: Any,
-) -> tuple[RunState, dict[str, Any]]:
-    """Return what runs, and the notes kept with it; see :meth:`carom.Simulation.load`."""
+) -> RunState:
+    """Return what runs; see :meth:`carom.Simulation.load`."""
     from carom.engine.build import restore
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.io import checkpoint
@@ -151,19 +157,19 @@ def load(
         if rates is not None:
             radii = arrays["contents.radii"]
             system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))
-        requested = requested_of(*json.loads(str(attributes["wish"])))
-        machine = RunState(scene, velocities, system, requested, chosen)
-        soundness.check_fixed(machine, arrays)
-        restore(machine.engine, arrays)
-        machine.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
-        clock = machine.clock
+        neighbors, shell = json.loads(str(attributes["wish"]))
+        requested = Tuning(neighbors, shell).requested
+        run_state = RunState(scene, velocities, system, requested, chosen)
+        soundness.check_fixed(run_state, arrays)
+        restore(run_state.engine, arrays)
+        run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
+        clock = run_state.clock
         clock.base = soundness.base_of(attributes)
         clock.epoch = soundness.whole(attributes, "epoch", 0, LAST_EPOCH)
         clock.offset = soundness.real(attributes, "offset", 0.0)
-        machine.seconds = soundness.real(attributes, "seconds", 0.0)
-        soundness.check(machine)
-        notes = json.loads(str(attributes["extra"]))
-        if not isinstance(notes, dict):
+        run_state.seconds = soundness.real(attributes, "seconds", 0.0)
+        soundness.check(run_state)
+        if not isinstance(json.loads(str(attributes["extra"])), dict):
             raise ValueError("its extra is no table")
         logged = soundness.logged_in(attributes)
     except _UNSOUND as error:
@@ -171,10 +177,10 @@ def load(
             raise
         sentence = reason(error).rstrip(".")
         raise FileError(f"{path} cannot be loaded as a checkpoint: {sentence}.") from None
-    if machine.system.flights:  # it was saved while they were measured
-        flying.leave_out(machine)
+    if run_state.system.flights:  # it was saved while they were measured
+        flying.leave_out(run_state)
     if event_log is not None and logged is None:
         raise InputError(f"{path} was written without an event log, so {event_log} cannot be its log.")
     if logged is not None:
-        machine.log = Recorder(event_log or str(attributes["event_log"]), machine, logged)
-    return machine, notes
+        run_state.log = Recorder(event_log or str(attributes["event_log"]), run_state, logged)
+    return run_state

@@ -6,14 +6,15 @@ import math
 from typing import TYPE_CHECKING
 
 from carom.block import Block
+from carom.simulation import stretches
 
 if TYPE_CHECKING:
-    from carom.simulation.running import Running
+    from carom.simulation.in_motion import InMotion
 
 
-def cools(sim: Running) -> bool:
+def cools(sim: InMotion) -> bool:
     """Return whether contacts lose energy, and growth adds none."""
-    system = sim.machine.system
+    system = sim._state.system
     return not system.elastic and system.rates is None
 
 
@@ -22,7 +23,7 @@ class Blocks:
 
     Parameters
     ----------
-    sim : Running
+    sim : Simulation
         The simulation.
     collisions : float
         Approximate number of pair collisions in a block.
@@ -34,9 +35,9 @@ class Blocks:
     from its own, so that no mean is biased.
     """
 
-    def __init__(self, sim: Running, collisions: float):
+    def __init__(self, sim: InMotion, collisions: float):
         self._sim, self._wanted = sim, collisions
-        self._duration = sim.time_for(collisions)
+        self._duration = stretches.time_for(sim, collisions)
         self._cools = cools(sim)
         self._seen, self._thermal = 0, 0.0
 
@@ -45,7 +46,7 @@ class Blocks:
         if self._cools and self._seen:
             rate = self._seen / self._thermal * math.sqrt(self._sim.kT)
             self._duration = self._wanted / rate
-        (block,) = self._sim.blocks(size * self._duration, 1)
+        (block,) = stretches.blocks(self._sim, size * self._duration, 1)
         if block.kT_time is not None:
             self._seen += block.collisions
             self._thermal += math.sqrt(block.kT_time * block.duration)  # of the time in units of 1 / speed

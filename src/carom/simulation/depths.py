@@ -51,79 +51,81 @@ class Depths:
         self._ended, self._stride = 0, 1
         self._seen: tuple[Fraction, int] | None = None
 
-    def keep(self, machine: Any) -> None:
+    def keep(self, run_state: Any) -> None:
         """Keep the present state, or not if there are many: called where a run ends."""
         self._ended += 1
         if self._ended % self._stride:
             return
-        size = 8 * machine.scene.n * machine.scene.dimension
+        size = 8 * run_state.scene.n * run_state.scene.dimension
         if len(self._kept) >= max(1, min(MOST, BYTES // size)):
             self._kept = self._kept[1::2]
             self._stride *= 2
-        self._kept.append(_present(machine))
+        self._kept.append(_present(run_state))
 
-    def look(self, machine: Any) -> float:
+    def look(self, run_state: Any) -> float:
         """Return the deepest overlap in the states kept and the present one, 0 within rounding [diameters].
 
         States that were looked at are not looked at again.
         """
-        now = machine.clock.instant, machine.collisions
+        now = run_state.clock.instant, run_state.collisions
         states, self._kept = self._kept, []
-        if _forgets(machine):
+        if _forgets(run_state):
             states = []
         if now != self._seen and (not states or states[-1].instant != now[0]):
-            states.append(_present(machine))
+            states.append(_present(run_state))
         self._seen = now
-        return max((deepest(machine, state) for state in states), default=0.0)
+        return max((deepest(run_state, state) for state in states), default=0.0)
 
 
-def _present(machine: Any) -> State:
-    system, now = machine.system, machine.in_epoch()
+def _present(run_state: Any) -> State:
+    system, now = run_state.system, run_state.in_epoch()
     if system.straight:  # without the compiled code that makes frames, which may not be needed else
-        rows = machine.engine.state.rows[: system.n]
+        rows = run_state.engine.state.rows[: system.n]
         x, v, t = (np.asarray(rows[name], np.float64) for name in ("x", "v", "t"))
         positions = x + v * (now - t)[:, None]
     else:
-        positions = machine.frame().positions
-    return State(machine.clock.instant, positions, machine.diameters, now)
+        positions = run_state.frame().positions
+    return State(run_state.clock.instant, positions, run_state.diameters, now)
 
 
-def _forgets(machine: Any) -> bool:
+def _forgets(run_state: Any) -> bool:
     """Tell whether only the present state can be looked at: the model knows nothing of earlier ones."""
-    pair = machine.engine.model.pair
-    if not model_checks.is_own(machine.system.interaction):
+    pair = run_state.engine.model.pair
+    if not model_checks.is_own(run_state.system.interaction):
         return False
-    return machine.system.stepped or any(
+    return run_state.system.stepped or any(
         model_checks.answers(question, pair) for question in (shift_epoch, record_impulse)
     )
 
 
-def deepest(machine: Any, state: State) -> float:
+def deepest(run_state: Any, state: State) -> float:
     """Return the deepest overlap of a state beyond rounding: of two cores, or with a wall or an obstacle."""
-    scene, system = machine.scene, machine.system
+    scene, system = run_state.scene, run_state.system
     geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic), scene.obstacles)
     state = state._replace(positions=geometry.wrapped(state.positions))
     rounded = float(np.finfo(np.float32).eps) if system.single else float(np.finfo(np.float64).eps)
     slack = overlaps.FLIGHTS * overlaps.rounding(geometry.box, rounded)
-    return max(_of_pairs(machine, state, geometry, slack), _at_obstacles(machine, state, geometry, slack))
+    return max(_of_pairs(run_state, state, geometry, slack), _at_obstacles(run_state, state, geometry, slack))
 
 
-def _of_pairs(machine: Any, state: State, geometry: Room, slack: float) -> float:
+def _of_pairs(run_state: Any, state: State, geometry: Room, slack: float) -> float:
     """Return the deepest overlap of two cores, in distances of contact."""
-    scene, system, interaction = machine.scene, machine.system, machine.system.interaction
+    scene, system, interaction = run_state.scene, run_state.system, run_state.system.interaction
     if scene.n < 2:
         return 0.0
-    pair, cores = machine.engine.model.pair, None
+    pair, cores = run_state.engine.model.pair, None
     if system.stepped and hasattr(interaction, "cores_of"):
         pairs = geometry.near(state.positions, system.diameter)
         cores = interaction.cores_of(pairs, scene.species, scene.diameter)
     elif system.stepped:
-        pairs, cores = _cores_on_steps(machine)
+        pairs, cores = _cores_on_steps(run_state)
     elif model_checks.is_own(interaction):
         if not model_checks.answers(core_square, pair):
             return 0.0
         pairs = geometry.near(state.positions, system.diameter)
-        now = machine.in_epoch() + machine.unit.to_kernel(float(state.instant - machine.clock.instant), 1)
+        now = run_state.in_epoch() + run_state.unit.to_kernel(
+            float(state.instant - run_state.clock.instant), 1
+        )
         kinds = kinds_of(pair, system)
         cores = np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, now)), 0.0)))
     else:
@@ -137,29 +139,29 @@ def _of_pairs(machine: Any, state: State, geometry: Room, slack: float) -> float
     return float((depths[over] / cores[over]).max()) if over.any() else 0.0
 
 
-def _cores_on_steps(machine: Any) -> tuple[np.ndarray, np.ndarray]:
+def _cores_on_steps(run_state: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs (m, 2) within reach, and the core (m,) of the step that each is on, 0 without one."""
     from carom.engine.pair_steps import read_steps
 
-    pair = machine.engine.model.pair
-    pairs, steps = read_steps(machine.engine.neighbors) if machine.steps is None else machine.steps
+    pair = run_state.engine.model.pair
+    pairs, steps = read_steps(run_state.engine.neighbors) if run_state.steps is None else run_state.steps
     squares = [max(float(step_core_square(pair, step)), 0.0) for step in range(len(pair.energy))]
     return pairs, np.sqrt(squares)[steps]
 
 
-def _at_obstacles(machine: Any, state: State, geometry: Room, slack: float) -> float:
+def _at_obstacles(run_state: Any, state: State, geometry: Room, slack: float) -> float:
     """Return the deepest overlap with a wall or an obstacle, in diameters; at most 1, if one is behind it."""
-    scene, pair = machine.scene, machine.engine.model.pair
+    scene, pair = run_state.scene, run_state.engine.model.pair
     standing = geometry.everything()
     if not standing:
         return 0.0
     radii = 0.5 * state.diameters
-    if model_checks.is_own(machine.system.interaction) and model_checks.answers(radius, pair):
+    if model_checks.is_own(run_state.system.interaction) and model_checks.answers(radius, pair):
         radii = np.array([float(radius(pair, i, state.now)) for i in range(scene.n)])
     if scene.pinned is not None:
         radii = np.where(scene.pinned, 0.0, radii)
     worst = 0.0
-    models = (*(None,) * (len(standing) - len(scene.obstacles)), *machine.system.obstacle_models)
+    models = (*(None,) * (len(standing) - len(scene.obstacles)), *run_state.system.obstacle_models)
     for value, model in zip(standing, models, strict=True):
         if model is not None and not known_to_move(value, model):
             continue

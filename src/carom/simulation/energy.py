@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
 
-def potential_energy(machine: RunState) -> float:
+def potential_energy(run_state: RunState) -> float:
     """Return the potential energy now, of all pairs on steps and of all components in a field [energy].
 
     Raises
@@ -25,19 +25,19 @@ def potential_energy(machine: RunState) -> float:
     InputError
         If there is none, or crossings of the box along the field were not counted.
     """
-    if reason := without_potential(machine.scene):
+    if reason := without_potential(run_state.scene):
         raise InputError(reason)
-    found = pair_steps.potential_energy(machine) if machine.system.stepped else 0.0
-    return found + _in_field(machine)
+    found = pair_steps.potential_energy(run_state) if run_state.system.stepped else 0.0
+    return found + _in_field(run_state)
 
 
-def _in_field(machine: RunState) -> float:
+def _in_field(run_state: RunState) -> float:
     """Return the potential energy in the field of the motion, 0 without one."""
-    scene = machine.scene
+    scene = run_state.scene
     in_field = getattr(scene.motion, "potential_energy", None)
     if in_field is None:
         return 0.0
-    frame = machine.frame()
+    frame = run_state.frame()
     places = frame.positions
     if frame.images is not None:
         places = places + frame.images * np.array(scene.box)
@@ -48,11 +48,11 @@ def _in_field(machine: RunState) -> float:
     return float(in_field(scene.masses, places, scene.box))
 
 
-def now(machine: RunState) -> Energy | None:
+def now(run_state: RunState) -> Energy | None:
     """Return potential energy and kT at the present; None where there is no potential energy."""
-    if without_potential(machine.scene):
+    if without_potential(run_state.scene):
         return None
-    return Energy(potential_energy(machine), temperature(machine))
+    return Energy(potential_energy(run_state), temperature(run_state))
 
 
 def mean(before: Energy | None, after: Energy | None, block: Block, degrees_of_freedom: int) -> Energy | None:

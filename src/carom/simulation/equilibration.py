@@ -1,18 +1,35 @@
-"""How pairs on steps come to a temperature: they exchange kinetic for potential energy."""
+"""How a run comes to equilibrium, and to a temperature where kinetic and potential energy are exchanged."""
 
 from __future__ import annotations
 
+import math
+import warnings
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from carom import checks
-from carom.errors import InputError
+from carom.errors import CaromWarning, InputError
 from carom.notebook import watchable
+from carom.simulation import stretches
+from carom.simulation.keywords import corrected
+from carom.simulation.relaxation import StructuralRelaxation
+
+if TYPE_CHECKING:
+    from carom.simulation.in_motion import InMotion
 
 ENDS = (*(k / 32 for k in range(1, 13)), 3 / 4)
 """Parts of the length after which velocities are scaled. The first rounds are short, as kT changes much; the
 last is long, because the error of its mean is what the temperature misses.
 """
+
+SAMPLES = 512
+"""Samples of kT in all, in a field, where its integral over time is not known."""
+
+MOST_LENGTHS = 16.0
+"""An equilibration goes on until the particles have left their neighbourhoods, up to so many lengths."""
+
+LEAST_MORE = 0.25
+"""Part of the length so far that it goes on for, at least, before it looks again."""
 
 Look = Callable[[float], object]
 """Called from time to time with a fraction that is done."""
@@ -23,7 +40,8 @@ class Equilibration:
 
     Each round scales the velocities by the ratio of the temperature that is wanted to the mean of the round,
     since kT fluctuates at constant energy. Where a part of the energy goes to the potential one, a round
-    corrects only a part of the difference. What remains is then an average over several rounds.
+    corrects only a part of the difference. What remains is then an average over several rounds. In a field
+    the mean is that of samples at equal times; where kT is constant, one scaling is enough.
 
     Parameters
     ----------
@@ -42,14 +60,22 @@ class Equilibration:
         Collisions, time and integral of kT at the beginning of each round so far.
     """
 
-    def __init__(self, sim: Any, kT: float, collisions: int, begun: Sequence[Any] = ()):
+    def __init__(self, sim: InMotion, kT: float, collisions: int, begun: Sequence[Any] = ()):
         self._sim, self._kT = sim, kT
         self.begun: list[tuple[Any, ...]] = [tuple(each) for each in begun] or [self._now()]
         start = int(self.begun[0][0])
         self._ends = [start + round(part * collisions) for part in (*ENDS, 1.0)]
+        self._samples: list[float] = []
+        self._every: float | None = None
+        if not sim._state.system.straight and collisions:
+            self._every = stretches.time_for(sim, collisions) / SAMPLES
 
     def run(self, look: Look) -> None:
         """Run to the end; after an interruption, go on to it."""
+        if self._every is None and self.begun[0][2] is None:
+            self._sim.rescale(self._kT)
+            self._advance(self._ends[-1], look)
+            return
         for end in self._ends[len(self.begun) - 1 : -1]:
             self._advance(end, look)
             self._scale()
@@ -57,47 +83,66 @@ class Equilibration:
         self._advance(self._ends[-1], look)
 
     def _advance(self, end: int, look: Look) -> None:
+        self._samples.clear()
         if self._sim.collisions < end:
-            self._sim.run(collisions=end - self._sim.collisions, progress=look)
+            note = None if self._every is None else lambda sim: self._samples.append(sim.kT)
+            more = end - self._sim.collisions
+            self._sim.run(collisions=more, every=self._every, call=note, progress=look)
 
     def _scale(self) -> None:
         """Scale the velocities by the mean kT of the round that ends now."""
         _, time, heat = self.begun[-1]
         _, present, more = self._now()
-        if heat is None:  # no contact changes kT
-            self._sim.rescale(self._kT)
-        elif present > time:  # no time may pass where the length is zero
+        if self._samples:
+            mean = math.fsum(self._samples) / len(self._samples)
+            self._sim.rescale(self._sim.kT * self._kT / mean)
+        elif heat is not None and present > time:  # no time may pass where the length is zero
             self._sim.rescale(self._sim.kT * self._kT * (present - time) / (more - heat))
 
     def _now(self) -> tuple[Any, ...]:
-        tally = self._sim.tally
+        tally = stretches.tally(self._sim)
         return int(tally.collisions), tally.duration, tally.kT_time
 
 
 @watchable("Equilibrating")
+@corrected
 def equilibrate(
-    sim: Any, kT: float = 1.0, *, collisions_per_particle: float, progress: Look | None = None
+    sim: InMotion,
+    *,
+    collisions_per_particle: float = 200.0,
+    kT: float | None = None,
+    progress: Look | None = None,
 ) -> None:
-    """Continue the run for some time, and bring its mean temperature to ``kT``.
+    """Continue the run to equilibrium, and bring its mean temperature to ``kT``, if that is given.
 
-    Pairs that fall into wells heat, and kT fluctuates at constant energy. Velocities are therefore scaled
-    several times, each time by the mean kT since the last. The last quarter is undisturbed.
+    The run goes on until the particles have left their neighbourhoods: in a fluid near freezing, and in a
+    fluid of hard particles that began on a lattice. It then lasts up to 16 times as long.
+
+    Pairs that fall into wells heat, and so do particles that fall in a field. Velocities are therefore scaled
+    several times, each time by the mean kT since the last. The last quarter is undisturbed. Where kT is
+    constant, they are scaled once, at the beginning.
 
     Parameters
     ----------
-    kT : float
-        The temperature [energy].
     collisions_per_particle : float
         Length of the equilibration. The mean kT afterwards misses ``kT`` by about the standard error of a
         mean over three eighths of this length, if the structure is in equilibrium by then.
+    kT : float, optional
+        The temperature [energy]; by default it stays as it is. With a drive, it is the temperature of the
+        drive.
     progress : callable or True, optional
         Called with the fraction done; does not affect the trajectory. True shows a bar.
 
     Raises
     ------
     InputError
-        If contacts, growth or rules change the energy, or a field does; if nothing moves, or there is an
-        event log, which holds collisions only.
+        If diameters grow. With ``kT``, if contacts, rules or surfaces change the energy, or a drive has
+        another temperature; if nothing moves, or there is an event log, which holds collisions only.
+
+    Warns
+    -----
+    CaromWarning
+        If the particles have not left their neighbourhoods at the end.
 
     Examples
     --------
@@ -105,41 +150,96 @@ def equilibrate(
     >>> from carom.models import SquareWell
     >>> scene = carom.Scene.crystal(108, density=0.3, interaction=SquareWell(1.5, 1.0))
     >>> sim = carom.Simulation(scene, seed=1)
-    >>> sim.equilibrate(2.0, collisions_per_particle=100)
-    >>> round(sim.tally.collisions / sim.scene.n)
+    >>> sim.equilibrate(collisions_per_particle=100, kT=2.0)
+    >>> round(sim.collisions / sim.n)
     50
     """
-    kT = checks.number(kT, "kT", low=0.0, open_low=True, high=checks.HOTTEST)
-    collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
-    if reason := drifts(sim):
-        raise InputError(reason)
-    if sim.machine.log is not None:
-        raise InputError("equilibrate() scales velocities, which no event log holds: close() the log first.")
-    start = sim.collisions
+    length = checks.number(collisions_per_particle, "collisions_per_particle", low=0.0)
+    collisions = checks.collisions_of(length, sim.n)
+    if sim._state.system.rates is not None:
+        raise InputError("equilibrate() needs diameters that last: leave out growth, or run() instead.")
+    if kT is not None:
+        kT = checks.number(kT, "kT", low=0.0, open_low=True, high=checks.HOTTEST)
+        _refuse_kT(sim, kT)
+    start, relaxation = sim.collisions, StructuralRelaxation(sim._state)
 
     def look(_: float) -> None:
         if progress is not None:
             progress(min((sim.collisions - start) / collisions, 1.0) if collisions else 1.0)
 
-    Equilibration(sim, kT, collisions).run(look)
+    if kT is None:
+        sim.run(collisions=collisions, progress=look)
+    elif sim._state.system.drive is not None:
+        sim.rescale(kT)
+        sim.run(collisions=collisions, progress=look)
+    else:
+        Equilibration(sim, kT, collisions).run(look)
+    _leave_neighbourhoods(sim, start, collisions, relaxation)
 
 
-def drifts(sim: Any) -> str | None:
-    """Return a sentence on why scaling velocities does not set the mean kT of a run; None if it does."""
-    system, scene = sim.machine.system, sim.scene
+def _leave_neighbourhoods(
+    sim: InMotion, start: int, collisions: int, relaxation: StructuralRelaxation
+) -> None:
+    """Run on until the particles have left their neighbourhoods; the run began at a number of collisions."""
+    while True:
+        moved, needed = relaxation.distances()
+        done = sim.collisions - start
+        if moved >= needed or not done:
+            return
+        left = MOST_LENGTHS * collisions - done
+        if left < 1.0:
+            warnings.warn(
+                f"The particles moved by {moved:.2g} mean spacings in {2.0 * done / sim.n:.3g} collisions "
+                f"per particle, and {needed:g} are needed to leave their neighbourhoods: they are not in "
+                "equilibrium. Equilibrate longer, or begin at a lower density.",
+                CaromWarning,
+                stacklevel=4,
+            )
+            return
+        # The mean square distance grows with time.
+        more = min(max((needed / moved) ** 2 - 1.0, LEAST_MORE), 1.0) if moved > 0.0 else 1.0
+        before = sim.collisions
+        sim.run(collisions=max(math.ceil(min(more * done, left)), 1))
+        if sim.collisions == before:  # it has warned of that
+            return
+
+
+def _refuse_kT(sim: InMotion, kT: float) -> None:
+    """Raise InputError where scaling velocities does not bring the mean temperature to kT."""
+    if reason := drifts(sim):
+        raise InputError(reason)
+    drive = sim._state.system.drive
+    if drive is not None:
+        held = getattr(drive, "kT", None)
+        values = set(held if isinstance(held, tuple) else (held,))
+        if values != {kT}:
+            name = type(drive).__name__
+            has = f"{name} brings the particles to kT = {held}" if held is not None else f"{name} sets it"
+            raise InputError(f"kT is {kT:g}, and {has}: leave out kT.")
+    if sim._state.log is not None:
+        raise InputError(
+            "equilibrate(kT=...) scales velocities, which no event log holds: close() the log first."
+        )
+
+
+def exchanges(sim: InMotion) -> bool:
+    """Tell whether pairs exchange kinetic for potential energy, at a temperature that lasts."""
+    system = sim._state.system
+    return system.stepped and system.straight and system.drive is None and drifts(sim) is None
+
+
+def drifts(sim: InMotion) -> str | None:
+    """Return a sentence on why no temperature of a run lasts; None if one does."""
+    system, scene = sim._state.system, sim.scene
     if system.rates is not None:
-        return "equilibrate() needs a temperature that lasts, and growing diameters heat: leave out growth."
+        return "equilibrate(kT=...) needs a temperature that lasts, and growing diameters heat."
     conserves = getattr(scene.interaction, "conserves", None)
     hysteretic = conserves is not None and not conserves(scene.diameter)
-    if not system.elastic or hysteretic or sim.machine.engine.model.rules is not None:
-        return "equilibrate() needs a temperature that lasts, and here contacts or rules change the energy."
-    if system.drive is not None:
-        return f"{type(system.drive).__name__} sets the temperature: run() instead of equilibrate()."
-    if not system.straight:
+    if not system.elastic or hysteretic or sim._state.engine.model.rules is not None:
         return (
-            f"equilibrate() needs the mean of kT, which is not known in {type(scene.motion).__name__}: run() "
-            "and rescale() in turn."
+            "equilibrate(kT=...) needs a temperature that lasts, and here contacts or rules change the "
+            "energy: leave out kT."
         )
     if any(hasattr(each, "live") for each in scene.obstacles):
-        return "equilibrate() needs a temperature that lasts, and surfaces change the energy: run() instead."
+        return "equilibrate(kT=...) needs a temperature that lasts, and surfaces change it: leave out kT."
     return None

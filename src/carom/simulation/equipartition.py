@@ -25,7 +25,7 @@ class Thermometer:
 
     Parameters
     ----------
-    machine : RunState
+    run_state : RunState
 
     Attributes
     ----------
@@ -33,13 +33,13 @@ class Thermometer:
         Temperature of each species in units of that of all, at each look.
     """
 
-    def __init__(self, machine: RunState):
-        self._machine = machine
+    def __init__(self, run_state: RunState):
+        self._run_state = run_state
         self.series: list[tuple[float, ...]] = []
-        scene = machine.scene
+        scene = run_state.scene
         self.names: tuple[str, ...] = ()
         # Pinned components have no temperature; those that move among them are compared by nobody.
-        system = machine.system
+        system = run_state.system
         elastic = system.elastic and system.rates is None and scene.pinned is None and scene.drive is None
         if not elastic or scene.masses.min() == scene.masses.max():
             return
@@ -65,7 +65,7 @@ class Thermometer:
         """Note the present temperatures, where there are several."""
         if not self.names:
             return
-        masses, v = self._machine.scene.masses, self._machine.speeds
+        masses, v = self._run_state.scene.masses, self._run_state.speeds
         v = v - np.where(self._conserved, np.average(v, axis=0, weights=masses), 0.0)
         energies = np.bincount(self._kinds, weights=masses * np.sum(v * v, axis=1))
         total = energies.sum()

@@ -9,9 +9,8 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.scene.scene import Scene
-from carom.simulation.run_state import Requested, requested_of
-from carom.simulation.simulation import Simulation
 from carom.simulation.system_of_scene import prepare
+from carom.simulation.tuning import DEFAULT, Requested, Tuning
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
     from carom.engine.build import Engine
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.engine.system import System
+    from carom.simulation.in_motion import InMotion
 
 
 @dataclass(frozen=True)
@@ -93,13 +93,10 @@ class Explanation:
 
 
 def explain(
-    scene: Scene | Simulation,
+    scene: Scene | InMotion,
     *,
-    neighbors: str = "auto",
-    shell: float | None = None,
-    images: bool = True,
     growth: float | ArrayLike | None = None,
-    precision: str = "double",
+    tuning: Tuning = DEFAULT,
     event_log: bool = False,
 ) -> Explanation:
     """Report what a simulation of a scene compiles, its arrays, and its neighbour scheme.
@@ -110,7 +107,7 @@ def explain(
     ----------
     scene : Scene or Simulation
         A simulation is described in its present state, and takes no other argument.
-    neighbors, shell, images, growth, precision
+    growth, tuning
         As in :class:`carom.Simulation`.
     event_log : bool
         Whether collisions go to an event log. Its buffer, of one size for all scenes, is not among the
@@ -129,35 +126,28 @@ def explain(
     Examples
     --------
     >>> import carom
-    >>> found = carom.explain(carom.Scene.crystal(2048, 0.3), images=False)
+    >>> found = explain(carom.Scene.crystal(2048, 0.3), tuning=carom.Tuning(images=False))
     >>> found.models["pair"]
     'EqualCores'
     >>> "masses of their own" in found.absent
     True
     """
-    if isinstance(scene, Simulation):
-        machine = scene.machine
-        return _explanation(
-            scene.scene,
-            machine.system,
-            machine.scheme,
-            machine.engine,
-            machine.requested,
-            machine.log is not None,
-        )
+    if not isinstance(scene, Scene):
+        state = scene._state
+        parts = scene.scene, state.system, state.scheme, state.engine, state.requested
+        return _explanation(*parts, state.log is not None)
     from carom.engine.build import build
     from carom.engine.neighbors.plan import choose
 
-    requested = requested_of(neighbors, shell)
     at_rest = np.zeros_like(scene.positions)
     velocities = at_rest if scene.velocities is None else scene.velocities
-    system = prepare(scene, velocities, growth=growth, precision=precision, images=images)
+    system = prepare(scene, velocities, growth=growth, tuning=tuning)
     try:
-        chosen = choose(system, 1.0, *requested)
+        chosen = choose(system, 1.0, *tuning.requested)
     except ValueError as error:
         raise InputError(str(error)) from None
     engine = build(chosen, system, scene.positions, at_rest)
-    return _explanation(scene, system, chosen, engine, requested, event_log)
+    return _explanation(scene, system, chosen, engine, tuning.requested, event_log)
 
 
 def _explanation(

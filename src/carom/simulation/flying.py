@@ -13,26 +13,27 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.flights import FlightSums, FreeFlightsResult, flights_of
+from carom.simulation import stretches
 
 if TYPE_CHECKING:
     from carom.engine.observers.flights import Flights
+    from carom.simulation.in_motion import InMotion
     from carom.simulation.run_state import RunState
-    from carom.simulation.running import Running
 
 REACH = (12.0, 12.0, 8.0)
 """Where histograms end: in mean free times, mean free paths and thermal speeds of the lightest."""
 
 
-def check(machine: RunState) -> None:
+def check(run_state: RunState) -> None:
     """Raise InputError where flights bend or change their speeds, or there are several workers."""
     from carom.engine.dynamic_obstacles import is_live
 
-    if machine.executive is not None:
+    if run_state.executive is not None:
         raise InputError(
             "FreeFlights observes every collision when it happens, and this simulation has several workers: "
             "make it with workers=1."
         )
-    system = machine.system
+    system = run_state.system
     moving = any(map(is_live, system.obstacle_models))
     missing = {
         "straight flight": system.straight,
@@ -51,23 +52,23 @@ class Flying:
 
     Parameters
     ----------
-    sim : Running
+    sim : InMotion
         The simulation, whose engine keeps histograms from now on (:func:`keeping`).
     """
 
-    def __init__(self, sim: Running):
+    def __init__(self, sim: InMotion):
         self._sim = sim
-        machine = sim.machine
-        free = sim.time_for(0.5 * sim.scene.n)  # each collision ends two flights
+        run_state = sim._state
+        free = stretches.time_for(sim, 0.5 * sim.scene.n)  # each collision ends two flights
         speed = float(np.sqrt(sim.kT / sim.scene.masses.min()))
-        bins = _flights(machine).times.shape[1] - 1
+        bins = _flights(run_state).times.shape[1] - 1
         self._widths = np.array([free, free * speed, speed]) * REACH / bins
-        with machine.alone.changing():
-            unit, flights = machine.unit, _flights(machine)
+        with run_state.alone.changing():
+            unit, flights = run_state.unit, _flights(run_state)
             flights.widths[:] = (
                 unit.to_kernel(self._widths[0], 1), self._widths[1], unit.to_kernel(self._widths[2], -1),
             )  # fmt: skip
-        self._before = _sums(machine)
+        self._before = _sums(run_state)
         self._sums: list[FlightSums] = []
         self._durations: list[float] = []
 
@@ -75,7 +76,7 @@ class Flying:
 
     def add(self, block: Block, frame: Frame | None) -> None:
         """Add what flew during a block."""
-        after = _sums(self._sim.machine)
+        after = _sums(self._sim._state)
         self._sums.append(FlightSums(*(b - a for a, b in zip(self._before, after, strict=True))))
         self._durations.append(block.duration)
         self._before = after
@@ -89,49 +90,49 @@ class Flying:
 
 
 @contextmanager
-def keeping(machine: RunState) -> Iterator[None]:
+def keeping(run_state: RunState) -> Iterator[None]:
     """Let the engine keep histograms of flights for as long as the body runs."""
     from carom.engine.observers.flights import make_flights
     from carom.models.interactions.pinned import PinnedCores
 
-    system, pair = machine.system, machine.engine.model.pair
+    system, pair = run_state.system, run_state.engine.model.pair
     kinds = None if system.kinds is None else system.particles.with_ghost(system.kinds, np.int64)
     inverse = pair.inverse if isinstance(pair, PinnedCores) else None
-    with machine.alone.changing():
-        _exchange(machine, make_flights(system.n, kinds, inverse))
+    with run_state.alone.changing():
+        _exchange(run_state, make_flights(system.n, kinds, inverse))
     try:
         yield
     finally:
-        leave_out(machine)
+        leave_out(run_state)
 
 
-def leave_out(machine: RunState) -> None:
+def leave_out(run_state: RunState) -> None:
     """Let the engine go on without histograms of flights."""
-    _exchange(machine, None)
+    _exchange(run_state, None)
 
 
-def _exchange(machine: RunState, new: Flights | None) -> None:
+def _exchange(run_state: RunState, new: Flights | None) -> None:
     """Put histograms in the place of those that there are, before the observers of the user."""
     from carom.engine.observers.flights import Flights
     from carom.engine.observers.interface import chained, listed
     from carom.engine.observers.own import Own
 
-    there = [each for each in listed(machine.engine.model.observers) if not isinstance(each, Flights)]
+    there = [each for each in listed(run_state.engine.model.observers) if not isinstance(each, Flights)]
     own = [each for each in there if isinstance(each, Own)]
-    machine.system = dataclasses.replace(machine.system, flights=new is not None)
-    machine.observe(chained([*(each for each in there if not isinstance(each, Own)), new, *own]))
+    run_state.system = dataclasses.replace(run_state.system, flights=new is not None)
+    run_state.observe(chained([*(each for each in there if not isinstance(each, Own)), new, *own]))
 
 
-def _flights(machine: RunState) -> Flights:
+def _flights(run_state: RunState) -> Flights:
     from carom.engine.observers.flights import Flights
 
-    found: Flights = machine.observer(Flights)
+    found: Flights = run_state.observer(Flights)
     return found
 
 
-def _sums(machine: RunState) -> FlightSums:
+def _sums(run_state: RunState) -> FlightSums:
     """Return a copy of what there is, in the scene's units."""
-    flights, unit = _flights(machine), machine.unit
+    flights, unit = _flights(run_state), run_state.unit
     flown, met = flights.flown.copy(), flights.met.copy()
     flown[:, 1] = unit.to_scene(flown[:, 1], 1)
     for power in (1, 2):

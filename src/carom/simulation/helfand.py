@@ -16,8 +16,8 @@ from carom.simulation.run_loop import advance
 
 if TYPE_CHECKING:
     from carom.engine.system import System
+    from carom.simulation.in_motion import InMotion
     from carom.simulation.run_state import RunState
-    from carom.simulation.running import Running
 
 
 def check(system: System) -> None:
@@ -40,7 +40,7 @@ def check(system: System) -> None:
 
 
 def helfand(
-    sim: Running,
+    sim: InMotion,
     *,
     every: float,
     count: int,
@@ -71,55 +71,55 @@ def helfand(
     InputError
         If the simulation was made without ``currents=True``.
     """
-    machine = sim.machine
-    if not machine.system.currents:
+    run_state = sim._state
+    if not run_state.system.currents:
         raise InputError("helfand() needs currents, and this simulation has none: Simulation(currents=True).")
     step = Fraction(checks.number(every, "every", low=0.0, open_low=True))
     count = checks.integer(count, "count", low=2)
     stride = checks.integer(look_every, "look_every", low=1) if look is not None else count
-    start = machine.clock.instant
-    with machine.alone.changing():
-        _ask(machine, count, float(machine.unit.to_kernel(step, 1)))
+    start = run_state.clock.instant
+    with run_state.alone.changing():
+        _ask(run_state, count, float(run_state.unit.to_kernel(step, 1)))
     try:
         for k in range(0, count, stride):
-            advance(machine, None, start + k * step)
+            advance(run_state, None, start + k * step)
             if look is not None:
                 look(sim.frame())
-        advance(machine, None, start + (count - 1) * step)
-        rows = _taken(machine)
+        advance(run_state, None, start + (count - 1) * step)
+        rows = _taken(run_state)
     finally:
-        _ask(machine, 0, np.inf)
-    return _moments(rows, float(step), machine)
+        _ask(run_state, 0, np.inf)
+    return _moments(rows, float(step), run_state)
 
 
-def _ask(machine: RunState, count: int, step: float) -> None:
+def _ask(run_state: RunState, count: int, step: float) -> None:
     """Have the engine write so many samples, the first of them at the present."""
     from carom.engine.observers.currents import Currents
     from carom.engine.observers.interface import chained, listed
 
-    currents = machine.observer(Currents)
+    currents = run_state.observer(Currents)
     currents.used[0] = 0
-    currents.upcoming[:] = machine.in_epoch() if count else np.inf, step
+    currents.upcoming[:] = run_state.in_epoch() if count else np.inf, step
     asked = currents._replace(samples=np.zeros((count, currents.samples.shape[1])))
-    machine.observe(
-        chained(asked if each is currents else each for each in listed(machine.engine.model.observers))
+    run_state.observe(
+        chained(asked if each is currents else each for each in listed(run_state.engine.model.observers))
     )
 
 
-def _taken(machine: RunState) -> np.ndarray:
+def _taken(run_state: RunState) -> np.ndarray:
     """Return the samples, those since the last collision included."""
     from carom.engine.observers.currents import Currents, observe
 
-    currents, now = machine.observer(Currents), machine.in_epoch()
+    currents, now = run_state.observer(Currents), run_state.in_epoch()
     while currents.used[0] < len(currents.samples):
         currents.upcoming[0] = min(currents.upcoming[0], now)  # by rounding it may be a hair behind the end
         observe(currents, now)
     return currents.samples
 
 
-def _moments(rows: np.ndarray, every: float, machine: RunState) -> HelfandMoments:
+def _moments(rows: np.ndarray, every: float, run_state: RunState) -> HelfandMoments:
     """Return samples in the scene's units."""
-    d, unit = machine.scene.dimension, machine.unit
+    d, unit = run_state.scene.dimension, run_state.unit
     s = d * (d + 1) // 2
     species = rows.shape[1] - 2 * (s + d)
     upper = np.triu_indices(d)

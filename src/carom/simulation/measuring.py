@@ -17,14 +17,14 @@ from carom.observables.of_frames import OfFrames
 from carom.observables.precision import Goal, Prediction
 from carom.observables.pressure_tensor import PressureTensor
 from carom.observables.protocol import outcome, sees
-from carom.simulation import flying, own_observers
+from carom.simulation import flying, own_observers, stretches
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import StructuralRelaxation
 from carom.simulation.until_precise import tell_doubts, until
 
 if TYPE_CHECKING:
-    from carom.simulation.running import Running
+    from carom.simulation.in_motion import InMotion
 
 BLOCKS = 256
 """Blocks where ``measure`` is not told how many."""
@@ -32,7 +32,7 @@ BLOCKS = 256
 
 @watchable("Measuring")
 def measure(
-    sim: Running,
+    sim: InMotion,
     *observables: Any,
     collisions: int | None = None,
     collisions_per_particle: float | None = None,
@@ -102,8 +102,8 @@ def measure(
         if callable(getattr(each, "prepare", None)):
             each.prepare(sim.scene)
         if isinstance(each, FreeFlights):
-            flying.check(sim.machine)
-        elif isinstance(each, PressureTensor) and sim.machine.system.rates is not None:
+            flying.check(sim._state)
+        elif isinstance(each, PressureTensor) and sim._state.system.rates is not None:
             raise InputError("PressureTensor needs diameters that do not grow; measure carom.Pressure().")
     given = {
         "collisions": collisions,
@@ -125,9 +125,9 @@ def measure(
         collisions = checks.collisions_of(collisions_per_particle, sim.scene.n)
     if time is None and not cools(sim):
         assert collisions is not None
-        time = sim.time_for(collisions)  # it may run a pilot, which nothing is measured of
+        time = stretches.time_for(sim, collisions)  # it may run a pilot, which nothing is measured of
     if any(isinstance(each, FreeFlights) for each in observables):
-        sim.time_for(1)  # likewise
+        stretches.time_for(sim, 1)  # likewise
     # Observers of events alone need no blocks.
     count = 1 if progress is None and all(map(own_observers.is_observer, observables)) else blocks
     with ExitStack() as stack:
@@ -143,7 +143,7 @@ def measure(
 
 
 def _until_precise(
-    sim: Running,
+    sim: InMotion,
     observables: tuple[Any, ...],
     relative_error: float,
     blocks: int,
@@ -187,11 +187,11 @@ class _Part:
 class _Whole(_Part):
     """An observable that is estimated from all blocks at the end, with what casts doubt on them."""
 
-    def __init__(self, sim: Running, observable: Any):
+    def __init__(self, sim: InMotion, observable: Any):
         self._sim, self._observable = sim, observable
         self._blocks: list[Block] = []
-        self._thermometer = Thermometer(sim.machine)
-        self._relaxation = StructuralRelaxation(sim.machine)
+        self._thermometer = Thermometer(sim._state)
+        self._relaxation = StructuralRelaxation(sim._state)
 
     def add(self, block: Block, frame: Frame | None) -> None:
         """Add a block."""
@@ -200,7 +200,7 @@ class _Whole(_Part):
 
     def result(self) -> Any:
         """Return the estimate."""
-        found = self._sim.estimate(self._observable, self._blocks)
+        found = stretches.estimate(self._sim, self._observable, self._blocks)
         tell_doubts(found, self._thermometer, self._relaxation)
         return found
 
@@ -208,7 +208,7 @@ class _Whole(_Part):
 class _Followed(_Part):
     """An observable that is handed every block, or frames at equal times."""
 
-    def __init__(self, sim: Running, observable: Any):
+    def __init__(self, sim: InMotion, observable: Any):
         self._observable, self.takes_frames = observable, sees(observable) == "frame"
         self._values = [observable.update(sim.frame())] if self.takes_frames else []
 
@@ -224,9 +224,9 @@ class _Followed(_Part):
 class _Told(_Part):
     """An observable with an observer of events, whose sums are taken after each block."""
 
-    def __init__(self, sim: Running, observable: Any, stack: ExitStack):
+    def __init__(self, sim: InMotion, observable: Any, stack: ExitStack):
         self._sums = observable.begin(sim.scene, sim.frame())
-        self._seen = stack.enter_context(own_observers.observing(sim.machine, self._sums.observer))
+        self._seen = stack.enter_context(own_observers.observing(sim._state, self._sums.observer))
 
     def add(self, block: Block, frame: Frame | None) -> None:
         """Take the sums after a block."""
@@ -248,12 +248,12 @@ class _Observer(_Part):
         return self._mine.result() if callable(getattr(self._mine, "result", None)) else self._mine
 
 
-def _part_of(sim: Running, observable: Any, stack: ExitStack) -> Any:
+def _part_of(sim: InMotion, observable: Any, stack: ExitStack) -> Any:
     """Return what is measured of one observable; observers of events are let in until the stack ends."""
     if own_observers.is_observer(observable):
-        return _Observer(stack.enter_context(own_observers.observing(sim.machine, observable)))
+        return _Observer(stack.enter_context(own_observers.observing(sim._state, observable)))
     if isinstance(observable, FreeFlights):
-        stack.enter_context(flying.keeping(sim.machine))
+        stack.enter_context(flying.keeping(sim._state))
         return flying.Flying(sim)
     if isinstance(observable, PressureTensor):
         return _Told(sim, observable, stack)
@@ -281,10 +281,10 @@ def _check_observable(observable: Any) -> None:
         sees(observable)
 
 
-def _blocks(sim: Running, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
+def _blocks(sim: InMotion, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
     """Run on for a number of blocks, and yield each; while a gas cools, of so many collisions each."""
     if time is not None:
-        yield from sim.blocks(time / count, count)
+        yield from stretches.blocks(sim, time / count, count)
         return
     assert collisions is not None
     cooling = Blocks(sim, collisions / count)

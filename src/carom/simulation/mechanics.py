@@ -40,8 +40,12 @@ class Statistics:
         Pairs that scheduled each other again right after colliding: the paper's m* = i*.
     clamped_roots : int
         Negative times until contact replaced by zero.
+    spared_contacts : int
+        Contacts of two particles that lost nothing: too slow, or too soon after the last contact.
+    seconds : float
+        Wall time spent in the engine [s].
     collisions_per_second : float
-        Pair collisions per second of wall time spent in the engine.
+        Pair collisions per second of that time.
     worst_overlap : float
         Deepest overlap, in diameters. It is that of two cores at a collision. If it exceeds rounding, it is
         that of any two, or with a wall or an obstacle: now, or where a run or a sample ended (of many ends,
@@ -60,6 +64,8 @@ class Statistics:
     advancement_fraction: float
     third_party_first: int
     clamped_roots: int
+    spared_contacts: int
+    seconds: float
     collisions_per_second: float
     worst_overlap: float
     energy_drift: float
@@ -115,15 +121,19 @@ class Impacts(NamedTuple):
     lifted: int = 0
 
 
-def statistics(machine: RunState) -> Statistics:
+def statistics(run_state: RunState) -> Statistics:
     """Return what the run did so far, and how well."""
-    tally = machine.engine.tallies[0]
-    tally.depth = max(tally.depth, folded(machine.depths.look(machine)))
-    start, present = machine.start, EnergyMomentum.of(machine.scene.masses, machine.speeds, machine.unit)
+    tally = run_state.engine.tallies[0]
+    tally.depth = max(tally.depth, folded(run_state.depths.look(run_state)))
+    start, present = (
+        run_state.start,
+        EnergyMomentum.of(run_state.scene.masses, run_state.speeds, run_state.unit),
+    )
     events = 2 * tally.collisions + tally.advancements + tally.transits
-    taken_up = machine.engine.model.obstacles is not None or machine.scene.pinned is not None
-    taken_up |= machine.engine.model.rules is not None or machine.system.drive is not None
-    taken_up |= not all(kept_by_motion(machine.scene))
+    taken_up = run_state.engine.model.obstacles is not None or run_state.scene.pinned is not None
+    taken_up |= run_state.engine.model.rules is not None or run_state.system.drive is not None
+    taken_up |= not all(kept_by_motion(run_state.scene))
+    spared = getattr(run_state.engine.model.impact, "spared", None)
     return Statistics(
         collisions=int(tally.collisions),
         transits=int(tally.transits),
@@ -131,25 +141,27 @@ def statistics(machine: RunState) -> Statistics:
         advancement_fraction=float(tally.advancements / events) if events else 0.0,
         third_party_first=int(tally.returns),
         clamped_roots=int(tally.clamped),
-        collisions_per_second=float(tally.collisions / machine.seconds) if machine.seconds else 0.0,
+        spared_contacts=0 if spared is None else int(spared[0]),
+        seconds=run_state.seconds,
+        collisions_per_second=float(tally.collisions / run_state.seconds) if run_state.seconds else 0.0,
         worst_overlap=1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0,
-        energy_drift=_energy_drift(machine, present),
+        energy_drift=_energy_drift(run_state, present),
         momentum_drift=math.nan if taken_up else present.momentum_drift(start),
     )
 
 
-def _energy_drift(machine: RunState, present: EnergyMomentum) -> float:
+def _energy_drift(run_state: RunState, present: EnergyMomentum) -> float:
     """Return the change of the energy since the start, relative to it: with that in a field, if there is one,
     from the end of the box to which it pulls; NaN, where the boxes that components cross are not counted. The
     energy of pairs on steps counts as a change. NaN, where rules or a drive change velocities.
     """
-    if machine.engine.model.rules is not None or machine.system.drive is not None:
+    if run_state.engine.model.rules is not None or run_state.system.drive is not None:
         return math.nan
-    scene, before, after = machine.scene, machine.start.energy, present.energy
-    if machine.system.stepped:
-        after += potential_energy(machine) - potential_at_start(machine)
+    scene, before, after = run_state.scene, run_state.start.energy, present.energy
+    if run_state.system.stepped:
+        after += potential_energy(run_state) - potential_at_start(run_state)
     if hasattr(scene.motion, "potential_energy"):
-        frame = machine.frame()
+        frame = run_state.frame()
         if frame.images is None:
             return math.nan
         places = frame.positions + frame.images * np.array(scene.box)
@@ -158,13 +170,13 @@ def _energy_drift(machine: RunState, present: EnergyMomentum) -> float:
     return abs(after - before) / before if before else 0.0
 
 
-def sizes(machine: RunState, diameters: np.ndarray, duration: float) -> Sizes | None:
+def sizes(run_state: RunState, diameters: np.ndarray, duration: float) -> Sizes | None:
     """Return the averages over a stretch that began with diameters (n,), or None where none grows."""
-    rates = machine.system.rates
+    rates = run_state.system.rates
     if rates is None:
         return None
-    dimension = machine.scene.dimension
-    gain = machine.unit.to_kernel(2.0 * rates, 1) * duration
+    dimension = run_state.scene.dimension
+    gain = run_state.unit.to_kernel(2.0 * rates, 1) * duration
     # Powers of diameters are polynomials in time, for which so many points of Gauss are exact.
     nodes, weights = np.polynomial.legendre.leggauss(dimension // 2 + 1)
     filled = largest = 0.0
@@ -173,74 +185,74 @@ def sizes(machine: RunState, diameters: np.ndarray, duration: float) -> Sizes | 
         filled += weight * float(powers.sum())
         largest += weight * float(powers.max())
     same = bool((diameters == diameters[0]).all() and (rates == rates[0]).all())
-    return Sizes(float(sphere_volume(dimension) * filled / machine.scene.volume), float(largest), same)
+    return Sizes(float(sphere_volume(dimension) * filled / run_state.scene.volume), float(largest), same)
 
 
-def impacts(machine: RunState) -> tuple[Impacts, ...]:
+def impacts(run_state: RunState) -> tuple[Impacts, ...]:
     """Return what each wall and obstacle took up since the start."""
     from carom.observables.wall_pressure import obstacle_names
 
-    tally, numbers = machine.engine.model.obstacles, machine.obstacle_numbers()
+    tally, numbers = run_state.engine.model.obstacles, run_state.obstacle_numbers()
     found = [
-        Impacts(name, int(tally.hits[k]), machine.unit.to_scene(float(tally.impulse[k]), -1))
-        for name, k in zip(obstacle_names(machine.scene), numbers, strict=True)
+        Impacts(name, int(tally.hits[k]), run_state.unit.to_scene(float(tally.impulse[k]), -1))
+        for name, k in zip(obstacle_names(run_state.scene), numbers, strict=True)
     ]
     if tally is not None and tally.live is not None:
         from carom.engine.dynamic_obstacles import spared_by_number
 
         spared = spared_by_number(tally.chain)
         for place, k in enumerate(numbers):
-            work = machine.unit.to_scene(float(tally.live.work[k]), -2)
+            work = run_state.unit.to_scene(float(tally.live.work[k]), -2)
             found[place] = Impacts(*found[place][:3], work, *spared.get(k, (0, 0)))
     return tuple(found)
 
 
-def impulses(machine: RunState) -> tuple[float, ...]:
+def impulses(run_state: RunState) -> tuple[float, ...]:
     """Return the momentum that each wall and obstacle took up since the start."""
-    if machine.engine.model.obstacles is None:
+    if run_state.engine.model.obstacles is None:
         return ()
-    return tuple(impact.impulse for impact in impacts(machine))
+    return tuple(impact.impulse for impact in impacts(run_state))
 
 
-def momenta_at_walls(machine: RunState) -> tuple[tuple[float, ...], tuple[float, ...]]:
+def momenta_at_walls(run_state: RunState) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the weighted momentum that belongs to each wall and obstacle, at the present time, and the sums
     of those without one.
     """
     from carom.observables.momentum_balance import weighted_momenta
     from carom.observables.surface_changes import surface_sums
 
-    if machine.engine.model.obstacles is None:
+    if run_state.engine.model.obstacles is None:
         return (), ()
-    frame = machine.frame()
-    return weighted_momenta(frame, machine.scene), surface_sums(frame, machine.scene)
+    frame = run_state.frame()
+    return weighted_momenta(frame, run_state.scene), surface_sums(frame, run_state.scene)
 
 
-def pinned_impulse(machine: RunState) -> np.ndarray:
+def pinned_impulse(run_state: RunState) -> np.ndarray:
     """Return the momentum that each component took up while pinned; see
     :attr:`carom.Simulation.pinned_impulse`.
     """
-    pinned = machine.scene.pinned
+    pinned = run_state.scene.pinned
     if pinned is None:
         raise InputError("The scene has no pinned components: give it pinned=.")
-    taken = machine.unit.to_scene(machine.engine.model.pair.impulse[:-1], -1)
+    taken = run_state.unit.to_scene(run_state.engine.model.pair.impulse[:-1], -1)
     return np.where(pinned, taken, 0.0)
 
 
-def collisions_by_species(machine: RunState) -> np.ndarray:
+def collisions_by_species(run_state: RunState) -> np.ndarray:
     """Return the pair collisions of every pair of species, (K, K), symmetric."""
-    return _symmetric(_by_species(machine).collisions, machine.scene.species_count)
+    return _symmetric(_by_species(run_state).collisions, run_state.scene.species_count)
 
 
-def virial_by_species(machine: RunState) -> np.ndarray:
+def virial_by_species(run_state: RunState) -> np.ndarray:
     """Return the virial of every pair of species, (K, K), symmetric [mass length^2 / time]."""
-    virial = machine.unit.to_scene(_by_species(machine).virial, -1)
-    return _symmetric(virial, machine.scene.species_count)
+    virial = run_state.unit.to_scene(_by_species(run_state).virial, -1)
+    return _symmetric(virial, run_state.scene.species_count)
 
 
-def _by_species(machine: RunState):
+def _by_species(run_state: RunState):
     from carom.engine.observers.species import BySpecies
 
-    sums = machine.observer(BySpecies)
+    sums = run_state.observer(BySpecies)
     if sums is None:
         raise InputError("The scene has no species: give it species=.")
     return sums

@@ -128,7 +128,7 @@ def recalled(kept: Sequence[Mapping[str, Any]], given: Sequence[Any]) -> tuple[A
 
 
 @contextmanager
-def observing(machine: RunState, observer: Any) -> Iterator[Any]:
+def observing(run_state: RunState, observer: Any) -> Iterator[Any]:
     """Let an observer in for as long as the body runs, and hand over the one to whose arrays is added.
 
     Raises
@@ -136,15 +136,15 @@ def observing(machine: RunState, observer: Any) -> Iterator[Any]:
     InputError
         If it is no observer, or there are several workers.
     """
-    if machine.executive is not None:
+    if run_state.executive is not None:
         raise InputError(
             f"{type(observer).__name__} observes every event when it happens, and this simulation has "
-            "several workers: make it with workers=1."
+            "several workers: make it with cores=1."
         )
-    (mine,) = checked([observer], machine.scene, machine.system)
-    with machine.alone.changing():
-        machine.let_in((*machine.system.observers, mine))
+    (mine,) = checked([observer], run_state.scene, run_state.system)
+    with run_state.alone.changing():
+        run_state.let_in((*run_state.system.observers, mine))
     try:
         yield mine
     finally:
-        machine.let_in(machine.system.observers[:-1])
+        run_state.let_in(run_state.system.observers[:-1])

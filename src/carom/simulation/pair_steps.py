@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
 
-def potential_at_start(machine: RunState) -> float:
+def potential_at_start(run_state: RunState) -> float:
     """Return the potential energy at the start of a run [energy]."""
-    _, steps = first_steps(machine.scene)
-    return _energy(machine, steps)
+    _, steps = first_steps(run_state.scene)
+    return _energy(run_state, steps)
 
 
-def potential_energy(machine: RunState) -> float:
+def potential_energy(run_state: RunState) -> float:
     """Return the potential energy now: the number of pairs on each step times its energy [energy].
 
     Raises
@@ -30,11 +30,11 @@ def potential_energy(machine: RunState) -> float:
     InputError
         If pairs have no steps.
     """
-    _, steps = _present(machine)
-    return _energy(machine, steps)
+    _, steps = _present(run_state)
+    return _energy(run_state, steps)
 
 
-def step_sums(machine: RunState) -> StepSums:
+def step_sums(run_state: RunState) -> StepSums:
     """Return what happened at the ends of every step since the start, and who is on it now.
 
     Raises
@@ -42,36 +42,36 @@ def step_sums(machine: RunState) -> StepSums:
     InputError
         If pairs have no steps.
     """
-    _, steps = _present(machine)
-    pair = machine.engine.model.pair
-    count, _ = machine.system.interaction.steps(machine.system.particles)  # type: ignore[attr-defined]
-    heat = kT_time(machine)
+    _, steps = _present(run_state)
+    pair = run_state.engine.model.pair
+    count, _ = run_state.system.interaction.steps(run_state.system.particles)  # type: ignore[attr-defined]
+    heat = kT_time(run_state)
     return StepSums(
-        time=float(machine.clock.instant),
+        time=float(run_state.clock.instant),
         kT_time=math.nan if heat is None else heat,
-        n=machine.scene.n,
-        dimension=machine.scene.dimension,
-        volume=machine.scene.volume,
-        mass=machine.scene.mass if np.ptp(machine.scene.masses) == 0.0 else math.nan,
+        n=run_state.scene.n,
+        dimension=run_state.scene.dimension,
+        volume=run_state.scene.volume,
+        mass=run_state.scene.mass if np.ptp(run_state.scene.masses) == 0.0 else math.nan,
         inner=np.sqrt(np.maximum(pair.inner[:count], 0.0)),
         outer=np.sqrt(pair.outer[:count]),
-        energies=np.asarray(machine.unit.to_scene(pair.energy[:count], -2)),
+        energies=np.asarray(run_state.unit.to_scene(pair.energy[:count], -2)),
         pairs=np.bincount(steps, minlength=count)[:count],
         events=pair.events[:count].copy(),
     )
 
 
-def _present(machine: RunState) -> tuple[np.ndarray, np.ndarray]:
+def _present(run_state: RunState) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs within reach now, and their steps."""
     from carom.engine.pair_steps import read_steps
 
-    if not machine.system.stepped:
+    if not run_state.system.stepped:
         raise InputError("Pairs of this scene have no steps: give it an interaction such as SquareWell().")
-    return read_steps(machine.engine.neighbors) if machine.steps is None else machine.steps
+    return read_steps(run_state.engine.neighbors) if run_state.steps is None else run_state.steps
 
 
-def _energy(machine: RunState, steps: np.ndarray) -> float:
-    pair = machine.engine.model.pair
-    energies = machine.unit.to_scene(pair.energy, -2)
+def _energy(run_state: RunState, steps: np.ndarray) -> float:
+    pair = run_state.engine.model.pair
+    energies = run_state.unit.to_scene(pair.energy, -2)
     counts = np.bincount(steps, minlength=len(energies))
     return float(counts[counts > 0] @ energies[counts > 0])

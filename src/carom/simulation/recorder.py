@@ -25,10 +25,10 @@ class Recorder:
     ----------
     path : path
         The file.
-    machine : RunState
+    run_state : RunState
         What runs.
     mark : dict, optional
-        What :meth:`mark` returned at the present of the machine: go on with the file, of which what it holds
+        What :meth:`mark` returned at the present of the run: go on with the file, of which what it holds
         beyond is dropped when the run goes on and is written. Without, a new log begins.
 
     Raises
@@ -45,18 +45,18 @@ class Recorder:
         What the engine writes into.
     """
 
-    def __init__(self, path: str | PathLike[str], machine: RunState, mark: dict[str, Any] | None = None):
+    def __init__(self, path: str | PathLike[str], run_state: RunState, mark: dict[str, Any] | None = None):
         from carom.engine.tallies import make_log
         from carom.io.events import EventLog, verify
 
         self._process = os.getpid()
         self.path = Path(path)
         self._place = self.path.absolute()  # the folder of the process may change before it grows
-        self._begun = machine.clock.instant
+        self._begun = run_state.clock.instant
         self._mark = mark
         self._file: EventLog | None = None  # of a log that continues: it is only read until it grows
         if mark is None:
-            self._file = EventLog(path, _header(machine), kinds=machine.system.stepped)
+            self._file = EventLog(path, _header(run_state), kinds=run_state.system.stepped)
         else:
             verify(self.path, int(mark["events"]), mark["sums"])
         self.buffer = make_log(BUFFER)
@@ -82,39 +82,39 @@ class Recorder:
             self._file = EventLog(self._place, keep=int(self._mark["events"]), sums=self._mark["sums"])
         return self._file
 
-    def flush(self, machine: RunState) -> None:
+    def flush(self, run_state: RunState) -> None:
         """Write what the buffer holds."""
         from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
 
         used = int(self.buffer.used[0])
         if used == 0:
-            if machine.clock.instant != self._begun:  # the run goes on, and nothing happens in it
+            if run_state.clock.instant != self._begun:  # the run goes on, and nothing happens in it
                 self._opened()
             return
-        stepped = machine.system.stepped
-        bits = machine.engine.model.boundary.bits if stepped else _bits(machine)
+        stepped = run_state.system.stepped
+        bits = run_state.engine.model.boundary.bits if stepped else _bits(run_state)
         ref = self.buffer.ref[:used]
         other, image = ref >> bits, ref & ((1 << bits) - 1)
         kind = image.copy() if stepped else None
         if stepped:
             image[:] = 0
         alone = ref == TIMER_EVENT  # asked or kicked on its own: the number after those of all obstacles
-        other[alone], image[alone] = machine.scene.n + len(machine.obstacle_numbers()), 0
+        other[alone], image[alone] = run_state.scene.n + len(run_state.obstacle_numbers()), 0
         fixed = (ref < LAMBDA) & ~alone
         if fixed.any():  # the paper's partners N + k
-            public = np.argsort(machine.obstacle_numbers())
-            order = np.sort(machine.obstacle_numbers())
+            public = np.argsort(run_state.obstacle_numbers())
+            order = np.sort(run_state.obstacle_numbers())
             k = public[np.searchsorted(order, OBSTACLE - ref[fixed])]
-            other[fixed], image[fixed] = machine.scene.n + k, 0
+            other[fixed], image[fixed] = run_state.scene.n + k, 0
         if kind is not None:
             kind[ref < LAMBDA] = 0
         self._opened().append(
             self.buffer.epoch[:used],
-            machine.unit.to_scene(self.buffer.time[:used], 1),
+            run_state.unit.to_scene(self.buffer.time[:used], 1),
             self.buffer.i[:used],
             other,
             image,
-            machine.unit.to_scene(self.buffer.impulse[:used], -1),
+            run_state.unit.to_scene(self.buffer.impulse[:used], -1),
             kind,
         )
         self.buffer.used[0] = 0
@@ -125,30 +125,30 @@ class Recorder:
             self._file.close()
 
 
-def _header(machine: RunState) -> dict[str, Any]:
+def _header(run_state: RunState) -> dict[str, Any]:
     """Return the state before the first event, and what its words mean."""
-    scene, attributes = machine.scene.to_arrays()
+    scene, attributes = run_state.scene.to_arrays()
     return {
         **{name: values for name, values in scene.items() if name not in ("diameter", "mass")},
-        "diameters": machine.scene.diameters,
-        "masses": machine.scene.masses,
+        "diameters": run_state.scene.diameters,
+        "masses": run_state.scene.masses,
         "scene": np.frombuffer(json.dumps(attributes).encode(), np.uint8),
-        "threshold": np.float64(machine.unit.to_scene(machine.system.threshold, -1)),
-        "positions": machine.scene.positions,
-        "velocities": machine.velocities,
-        "box": np.asarray(machine.scene.box),
-        "diameter": np.float64(machine.scene.diameter),
-        "mass": np.float64(machine.scene.mass),
-        "epoch_length": np.float64(machine.unit.to_scene(machine.scheme.epoch, 1)),
-        "shape": np.asarray(machine.scheme.shape, np.int64),
-        "bits": np.int64(_bits(machine)),
-        "single": np.int64(machine.system.single),
+        "threshold": np.float64(run_state.unit.to_scene(run_state.system.threshold, -1)),
+        "positions": run_state.scene.positions,
+        "velocities": run_state.velocities,
+        "box": np.asarray(run_state.scene.box),
+        "diameter": np.float64(run_state.scene.diameter),
+        "mass": np.float64(run_state.scene.mass),
+        "epoch_length": np.float64(run_state.unit.to_scene(run_state.scheme.epoch, 1)),
+        "shape": np.asarray(run_state.scheme.shape, np.int64),
+        "bits": np.int64(_bits(run_state)),
+        "single": np.int64(run_state.system.single),
     }
 
 
-def _bits(machine: RunState) -> int:
+def _bits(run_state: RunState) -> int:
     """Return how many bits of a word name the image: none in a wide box."""
     from carom.engine.boundary import SectorImage
 
-    boundary = machine.engine.model.boundary
+    boundary = run_state.engine.model.boundary
     return boundary.bits if isinstance(boundary, SectorImage) else 0

@@ -1,12 +1,15 @@
-"""The displacement of the particles during a measurement: has their arrangement relaxed?"""
+"""The displacement of the particles during a stretch: has their arrangement relaxed?"""
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.observables.equilibrium import slow_structure
+from carom.observables.drift import STUCK
+from carom.observables.equilibrium import CAGED, RENEWED, RENEWED_OTHERWISE, slow_structure
+from carom.theory import FREEZING, NEAR_FREEZING
 
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
@@ -20,21 +23,47 @@ class StructuralRelaxation:
 
     Parameters
     ----------
-    machine : RunState
+    run_state : RunState
         The run, at the beginning of the stretch.
     """
 
-    def __init__(self, machine: RunState):
-        self._machine = machine
-        followed = machine.engine.state.images is not None and machine.system.rates is None
-        self._start = machine.frame().unwrapped if followed else None
+    def __init__(self, run_state: RunState):
+        self._run_state = run_state
+        followed = run_state.engine.state.images is not None and run_state.system.rates is None
+        self._start = run_state.frame().unwrapped if followed else None
 
     def doubts(self) -> list[str]:
         """Return a sentence if the arrangement has not relaxed since the beginning (``slow_structure``)."""
         if self._start is None:
             return []
-        scene = self._machine.scene
-        return slow_structure(scene, mean_square_displacement(self._start, self._machine.frame().unwrapped))
+        return slow_structure(self._run_state.scene, self._square())
+
+    def distances(self) -> tuple[float, float]:
+        """Return how far the particles moved since the beginning, and how far they must move to leave their
+        neighbourhoods [mean spacing]; zero, where nothing is asked of them.
+
+        Notes
+        -----
+        Near freezing the distance is that of :func:`carom.observables.equilibrium.slow_structure`. Hard
+        particles alone in a periodic box below freezing must have left the places where they began. Nothing
+        is asked of particles in cages beyond freezing, a crystal or a glass; of rods on a line; and below
+        freezing of others, which walls, pinned particles or wells may keep.
+        """
+        scene = self._run_state.scene
+        freezing = FREEZING.get(scene.dimension)
+        if self._start is None or freezing is None:
+            return 0.0, 0.0
+        moved = math.sqrt(self._square()) / (scene.volume / scene.n) ** (1.0 / scene.dimension)
+        if scene.packing_fraction >= NEAR_FREEZING * freezing:
+            caged = scene.packing_fraction >= freezing and moved <= CAGED
+            return moved, 0.0 if caged else RENEWED.get(scene.dimension, RENEWED_OTHERWISE)
+        hard = all(map(scene.usual, ("interaction", "motion", "impact")))
+        alone = hard and all(scene.periodic) and not scene.obstacles and scene.pinned is None
+        return moved, STUCK if alone else 0.0
+
+    def _square(self) -> float:
+        assert self._start is not None
+        return mean_square_displacement(self._start, self._run_state.frame().unwrapped)
 
 
 def mean_square_displacement(start: np.ndarray, end: np.ndarray) -> float:

@@ -59,7 +59,7 @@ class RunGuard:
         with self.reading():
             if self.moving:
                 raise BusyError(
-                    "This simulation is running: a progress callback may look at it and save() it, but not "
+                    "This simulation is running: a callback may look at it and save() it, but not "
                     "run, rescale or close it; do so when run() has returned."
                 )
             self.moving = True
@@ -74,7 +74,7 @@ def exclusive(method: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(method)
     def looking(self: Any, *arguments: Any, **options: Any) -> Any:
-        with self.machine.alone.reading():
+        with self._state.alone.reading():
             return method(self, *arguments, **options)
 
     return looking

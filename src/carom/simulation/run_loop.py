@@ -22,21 +22,26 @@ from carom.simulation.stall_detector import StallDetector
 from carom.simulation.temperature import kT_time
 
 if TYPE_CHECKING:
+    from carom.simulation.callbacks import Callbacks
     from carom.simulation.run_state import RunState
 
 MOST_FREE_TIMES = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
+
+END, GROWTH, CALL = "end", "growth", "call"
+"""Why the engine has to return at a time: the run ends, neighbours are chosen anew, something is called."""
 
 UNLIMITED = 2**62
 """As a number of collisions or an epoch: never reached."""
 
 
 def advance(
-    machine: RunState,
+    run_state: RunState,
     collisions: int | None,
     end: Fraction | None,
     walltime: float | None = None,
     progress: Callable[[float], object] | None = None,
+    callbacks: Callbacks | None = None,
 ) -> Block:
     """Continue for a number of collisions, to an instant, or for seconds: see :meth:`carom.Simulation.run`.
 
@@ -47,30 +52,31 @@ def advance(
     InputError
         If a time that is the only limit is out of reach, because components have no room.
     BusyError
-        If the machine is running already, or this process is a fork of the one that writes its event log.
+        If the run is going on already, or this process is a fork of the one that writes its event log.
     """
-    with machine.alone.changing():
-        machine.refuse_inherited()
-        if not machine.scheduled:
-            machine.schedule()
-        block = _advance(machine, collisions, end, walltime, progress)
-        machine.depths.keep(machine)
+    with run_state.alone.changing():
+        run_state.refuse_inherited()
+        if not run_state.scheduled:
+            run_state.schedule()
+        block = _advance(run_state, collisions, end, walltime, progress, callbacks)
+        run_state.depths.keep(run_state)
         return block
 
 
 def _advance(
-    machine: RunState,
+    run_state: RunState,
     collisions: int | None,
     end: Fraction | None,
     walltime: float | None,
     progress: Callable[[float], object] | None,
+    callbacks: Callbacks | None,
 ) -> Block:
     from carom.engine import constants, cycle
 
-    before = machine.engine.tallies[0].copy()
-    impulses_before = impulses(machine)
-    diameters, heat = machine.diameters, kT_time(machine)
-    start = machine.clock.instant
+    before = run_state.engine.tallies[0].copy()
+    impulses_before = impulses(run_state)
+    diameters, heat = run_state.diameters, kT_time(run_state)
+    start = run_state.clock.instant
     target = np.int64(
         UNLIMITED if collisions is None else min(int(before.collisions) + collisions, UNLIMITED)
     )
@@ -79,139 +85,161 @@ def _advance(
     only_end = end if walltime is None and collisions is None else None
     stall_detector = None
     most_free_times = None if collisions is not None and end is None else math.inf
+    alone = callbacks is not None and callbacks.needs_events
     left = CYCLES
     while True:
-        stop, final = _stop(machine, end)
-        log = None if machine.log is None else machine.log.buffer
-        cycles, unused = min(machine.budget.count, left), 0
+        instant, why = _next_stop(run_state, end, callbacks)
+        stop = _split(run_state, instant)
+        log = None if run_state.log is None else run_state.log.buffer
+        log = log if callbacks is None else callbacks.log(log)
+        cycles, unused = min(run_state.budget.count, left), 0
         began = compile_listeners.running()
-        if machine.executive is not None and machine.executive.window(stop, int(target)):
+        several = None if alone else run_state.executive
+        if several is not None and several.window(stop, int(target)):
             code = constants.SPENT
         else:
             try:
-                with machine.budget:
-                    code, unused = cycle.run(*machine.engine, log, *stop, target, np.int64(cycles))
+                with run_state.budget:
+                    code, unused = cycle.run(*run_state.engine, log, *stop, target, np.int64(cycles))
             except Exception as error:
-                refuse_rule(machine, error)
+                refuse_rule(run_state, error)
                 raise
         now = compile_listeners.running()
-        machine.seconds += now - began
-        wrong = error_message(machine.engine.model.pair)
+        run_state.seconds += now - began
+        wrong = error_message(run_state.engine.model.pair)
         if wrong is not None:
             raise InputError(wrong)
-        clock, record = machine.clock, machine.engine.state.clock[0]
-        if code == constants.IDLE and (end is not None or not final):
-            machine.rest_until(stop)
+        clock, record = run_state.clock, run_state.engine.state.clock[0]
+        if code == constants.IDLE and (end is not None or why == GROWTH):
+            run_state.rest_until(stop)
             code = constants.REACHED_TIME
         if code == constants.REACHED_TIME:
             clock.epoch, clock.offset = int(stop[0]), float(stop[1])
-            if final:
+            if why == CALL:
+                assert callbacks is not None
+                if callbacks.pause() or instant == end:
+                    break
+            elif why == END:
                 break
-            machine.refit()
+            else:
+                run_state.refit()
         else:
             # Where a run ended at a time, the last event lies behind the present.
             clock.epoch, clock.offset = max(
                 (clock.epoch, clock.offset), (int(record.epoch), float(record.now))
             )
-        if code == constants.REACHED_COLLISIONS:
+        if code in (constants.REACHED_COLLISIONS, constants.REACHED_HIT):
             break
         if code == constants.IDLE:
-            if collisions is not None:
+            if collisions is not None or callbacks is not None:
                 _warn("Nothing moves, so nobody will ever collide: the run ended.")
             break
         if code == constants.NEEDS_HEAP:
-            machine.enlarge_heap()
+            run_state.enlarge_heap()
         elif code == constants.NEEDS_NEIGHBORS:
-            machine.enlarge_neighbors()
-            machine.schedule()
+            run_state.enlarge_neighbors()
+            run_state.schedule()
         elif code == constants.NEEDS_LOG:
-            machine.flush_log()
+            run_state.flush_log()
         if progress is not None:
-            progress(_fraction(machine, int(before.collisions), start, int(target), end))
+            progress(_fraction(run_state, int(before.collisions), start, int(target), end))
         if now >= deadline:
             break
         left -= cycles - int(unused)
-        if code == constants.SPENT and left > 0:
+        called = code == constants.REACHED_TIME and why == CALL
+        if (code == constants.SPENT or called) and left > 0:
             continue
         left = CYCLES  # what follows happens at the same cycles, however long they take
+        if callbacks is not None and callbacks.between():
+            break
         # Only now: many short runs would spend their time with looking at all velocities, or at the clock.
-        if most_free_times is None and machine.collisions == last_seen:
-            most_free_times = _patience(machine)
+        if most_free_times is None and run_state.collisions == last_seen:
+            most_free_times = _patience(run_state)
             if walltime is None and most_free_times < math.inf:
-                stall_detector = StallDetector(machine, last_instant + Fraction(most_free_times))
+                stall_detector = StallDetector(run_state, last_instant + Fraction(most_free_times))
         if only_end is not None and stall_detector is None:
-            stall_detector = StallDetector(machine, only_end)
-        if stall_detector is not None and (end is not None or machine.collisions == last_seen):
+            stall_detector = StallDetector(run_state, only_end)
+        if stall_detector is not None and (end is not None or run_state.collisions == last_seen):
             stall_detector.look()
-        if machine.collisions > last_seen:
-            last_seen, last_instant = machine.collisions, machine.clock.instant
-        elif most_free_times is not None and machine.clock.instant - last_instant > most_free_times:
+        if run_state.collisions > last_seen:
+            last_seen, last_instant = run_state.collisions, run_state.clock.instant
+        elif most_free_times is not None and run_state.clock.instant - last_instant > most_free_times:
             _warn(
                 "One component alone meets nobody: the run ended; ask for time= instead of collisions."
-                if machine.scene.n == 1
-                else f"No collision in {MOST_FREE_TIMES:g} mean free times, after {machine.collisions} in "
+                if run_state.scene.n == 1
+                else f"No collision in {MOST_FREE_TIMES:g} mean free times, after {run_state.collisions} in "
                 "all: the components seem to miss each other for ever, and the run ended; "
                 "ask for time= instead of collisions."
             )
             break
     if progress is not None:
         progress(1.0)
-    after, later = machine.engine.tallies[0], kT_time(machine)
-    duration = float(machine.clock.instant - start)
+    after, later = run_state.engine.tallies[0], kT_time(run_state)
+    duration = float(run_state.clock.instant - start)
     return Block(
         duration,
         int(after.collisions - before.collisions),
-        machine.unit.to_scene(float(after.virial - before.virial), -1),
-        tuple(b - a for a, b in zip(impulses_before, impulses(machine), strict=True)),
+        run_state.unit.to_scene(float(after.virial - before.virial), -1),
+        tuple(b - a for a, b in zip(impulses_before, impulses(run_state), strict=True)),
         kT_time=None if heat is None or later is None else later - heat,
-        sizes=sizes(machine, diameters, duration),
+        sizes=sizes(run_state, diameters, duration),
     )
 
 
-def _stop(machine: RunState, end: Fraction | None) -> tuple[tuple[np.int64, float], bool]:
-    """Return where the engine has to return, as an epoch and an offset, and whether the run ends so."""
-    clock, final = machine.clock, True
-    if machine.system.rates is not None:
-        refit = clock.base + machine.unit.to_scene(Fraction(machine.scheme.horizon), 1)
-        if end is None or refit < end:
-            end, final = refit, False
-    if end is None:
-        return (np.int64(UNLIMITED), 0.0), True
-    epoch, offset = clock.split(end)
-    return (np.int64(epoch), float(offset)), final
+def _next_stop(
+    run_state: RunState, end: Fraction | None, callbacks: Callbacks | None
+) -> tuple[Fraction | None, str]:
+    """Return the instant at which the engine has to return, or None, and why."""
+    instant, why = end, END
+    if run_state.system.rates is not None:
+        refit = run_state.clock.base + run_state.unit.to_scene(Fraction(run_state.scheme.horizon), 1)
+        if instant is None or refit < instant:
+            instant, why = refit, GROWTH
+    upcoming = None if callbacks is None else callbacks.next
+    if upcoming is not None and (instant is None or upcoming <= instant):
+        instant, why = upcoming, CALL
+    return instant, why
 
 
-def _fraction(machine: RunState, before: int, start: Fraction, target: int, end: Fraction | None) -> float:
+def _split(run_state: RunState, instant: Fraction | None) -> tuple[np.int64, float]:
+    """Return an instant as the engine takes it, an epoch and an offset; None is never reached."""
+    if instant is None:
+        return np.int64(UNLIMITED), 0.0
+    epoch, offset = run_state.clock.split(instant)
+    return np.int64(epoch), float(offset)
+
+
+def _fraction(run_state: RunState, before: int, start: Fraction, target: int, end: Fraction | None) -> float:
     """Return the part that is done: of the collisions or of the time, whichever is more."""
     done = [0.0]
     if before < target < UNLIMITED:
-        done.append((machine.collisions - before) / (target - before))
+        done.append((run_state.collisions - before) / (target - before))
     if end is not None:
         span = end - start
-        done.append(float((machine.clock.instant - start) / span) if span else 1.0)
+        done.append(float((run_state.clock.instant - start) / span) if span else 1.0)
     return min(max(done), 1.0)
 
 
-def _patience(machine: RunState) -> float:
+def _patience(run_state: RunState) -> float:
     """Return the time without a collision after which none is to be expected [time]."""
-    growing = machine.system.rates is not None and machine.scene.n > 1
-    return math.inf if growing else machine.unit.to_scene(_longest_wait(machine), 1)
+    growing = run_state.system.rates is not None and run_state.scene.n > 1
+    return math.inf if growing else run_state.unit.to_scene(_longest_wait(run_state), 1)
 
 
-def _longest_wait(machine: RunState) -> float:
+def _longest_wait(run_state: RunState) -> float:
     """Return the same in the engine's unit, for diameters that do not grow."""
     from carom.engine.neighbors.plan import collision_rate
 
-    scene, epoch = machine.scene, machine.scheme.epoch
+    scene, epoch = run_state.scene, run_state.scheme.epoch
     if scene.n == 1:  # there is nobody to meet
         return epoch
-    fastest = float(np.abs(machine.speeds).max())
-    v = peculiar(scene, machine.speeds)  # a common drift meets nobody
+    fastest = float(np.abs(run_state.speeds).max())
+    v = peculiar(scene, run_state.speeds)  # a common drift meets nobody
     speed = math.sqrt(float(np.sum(scene.masses[:, None] * v * v)) / (scene.mass * scene.n))
     if speed <= 8.0 * np.finfo(float).eps * fastest:
         return epoch
-    if machine.system.threshold > 0.0:  # they cool until contacts are slower than this, hence elastic
-        speed = min(speed, machine.system.threshold)
+    if run_state.system.threshold > 0.0:  # they cool until contacts are slower than this, hence elastic
+        speed = min(speed, run_state.system.threshold)
     rate = collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
     return MOST_FREE_TIMES / rate + epoch if rate > 0.0 else epoch
 

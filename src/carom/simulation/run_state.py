@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from carom import checks
 from carom.errors import BusyError, InputError
 from carom.frame import Frame
 from carom.models.questions.steps import start_steps
@@ -20,6 +19,7 @@ from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.own_models import check_copy_state
 from carom.simulation.run_guard import RunGuard
 from carom.simulation.system_of_scene import driven_speed_of, impact_of, refuse_steep, unit_of
+from carom.simulation.tuning import Requested
 
 if TYPE_CHECKING:
     from carom.engine.build import Engine
@@ -30,24 +30,6 @@ if TYPE_CHECKING:
 
 Steps = tuple[np.ndarray, np.ndarray]
 """Pairs (m, 2), and on which step each is, (m,)."""
-
-Requested = tuple[str, float | None]
-"""The neighbour scheme that was asked for, and the reach of its lists."""
-
-
-def requested_of(neighbors: str, shell: float | None) -> Requested:
-    """Return what is asked for of the neighbour scheme, checked.
-
-    Raises
-    ------
-    InputError
-        If there is no such scheme, or lists cannot have such a reach.
-    """
-    if neighbors not in ("auto", "lists", "sectors", "all"):
-        raise InputError(f"neighbors is {neighbors!r}; expected 'auto', 'lists', 'sectors' or 'all'.")
-    if shell is not None:
-        shell = checks.number(shell, "shell", low=1.0, open_low=True)
-    return neighbors, shell
 
 
 class Log(Protocol):
@@ -67,7 +49,7 @@ class Log(Protocol):
     def mark(self) -> dict[str, Any]:
         """Return how much the file holds."""
 
-    def flush(self, machine: RunState) -> None:
+    def flush(self, run_state: RunState) -> None:
         """Write what the buffer holds."""
 
     def close(self) -> None:
@@ -227,6 +209,11 @@ class RunState:
     def unit(self) -> TimeUnit:
         """The engine's unit of time."""
         return self.system.unit
+
+    @property
+    def epoch_length(self) -> float:
+        """Length of an epoch [time]: a power of two."""
+        return self.unit.to_scene(self.scheme.epoch, 1)
 
     @property
     def collisions(self) -> int:

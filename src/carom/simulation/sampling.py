@@ -15,11 +15,11 @@ from carom.notebook import bar
 from carom.simulation.run_loop import advance
 
 if TYPE_CHECKING:
-    from carom.simulation.running import Running
+    from carom.simulation.in_motion import InMotion
 
 
 def sample(
-    sim: Running,
+    sim: InMotion,
     *,
     every: float | None = None,
     count: int | None = None,
@@ -65,7 +65,7 @@ def sample(
 
 
 def write(
-    sim: Running,
+    sim: InMotion,
     path: str | PathLike[str],
     *,
     every: float | None = None,
@@ -115,7 +115,7 @@ def write(
 
 
 def _watched(
-    sim: Running, *, every: float | None, count: int | None, times: Iterable[float] | None
+    sim: InMotion, *, every: float | None, count: int | None, times: Iterable[float] | None
 ) -> Iterator[Frame]:
     """Yield the frames under a bar."""
     with bar("Sampling") as shown:
@@ -128,24 +128,24 @@ def _instant(time: Any) -> Fraction:
 
 
 def _frames(
-    sim: Running,
+    sim: InMotion,
     times: Fraction | Iterable[Fraction],
     count: int | None,
     progress: Callable[[float], object] | None,
 ) -> Iterator[Frame]:
     """Yield frames at exact times, or at so many multiples of one from the present on."""
     if isinstance(times, Fraction):
-        start, step = sim.machine.clock.instant, times
+        start, step = sim._state.clock.instant, times
         times = (start + k * step for k in (itertools.count(1) if count is None else range(1, count + 1)))
     for k, instant in enumerate(times, start=1):
-        present = sim.machine.clock.instant
+        present = sim._state.clock.instant
         if instant < present and float(instant) == float(present):
             instant = present  # the present, as `sim.time` rounds it
         if instant < present:
             raise InputError(
                 f"A sample at time {float(instant):g} is asked for at {sim.time:g}; times must not decrease."
             )
-        advance(sim.machine, None, instant)
+        advance(sim._state, None, instant)
         if progress is not None and count:
             progress(k / count)
         yield sim.frame()

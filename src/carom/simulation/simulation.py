@@ -7,18 +7,37 @@ from collections.abc import Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
-from carom import checks
+import numpy as np
+
+from carom import above, checks, densities
+from carom.arithmetic import power
 from carom.errors import InputError
+from carom.frame import Frame
+from carom.models.copies import copied
 from carom.scene.scene import Scene
-from carom.scene.temperature import at_temperature
+from carom.scene.temperature import at_temperature, degrees_of_freedom
 from carom.scene.velocities import velocities_of
-from carom.simulation import checkpoint, equilibration, helfand, measuring, own_observers, sampling
+from carom.simulation import (
+    agents,
+    checkpoint,
+    energy,
+    equilibration,
+    helfand,
+    measuring,
+    mechanics,
+    own_observers,
+    pair_steps,
+    running,
+    sampling,
+    temperature,
+)
+from carom.simulation.keywords import corrected
 from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_guard import exclusive
-from carom.simulation.run_state import RunState, requested_of
-from carom.simulation.running import Running
+from carom.simulation.run_state import RunState
 from carom.simulation.system_of_scene import growth_rates, prepare
+from carom.simulation.tuning import DEFAULT, Tuning
 from carom.simulation.workers.choose_workers import executive_of
 
 if TYPE_CHECKING:
@@ -33,7 +52,7 @@ if TYPE_CHECKING:
 __all__ = ["Impacts", "Simulation", "Statistics"]
 
 
-class Simulation(Running):
+class Simulation:
     """Event-driven dynamics of a scene.
 
     Parameters
@@ -42,20 +61,9 @@ class Simulation(Running):
         What is simulated.
     kT : float, optional
         Temperature of the Maxwell velocities that are drawn for a scene without velocities; by default 1.
-    seed : int
-        Seed of those velocities, independent of places drawn with the same one. The same scene, seed and
+    seed : int or numpy.random.Generator
+        Source of those velocities, independent of places drawn with the same seed. The same scene, seed and
         version give the same bits.
-    neighbors : {"auto", "lists", "sectors", "all"}
-        Neighbour scheme; changes the speed, not the physics.
-    shell : float, optional
-        Reach of the neighbour lists in diameters. It asks for lists; by default it follows from the density.
-    images : bool
-        Count the boxes that each component crosses, for unwrapped positions.
-    precision : {"double", "single"}
-        Precision in which positions, velocities and times are stored. All computations are in double
-        precision. Single precision saves a fifth of the memory but no time, and leaves overlaps of 1e-7 of
-        the box. It is refused for boxes of more than 8192 diameters, very near close packing, and for fast
-        drifts.
     growth : float or (n,) array_like, optional
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
@@ -64,16 +72,18 @@ class Simulation(Running):
     currents : bool
         Add up the currents of momentum and heat, for :meth:`helfand`.
     observers : sequence of NamedTuples
-        Observers of your own, which add up something of every event (``docs/models``). They need one worker.
-    workers : int or "auto"
-        Threads that run this one system together. The bits are those of one worker (``docs/parallel``).
-        "auto" takes two where this was measured to be faster: large systems in the plane.
+        Observers of your own, which add up something of every event (``docs/models``). They need one core.
+    cores : int or "auto"
+        Cores that run this one system together. The bits are those of one core (``docs/parallel``). "auto"
+        takes two where this was measured to be faster: large systems in the plane.
+    tuning : Tuning
+        What changes the speed or the memory, and not the physics.
 
     Raises
     ------
     InputError
         If the scene has velocities and ``kT`` is given too, or a parameter is out of range; or if several
-        workers are requested for a scene that allows only one.
+        cores are requested for a scene that allows only one.
 
     Examples
     --------
@@ -84,35 +94,34 @@ class Simulation(Running):
     540
     """
 
+    @corrected
     def __init__(
         self,
         scene: Scene,
         *,
         kT: float | None = None,
-        seed: int = 0,
-        neighbors: str = "auto",
-        shell: float | None = None,
-        images: bool = True,
-        precision: str = "double",
+        seed: int | np.random.Generator = 1,
         growth: float | ArrayLike | None = None,
         event_log: str | PathLike[str] | None = None,
         currents: bool = False,
         observers: Sequence[Any] = (),
-        workers: int | str = 1,
+        cores: int | str = 1,
+        tuning: Tuning = DEFAULT,
     ):
         if not isinstance(scene, Scene):
             raise InputError(f"A simulation needs a Scene, found {checks.describe(scene)}.")
-        requested = requested_of(neighbors, shell)
+        if not isinstance(tuning, Tuning):
+            raise InputError(f"tuning must be carom.Tuning(...), found {checks.describe(tuning)}.")
         if scene.velocities is None:
             velocities = velocities_of(scene, 1.0 if kT is None else kT, seed)
         elif kT is None:
             velocities = scene.velocities
         else:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
-        system = prepare(scene, velocities, growth=growth, precision=precision, images=images)
+        system = prepare(scene, velocities, growth=growth, tuning=tuning)
         if system.rates is not None and event_log is not None:
             raise InputError(
-                "An event log holds one diameter a component, but growth is given: leave out one."
+                "An event log holds one diameter a particle, but growth is given: leave out one."
             )
         if currents:
             helfand.check(system)
@@ -120,17 +129,213 @@ class Simulation(Running):
         if observers:
             own = own_observers.checked(observers, scene, system)
             system = dataclasses.replace(system, observers=own)
-        self._attach(RunState(scene, velocities, system, requested), {})
-        self.machine.executive = executive_of(self.machine, workers)
-        self.machine.schedule()
+        state = RunState(scene, velocities, system, tuning.requested)
+        state.executive = executive_of(state, cores)
+        state.schedule()
         if event_log is not None:
-            self.machine.log = Recorder(event_log, self.machine)
+            state.log = Recorder(event_log, state)
+        self._state = state  # all that moves
+
+    @property
+    def scene(self) -> Scene:
+        """What is simulated, as it was at the start."""
+        return self._state.scene
+
+    @property
+    def n(self) -> int:
+        """Number of particles."""
+        return self.scene.n
+
+    @property
+    def positions(self) -> np.ndarray:
+        """Positions in the box at the present time, (n, d) [length]."""
+        return self.frame().positions
+
+    @property
+    def velocities(self) -> np.ndarray:
+        """Velocities at the present time, (n, d) [length / time]."""
+        return self.frame().velocities
+
+    @property
+    @exclusive
+    def time(self) -> float:
+        """Time since the start [time], rounded to a double."""
+        return float(self._state.clock.instant)
+
+    @property
+    @exclusive
+    def collisions(self) -> int:
+        """Pair collisions since the start."""
+        return self._state.collisions
+
+    @property
+    @exclusive
+    def kT(self) -> float:
+        """Temperature: twice the kinetic energy over the :attr:`degrees_of_freedom` [energy].
+
+        The motion of the centre of mass is subtracted along every axis on which momentum is conserved.
+        """
+        return temperature.temperature(self._state)
+
+    @property
+    @exclusive
+    def potential_energy(self) -> float:
+        """Potential energy now, of all pairs on steps and of all particles in a field [energy].
+
+        Its mean with an error bar is :class:`carom.PotentialEnergy`.
+
+        Raises
+        ------
+        InputError
+            If there is none, or crossings of the box along the field were not counted (``images=False``).
+        """
+        return energy.potential_energy(self._state)
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Degrees of freedom of the velocities: d (n - 1) in a periodic box.
+
+        They are d n, minus one for every axis along which momentum is conserved. Walls and obstacles take up
+        momentum. A single particle is free along all axes, and a pinned one along none. On great circles
+        they are n (d - 1).
+        """
+        return degrees_of_freedom(self.scene)
+
+    @property
+    @exclusive
+    def diameters(self) -> np.ndarray:
+        """Diameter of each particle at the present time, (n,) [length]."""
+        return self._state.diameters
+
+    @property
+    @exclusive
+    def packing_fraction(self) -> float:
+        """Fraction of the box that the particles fill at the present time."""
+        dimension, motion = self.scene.dimension, self.scene.motion
+        if hasattr(motion, "packing_fraction"):
+            return float(motion.packing_fraction(self.diameters, self.scene.box))
+        volume = densities.sphere_volume(dimension) * float(np.sum(power(self.diameters, dimension)))
+        return volume / self.scene.volume
+
+    @property
+    @exclusive
+    def pinned_impulse(self) -> np.ndarray:
+        """Momentum that each pinned particle received so far, (n,) [mass length / time].
+
+        It is the sum over the particle's contacts, each along its normal. It is zero for moving particles.
+
+        Raises
+        ------
+        InputError
+            If the scene has no pinned particles.
+        """
+        return mechanics.pinned_impulse(self._state)
+
+    @property
+    @exclusive
+    def collisions_by_species(self) -> np.ndarray:
+        """Pair collisions of every pair of species since the start, (K, K), symmetric.
+
+        Raises
+        ------
+        InputError
+            If the scene has no species.
+        """
+        return mechanics.collisions_by_species(self._state)
+
+    @property
+    @exclusive
+    def obstacles(self) -> tuple[Impacts, ...]:
+        """Hits and momentum of each wall and obstacle since the start, in the order of their numbers.
+
+        The walls of each axis without periodicity come first, lower before upper, then the scene's obstacles.
+        Nothing hits a wall for which an obstacle stands.
+        """
+        return mechanics.impacts(self._state)
+
+    @property
+    @exclusive
+    def observers(self) -> tuple[Any, ...]:
+        """Observers of your own, with copies of what they have added up since the start."""
+        return tuple(map(copied, self._state.system.observers))
+
+    @property
+    @exclusive
+    def interaction(self) -> Any:
+        """What the interaction has added up, or remembers now; None for hard cores.
+
+        Of pairs on steps: a ``StepSums`` with the events at the ends of every step since the start, by kind,
+        and the pairs that are on it now. Of particles that follow rules: their present kinds, counters,
+        memory and timers (``docs/range-rules``).
+        """
+        if self._state.system.stepped:
+            return pair_steps.step_sums(self._state)
+        return None if self._state.engine.model.rules is None else agents.present(self._state)
+
+    @property
+    @exclusive
+    def drive(self) -> Any:
+        """The model of what kicks single particles, with a copy of its memory now; None without a drive."""
+        timers = self._state.engine.model.timers
+        return None if timers is None else copied(timers.drive)
+
+    @property
+    @exclusive
+    def statistics(self) -> Statistics:
+        """Counters and numerical errors of the run so far."""
+        return mechanics.statistics(self._state)
+
+    @exclusive
+    def frame(self) -> Frame:
+        """Return all particles at the present time; does not affect the trajectory."""
+        return self._state.frame()
+
+    def view(self, path: str | PathLike[str] | None = None) -> Any:
+        """Return a page that shows the particles in a browser: ``carom.view`` of this simulation.
+
+        Parameters
+        ----------
+        path : path, optional
+            Where to write the page.
+
+        Raises
+        ------
+        InputError
+            In more than three dimensions.
+        FileError
+            If the file cannot be written.
+        """
+        return above.viewed(self, path)
+
+    def plot(self, path: str | PathLike[str] | None = None) -> Any:
+        """Return a picture of the particles and obstacles at the present time, a Matplotlib figure.
+
+        Parameters
+        ----------
+        path : path, optional
+            Where to save the picture; the suffix is the format (png, pdf, svg).
+
+        Raises
+        ------
+        FileError
+            If the picture cannot be saved.
+        """
+        return above.plotted(self.frame(), self.scene.obstacles, path)
+
+    def explain(self) -> Any:
+        """Return what this run consists of: models, arrays, the neighbour scheme and the reason for it.
+
+        ``print`` shows it as a page.
+        """
+        from carom.simulation.explanation import explain
+
+        return explain(self)
 
     def rescale(self, kT: float = 1.0, *, growth: float | ArrayLike | None = None) -> None:
         """Scale all velocities to the temperature ``kT``; momentum that is conserved is set to zero.
 
         It is meant for growing diameters. Every contact then adds energy, but only the ratio of growth rate
-        to thermal speed matters. The events of all components are predicted again.
+        to thermal speed matters. The events of all particles are predicted again.
 
         Parameters
         ----------
@@ -146,47 +351,46 @@ class Simulation(Running):
             is an event log, which holds collisions only.
         """
         kT = checks.number(kT, "kT", low=0.0, open_low=True)
-        with self.machine.alone.changing():
+        with self._state.alone.changing():
             self._rescale(kT, growth)
 
     def _rescale(self, kT: float, growth: float | ArrayLike | None) -> None:
-        if self.machine.log is not None:
+        if self._state.log is not None:
             raise InputError(
                 "After rescale() no state could be rebuilt from the event log: close() the log first."
             )
         rates = growth_rates(growth, self.scene)
-        if growth is not None and (rates is None or self.machine.system.rates is None):
+        if growth is not None and (rates is None or self._state.system.rates is None):
             raise InputError(
                 "rescale() changes one growth into another: give Simulation() a positive growth, too."
             )
-        self.machine.refit(at_temperature(self.scene, self.frame().velocities, kT), rates)
+        self._state.refit(at_temperature(self.scene, self.frame().velocities, kT), rates)
 
     # Long enough for modules of their own.
+    run = running.run
     equilibrate = equilibration.equilibrate
     sample = sampling.sample
     write = sampling.write
-    measure = measuring.measure
+    measure = corrected(measuring.measure)
     helfand = helfand.helfand
 
-    @exclusive
-    def save(self, path: str | PathLike[str], **extra: Any) -> None:
+    def save(self, path: str | PathLike[str]) -> None:
         """Write a checkpoint: the continued run equals the uninterrupted one, bit for bit.
 
         Parameters
         ----------
         path : path
             An HDF5 file, replaced atomically.
-        **extra
-            Small values that JSON can hold, such as notes of the caller; stored with the checkpoint.
 
         Raises
         ------
         FileError
             If the file cannot be written.
         """
-        checkpoint.save(path, self.machine, extra)
+        checkpoint.save(path, self._state, {})
 
     @classmethod
+    @corrected
     def load(
         cls,
         path: str | PathLike[str],
@@ -198,7 +402,7 @@ class Simulation(Running):
         impact: Impact | None = None,
         drive: Drive | None = None,
         observers: Sequence[Any] = (),
-        workers: int | str = 1,
+        cores: int | str = 1,
     ) -> Simulation:
         """Return the simulation that a checkpoint holds.
 
@@ -215,8 +419,8 @@ class Simulation(Running):
             Those of the scene, if one is of your own class.
         observers : sequence of NamedTuples
             The observers that the run was made with; what they had added up is taken from the file.
-        workers : int or "auto"
-            Threads, as for a new simulation; their number may differ from before.
+        cores : int or "auto"
+            As for a new simulation; their number may differ from before.
 
         Raises
         ------
@@ -226,16 +430,16 @@ class Simulation(Running):
         """
         sim = cls.__new__(cls)
         own = {"interaction": interaction, "motion": motion, "impact": impact, "drive": drive}
-        sim._attach(*checkpoint.load(path, event_log, obstacles, observers, **own))
-        sim.machine.executive = executive_of(sim.machine, workers)
+        sim._state = checkpoint.load(path, event_log, obstacles, observers, **own)
+        sim._state.executive = executive_of(sim._state, cores)
         return sim
 
     def close(self) -> None:
-        """Flush and close the event log, if there is one, and end the threads of several workers."""
-        with self.machine.alone.changing():
-            self.machine.close_log()
-            if self.machine.executive is not None:
-                self.machine.executive.close()
+        """Flush and close the event log, if there is one, and end the threads of several cores."""
+        with self._state.alone.changing():
+            self._state.close_log()
+            if self._state.executive is not None:
+                self._state.executive.close()
 
     def __reduce__(self) -> Any:
         """Refuse to be pickled or copied."""

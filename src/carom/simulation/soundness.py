@@ -187,7 +187,7 @@ def check_start(saved: Mapping[str, np.ndarray]) -> None:
             raise ValueError(f"its {name} holds {array.min()}; expected {least:g} or more")
 
 
-def check_fixed(machine: RunState, saved: Mapping[str, np.ndarray]) -> None:
+def check_fixed(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
     """Refuse arrays that follow from the scene, and do not; to be called with a freshly built engine.
 
     Raises
@@ -195,11 +195,11 @@ def check_fixed(machine: RunState, saved: Mapping[str, np.ndarray]) -> None:
     ValueError
         If one differs.
     """
-    mine_of = arrays(machine.engine)
+    mine_of = arrays(run_state.engine)
     for name in saved:
         if name.split(".")[0] in PARTS and name not in mine_of:
             raise ValueError(f"its {name} belongs to no part of such a run")
-    pair = machine.engine.model.pair
+    pair = run_state.engine.model.pair
     ours = type(pair).__module__.startswith("carom.")
     for name, mine in mine_of.items():
         fixed = FIXED.fullmatch(name) is not None
@@ -209,7 +209,7 @@ def check_fixed(machine: RunState, saved: Mapping[str, np.ndarray]) -> None:
             raise ValueError(f"its {name} is not what follows from the scene")
 
 
-def check(machine: RunState) -> None:
+def check(run_state: RunState) -> None:
     """Refuse an engine that has numbers with which it cannot go on.
 
     Raises
@@ -217,13 +217,13 @@ def check(machine: RunState) -> None:
     ValueError
         If an array or the clock has such numbers; the text names it.
     """
-    for problem in _problems(machine):
+    for problem in _problems(run_state):
         raise ValueError(f"its {problem}")
 
 
-def _problems(machine: RunState) -> Iterator[str]:
+def _problems(run_state: RunState) -> Iterator[str]:
     """Yield what is wrong, as the end of a sentence."""
-    for name, array in arrays(machine.engine).items():
+    for name, array in arrays(run_state.engine).items():
         if name.startswith("observers."):
             continue
         if array.dtype.kind == "f" and array.size and not SCRATCH.fullmatch(name):
@@ -232,17 +232,17 @@ def _problems(machine: RunState) -> Iterator[str]:
                 yield f"{name} holds NaN or infinite values"
         if array.dtype.kind == "i" and array.size and COUNTS.fullmatch(name) and array.min() < 0:
             yield f"{name} holds negative numbers"
-    yield from _of_clock(machine)
-    yield from _of_state(machine)
-    yield from _of_calendar(machine)
-    neighbors = machine.engine.neighbors
+    yield from _of_clock(run_state)
+    yield from _of_state(run_state)
+    yield from _of_calendar(run_state)
+    neighbors = run_state.engine.neighbors
     if isinstance(neighbors, Lists):
-        yield from _of_lists(machine, neighbors)
+        yield from _of_lists(run_state, neighbors)
     elif isinstance(neighbors, Sectors):
-        yield from _of_sectors(machine, neighbors)
+        yield from _of_sectors(run_state, neighbors)
     elif isinstance(neighbors, Everybody):
-        yield from _of_everybody(machine, neighbors)
-    yield from _of_model(machine)
+        yield from _of_everybody(run_state, neighbors)
+    yield from _of_model(run_state)
 
 
 def _outside(name: str, values: np.ndarray, low: float, high: float) -> Iterator[str]:
@@ -251,21 +251,21 @@ def _outside(name: str, values: np.ndarray, low: float, high: float) -> Iterator
         yield f"{name} holds {values.min()} to {values.max()}; expected {low} to {high}"
 
 
-def _of_clock(machine: RunState) -> Iterator[str]:
-    clock, record = machine.clock, machine.engine.state.clock[0]
+def _of_clock(run_state: RunState) -> Iterator[str]:
+    clock, record = run_state.clock, run_state.engine.state.clock[0]
     length = float(record.length)
     if not 0 <= clock.epoch < LAST_EPOCH or not 0 <= clock.epoch - int(record.epoch) <= 1:
         yield f"clock is in the epochs {clock.epoch} and {int(record.epoch)}; expected the same or the next"
     if not 0.0 <= clock.offset <= length or not 0.0 <= float(record.now) <= length:
         yield f"clock is at {clock.offset} and {float(record.now)}; expected 0 to {length}"
-    if not math.isfinite(math.ldexp(float(clock.epoch), math.frexp(length)[1] + machine.unit.exponent)):
+    if not math.isfinite(math.ldexp(float(clock.epoch), math.frexp(length)[1] + run_state.unit.exponent)):
         yield "clock is at no time"
-    if not 0 <= machine.counted <= machine.collisions:
-        yield f"collisions are {machine.collisions}, and {machine.counted} before them"
+    if not 0 <= run_state.counted <= run_state.collisions:
+        yield f"collisions are {run_state.collisions}, and {run_state.counted} before them"
 
 
-def _of_state(machine: RunState) -> Iterator[str]:
-    scene, engine = machine.scene, machine.engine
+def _of_state(run_state: RunState) -> Iterator[str]:
+    scene, engine = run_state.scene, run_state.engine
     rows, n, length = engine.state.rows, scene.n, float(engine.state.clock[0].length)
     far = FAR * max(scene.box)
     # Rows in single precision round the times.
@@ -280,12 +280,14 @@ def _of_state(machine: RunState) -> Iterator[str]:
         squares = np.sum(np.square(rows["v"].astype(np.float64)))
     if not math.isfinite(squares):
         yield "state.rows.v holds speeds whose squares are beyond all numbers"
-    yield from _of_words(machine, "state.partner", engine.state.partner.astype(np.int64), n - 1, own=True)
+    yield from _of_words(run_state, "state.partner", engine.state.partner.astype(np.int64), n - 1, own=True)
 
 
-def _of_words(machine: RunState, name: str, refs: np.ndarray, last: int, own: bool = False) -> Iterator[str]:
+def _of_words(
+    run_state: RunState, name: str, refs: np.ndarray, last: int, own: bool = False
+) -> Iterator[str]:
     """Yield what is wrong with words that name components up to ``last``."""
-    model, dimension = machine.engine.model, machine.scene.dimension
+    model, dimension = run_state.engine.model, run_state.scene.dimension
     bits = getattr(model.boundary, "bits", 0)
     named = refs[refs >= 0] if own else refs
     yield from _outside(name, named >> bits, 0, last)
@@ -299,9 +301,9 @@ def _of_words(machine: RunState, name: str, refs: np.ndarray, last: int, own: bo
             yield f"{name} has events of single components, and no rules or drive"
 
 
-def _of_calendar(machine: RunState) -> Iterator[str]:
-    calendar, n = machine.engine.calendar, machine.scene.n
-    control, length = calendar.control[0], float(machine.engine.state.clock[0].length)
+def _of_calendar(run_state: RunState) -> Iterator[str]:
+    calendar, n = run_state.engine.calendar, run_state.scene.n
+    control, length = calendar.control[0], float(run_state.engine.state.clock[0].length)
     count = len(calendar.buckets) - 1
     width, inverse = float(control.width), float(control.inverse)
     if not (0.0 < width <= length) or math.frexp(width)[0] != 0.5 or inverse not in (0.0, 1.0 / width):
@@ -343,8 +345,8 @@ def _listed_once(name: str, found: np.ndarray, places: np.ndarray, right: np.nda
         yield f"{name} holds a component where it is not"
 
 
-def _of_lists(machine: RunState, lists: Lists) -> Iterator[str]:
-    n, dimension = machine.scene.n, machine.scene.dimension
+def _of_lists(run_state: RunState, lists: Lists) -> Iterator[str]:
+    n, dimension = run_state.scene.n, run_state.scene.dimension
     room = lists.cells.shape[1]
     yield from _outside("neighbors.members", lists.members, 0, room)
     yield from _outside("neighbors.cells", lists.cells, 0, n)
@@ -388,8 +390,8 @@ def _of_lists(machine: RunState, lists: Lists) -> Iterator[str]:
         yield "neighbors.refs does not list both of each pair once"
 
 
-def _of_sectors(machine: RunState, sectors: Sectors) -> Iterator[str]:
-    n, dimension = machine.scene.n, machine.scene.dimension
+def _of_sectors(run_state: RunState, sectors: Sectors) -> Iterator[str]:
+    n, dimension = run_state.scene.n, run_state.scene.dimension
     for axis, size in enumerate(sectors.shape):
         yield from _outside("neighbors.cell", sectors.cell[:, axis], 0, size - 1)
     yield from _outside("neighbors.wraps", sectors.wraps, -FAR, FAR)
@@ -399,7 +401,7 @@ def _of_sectors(machine: RunState, sectors: Sectors) -> Iterator[str]:
     counts = sectors.members[:, -1]
     yield from _outside("neighbors.members", counts, 0, room)
     yield from _outside("neighbors.members", sectors.members[:, :-1], 0, n)
-    yield from _of_words(machine, "neighbors.refs", sectors.refs.astype(np.int64), n)
+    yield from _of_words(run_state, "neighbors.refs", sectors.refs.astype(np.int64), n)
     held = np.arange(room) < counts[:, np.newaxis]
     where = np.broadcast_to(np.arange(len(counts))[:, np.newaxis], held.shape)[held]
     cell = np.zeros(n, np.int64)
@@ -408,23 +410,23 @@ def _of_sectors(machine: RunState, sectors: Sectors) -> Iterator[str]:
     yield from _listed_once("neighbors.members", sectors.members[:, :-1][held].astype(np.int64), where, cell)
 
 
-def _of_everybody(machine: RunState, everybody: Everybody) -> Iterator[str]:
-    n, contacts = machine.scene.n, everybody.contacts
+def _of_everybody(run_state: RunState, everybody: Everybody) -> Iterator[str]:
+    n, contacts = run_state.scene.n, everybody.contacts
     yield from _outside("neighbors.contacts.found", contacts.found["other"], 0, n - 1)
     yield from _outside("neighbors.contacts.counts", contacts.counts, STALE, CAPACITY)
     yield from _outside("neighbors.lined_up_epoch", everybody.lined_up_epoch, -1, LAST_EPOCH)
-    fastest = float(np.abs(machine.engine.state.rows["v"][:n].astype(np.float64)).max())
+    fastest = float(np.abs(run_state.engine.state.rows["v"][:n].astype(np.float64)).max())
     most = FAR * max(fastest * everybody.span * inverse for inverse in everybody.inverse)
     yield from _outside("neighbors.fastest", everybody.fastest, 0.0, most)
     yield from _outside("neighbors.swiftest", everybody.swiftest, 0.0, most)
 
 
-def _of_model(machine: RunState) -> Iterator[str]:
-    model, n = machine.engine.model, machine.scene.n
-    record = machine.engine.state.clock[0]
-    if machine.system.rates is not None and machine.system.radii is not None:
+def _of_model(run_state: RunState) -> Iterator[str]:
+    model, n = run_state.engine.model, run_state.scene.n
+    record = run_state.engine.state.clock[0]
+    if run_state.system.rates is not None and run_state.system.radii is not None:
         passed = float(record.epoch) * float(record.length)
-        grown = machine.system.radii + machine.system.rates * passed
+        grown = run_state.system.radii + run_state.system.rates * passed
         if not np.allclose(model.pair.radii[:n], grown, rtol=PARTED, atol=0.0):
             yield "model.pair.radii is not what has grown until now"
     pair = model.pair
@@ -444,14 +446,14 @@ def _of_model(machine: RunState) -> Iterator[str]:
             ("timers", pair.timers, 0.0, math.inf),
         ):
             yield from _outside(f"model.pair.{name}", values, low, high)
-    yield from _of_observers(machine)
+    yield from _of_observers(run_state)
 
 
-def _of_observers(machine: RunState) -> Iterator[str]:
-    record, observers = machine.engine.state.clock[0], machine.engine.model.observers
+def _of_observers(run_state: RunState) -> Iterator[str]:
+    record, observers = run_state.engine.state.clock[0], run_state.engine.model.observers
     oldest = -(float(record.epoch) + 1.0) * float(record.length)
     for each, (name, its) in zip(listed(observers), kept_arrays(observers).items(), strict=True):
-        known = limits(each, machine.scene.n, oldest)
+        known = limits(each, run_state.scene.n, oldest)
         for field, array in its.items():
             if isinstance(each, Own) and field != "origin":  # the user's
                 continue

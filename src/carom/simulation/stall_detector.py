@@ -41,23 +41,23 @@ class StallDetector:
 
     Parameters
     ----------
-    machine : RunState
+    run_state : RunState
         What runs.
     end : Fraction
         The instant that is to be reached.
     """
 
-    def __init__(self, machine: RunState, end: Fraction):
-        self._machine, self._end = machine, end
-        self._at_once = _at_one_time(machine.scene.masses)
+    def __init__(self, run_state: RunState, end: Fraction):
+        self._run_state, self._end = run_state, end
+        self._at_once = _at_one_time(run_state.scene.masses)
         self._begin()
 
     def _begin(self) -> None:
-        self._since, (self._contacts, self._transits) = self._machine.clock.instant, self._counts()
+        self._since, (self._contacts, self._transits) = self._run_state.clock.instant, self._counts()
 
     def _counts(self) -> tuple[int, int]:
         """Return the contacts of every component, added up, and the crossings of sectors."""
-        tally, obstacles = self._machine.engine.tallies[0], self._machine.engine.model.obstacles
+        tally, obstacles = self._run_state.engine.tallies[0], self._run_state.engine.model.obstacles
         hits = 0 if obstacles is None else int(obstacles.hits.sum())
         return 2 * int(tally.collisions) + hits, int(tally.transits)
 
@@ -71,7 +71,7 @@ class StallDetector:
         """
         contacts, transits = self._counts()
         contacts, transits = contacts - self._contacts, transits - self._transits
-        events, n = contacts + transits, self._machine.scene.n
+        events, n = contacts + transits, self._run_state.scene.n
         if events < WINDOW * n:
             return
         refusal = self._refusal(contacts, events)
@@ -82,14 +82,16 @@ class StallDetector:
 
     def _refusal(self, contacts: int, events: int) -> str | None:
         """Return why the end is out of reach, or None."""
-        machine, now = self._machine, self._machine.clock.instant
-        elapsed = float(machine.unit.to_kernel(now - self._since, 1))
-        left = float(machine.unit.to_kernel(max(self._end - now, Fraction(0)), 1))
-        if machine.system.rates is not None and contacts:
-            speed = math.sqrt(float(np.mean(np.sum(peculiar(machine.scene, machine.speeds) ** 2, axis=1))))
-            path = speed * elapsed * machine.scene.n / contacts
-            growth = 2.0 * float(machine.system.rates.mean()) * left
-            diameter = float(machine.diameters.mean())
+        run_state, now = self._run_state, self._run_state.clock.instant
+        elapsed = float(run_state.unit.to_kernel(now - self._since, 1))
+        left = float(run_state.unit.to_kernel(max(self._end - now, Fraction(0)), 1))
+        if run_state.system.rates is not None and contacts:
+            speed = math.sqrt(
+                float(np.mean(np.sum(peculiar(run_state.scene, run_state.speeds) ** 2, axis=1)))
+            )
+            path = speed * elapsed * run_state.scene.n / contacts
+            growth = 2.0 * float(run_state.system.rates.mean()) * left
+            diameter = float(run_state.diameters.mean())
             if path < NARROW * diameter and growth > BEYOND * path:
                 return (
                     f"The components jam: they fly {path / diameter:.2g} diameters between contacts, and "
@@ -98,7 +100,7 @@ class StallDetector:
                 )
         if events * left > MOST_EVENTS * elapsed:
             ahead = f"{events * left / elapsed:.2g}" if elapsed > 0.0 else "infinitely many"
-            if machine.engine.model.rules is not None:
+            if run_state.engine.model.rules is not None:
                 return (
                     f"The run would take {ahead} crossings of circles more; expected at most "
                     f"{MOST_EVENTS:g}. See whether a rule turns round whenever somebody enters, or makes "

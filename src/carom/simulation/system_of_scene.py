@@ -21,6 +21,7 @@ from carom.models.questions.walls import wall_meeting
 from carom.scene.temperature import Thermal, thermal_of
 from carom.simulation import probes
 from carom.simulation.own_models import check_copy_state, check_user_models
+from carom.simulation.tuning import DEFAULT, Tuning
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -183,10 +184,8 @@ def single_allowed(precision: str, scene: Scene, thermal: Thermal, unit: TimeUni
     Raises
     ------
     InputError
-        If the precision is neither, or single precision cannot tell contact from overlap, gap or rest.
+        If single precision cannot tell contact from overlap, gap or rest.
     """
-    if precision not in ("double", "single"):
-        raise InputError(f"precision is {precision!r}; expected 'double' or 'single'.")
     if precision == "double":
         return False
     otherwise = "leave out precision='single'."
@@ -306,8 +305,7 @@ def prepare(
     velocities: np.ndarray,
     *,
     growth: Any = None,
-    precision: str = "double",
-    images: bool = True,
+    tuning: Tuning = DEFAULT,
 ) -> System:
     """Return what the engine has to know of a scene with velocities (n, d) [length / time].
 
@@ -315,7 +313,7 @@ def prepare(
     ----------
     scene, velocities
         What is simulated.
-    growth, precision, images
+    growth, tuning
         As of :class:`carom.Simulation`.
 
     Raises
@@ -325,8 +323,8 @@ def prepare(
     """
     rates = growth_rates(growth, scene)
     unit, thermal = unit_of(scene, velocities, rates)
-    single = single_allowed(precision, scene, thermal, unit)
-    return system_of(scene, thermal, rates, images, single, unit)
+    single = single_allowed(tuning.precision, scene, thermal, unit)
+    return system_of(scene, thermal, rates, tuning.images, single, unit)
 
 
 def system_of(

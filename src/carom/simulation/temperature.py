@@ -11,17 +11,17 @@ if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
 
-def temperature(machine: RunState) -> float:
+def temperature(run_state: RunState) -> float:
     """Return the temperature at the present [energy]: :func:`carom.scene.temperature.temperature`."""
-    return machine.unit.to_scene(temperature_of(machine.scene, machine.speeds), -2)
+    return run_state.unit.to_scene(temperature_of(run_state.scene, run_state.speeds), -2)
 
 
-def kT_time(machine: RunState) -> float | None:
+def kT_time(run_state: RunState) -> float | None:
     """Return the integral of kT since the start [energy time], or None where no contact changes it."""
     from carom.engine.observers.energy import Balance
 
-    balance = machine.observer(Balance)
+    balance = run_state.observer(Balance)
     if balance is None:
         return None
-    action = float(balance.action[0] + balance.energy[0] * (machine.in_epoch() - balance.since[0]))
-    return machine.unit.to_scene(2.0 * action / degrees_of_freedom(machine.scene), -1)
+    action = float(balance.action[0] + balance.energy[0] * (run_state.in_epoch() - balance.since[0]))
+    return run_state.unit.to_scene(2.0 * action / degrees_of_freedom(run_state.scene), -1)

@@ -13,16 +13,17 @@ from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
+from carom.simulation import stretches
 from carom.simulation.cooling import Blocks
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
-    from carom.simulation.running import Running
+    from carom.simulation.in_motion import InMotion
 
 
 def until(
-    sim: Running,
+    sim: InMotion,
     observable: Any,
     goal: Goal,
     *,
@@ -42,7 +43,7 @@ def until(
     """
     stretch = _Stretch(sim, observable, goal, blocks, walltime, progress, predicted)
     if not lengthen(goal, FLOOR, stretch.extend, stretch.error_bar, stretch.expect):
-        stretch.result = sim.estimate(observable, stretch.blocks)
+        stretch.result = stretches.estimate(sim, observable, stretch.blocks)
         found = stretch.result.primary
         if not goal.reached(found):
             warnings.warn(
@@ -70,7 +71,7 @@ class _Stretch:
 
     def __init__(
         self,
-        sim: Running,
+        sim: InMotion,
         observable: Any,
         goal: Goal,
         blocks: int,
@@ -86,7 +87,7 @@ class _Stretch:
         self._size = 1  # of a block now
         self._expected = math.inf
         self._rate = _Rate(sim)
-        self.thermometer, self.relaxation = Thermometer(sim.machine), StructuralRelaxation(sim.machine)
+        self.thermometer, self.relaxation = Thermometer(sim._state), StructuralRelaxation(sim._state)
         self.blocks: list[Block] = []
         self.result: Any = None
 
@@ -116,7 +117,7 @@ class _Stretch:
         """Return the estimate so far."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # the run may go on, so it is not short yet
-            self.result = self._sim.estimate(self._observable, self.blocks)
+            self.result = stretches.estimate(self._sim, self._observable, self.blocks)
         return self.result.primary
 
     def expect(self, length: int, found: Estimate) -> None:
@@ -131,7 +132,7 @@ class _Stretch:
 class _Rate:
     """Collisions per second of wall time, the first block left out: it may have waited for the compiler."""
 
-    def __init__(self, sim: Running):
+    def __init__(self, sim: InMotion):
         self._sim = sim
         self._collisions, self._seconds = 0, 0.0
         self._last: tuple[int, float] | None = None

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.random import default_rng
 
+from carom import checks
 from carom.errors import InputError
 from carom.scene.scene import Scene
-from carom.simulation.equilibration import drifts
+from carom.simulation.equilibration import Equilibration, exchanges
 from carom.simulation.simulation import Simulation
+from carom.simulation.tuning import Tuning
 from carom.studies.eos.spec import scene_spec
 from carom.studies.eos.start import start
 from carom.studies.tasks import Record, Task, stream
@@ -58,7 +60,7 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
         scene,
         kT=asked.kT if scene.velocities is None else None,
         seed=int(speeds.generate_state(1, np.uint64)[0]),
-        neighbors=task["neighbors"],
+        tuning=Tuning(neighbors=task["neighbors"]),
         **settings,
     )
 
@@ -66,8 +68,9 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
 def equilibrate(sim: Simulation, task: Task, look: Callable[[float], object]) -> None:
     """Equilibrate the simulation of a task for its time; pairs on steps are brought to its temperature."""
     length, asked = task["equilibration"], sim.scene.velocities is None
-    if asked and sim.machine.system.stepped and drifts(sim) is None:
-        sim.equilibrate(task["scene"].get("kT", 1.0), collisions_per_particle=length, progress=look)
+    if asked and exchanges(sim):
+        collisions = checks.collisions_of(length, sim.n)
+        Equilibration(sim, task["scene"].get("kT", 1.0), collisions).run(look)
     else:
         sim.run(collisions_per_particle=length, progress=look)
 
@@ -86,7 +89,7 @@ class Stopwatch:
             "provenance": {
                 "began": self._clock_time,
                 "seconds": clock.perf_counter() - self._began,
-                "engine_seconds": sim.seconds,
+                "engine_seconds": sim._state.seconds,
                 "host": platform.node(),
                 "process": os.getpid(),
                 "python": platform.python_version(),

@@ -40,7 +40,7 @@ def filled(counts, instants, seed):
     ],
 )
 def test_virials_of_two_parts_are_added_in_the_order_of_time(counts, instants):
-    engine = carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.3), seed=1).machine.engine
+    engine = carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.3), seed=1)._state.engine
     all_events = filled(counts, instants, sum(counts))
     times, virials, who = (
         np.concatenate([table[part, : counts[part]] for part in range(2)])

@@ -21,6 +21,7 @@ from carom.engine.domains.lp_state import HISTORY_LENGTH, LATEST, PLACE, TIME, W
 from carom.engine.domains.synchronization import no_straggler, no_straggler_at_border
 from carom.errors import InputError
 from carom.io.events import read_events
+from carom.simulation import mechanics, stretches
 from carom.simulation.workers import window_length
 from carom.simulation.workers.executive import COMMITS_IN_A_ROW, Executive
 from carom.simulation.workers.timings import Settings
@@ -42,9 +43,9 @@ def alone_and_together(
     go = go or (lambda sim: [sim.run(collisions_per_particle=2.3), sim.run(time=0.4)])
     alone, together = (carom.Simulation(scene, seed=3, **settings) for _ in range(2))
     executive = executive_type(
-        together.machine, workers, Settings(collisions=collisions, lookahead=lookahead, least=0.0)
+        together._state, workers, Settings(collisions=collisions, lookahead=lookahead, least=0.0)
     )
-    together.machine.executive = executive
+    together._state.executive = executive
     assert go(alone) == go(together)
     executive.close()
     return alone, together, executive.timings
@@ -56,7 +57,7 @@ def assert_same_bits(alone, together):
     np.testing.assert_array_equal(one.velocities, other.velocities)
     np.testing.assert_array_equal(one.images, other.images)
     assert alone.time == together.time
-    assert alone.tally == together.tally
+    assert stretches.tally(alone) == stretches.tally(together)
     assert alone.obstacles == together.obstacles
 
 
@@ -130,12 +131,12 @@ def test_workers_count_what_one_counts():
 
 def test_parts_at_rest_have_told_the_others_that_nothing_is_due():
     sim = carom.Simulation(fluid(), seed=3)
-    executive = Executive(sim.machine, 2, Settings(collisions=1.0, least=0.0))
-    sim.machine.executive = executive
+    executive = Executive(sim._state, 2, Settings(collisions=1.0, least=0.0))
+    sim._state.executive = executive
     for _ in range(20):
         sim.run(time=0.1)
         assert np.all(
-            executive._processes[0].engine.calendar.channels.published_time[:, 0] > sim.machine.clock.offset
+            executive._processes[0].engine.calendar.channels.published_time[:, 0] > sim._state.clock.offset
         )
     executive.close()
 
@@ -169,11 +170,11 @@ def test_a_window_that_is_given_up_is_run_again_from_its_beginning():
 def part_of(sim):
     """Return the calendar of the first of two parts, after some windows."""
     sim.run(time=0.2)
-    return sim.machine.executive._processes[0].engine.calendar
+    return sim._state.executive._processes[0].engine.calendar
 
 
 def test_who_comes_late_at_a_border_is_seen():
-    calendar = part_of(carom.Simulation(tube(), seed=3, workers=2))
+    calendar = part_of(carom.Simulation(tube(), seed=3, cores=2))
     channels, lp = calendar.channels, calendar.lp[0]
     i, now = 5, 0.5
     channels.border_locks[:, 1] = 0
@@ -198,7 +199,7 @@ def test_who_comes_late_at_a_border_is_seen():
     "scene", [tube(), carom.Scene.random(n=6000, packing_fraction=0.7, dimension=2, seed=1)]
 )
 def test_what_two_parts_can_touch_without_a_lock_is_never_the_same(scene):
-    neighbors = carom.Simulation(scene, seed=3).machine.engine.neighbors
+    neighbors = carom.Simulation(scene, seed=3)._state.engine.neighbors
     axis = int(np.argmax(scene.box))
     touch = interaction_range(neighbors, axis)
     parts = most_slabs(neighbors, scene.box)
@@ -226,11 +227,11 @@ def test_a_run_saved_by_some_workers_is_resumed_by_others(tmp_path):
     alone = carom.Simulation(fluid(), seed=3)
     alone.run(collisions_per_particle=2.0)
     alone.run(collisions_per_particle=2.0)
-    with carom.Simulation(fluid(), seed=3, workers=3) as sim:
+    with carom.Simulation(fluid(), seed=3, cores=3) as sim:
         sim.run(collisions_per_particle=2.0)
-        assert sim.machine.executive.timings.windows > 0
+        assert sim._state.executive.timings.windows > 0
         sim.save(tmp_path / "three.h5")
-    with carom.Simulation.load(tmp_path / "three.h5", workers=2) as resumed:
+    with carom.Simulation.load(tmp_path / "three.h5", cores=2) as resumed:
         resumed.run(collisions_per_particle=2.0)
         assert_same_bits(alone, resumed)
 
@@ -241,7 +242,7 @@ def test_the_event_log_of_several_workers_is_that_of_one(tmp_path):
             sim.run(collisions_per_particle=4.0)
         return read_events(tmp_path / name)
 
-    for one, other in zip(logged("one.h5"), logged("three.h5", workers=3), strict=True):
+    for one, other in zip(logged("one.h5"), logged("three.h5", cores=3), strict=True):
         np.testing.assert_array_equal(one, other)
 
 
@@ -257,10 +258,10 @@ def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp
     )
     logs, frames = [], []
     for workers in (1, 2):
-        with carom.Simulation(twice, event_log=tmp_path / f"{workers}.h5", workers=workers) as sim:
+        with carom.Simulation(twice, event_log=tmp_path / f"{workers}.h5", cores=workers, seed=0) as sim:
             sim.run(collisions_per_particle=1.0)
             frames.append(sim.frame())
-            assert workers == 1 or sim.machine.executive.timings.windows > 0
+            assert workers == 1 or sim._state.executive.timings.windows > 0
         log = read_events(tmp_path / f"{workers}.h5")
         equal = np.flatnonzero(np.diff(log.time) == 0.0)
         assert len(equal) > 300
@@ -276,7 +277,7 @@ def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp
 def test_ctrl_c_leaves_a_true_state(monkeypatch):
     alone = carom.Simulation(fluid(), seed=3)
     alone.run(time=1.0)
-    sim = carom.Simulation(fluid(), seed=3, workers=2)
+    sim = carom.Simulation(fluid(), seed=3, cores=2)
     rest, calls = Executive._wait_for_others, []
 
     def interrupted(self, k):
@@ -302,27 +303,29 @@ def test_mixtures_between_walls_have_the_same_bits():
     )
     alone, together, timings = alone_and_together(scene, 2, 0.5)
     assert_same_bits(alone, together)
-    np.testing.assert_array_equal(alone.virial_by_species, together.virial_by_species)
+    np.testing.assert_array_equal(
+        mechanics.virial_by_species(alone._state), mechanics.virial_by_species(together._state)
+    )
     assert timings.windows > 0
 
 
 @pytest.mark.parametrize("workers", [0, 1.5, "two"])
 def test_workers_are_a_number_or_auto(workers):
     with pytest.raises(InputError):
-        carom.Simulation(fluid(3), workers=workers)
+        carom.Simulation(fluid(3), cores=workers, seed=0)
 
 
 def test_what_one_worker_alone_can_run_is_said():
     with pytest.raises(InputError, match="growing diameters"):
-        carom.Simulation(fluid(6), growth=0.1, workers=2)
-    assert carom.Simulation(fluid(6), growth=0.1, workers="auto").machine.executive is None
+        carom.Simulation(fluid(6), growth=0.1, cores=2, seed=0)
+    assert carom.Simulation(fluid(6), growth=0.1, cores="auto", seed=0)._state.executive is None
 
 
 def test_boxes_without_room_for_two_slabs_have_one_worker_and_long_ones_as_many_as_there_is_room_for():
     with pytest.raises(InputError, match="small box"):
-        carom.Simulation(fluid(6), workers=2)
-    assert carom.Simulation(fluid(6), workers="auto").machine.executive is None
-    assert carom.Simulation(tube(), workers=100).machine.executive.workers == 24
+        carom.Simulation(fluid(6), cores=2, seed=0)
+    assert carom.Simulation(fluid(6), cores="auto", seed=0)._state.executive is None
+    assert carom.Simulation(tube(), cores=100, seed=0)._state.executive.workers == 24
 
 
 def test_workers_go_over_into_the_next_epoch_themselves():
@@ -330,15 +333,15 @@ def test_workers_go_over_into_the_next_epoch_themselves():
         return sim.run(collisions_per_particle=40)
 
     alone, together, timings = alone_and_together(fluid(), 2, 2.0, go=go)
-    assert together.machine.engine.state.clock.epoch[0] >= 2
+    assert together._state.engine.state.clock.epoch[0] >= 2
     assert timings.epochs > 0.0
-    assert 2 * timings.collisions > 0.9 * 40 * alone.machine.scene.n
+    assert 2 * timings.collisions > 0.9 * 40 * alone._state.scene.n
     assert_same_bits(alone, together)
 
 
 def test_lists_that_run_out_of_room_in_a_part_cost_no_bit():
     def go(sim):
-        machine = sim.machine
+        machine = sim._state
         machine.scheme = dataclasses.replace(machine.scheme, capacity=1)
         machine.enlarge_neighbors()
         machine.schedule()  # with just enough room for the lists of the lattice
@@ -355,7 +358,7 @@ def test_lists_that_run_out_of_room_in_a_part_cost_no_bit():
 
 
 def test_parts_stay_closer_together_after_a_window_was_lost_and_less_so_after_many_were_kept():
-    executive = Executive(carom.Simulation(fluid(), seed=3).machine, 2)
+    executive = Executive(carom.Simulation(fluid(), seed=3)._state, 2)
     lookahead = executive._lookahead
     executive._after_rollback([0, 0], 0, 1.0, 0.5, good=False)
     assert executive._lookahead == 0.5 * lookahead
@@ -365,7 +368,7 @@ def test_parts_stay_closer_together_after_a_window_was_lost_and_less_so_after_ma
 
 
 def test_windows_become_longer_while_they_are_kept_and_shorter_where_they_are_lost():
-    held = Executive(carom.Simulation(fluid(), seed=3).machine, 2)._window_length
+    held = Executive(carom.Simulation(fluid(), seed=3)._state, 2)._window_length
     assert held.share == window_length.FIRST
     for _ in range(window_length.COMMITS_IN_A_ROW):
         held.commit()
@@ -382,8 +385,8 @@ def test_windows_become_longer_while_they_are_kept_and_shorter_where_they_are_lo
 
 def test_the_first_window_of_disks_at_random_has_room_for_their_many_collisions():
     sim = carom.Simulation(carom.Scene.random(n=4000, dimension=2, packing_fraction=0.7, seed=1), seed=3)
-    sim.machine.executive = Executive(sim.machine, 1)
+    sim._state.executive = Executive(sim._state, 1)
     sim.run(collisions_per_particle=12)
-    timings = sim.machine.executive.timings
+    timings = sim._state.executive.timings
     assert timings.windows > 2
     assert timings.repeats == 0

@@ -31,7 +31,7 @@ def simulation(tmp_path):
 
 def check_sectors(sim):
     """Everyone is a member of one sector, and no further from where it lies than its slack."""
-    sectors, n, edges = sim.machine.engine.neighbors, sim.scene.n, np.array(sim.scene.box)
+    sectors, n, edges = sim._state.engine.neighbors, sim.scene.n, np.array(sim.scene.box)
     shape = np.array(sectors.shape)
     slacks = np.broadcast_to(sectors.slacks, (n + 1, len(edges)))
     if sectors.extra_slack is not None:
@@ -43,7 +43,7 @@ def check_sectors(sim):
     most = np.where(slacks[:n] > 0.0, slacks[:n] + 0.5 * sim.scene.diameters[:, None], 0.5 * sides)
     assert (2.0 * most <= sides).all()
     x, v, now = present(sim)
-    leave = sim.machine.engine.state.crossing_time
+    leave = sim._state.engine.state.crossing_time
     for i, cell in members:
         place = sectors.cell[i].astype(int)
         assert ((place >= 0) & (place < shape)).all()
@@ -76,8 +76,11 @@ CASES = [
 @pytest.mark.parametrize(("dimension", "n", "packing_fraction", "kind"), CASES)
 def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind, simulation):
     scene = moving(carom.Scene.random(n, packing_fraction, dimension, seed=n), n)
-    sim = simulation(scene, neighbors=kind, shell=1.2 if kind == "lists" else None)
-    assert sim.machine.scheme.kind == kind
+    sim = simulation(
+        scene,
+        tuning=carom.Tuning(neighbors=kind, shell=1.2 if kind == "lists" else None),
+    )
+    assert sim._state.scheme.kind == kind
     for _ in range(200):
         check_invariants(sim)
         go(sim, 1)
@@ -88,7 +91,7 @@ def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind,
 def test_lists_stay_symmetric_and_complete(dimension, n, simulation):
     eta = {1: 0.5, 2: 0.5, 3: 0.4, 4: 0.1}[dimension]
     scene = moving(carom.Scene.random(n, eta, dimension, seed=1), 2)
-    sim = simulation(scene, neighbors="lists", shell=1.15)
+    sim = simulation(scene, tuning=carom.Tuning(neighbors="lists", shell=1.15))
     for _ in range(12):
         check_lists(sim)
         go(sim, 5 * n)
@@ -101,7 +104,9 @@ def test_lists_stay_symmetric_and_complete(dimension, n, simulation):
 )
 def test_members_of_sectors_are_where_their_positions_are(box, simulation):
     n = max(2, int(0.25 * np.prod(box)))
-    sim = simulation(moving(carom.Scene.random(n, box=box, seed=1), 2), neighbors="sectors")
+    sim = simulation(
+        moving(carom.Scene.random(n, box=box, seed=1), 2), tuning=carom.Tuning(neighbors="sectors")
+    )
     for _ in range(40):
         check_sectors(sim)
         go(sim, 3 * n)
@@ -123,10 +128,10 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
         sizes = {"diameters": [1.0, 0.5], "masses": [1.0, 0.5**dimension], "dimension": dimension}
         scene = mixture([n // 2, n // 2], packing_fraction=eta, seed=1, **sizes)
     scene = moving(scene, 2)
-    loose = simulation(scene, neighbors="sectors")
+    loose = simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
     monkeypatch.setattr(build, "slacks_of", lambda scheme, system: [0.0] * dimension)
-    strict = simulation(scene, neighbors="sectors")
-    sectors = loose.machine.engine.neighbors
+    strict = simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
+    sectors = loose._state.engine.neighbors
     sides, slacks = np.array(sectors.sides), np.array(sectors.slacks)
     assert (slacks > 0.0).all()
     # Two that touch are in neighbouring sectors.
@@ -153,7 +158,7 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
     scene = moving(carom.Scene.random(150, 0.4, seed=1), 2)
-    settings = {"neighbors": kind, "shell": 1.2 if kind == "lists" else None}
+    settings = {"tuning": carom.Tuning(neighbors=kind, shell=1.2 if kind == "lists" else None)}
     usual = simulation(scene, **settings)
     choose = scheme.choose
     # Large sectors, or they could not hold more than fits into the smallest room.
@@ -162,7 +167,7 @@ def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
         scheme, "choose", lambda *a: dataclasses.replace(choose(*a), cell_capacity=1, heap=16, **tiny)
     )
     small = simulation(scene, **settings)
-    assert small.machine.scheme.cell_capacity > 1, "grown before the first event"
+    assert small._state.scheme.cell_capacity > 1, "grown before the first event"
     for sim in (usual, small):
         sim.run(collisions=2000)
         (check_lists if kind == "lists" else check_sectors)(sim)
@@ -176,10 +181,10 @@ def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
 def test_room_changes_no_collision(kind, monkeypatch, simulation):
     # The initial capacities are found too small before the first event: nothing is predicted twice then.
     scene = moving(carom.Scene.random(60, 0.5, 2, seed=1), 2)
-    right = simulation(scene, neighbors=kind)
+    right = simulation(scene, tuning=carom.Tuning(neighbors=kind))
     choose = scheme.choose
     monkeypatch.setattr(scheme, "choose", lambda *a: dataclasses.replace(choose(*a), heap=1))
-    sim = simulation(scene, neighbors=kind)
+    sim = simulation(scene, tuning=carom.Tuning(neighbors=kind))
     right.run(collisions=500)
     sim.run(collisions=500)
     np.testing.assert_array_equal(sim.frame().positions, right.frame().positions)
@@ -198,7 +203,7 @@ def test_looking_ahead_changes_no_collision(n, mixed, tmp_path):
     for kind in ("lists", "sectors"):
         folder = tmp_path / kind
         folder.mkdir()
-        sim, events, times = engine_collisions(scene, n, folder, neighbors=kind)
+        sim, events, times = engine_collisions(scene, n, folder, tuning=carom.Tuning(neighbors=kind))
         assert sim.statistics.transits > 20
         found.append((events.i, events.j, times))
     (i, j, times), (other_i, other_j, other_times) = found
@@ -210,21 +215,21 @@ def test_looking_ahead_changes_no_collision(n, mixed, tmp_path):
 def test_a_new_epoch_changes_neither_place_nor_order(simulation):
     scene = moving(carom.Scene.random(30, 0.3, 2, seed=1), 2)
     sim = simulation(scene)
-    start = sim.machine.engine.state.clock[0].epoch
-    while sim.machine.engine.state.clock[0].epoch < start + 5:
-        before, epoch = present(sim), int(sim.machine.engine.state.clock[0].epoch)
-        event_time = sim.machine.engine.state.rows["event_time"][: scene.n].copy()
+    start = sim._state.engine.state.clock[0].epoch
+    while sim._state.engine.state.clock[0].epoch < start + 5:
+        before, epoch = present(sim), int(sim._state.engine.state.clock[0].epoch)
+        event_time = sim._state.engine.state.rows["event_time"][: scene.n].copy()
         collisions = sim.collisions
         go(sim, 1)
-        if sim.machine.engine.state.clock[0].epoch > epoch and sim.collisions == collisions:
+        if sim._state.engine.state.clock[0].epoch > epoch and sim.collisions == collisions:
             x, _, now = present(sim)
-            moved = x - before[0] - before[1] * (now + sim.epoch_length - before[2])
+            moved = x - before[0] - before[1] * (now + sim._state.epoch_length - before[2])
             edges = np.array(scene.box)
             assert np.abs(moved - edges * np.rint(moved / edges)).max() < 1e-13 * edges.max()
-            later = sim.machine.engine.state.rows["event_time"][: scene.n]
+            later = sim._state.engine.state.rows["event_time"][: scene.n]
             # The rows were advanced, and their contacts computed anew: to rounding.
             kept = np.isclose(
-                later + sim.epoch_length, event_time, rtol=0.0, atol=2.0**-39 * sim.epoch_length
+                later + sim._state.epoch_length, event_time, rtol=0.0, atol=2.0**-39 * sim._state.epoch_length
             )
             assert kept.sum() >= scene.n - 3  # those of the event itself have new times
 
@@ -234,5 +239,5 @@ def test_lists_whose_places_would_be_too_coarse_are_refused():
     # Four axes share 64 bits: 2^16 steps of a box of 1e5 diameters are longer than the margin.
     scene = carom.Scene([[1.0, 2.0, 2.0, 2.0], [5.0, 2.0, 2.0, 2.0]], box=[1e5, 4.0, 4.0, 4.0])
     with pytest.raises(carom.InputError, match="too coarse"):
-        carom.Simulation(scene, seed=1, neighbors="lists", shell=1.4)
-    assert carom.Simulation(scene, seed=1, shell=1.4).run(collisions=10).collisions == 10
+        carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors="lists", shell=1.4))
+    assert carom.Simulation(scene, seed=1, tuning=carom.Tuning(shell=1.4)).run(collisions=10).collisions == 10

@@ -13,6 +13,7 @@ from carom.engine.observers.currents import Currents
 from carom.engine.observers.flights import Flights
 from carom.io.events import read_events
 from carom.models import Ball
+from carom.simulation import mechanics, stretches
 from carom.studies.packings import compression
 from carom.studies.packings.compression import points
 
@@ -42,11 +43,11 @@ def sums_of(sim):
     statistics = dataclasses.asdict(sim.statistics)
     return {
         **{name: value for name, value in statistics.items() if name not in CLOCK},
-        "tally": sim.tally,
+        "tally": stretches.tally(sim),
         "impacts": sim.obstacles,
-        "spared": sim.spared_contacts,
+        "spared": sim.statistics.spared_contacts,
         "by species": sim.collisions_by_species.tolist(),
-        "virial by species": sim.virial_by_species.tolist(),
+        "virial by species": mechanics.virial_by_species(sim._state).tolist(),
         "kT": sim.kT,
         "positions": sim.frame().positions.tolist(),
         "images": sim.frame().images.tolist(),
@@ -88,7 +89,7 @@ def test_a_checkpoint_leaves_no_event_in_memory(tmp_path):
     with Simulation.load(tmp_path / "state.h5") as again:
         assert len(read_events(tmp_path / "events.h5").i) == len(at_the_end.i), "loading only reads"
         again.run(collisions=200)
-        again.machine.flush_log()
+        again._state.flush_log()
         assert logged < len(read_events(tmp_path / "events.h5").i) < len(at_the_end.i)
         again.run(collisions=300)
     for mine, its in zip(read_events(tmp_path / "events.h5"), at_the_end, strict=True):
@@ -148,6 +149,6 @@ def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches)
 def test_what_a_simulation_was_asked_to_count_is_counted_after_a_checkpoint(asked, tmp_path):
     sim = Simulation(Scene.crystal(cells=3, packing_fraction=0.3), seed=1, **asked)
     sim.save(tmp_path / "state.h5")
-    machine = Simulation.load(tmp_path / "state.h5").machine
+    machine = Simulation.load(tmp_path / "state.h5")._state
     for name, kind in (("flights", Flights), ("currents", Currents)):
         assert (machine.observer(kind) is not None) == (name in asked)

@@ -9,6 +9,7 @@ import carom
 from carom.engine.observers.currents import Currents
 from carom.errors import InputError
 from carom.models import Steps, StepTable
+from carom.simulation import stretches
 from carom.studies.coefficients.spec import TransportSpec, of_scene
 from carom.studies.eos import toml
 from carom.studies.eos.spec import scene_spec
@@ -54,10 +55,10 @@ def position_moments(frame, drift):
 def test_the_moments_with_steps_are_those_of_positions_and_pair_energies():
     scene = cluster()
     drift = scene.masses @ scene.velocities / scene.masses.sum()
-    sim = carom.Simulation(scene, currents=True)
+    sim = carom.Simulation(scene, currents=True, seed=0)
     frames = []
     found = sim.helfand(every=0.05, count=101, look=frames.append, look_every=10)
-    assert (sim.steps.events[1:3, 1:3].sum(axis=1) > 5).all()  # crossings in and out of both steps
+    assert (sim.interaction.events[1:3, 1:3].sum(axis=1) > 5).all()  # crossings in and out of both steps
     before = position_moments(frames[0], drift)
     tolerance = 1000 * EPS * 80.0 * 20 * 10.0  # coordinates, components and energies of some 80, 20 and 10
     for k, frame in enumerate(frames):
@@ -91,7 +92,7 @@ def test_what_components_hold_is_the_potential_energy_after_epochs_rescaling_and
     again = carom.Simulation.load(tmp_path / "run.h5")
     for each in (sim, again):
         # In the engine's unit of time an energy is another number.
-        held = each.machine.unit.to_scene(each.machine.observer(Currents).held.halves.sum(), -2)
+        held = each._state.unit.to_scene(each._state.observer(Currents).held.halves.sum(), -2)
         assert held == pytest.approx(each.potential_energy, rel=1e-11)
     one, two = sim.helfand(every=0.1, count=20), again.helfand(every=0.1, count=20)
     assert (one.heat == two.heat).all()
@@ -100,8 +101,8 @@ def test_what_components_hold_is_the_potential_energy_after_epochs_rescaling_and
 def test_the_trace_of_the_stress_is_the_virial_of_all_events():
     sim = fluid(currents=True)
     found = sim.helfand(every=0.5, count=5)
-    assert np.trace(found.stress[1, -1]) == pytest.approx(sim.tally.virial, rel=1e-11)
-    twice = sim.tally.kT_time * sim.degrees_of_freedom  # kT fluctuates
+    assert np.trace(found.stress[1, -1]) == pytest.approx(stretches.tally(sim).virial, rel=1e-11)
+    twice = stretches.tally(sim).kT_time * sim.degrees_of_freedom  # kT fluctuates
     assert np.trace(found.stress[0, -1]) == pytest.approx(twice, rel=1e-11)
 
 
@@ -109,7 +110,7 @@ def test_currents_are_refused_where_steps_lose_energy():
     scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3)
     bridge = Steps([1.0, 1.3], [math.inf, -0.2], leaving=[math.inf, -0.6])
     with pytest.raises(InputError, match="lose no energy"):
-        carom.Simulation(scene.with_(interaction=StepTable(bridge)), currents=True)
+        carom.Simulation(scene.with_(interaction=StepTable(bridge)), currents=True, seed=0)
 
 
 def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_file():

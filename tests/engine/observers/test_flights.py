@@ -13,7 +13,7 @@ from carom.models.drives import Andersen
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.surfaces import Thermal
-from carom.simulation import flying
+from carom.simulation import flying, stretches
 from carom.simulation.run_state import RunState
 
 FIVE = 5.0
@@ -79,7 +79,7 @@ def test_the_return_probability_is_counted_by_hand(found, tmp_path):
     sim.save(tmp_path / "run.h5")
     twin = carom.Simulation.load(tmp_path / "run.h5")
     collisions = 1500
-    estimate = sim.measure(carom.FreeFlights(), time=sim.time_for(collisions), blocks=8)
+    estimate = sim.measure(carom.FreeFlights(), time=stretches.time_for(sim, collisions), blocks=8)
     before, last, seen, back = twin.frame().velocities, {}, np.zeros(2), np.zeros(2)
     while twin.collisions < sim.collisions:
         twin.run(collisions=1)
@@ -121,7 +121,7 @@ def test_flights_are_refused_where_speeds_change_on_the_way(change, settings, sa
 def test_what_is_pinned_does_not_fly(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     scene = FLUID.with_(pinned=np.arange(FLUID.n) % 2 == 0)
-    machine = carom.Simulation(scene, seed=1).machine
+    machine = carom.Simulation(scene, seed=1)._state
     with flying.keeping(machine):
         engine, flights = machine.engine, machine.observer(Flights)
     assert (flights.moves == np.arange(FLUID.n) % 2).all()
@@ -142,7 +142,7 @@ def test_histograms_are_kept_only_while_they_are_measured(tmp_path):
     plain, seen, kept = fluid(), fluid(), []
 
     def look(fraction):
-        kept.append(seen.machine.observer(Flights) is not None)
+        kept.append(seen._state.observer(Flights) is not None)
         seen.save(tmp_path / "during.h5")
 
     found = seen.measure(carom.FreeFlights(), carom.Pressure(), time=2.0, blocks=8, progress=look)
@@ -151,7 +151,7 @@ def test_histograms_are_kept_only_while_they_are_measured(tmp_path):
     assert kept == [True] * 8
     # Neither the simulation nor what was saved on the way goes on with them.
     for sim in (seen, carom.Simulation.load(tmp_path / "during.h5")):
-        assert sim.machine.observer(Flights) is None
+        assert sim._state.observer(Flights) is None
 
 
 def test_sums_of_flights_are_in_the_unit_of_time_of_the_scene():

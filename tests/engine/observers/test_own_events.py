@@ -13,6 +13,8 @@ from carom.models import SquareWell
 from carom.models.obstacles.balls import Ball
 from carom.models.questions.observer import at_epoch, at_obstacle, at_pair
 from carom.models.questions.steps import CORE
+from carom.simulation import stretches
+from carom.simulation.explanation import explain
 
 EPS = np.finfo(float).eps
 SIX_SIGMA = 6.0
@@ -147,7 +149,7 @@ def test_squared_impact_parameters_of_spheres_are_uniform_and_those_of_disks_as_
 def test_sums_over_events_are_those_of_the_run(observed):
     found = observed.observers[0]
     assert found.kinds[CORE] == observed.collisions
-    assert found.virial[0] == observed.tally.virial
+    assert found.virial[0] == stretches.tally(observed).virial
     assert found.hits.tolist() == [each.hits for each in observed.obstacles]
     assert found.momentum.tolist() == [each.impulse for each in observed.obstacles]
     assert found.last[1] == 0.0
@@ -159,7 +161,7 @@ def test_sums_over_events_are_those_of_the_run(observed):
 
 def test_epochs_begin_at_equal_times_with_all_components(observed):
     count, times, twice = observed.observers[0].epochs
-    length = observed.epoch_length
+    length = observed._state.epoch_length
     assert count == observed.time // length > 2
     assert times == length * count * (count + 1) / 2
     degrees = observed.degrees_of_freedom
@@ -211,7 +213,7 @@ def test_events_are_in_the_units_of_the_scene():
     one, two = (carom.Simulation(scene, observers=[seen(scene)]) for scene in (slow, fast))
     for sim in (one, two):
         sim.run(collisions=3000)
-    assert two.machine.unit.exponent != one.machine.unit.exponent
+    assert two._state.unit.exponent != one._state.unit.exponent
     a, b = (sim.observers[0] for sim in (one, two))
     faster = a._replace(
         virial=2.0**40 * a.virial,
@@ -227,21 +229,21 @@ def test_events_are_in_the_units_of_the_scene():
 
 def test_sums_go_on_when_velocities_are_rescaled_and_when_diameters_have_grown(tmp_path):
     scene = gas(2)
-    sim = carom.Simulation(scene, observers=[seen(scene)], growth=0.05, shell=1.1)
+    sim = carom.Simulation(scene, observers=[seen(scene)], growth=0.05, tuning=carom.Tuning(shell=1.1))
     sim.run(collisions=500)
-    before = sim.machine.unit
+    before = sim._state.unit
     sim.rescale(2.0**60, growth=0.05 * 2.0**30)
-    assert sim.machine.unit != before
-    base = sim.machine.clock.base
+    assert sim._state.unit != before
+    base = sim._state.clock.base
     sim.run(collisions=1500)
-    assert sim.machine.clock.base > base  # the neighbour scheme was chosen anew, by itself
+    assert sim._state.clock.base > base  # the neighbour scheme was chosen anew, by itself
     sim.save(tmp_path / "run.h5")
     again = carom.Simulation.load(tmp_path / "run.h5", obstacles=scene.obstacles, observers=[seen(scene)])
     for each in (sim, again):
         each.run(collisions=100)
         found = each.observers[0]
         assert found.kinds[CORE] == each.collisions == 2100
-        assert found.virial[0] == pytest.approx(each.tally.virial, rel=1e-12)
+        assert found.virial[0] == pytest.approx(stretches.tally(each).virial, rel=1e-12)
         assert found.hits.tolist() == [wall.hits for wall in each.obstacles]
         assert found.momentum == pytest.approx([wall.impulse for wall in each.obstacles], rel=1e-12)
         assert found.last[1] == 0.0
@@ -253,7 +255,7 @@ def test_events_of_steps_say_which_they_are():
     scene = carom.Scene.random(60, 0.2, 2, seed=1).with_(interaction=SquareWell(1.5))
     sim = carom.Simulation(scene, seed=2, observers=[seen(scene)])
     sim.run(collisions=2000)
-    assert (sim.observers[0].kinds == sim.machine.engine.model.pair.events.sum(axis=0)).all()
+    assert (sim.observers[0].kinds == sim._state.engine.model.pair.events.sum(axis=0)).all()
     assert (sim.observers[0].kinds > 0).all()
 
 
@@ -334,8 +336,8 @@ def test_several_workers_do_not_observe():
     scene = carom.Scene.crystal(cells=7, packing_fraction=0.3)
     observer = Result(np.zeros(1, np.int64))
     with pytest.raises(InputError, match="because of Result, which observes every event when it happens"):
-        carom.Simulation(scene, observers=[observer], workers=2)
-    with carom.Simulation(scene, workers=2) as sim, pytest.raises(InputError, match="make it with workers=1"):
+        carom.Simulation(scene, observers=[observer], cores=2)
+    with carom.Simulation(scene, cores=2) as sim, pytest.raises(InputError, match="make it with workers=1"):
         sim.measure(observer, time=0.1)
 
 
@@ -356,7 +358,7 @@ def test_observers_of_a_file_are_given_again(tmp_path):
 
 def test_explain_names_the_observers_and_their_arrays():
     scene = gas(2)
-    found = carom.explain(carom.Simulation(scene, observers=[seen(scene)]))
+    found = carom.Simulation(scene, observers=[seen(scene)]).explain()
     assert found.models["observers"] == "Seen"
     assert "observers.Seen.observer.angles" in {array.name for array in found.arrays}
-    assert "observers" not in carom.explain(SMALL).models
+    assert "observers" not in explain(SMALL).models

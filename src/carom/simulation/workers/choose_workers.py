@@ -23,8 +23,8 @@ MOST = 1024
 """Workers that may be asked for: beyond any machine that shares its memory."""
 
 
-def executive_of(machine: RunState, workers: int | str) -> Executive | None:
-    """Return the workers of a machine, or None for a single one; not more than there can be slabs.
+def executive_of(run_state: RunState, workers: int | str) -> Executive | None:
+    """Return the workers of a run, or None for a single one; not more than there can be slabs.
 
     Raises
     ------
@@ -37,19 +37,19 @@ def executive_of(machine: RunState, workers: int | str) -> Executive | None:
 
     automatic = workers == "auto"
     if isinstance(workers, str) and not automatic:
-        raise InputError(f"workers is {workers!r}; expected a number or 'auto'.")
-    count = cores() if automatic else checks.integer(workers, "workers", low=1, high=MOST)
-    if automatic and machine.scene.n < TWO_WORKERS_FROM.get(machine.scene.dimension, math.inf):
+        raise InputError(f"cores is {workers!r}; expected a number or 'auto'.")
+    count = cores() if automatic else checks.integer(workers, "cores", low=1, high=MOST)
+    if automatic and run_state.scene.n < TWO_WORKERS_FROM.get(run_state.scene.dimension, math.inf):
         return None
     if count == 1:
         return None
-    engine: Any = machine.engine
+    engine: Any = run_state.engine
     obstacle = obstacle_to_windows(engine)
     if obstacle is None:
-        most = most_slabs(engine.neighbors, machine.scene.box)
+        most = most_slabs(engine.neighbors, run_state.scene.box)
         if most > 1:
-            return Executive(machine, min(count, most, AT_MOST if automatic else MOST))
+            return Executive(run_state, min(count, most, AT_MOST if automatic else MOST))
         obstacle = "its small box"
     if automatic:
         return None
-    raise InputError(f"This scene runs on one worker only, because of {obstacle}: leave out workers.")
+    raise InputError(f"This scene runs on one core only, because of {obstacle}: leave out cores.")

@@ -41,11 +41,11 @@ COMMITS_IN_A_ROW = 16
 
 @dataclass
 class Executive:
-    """Workers for one machine.
+    """Workers for one run.
 
     Attributes
     ----------
-    machine : RunState
+    run_state : RunState
         What runs. Between two windows its arrays hold the true state.
     workers : int
         How many threads.
@@ -55,7 +55,7 @@ class Executive:
         Where the time went.
     """
 
-    machine: RunState
+    run_state: RunState
     workers: int
     settings: Settings = field(default_factory=Settings)
     timings: Timings = field(default_factory=Timings)
@@ -63,15 +63,15 @@ class Executive:
     def __post_init__(self) -> None:
         wanted, least = self.settings.collisions, self.settings.least
         self._pool = ThreadPool(self.workers)
-        self._window_length = WindowLength(self.machine, LENGTH if wanted is None else wanted, least)
+        self._window_length = WindowLength(self.run_state, LENGTH if wanted is None else wanted, least)
         if wanted is not None:
             self._window_length.share = 1.0
         lookahead = self.settings.lookahead
-        scheme, neighbors = self.machine.scheme, cast(Any, self.machine.engine.neighbors)
+        scheme, neighbors = self.run_state.scheme, cast(Any, self.run_state.engine.neighbors)
         if scheme.kind == "lists" and scheme.step == 0 and not neighbors.counts.any():
             for full_cell in (True, False):  # a window that finds no room is run again
-                self.machine.enlarge_neighbors(full_cell, EXTRA_CAPACITY)
-        self._most = LOOKAHEAD * min(1.0, self.machine.scene.n / MANY) if lookahead is None else lookahead
+                self.run_state.enlarge_neighbors(full_cell, EXTRA_CAPACITY)
+        self._most = LOOKAHEAD * min(1.0, self.run_state.scene.n / MANY) if lookahead is None else lookahead
         self._lookahead = self._most
         self._streak = 0
         self._engine: Any = None
@@ -93,7 +93,7 @@ class Executive:
     # One window -------------------------------------------------------------------------------------------
 
     def window(self, stop: tuple[np.int64, float], target: int) -> bool:
-        """Run one window, if the machine can and it is worth it; False if the plain cycle is to go on.
+        """Run one window, if the run can and it is worth it; False if the plain cycle is to go on.
 
         Parameters
         ----------
@@ -102,13 +102,13 @@ class Executive:
         target : int
             Number of the collision at which it has to end; windows stay short of it.
         """
-        machine = self.machine
-        record = machine.engine.state.clock[0]
+        run_state = self.run_state
+        record = run_state.engine.state.clock[0]
         epoch, start = int(record.epoch), float(record.now)
-        if machine.clock.epoch == epoch:
-            start = max(start, machine.clock.offset)
+        if run_state.clock.epoch == epoch:
+            start = max(start, run_state.clock.offset)
         last = math.nextafter(float(record.length), 0.0)
-        if int(stop[0]) < epoch or machine.clock.epoch > epoch:
+        if int(stop[0]) < epoch or run_state.clock.epoch > epoch:
             return False
         if start >= last:
             return int(stop[0]) > epoch and self._next_epoch(epoch) and self.window(stop, target)
@@ -123,8 +123,8 @@ class Executive:
         """Return whether the box has room for the slabs, with the neighbour scheme that the run has now."""
         from carom.engine.domains.decomposition import most_slabs
 
-        neighbors: Any = self.machine.engine.neighbors
-        return self.workers == 1 or self.workers <= most_slabs(neighbors, self.machine.scene.box)
+        neighbors: Any = self.run_state.engine.neighbors
+        return self.workers == 1 or self.workers <= most_slabs(neighbors, self.run_state.scene.box)
 
     def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
         from carom.compiling.deferred_signals import signals_held
@@ -171,7 +171,7 @@ class Executive:
         reached = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
         reached = reached and not stopped(self._processes)
         count = sum(int(process.engine.tallies[0].collisions) for process in self._processes)
-        good = reached and self.machine.collisions + count < target
+        good = reached and self.run_state.collisions + count < target
         if good:
             self._merge()
             self._at(epoch, end)
@@ -180,7 +180,9 @@ class Executive:
             self._after_commit()
         else:
             if constants.NEEDS_NEIGHBORS in codes:
-                self.machine.enlarge_neighbors(times=EXTRA_CAPACITY if self.machine.scheme.step == 0 else 1)
+                self.run_state.enlarge_neighbors(
+                    times=EXTRA_CAPACITY if self.run_state.scheme.step == 0 else 1
+                )
             self._roll_back(epoch, start)
             self._after_rollback(codes, epoch, end, end - start, reached)
         self._decided = True
@@ -207,21 +209,21 @@ class Executive:
         """Note that the true state is now of this time."""
         from carom.engine.domains.logical_process import refill_queue
 
-        refill_queue(self.machine.engine, epoch, now)
-        self.machine.clock.epoch, self.machine.clock.offset = epoch, now
+        refill_queue(self.run_state.engine, epoch, now)
+        self.run_state.clock.epoch, self.run_state.clock.offset = epoch, now
         self._committed = self._state()
 
     # Its steps --------------------------------------------------------------------------------------------
 
     def _mine(self, k: int) -> tuple[int, int]:
         """Return the share of worker k of what is done for one component after the other."""
-        n = self.machine.scene.n
+        n = self.run_state.scene.n
         return n * k // self.workers, n * (k + 1) // self.workers
 
     def _save_state(self, k: int) -> None:
         """Copy rows and images, for the case that the window is lost."""
         assert self._saved is not None
-        state: Any = self.machine.engine.state
+        state: Any = self.run_state.engine.state
         mine = slice(*self._mine(k))
         rows, images = self._saved
         rows[mine] = state.rows.view(np.ndarray)[mine]
@@ -233,27 +235,27 @@ class Executive:
         from carom.compiling.deferred_signals import signals_held
 
         assert self._saved is not None
-        machine = self.machine
-        state: Any = machine.engine.state
+        run_state = self.run_state
+        state: Any = run_state.engine.state
         rows, images = self._saved
         with signals_held():
             state.rows.view(np.ndarray)[: len(rows)] = rows
             if images is not None:
                 state.images[...] = images
             state.clock.epoch[0], state.clock.now[0] = epoch, start
-            machine.scheduled = False
-        machine.schedule()
+            run_state.scheduled = False
+        run_state.schedule()
 
     def _advance_epoch_of(self, k: int) -> None:
         from carom.engine.domains.next_epoch import advance_epoch
 
-        engine = self.machine.engine
+        engine = self.run_state.engine
         advance_epoch(engine.model, engine.state, engine.neighbors, *map(np.int64, self._mine(k)))
 
     def _retime_of(self, k: int) -> None:
         from carom.engine.domains.next_epoch import retime_all
 
-        engine = self.machine.engine
+        engine = self.run_state.engine
         retime_all(engine.model, engine.state, *map(np.int64, self._mine(k)))
 
     def _advance(self, k: int, epoch: int, end: float) -> int:
@@ -317,9 +319,9 @@ class Executive:
     def _merge(self) -> None:
         from carom.engine.domains.event_log_merge import merge, put_in_order
 
-        machine, engine = self.machine, self.machine.engine
+        run_state, engine = self.run_state, self.run_state.engine
         heads = np.zeros(self.workers, np.int64)
-        log = None if machine.log is None else machine.log.buffer
+        log = None if run_state.log is None else run_state.log.buffer
         total = engine.tallies[0]
         for process in self._processes:
             tally = process.engine.tallies[0]
@@ -338,7 +340,7 @@ class Executive:
             engine.model.boundary,
             log,
         ):
-            machine.flush_log()
+            run_state.flush_log()
 
     # What windows teach -----------------------------------------------------------------------------------
 
@@ -372,15 +374,15 @@ class Executive:
 
     def _state(self) -> tuple[Any, ...]:
         """Return what changes whenever the plain cycle has run."""
-        record = self.machine.engine.state.clock[0]
-        control = self.machine.engine.calendar.control[0]
-        return int(record.epoch), float(record.now), int(control.full), self.machine.collisions
+        record = self.run_state.engine.state.clock[0]
+        control = self.run_state.engine.calendar.control[0]
+        return int(record.epoch), float(record.now), int(control.full), self.run_state.collisions
 
     def _ready(self, epoch: int, start: float) -> None:
         """Make the parts, where the engine is another than before, and lay out their calendars."""
         from carom.engine.domains.logical_process import refill_queue
 
-        other = self._engine is None or self._engine.neighbors is not self.machine.engine.neighbors
+        other = self._engine is None or self._engine.neighbors is not self.run_state.engine.neighbors
         if other or self._detailed != self._details():
             self._make_processes()
         valid = self._queues_valid and self._committed == self._state()
@@ -393,8 +395,8 @@ class Executive:
 
     def _details(self) -> bool:
         """Tell whether anybody asks for more of a collision than its virial."""
-        engine: Any = self.machine.engine
-        asking = (engine.model.observers, engine.model.obstacles, self.machine.log)
+        engine: Any = self.run_state.engine
+        asking = (engine.model.observers, engine.model.obstacles, self.run_state.log)
         return any(who is not None for who in asking)
 
     def _make_processes(self) -> None:
@@ -408,9 +410,9 @@ class Executive:
             refill_queue,
         )
 
-        machine, workers = self.machine, self.workers
-        scene: Any = machine.scene
-        engine: Any = machine.engine
+        run_state, workers = self.run_state, self.workers
+        scene: Any = run_state.scene
+        engine: Any = run_state.engine
         if self._capacity == 0:
             self._capacity = int(MORE * 0.5 * scene.n * self._window_length.held / workers) + LEAST_ROOM
         self._detailed = self._details()
@@ -438,7 +440,7 @@ class Executive:
         from carom.engine.calendar import FEWEST, LARGE_SYSTEM_FACTOR, MOST
         from carom.engine.neighbors.prefetch import HUGE
 
-        n = self.machine.scene.n
+        n = self.run_state.scene.n
         cycles = EVENTS * self._window_length.rate() * n / self.workers
         return (LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0) * math.sqrt(FEWEST * MOST) / cycles
 

@@ -41,7 +41,7 @@ class WindowLength:
 
     Attributes
     ----------
-    machine : RunState
+    run_state : RunState
         What runs.
     held : float
         Collisions a particle that a window should hold, at most.
@@ -55,7 +55,7 @@ class WindowLength:
         Windows in a row that were lost.
     """
 
-    machine: RunState
+    run_state: RunState
     held: float
     least: float
     share: float = FIRST
@@ -66,27 +66,27 @@ class WindowLength:
         self._known = 0.0  # rate of a particle, as it was found last
         self._change = 0.1  # and by how much it changed, in proportion: unknown at first
         self._streak = 0
-        self._counted = self.machine.collisions
-        self._instant = self.machine.clock.instant
+        self._counted = self.run_state.collisions
+        self._instant = self.run_state.clock.instant
 
     def rate(self) -> float:
         """Return the collisions of a particle a time [1 / engine's time]."""
-        machine = self.machine
-        n = machine.scene.n
-        counted = 2.0 * (machine.collisions - self._counted) / n
+        run_state = self.run_state
+        n = run_state.scene.n
+        counted = 2.0 * (run_state.collisions - self._counted) / n
         if counted >= SEEN:
-            clock = machine.clock
+            clock = run_state.clock
             elapsed = float(clock.since_base(clock.instant) - clock.since_base(self._instant))
             if elapsed > 0.0:
                 before, self._known = self._known, counted / elapsed
                 self._change = abs(self._known / before - 1.0) if before > 0.0 else self._change
-            self._counted, self._instant = machine.collisions, clock.instant
+            self._counted, self._instant = run_state.collisions, clock.instant
         if self._known > 0.0:
             return self._known
         from carom.engine.neighbors.plan import collision_rate
 
-        scene = machine.scene
-        speed = math.sqrt(float(np.mean(np.sum(machine.speeds**2, axis=1))))
+        scene = run_state.scene
+        speed = math.sqrt(float(np.mean(np.sum(run_state.speeds**2, axis=1))))
         return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
 
     def end(self, start: float, last: float, target: int) -> float | None:
@@ -99,19 +99,19 @@ class WindowLength:
         target : int
             Number of the collision at which the run ends; windows stay short of it.
         """
-        machine = self.machine
+        run_state = self.run_state
         rate = self.rate()
         if self.failed == 0:
             self.length = self.share * self.held * (1.0 if self._known > 0.0 else GUESSED) / rate
         # What is left of the epoch in windows of one length: a short one costs nearly as much as a long one.
         length = (last - start) / max(math.ceil((last - start) / self.length - 0.02), 1)
-        left = target - machine.collisions
-        rate *= 0.5 * machine.scene.n  # of all collisions
+        left = target - run_state.collisions
+        rate *= 0.5 * run_state.scene.n  # of all collisions
         if left < 2**60:
             # Short of it in spite of fluctuations: a window that goes beyond is of no use.
             ahead = min(left, rate * length)
             length = min(length, (left - 4.0 * math.sqrt(ahead) - (DRIFT + self._change) * ahead) / rate)
-        if not rate * length >= max(self.least * machine.scene.n, FEWEST):
+        if not rate * length >= max(self.least * run_state.scene.n, FEWEST):
             return None
         end = start + length
         return last if end > last - 1e-9 * length else end

@@ -20,7 +20,9 @@ from carom.reference import NaiveSystem
 from carom.reference.arithmetic import ArithmeticName
 from carom.scene.scene import Scene
 from carom.scene.temperature import temperature
+from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
+from carom.simulation.tuning import Tuning
 
 UNTUNED = 0.3
 """Skin of neighbour lists where the CPU time is not measured [diameters]."""
@@ -89,9 +91,9 @@ class Method:
     many_digits: bool = False
 
 
-def engine(name: str = "float64", **settings: Any) -> Method:
-    """Return the engine; ``settings`` are those of :class:`carom.Simulation`."""
-    return Method(name, "event-driven", lambda scene, logged: _Engine(scene, settings, logged))
+def engine(name: str = "float64", precision: str = "double") -> Method:
+    """Return the engine, which keeps its state in a precision."""
+    return Method(name, "event-driven", lambda scene, logged: _Engine(scene, precision, logged))
 
 
 def oracle(digits: int = 50) -> Method:
@@ -167,16 +169,17 @@ class _Engine:
     """The engine; its order of collisions comes from an event log."""
 
     scene: Scene
-    settings: dict[str, Any]
+    precision: str
     logged: bool = True
     _folder: Any = field(init=False, default=None)
 
     def __post_init__(self) -> None:
-        settings = dict(self.settings)
+        settings: dict[str, Any] = {}
         if self.logged:
             self._folder = tempfile.TemporaryDirectory(prefix="carom-trade-")
             settings["event_log"] = Path(self._folder.name) / "events.h5"
-        self.sim = Simulation(self.scene, images=False, **settings)
+        tuning = Tuning(images=False, precision=self.precision)
+        self.sim = Simulation(self.scene, seed=0, tuning=tuning, **settings)
 
     def run(self, time: float) -> None:
         self.sim.run(time=time)
@@ -203,10 +206,10 @@ class _Engine:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # single precision leaves overlaps by rounding
             back = Scene.from_frame(replace(frame, velocities=-frame.velocities))
-        return _Engine(back, self.settings, logged=False)
+        return _Engine(back, self.precision, logged=False)
 
     def tally(self) -> tuple[float, int, float]:
-        block = self.sim.tally
+        block = stretches.tally(self.sim)
         return block.duration, block.collisions, block.virial
 
     def faults(self) -> tuple[float, float, float]:

@@ -14,6 +14,7 @@ from carom.observables import RDF, Pressure
 from carom.scene import lattices
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
+from carom.simulation.tuning import Tuning
 
 SIZES = (108, 256, 500, 864, 2048, 4000, 10976, 32000)
 """Numbers of particles to compare; the nearest that fill a lattice are taken."""
@@ -99,7 +100,7 @@ def sizes(
 
 def _size(scene: Scene, seed: int, seconds: float) -> SizeRow:
     """Measure Z of a scene for so many CPU seconds."""
-    sim = Simulation(scene, seed=seed, images=False)
+    sim = Simulation(scene, seed=seed, tuning=Tuning(images=False))
     sim.run(collisions=1)  # compiles
     sim.run(collisions_per_particle=MELTING)
     began, before = clock.process_time(), sim.collisions
@@ -141,7 +142,7 @@ def sampling(
     duration = frames * INTERVALS[0] * mean_free_time
     for k, interval in enumerate(INTERVALS):
         progress(k / len(INTERVALS))
-        sim = Simulation(scene, seed=seed, images=False)
+        sim = Simulation(scene, seed=seed, tuning=Tuning(images=False))
         sim.run(collisions_per_particle=MELTING)
         began = clock.process_time()
         every = interval * mean_free_time

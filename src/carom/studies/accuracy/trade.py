@@ -22,6 +22,7 @@ from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.simulation.simulation import Simulation
+from carom.simulation.tuning import Tuning
 from carom.studies.accuracy.measures import (
     SAMPLES,
     Faithfulness,
@@ -238,7 +239,7 @@ def _row(
 
 def melted(scene: Scene, seed: int) -> tuple[Scene, float]:
     """Return the scene in motion, after 200 collisions per particle, and its mean free time."""
-    sim = Simulation(scene, seed=seed, images=False)
+    sim = Simulation(scene, seed=seed, tuning=Tuning(images=False))
     if scene.n < 2:
         raise InputError("A scene of one particle has nothing to compare; take more.")
     sim.run(collisions_per_particle=100)

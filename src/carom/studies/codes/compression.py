@@ -11,6 +11,7 @@ import numpy as np
 from carom.models.motions.great_circles import GreatCircles
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
+from carom.simulation.tuning import Tuning
 from carom.studies.executors import Stopped
 
 EDGE = 8.0
@@ -75,7 +76,7 @@ def compress(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> 
     rng = np.random.default_rng([n, k, task["seed"]])
     start = SPARSE * tiling_diameter(n, k)
     scene = scene_of(random_points(n, k, start, rng), start)
-    sim = Simulation(scene, seed=int(rng.integers(2**31)), growth=rate, images=False)
+    sim = Simulation(scene, seed=int(rng.integers(2**31)), growth=rate, tuning=Tuning(images=False))
     pressure, growth = 1.0, rate
     for _ in range(STRETCHES):
         if stop():

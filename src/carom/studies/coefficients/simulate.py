@@ -13,6 +13,7 @@ from carom.frame import Frame
 from carom.observables.dynamics import Dynamics
 from carom.observables.moments import HelfandMoments, mean_squares
 from carom.scene.scene import Scene
+from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
 from carom.studies.executors import Stopped
@@ -49,13 +50,13 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
 
     sim = simulation_of(task, _refuse_other_interactions, currents=True)
     scene = sim.scene
-    every, stepped = task["every"], sim.machine.system.stepped
+    every, stepped = task["every"], sim._state.system.stepped
     equilibrate(sim, task, look)
     if stepped:
         # Crossings of steps count as collisions, but carry little. So the length is in free times of cores.
         duration = task["collisions_per_particle"] * windows.PER_FREE_TIME * every / task["blocks"]
     else:
-        duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
+        duration = stretches.time_for(sim, 0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
     count = max(int(duration / every), windows.SHORTEST)
     blocks = [_block(sim, every, count, look) for _ in range(task["blocks"])]
     statistics = sim.statistics
@@ -102,15 +103,18 @@ def _block(sim: Simulation, every: float, count: int, look: Callable[[object], N
         for each in dynamics:
             each.update(frame)
 
-    before = sim.tally
+    before = stretches.tally(sim)
     moments: HelfandMoments = sim.helfand(every=every, count=count, look=see, look_every=windows.FRAME)
-    after = sim.tally
+    after = stretches.tally(sim)
     lags = [lag for lag in windows.LAGS if lag * windows.SHORTEST <= count]
     duration = after.duration - before.duration
     change = moments.pressure[-1] - moments.pressure[0]
     rate = float(f"{change / (every * (count - 1)):.6g}")  # near the mean, so that squares keep their digits
     found = mean_squares(moments, lags, rate)
     longest = every * count / windows.SHORTEST
+    mean_kT = sim.kT
+    if before.kT_time is not None and after.kT_time is not None:
+        mean_kT = (after.kT_time - before.kT_time) / duration
     moved = []
     for each in dynamics:
         times, means = each.means()
@@ -120,7 +124,7 @@ def _block(sim: Simulation, every: float, count: int, look: Callable[[object], N
         "collisions": after.collisions - before.collisions,
         "virial": after.virial - before.virial,
         "duration": duration,
-        "kT": sim.kT if before.kT_time is None else (after.kT_time - before.kT_time) / duration,
+        "kT": mean_kT,
         "change": float(change),
         "rate": rate,
         "shear": found.shear.tolist(),

@@ -16,6 +16,7 @@ from carom.errors import CaromWarning
 from carom.frame import Frame
 from carom.observables import Estimate, Pressure
 from carom.observables.precision import lengthen
+from carom.simulation import stretches
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import StructuralRelaxation
 from carom.studies.eos.order import OrderParameter
@@ -70,12 +71,12 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         sampler = OrderParameter(scene.dimension) if task["frames"] else None
         every = task["blocks"] // task["frames"] if task["frames"] else 0
         request = Pressure()
-        duration = sim.time_for(0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
+        duration = stretches.time_for(sim, 0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
         blocks: list[Block] = []
-        thermometer, relaxation = Thermometer(sim.machine), StructuralRelaxation(sim.machine)
+        thermometer, relaxation = Thermometer(sim._state), StructuralRelaxation(sim._state)
 
         def extend(wanted: int) -> int:
-            for block in sim.blocks(duration, wanted - len(blocks)):
+            for block in stretches.blocks(sim, duration, wanted - len(blocks)):
                 look()
                 blocks.append(block)
                 thermometer.look()
@@ -84,10 +85,10 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
             return wanted
 
         def error_bar() -> Estimate:
-            return sim.estimate(request, blocks).Z
+            return stretches.estimate(sim, request, blocks).Z
 
         lengthen(Planned(task["relative_error"], task["blocks"]), task["blocks"], extend, error_bar)
-        estimate = sim.estimate(request, blocks)
+        estimate = stretches.estimate(sim, request, blocks)
         statistics = sim.statistics
     diameters, counts = np.unique(scene.diameters, return_counts=True)
     result = {

@@ -28,7 +28,9 @@ from carom.scene.overlaps import rounding
 from carom.scene.scene import Scene
 from carom.scene.species import Species, checked_species
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation.checkpoint import save
 from carom.simulation.simulation import Simulation
+from carom.simulation.tuning import Tuning
 from carom.studies.arguments import refuse_unknown
 from carom.studies.packings.packing import HISTORY, Packing, parted
 from carom.studies.runs.folder import RunFolder
@@ -257,7 +259,7 @@ def pack(
     unit = np.full(scene.n, 1.0) if common else scene.diameters / scene.diameters.mean()
     unit = unit / math.sqrt(scene.mass)
     compression = _Compression(plan, limit, unit, checks.integer(seed, "seed", low=0), pictures, progress)
-    sim = Simulation(scene, seed=seed, neighbors=neighbors, growth=plan[0].rate * unit)
+    sim = Simulation(scene, seed=seed, tuning=Tuning(neighbors=neighbors), growth=plan[0].rate * unit)
     if out is None:
         with stoppable() as stop:
             return compression.run(sim, None, stop)
@@ -423,21 +425,12 @@ class _Compression:
         return self
 
     def _save(self, folder: PackingFolder) -> None:
-        self.sim.save(
-            folder.checkpoint,
-            plan=self.plan,
-            limit=self.limit,
-            unit=self.unit.tolist(),
-            seed=self.seed,
-            pictures=self.pictures,
-            history=self.history,
-            stage=self.stage,
-            left=self.left,
-            virial=self.virial,
-            duration=self.duration,
-            kT_time=self.kT_time,
-            note=self.note,
-        )
+        names = (
+            "plan", "limit", "seed", "pictures", "history", "stage", "left", "virial", "duration", "kT_time",
+            "note",
+        )  # fmt: skip
+        notes = {"unit": self.unit.tolist(), **{name: getattr(self, name) for name in names}}
+        save(folder.checkpoint, self.sim._state, notes)
 
     def run(self, sim: Simulation, folder: PackingFolder | None, stop: Stop) -> Packing:
         """Run to the end, and write the results to the folder if there is one."""

@@ -15,6 +15,7 @@ from carom import theory
 from carom.errors import InputError
 from carom.observables.statistics import Estimate
 from carom.scene.scene import Scene
+from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.executors import Stopped
 from carom.studies.tasks import Record, Task
@@ -67,7 +68,7 @@ def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     made = clock.thread_time()
     sim.run(collisions_per_particle=task["equilibration"], progress=look)
     count = int(task["blocks"])
-    duration = sim.time_for(0.5 * sim.scene.n * task["collisions_per_particle"]) / count
+    duration = stretches.time_for(sim, 0.5 * sim.scene.n * task["collisions_per_particle"]) / count
     ready = clock.thread_time()
     blocks = Blocks(sim)
     for _ in range(count):
@@ -92,7 +93,7 @@ def _brief(task: Task) -> None:
     """Run a task for a short time."""
     sim = simulation_of(task, refuse_unusual)
     sim.run(collisions=FIRST)
-    Blocks(sim).go_on(sim.time_for(1.0), 1)
+    Blocks(sim).go_on(stretches.time_for(sim, 1.0), 1)
 
 
 def once(kind: str, do: Callable[[], object]) -> None:
@@ -146,7 +147,7 @@ class Blocks:
 
     def go_on(self, duration: float, count: int) -> None:
         """Run on for ``count`` blocks of equal time."""
-        for block in self.sim.blocks(duration, count):
+        for block in stretches.blocks(self.sim, duration, count):
             now = self._count()
             self.durations.append(block.duration)
             self.virials.append(block.virial)

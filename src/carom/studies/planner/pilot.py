@@ -12,6 +12,7 @@ import numpy as np
 
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
+from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.planner.measures import BLOCKS, REPLICA, Blocks, estimates, load, of_scene, refuse_unusual
 from carom.studies.planner.system import System
@@ -185,7 +186,7 @@ def begin(system: System, n: int, seed: int) -> Simulation:
 
 def _calls(sim: Simulation) -> tuple[float, float]:
     """Return the mean collisions and the mean CPU time [s] of a short block."""
-    duration, blocks, count = sim.time_for(0.5 * SMALL * sim.scene.n), Blocks(sim), BLOCKS // 4
+    duration, blocks, count = stretches.time_for(sim, 0.5 * SMALL * sim.scene.n), Blocks(sim), BLOCKS // 4
     began = clock.thread_time()
     for _ in range(count):
         blocks.go_on(duration, 1)
@@ -194,7 +195,7 @@ def _calls(sim: Simulation) -> tuple[float, float]:
 
 def _measured(sim: Simulation, watch: Watch, equilibration: float) -> tuple[Blocks, float]:
     """Return blocks and CPU time, measured until the error bar suffices or the time is over."""
-    duration = sim.time_for(max(0.5 * sim.scene.n * equilibration / PART, float(COLLISIONS)))
+    duration = stretches.time_for(sim, max(0.5 * sim.scene.n * equilibration / PART, float(COLLISIONS)))
     blocks, wanted = Blocks(sim), BLOCKS
     began = clock.thread_time()
     while True:

@@ -39,6 +39,7 @@ from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation import stretches
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
@@ -161,12 +162,12 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
 def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureResult | None:
     """Return the pressure; None where there is none (:func:`no_pressure`), or nothing moves."""
     without = sim.kT == 0.0 or no_pressure(sim.scene) is not None
-    return None if without else sim.estimate(Pressure(), blocks)
+    return None if without else stretches.estimate(sim, Pressure(), blocks)
 
 
 def energy_of(sim: Simulation, blocks: list[Block]) -> EnergyResult | None:
     """Return the potential energy; None where there is none."""
-    return None if without_potential(sim.scene) else sim.estimate(Energy(), blocks)
+    return None if without_potential(sim.scene) else stretches.estimate(sim, Energy(), blocks)
 
 
 def no_pressure(scene: Scene) -> str | None:
@@ -341,7 +342,7 @@ def _summary(
         "layers": parts.of("layers", lambda: _layers(facts), none),
         "collisions_by_species": _by_species(sim),
         "units": _units(sim),
-        "spared_contacts": sim.spared_contacts,
+        "spared_contacts": sim.statistics.spared_contacts,
         "phase": None if phase is None else phase.name,
         "phase_note": None if phase is None else _note(phase, scene),
         "theory": compared,
@@ -469,7 +470,7 @@ def _units(sim: Simulation) -> dict[str, int]:
     """Return the number of remaining units of each kind, where units decide by rules."""
     if not _decides(sim.scene):
         return {}
-    units, kinds = sim.units, sim.scene.interaction.kinds  # type: ignore[attr-defined]
+    units, kinds = sim.interaction, sim.scene.interaction.kinds  # type: ignore[attr-defined]
     left = np.bincount(units.kinds[units.present], minlength=len(kinds)).tolist()
     return {kind.name: count for kind, count in zip(kinds, left, strict=True)}
 

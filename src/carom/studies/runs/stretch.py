@@ -17,7 +17,7 @@ from typing import Any
 from carom.block import Block, Energy
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR
-from carom.simulation import energy
+from carom.simulation import energy, stretches
 from carom.simulation.simulation import Simulation
 
 SEGMENTS = 1024
@@ -138,8 +138,8 @@ class Stretch:
 
 def _sums(sim: Simulation) -> tuple[Any, ...]:
     """Return sums since the start; their differences do not depend on interruptions of a segment."""
-    tally, scene = sim.tally, sim.scene
-    sums = int(tally.collisions), float(tally.virial), tally.kT_time, energy.now(sim.machine)
+    tally, scene = stretches.tally(sim), sim.scene
+    sums = int(tally.collisions), float(tally.virial), tally.kT_time, energy.now(sim._state)
     if not (scene.walls or scene.obstacles):
         return sums
     found = sim.obstacles

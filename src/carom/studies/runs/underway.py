@@ -20,11 +20,13 @@ from carom.observables.precision import Goal, Prediction, block_collisions, leng
 from carom.observables.statistics import Estimate
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation import checkpoint, stretches
 from carom.simulation.checkpoint import size, size_of_file
-from carom.simulation.equilibration import Equilibration, drifts
+from carom.simulation.equilibration import Equilibration, exchanges
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.simulation.system_of_scene import driven_speed_of
+from carom.simulation.tuning import Tuning
 from carom.studies.runs import report
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder
@@ -93,8 +95,8 @@ class Run:
         settings: dict[str, Any] = {
             "kT": kT,
             "seed": plan.run.seed,
-            "neighbors": plan.run.neighbors,
-            "workers": self.cores,
+            "tuning": Tuning(neighbors=plan.run.neighbors),
+            "cores": self.cores,
         }
         if self.goal is not None:
             _check_pressure(scene, kT)
@@ -103,10 +105,10 @@ class Run:
             holdable(tuple(plan.output.trajectory or ()), scene.dimension)  # before anything is compiled
         # Before anything is written, because this raises the errors of a scene that cannot be simulated.
         self.sim = Simulation(scene, **settings)
-        if size(self.sim.machine) > LARGE:
+        if size(self.sim._state) > LARGE:
             # The size of the packed lists is known only when they are filled.
             self._compile()
-        checkpoint = size_of_file(self.sim.machine)
+        checkpoint = size_of_file(self.sim._state)
         formats, frames = amount(plan, scene, checkpoint)
         self.formats = holdable(formats, scene.dimension)
         if reason := without_trajectory(plan, scene, self.formats, checkpoint):
@@ -135,7 +137,7 @@ class Run:
             sources = self.written.sources(keep, lambda part: self._report("Verifying", part))
             log = self.folder.events if self.plan.output.event_log else None
             own = self.plan.scene.own()
-            self.sim = Simulation.load(self.folder.checkpoint, event_log=log, workers=self.cores, **own)
+            self.sim = Simulation.load(self.folder.checkpoint, event_log=log, cores=self.cores, **own)
             self.folder.sweep()
             self.folder.restore_scene(self.plan)
             self._make_anew(sources)
@@ -171,7 +173,7 @@ class Run:
             self._compile()
             files.callback(setattr, self.stop, "deferred", False)
             self.stop.deferred = True
-            self.thermometer = Thermometer(self.sim.machine)
+            self.thermometer = Thermometer(self.sim._state)
             self.thermometer.series = self.stretch.temperatures
             self.layers = Layers(self.sim.scene, self.stretch.layers)
             self.writers = [files.enter_context(opened(form)) for form in self.formats]
@@ -217,7 +219,7 @@ class Run:
         """
         sim = self.sim
         asked = sim.scene.velocities is None and not self.plan.output.event_log
-        return asked and sim.machine.system.stepped and drifts(sim) is None
+        return asked and exchanges(sim)
 
     def _begin(self, segments: int, duration: float) -> None:
         """Begin a stretch, and save its beginning."""
@@ -228,7 +230,7 @@ class Run:
         """Return the time of about the ``wanted`` number of collisions per particle."""
         sim = self.sim
         if sim.scene.n > 1 and sim.kT > 0.0:
-            return sim.time_for(wanted * sim.scene.n / 2)
+            return stretches.time_for(sim, wanted * sim.scene.n / 2)
         # Without collisions, a particle crosses the box in place of every collision.
         speed = math.sqrt(sim.kT / sim.scene.mass)
         return wanted * max(sim.scene.box) / (speed or 1.0)
@@ -293,9 +295,9 @@ class Run:
         while stretch.measured < stretch.segments and not self._late():
             self._report(stage, (stretch.measured + stretch.part / PARTS) / stretch.segments)
             self._look()
-            count, seconds = min(parts, PARTS - stretch.part), self.sim.seconds
+            count, seconds = min(parts, PARTS - stretch.part), self.sim._state.seconds
             self.sim.run(time=count * (stretch.step / PARTS))
-            taken = self.sim.seconds - seconds
+            taken = self.sim._state.seconds - seconds
             stretch.engine_seconds += taken
             if taken < QUICK:
                 parts = min(2 * parts, PARTS)
@@ -334,7 +336,7 @@ class Run:
             layers=self.layers,
             energy_drift=stretch.energy_drift(self.sim) if stretch.rounds else None,
             without=without_trajectory(
-                self.plan, self.sim.scene, self.formats, size_of_file(self.sim.machine)
+                self.plan, self.sim.scene, self.formats, size_of_file(self.sim._state)
             ),
         )
         try:
@@ -362,13 +364,13 @@ class Run:
     def _save(self) -> None:
         now = clock.perf_counter()
         self.stretch.seconds = self._spent()
-        self.sim.save(
-            self.folder.checkpoint,
-            plan=self.plan.to_toml(),
-            collisions=self.sim.collisions,
-            written=self.written.notes(),
+        notes = {
+            "plan": self.plan.to_toml(),
+            "collisions": self.sim.collisions,
+            "written": self.written.notes(),
             **vars(self.stretch),
-        )
+        }
+        checkpoint.save(self.folder.checkpoint, self.sim._state, notes)
         # A large state takes long to write; at most a tenth of the time is spent on that.
         after = clock.perf_counter()
         self._due = after + max(self.plan.run.checkpoint_every, 9.0 * (after - now))

@@ -1,0 +1,155 @@
+"""A table of a run that grows while it runs: time, collisions, kT, Z, potential energy, or others."""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from carom.errors import FileError, InputError
+from carom.simulation import stretches
+
+if TYPE_CHECKING:
+    from carom.block import Block
+    from carom.simulation.in_motion import InMotion
+
+COLUMNS = ("time", "collisions", "kT", "Z", "U")
+
+
+class CSVLog:
+    """What writes a row of a CSV file whenever a run calls it.
+
+    Parameters
+    ----------
+    path : path
+        The file.
+    columns : sequence of str, or dict of str to callable, optional
+        Names of columns: ``time``, ``collisions`` (of pairs), ``kT``, ``Z`` = PV/NkT, ``U`` (potential energy
+        a particle). By default those that the scene has. Or a dict of a name and a function of the simulation
+        each; ``None`` in place of the function of a column that has one of these names.
+    append : bool
+        Go on with a file that exists, after a resumed run. Rows at or after the present time are dropped.
+
+    Raises
+    ------
+    InputError
+        If there is no column of a name.
+    FileError
+        When it is first called: if the file exists and ``append`` is not given, has other columns, or cannot
+        be written.
+
+    Notes
+    -----
+    Z is that of the time since the row before, and of the first row since the start of the simulation; it is
+    empty in the first row after a resume. Means over many rows are means over time.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(100, 0.3))
+    >>> block = sim.run(time=10.0, every=1.0, call=carom.CSVLog("fluid.csv"))  # doctest: +SKIP
+    """
+
+    def __init__(
+        self,
+        path: str | PathLike[str],
+        columns: Sequence[str] | Mapping[str, Callable[[Any], object] | None] | None = None,
+        *,
+        append: bool = False,
+    ):
+        self.path = Path(path)
+        self._append = append
+        given = columns if isinstance(columns, Mapping) else dict.fromkeys(columns or ())
+        for name, function in given.items():
+            if function is None and name not in COLUMNS:
+                raise InputError(
+                    f"CSVLog has no column {name!r}; known are {', '.join(COLUMNS)}, and for others a "
+                    "function of the simulation is needed."
+                )
+        self._columns = dict(given)
+        self._before: Block | None = None
+        self._open = False
+
+    def __call__(self, sim: InMotion) -> None:
+        """Write a row."""
+        if not self._columns:
+            self._columns = dict.fromkeys(_columns_of(sim))
+        now = stretches.tally(sim)
+        if not self._open:
+            self._begin(now)
+        row = [
+            self._value(name, sim, now) if function is None else function(sim)
+            for name, function in self._columns.items()
+        ]
+        self._before = now
+        _write(self.path, [row], "a")
+
+    def _begin(self, now: Block) -> None:
+        """Begin the file, or go on with it."""
+        kept: list[list[str]] = []
+        head = list(self._columns)
+        if self.path.exists():
+            if not self._append:
+                raise FileError(
+                    f"{self.path} exists already and was left as it is; choose another name, or append=True."
+                )
+            kept = _rows(self.path)
+            if kept and kept[0] != head:
+                raise FileError(
+                    f"{self.path} has the columns {', '.join(kept[0])}; expected {', '.join(head)}."
+                )
+            kept = kept[1:]
+            if "time" in head:
+                place = head.index("time")
+                kept = [row for row in kept if float(row[place]) < now.duration]
+            self._before = now
+        _write(self.path, [head, *kept], "w")
+        self._open = True
+
+    def _value(self, name: str, sim: InMotion, now: Block) -> float | int | str:
+        """Return the value in a column."""
+        if name == "time":
+            return now.duration
+        if name == "collisions":
+            return now.collisions
+        if name == "kT":
+            return sim.kT
+        if name == "U":
+            return sim.potential_energy / sim.n
+        before = self._before
+        time = now.duration - (0.0 if before is None else before.duration)
+        virial = now.virial - (0.0 if before is None else before.virial)
+        heat = sim.kT * time
+        if now.kT_time is not None:
+            heat = now.kT_time - (0.0 if before is None else before.kT_time or 0.0)
+        z = 1.0 + virial / (sim.scene.dimension * sim.n * heat) if heat > 0.0 else math.nan
+        return "" if math.isnan(z) else z
+
+
+def _columns_of(sim: InMotion) -> tuple[str, ...]:
+    """Return the columns that a scene has."""
+    from carom.observables.potential_energy import without_potential
+    from carom.observables.pressure import without_pressure
+
+    missing = {"Z": without_pressure(sim.scene), "U": without_potential(sim.scene)}
+    return tuple(name for name in COLUMNS if not missing.get(name))
+
+
+def _rows(path: Path) -> list[list[str]]:
+    """Return the rows of a file."""
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            return [row for row in csv.reader(file) if row]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise FileError(f"{path} cannot be read as a table: {error}.") from error
+
+
+def _write(path: Path, rows: Sequence[Sequence[object]], mode: str) -> None:
+    """Write rows to a file."""
+    from carom.io.paths import writing
+
+    with writing(path), path.open(mode, newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows(rows)

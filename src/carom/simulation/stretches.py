@@ -1,0 +1,93 @@
+"""Stretches of a run, for whatever measures: sums since the start, blocks of equal time, their estimate."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+from carom import checks
+from carom.block import Block
+from carom.errors import InputError
+from carom.scene.temperature import degrees_of_freedom
+from carom.simulation import energy, mechanics, run_loop, temperature
+from carom.simulation.system_of_scene import driven_speed_of
+
+if TYPE_CHECKING:
+    from carom.simulation.in_motion import InMotion
+
+
+def tally(sim: InMotion) -> Block:
+    """Return duration, collisions and virial since the start, and the time integral of kT where it changes.
+
+    The sizes of growing diameters are not known of it.
+    """
+    state = sim._state
+    with state.alone.reading():
+        record = state.engine.tallies[0]
+        virial = state.unit.to_scene(float(record.virial), -1)
+        return Block(sim.time, int(record.collisions), virial, kT_time=temperature.kT_time(state))
+
+
+def estimate(sim: InMotion, observable: Any, blocks: Sequence[Block]) -> Any:
+    """Return the estimate of an ``observable`` from ``blocks``, such as :func:`blocks` yields.
+
+    Raises
+    ------
+    InputError
+        If diameters grow and a block does not hold their averages, as that of :func:`tally`.
+    """
+    if sim._state.system.rates is not None and any(block.sizes is None for block in blocks):
+        raise InputError("Sums since the start do not know how diameters grew; use blocks of run().")
+    return observable.of_scene(blocks, sim.scene, kT=sim.kT)
+
+
+def blocks(sim: InMotion, duration: float, count: int) -> Iterator[Block]:
+    """Continue a run for ``count`` blocks of the time ``duration`` [time] and yield each.
+
+    Raises
+    ------
+    InputError
+        If the duration or the count is negative, and as from :meth:`carom.Simulation.run`.
+    """
+    state = sim._state
+    start, step = state.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
+    before, energy_before = mechanics.momenta_at_walls(state), energy.now(state)
+    for k in range(1, checks.integer(count, "count", low=0) + 1):
+        block = run_loop.advance(state, None, start + k * step)
+        after = mechanics.momenta_at_walls(state)
+        momenta, surfaces = (
+            tuple(b - a for a, b in zip(*pair, strict=True)) for pair in zip(before, after, strict=True)
+        )
+        energy_after = energy.now(state)
+        means = energy.mean(energy_before, energy_after, block, degrees_of_freedom(sim.scene))
+        yield block._replace(momentum_changes=momenta, surface_changes=surfaces, energy=means)
+        before, energy_before = after, energy_after
+
+
+def time_for(sim: InMotion, collisions: float) -> float:
+    """Return the time that a number of pair collisions takes at the rate so far [time].
+
+    With fewer than 1000 collisions so far, the run first continues up to 1000.
+
+    Raises
+    ------
+    InputError
+        If nothing collides in this scene.
+    """
+    collisions = checks.number(collisions, "collisions", low=0.0)
+    if sim.n == 1 or _rests(sim):
+        raise InputError("Nothing collides in this scene: give time= instead of a number of collisions.")
+    if sim.collisions < 1000:
+        sim.run(collisions=1000 - sim.collisions)
+    if sim.collisions == 0:
+        raise InputError("Nothing collides in this scene: give time= instead of a number of collisions.")
+    return float(collisions) * sim.time / sim.collisions
+
+
+def _rests(sim: InMotion) -> bool:
+    """Tell whether nothing moves, and no field, obstacle, growth or rule will change that."""
+    state = sim._state
+    starts = state.system.rates is not None or state.engine.model.rules is not None
+    starts = starts or sim.scene.drive is not None or driven_speed_of(sim.scene) > 0.0
+    return state.start.energy == 0.0 and sim.collisions == 0 and not starts
