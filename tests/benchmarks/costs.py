@@ -380,7 +380,7 @@ def counted(given: argparse.Namespace) -> None:
     """Print the rate with currents and with free flights, of the plain scene's, in turn."""
     settings: dict[str, dict[str, bool]] = {"plain": {}, "currents": {"currents": True}, "free flights": {}}
     sims = {name: carom.Simulation(scenes()["plain"][0], seed=1, **more) for name, more in settings.items()}
-    with flying.keeping(sims["free flights"].machine):
+    with flying.keeping(sims["free flights"]._state):
         for sim in sims.values():
             sim.run(collisions_per_particle=40)
         rates = np.array([[rate(sim, 200_000) for sim in sims.values()] for _ in range(9)])
