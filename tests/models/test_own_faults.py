@@ -475,7 +475,7 @@ def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
 def test_a_memory_that_cannot_be_copied_is_refused_where_models_are_made_anew(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     sim = carom.Simulation(SCENE.with_(interaction=Remembering()))
-    with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* answer to copy_state"):
+    with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* a method copy_state"):
         sim.machine.refit()
     with pytest.raises(InputError, match="Fading has a memory"):
         carom.Simulation(SCENE.with_(impact=Fades()), growth=0.1)

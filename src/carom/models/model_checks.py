@@ -136,8 +136,8 @@ def answered(kind: str, model: Any) -> Any:
     for question in STEPPED if steps else REQUIRED[kind]:
         if not registry.answers(question, type(model)):
             raise InputError(
-                f"The {kind} {type(model).__name__} does not answer {question.__name__}: register a function "
-                f"with @{question.__name__}.register (docs/models.md)."
+                f"The {kind} {type(model).__name__} does not answer {question.__name__}: give it that method "
+                "(docs/models.md)."
             )
     return model
 
