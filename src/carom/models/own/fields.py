@@ -26,22 +26,17 @@ class Meaning:
     """What the field is."""
     power: int = 0
     """Its dimension is ``time**power``."""
+    text: str = ""
+    """The same as a sentence."""
 
 
-Array = Annotated[Any, Meaning("array")]
-"""A field that holds an array of numbers."""
-PerParticle = Annotated[Any, Meaning("per particle")]
-"""A field that holds an array of one value a particle, (n,)."""
-Time = Annotated[Any, Meaning("quantity", 1)]
-"""A field that holds a time, or several [time]."""
-Rate = Annotated[Any, Meaning("quantity", -1)]
-"""A field that holds a rate [1 / time]."""
-Speed = Annotated[Any, Meaning("quantity", -1)]
-"""A field that holds a speed [length / time]."""
-Acceleration = Annotated[Any, Meaning("quantity", -2)]
-"""A field that holds an acceleration, or one along each axis [length / time^2]."""
-Energy = Annotated[Any, Meaning("quantity", -2)]
-"""A field that holds an energy [energy]."""
+Array = Annotated[Any, Meaning("array", 0, "An array of numbers.")]
+PerParticle = Annotated[Any, Meaning("per particle", 0, "An array of one value a particle, (n,).")]
+Time = Annotated[Any, Meaning("quantity", 1, "A time, or several [time].")]
+Rate = Annotated[Any, Meaning("quantity", -1, "A rate, or several [1 / time].")]
+Speed = Annotated[Any, Meaning("quantity", -1, "A speed, or several [length / time].")]
+Acceleration = Annotated[Any, Meaning("quantity", -2, "An acceleration, or one an axis [length / time^2].")]
+Energy = Annotated[Any, Meaning("quantity", -2, "An energy, or several [energy].")]
 
 KNOWN = {float: "number", int: "integer", bool: "boolean", str: "text", tuple: "numbers", np.ndarray: "array"}
 """What types mean that are no annotation of ours."""
@@ -87,6 +82,8 @@ def _meaning(cls: type, name: str, annotation: Any) -> Meaning:
             f"The field {name} of {cls.__name__} is annotated with {shown}; expected float, int, bool, str, "
             "tuple, own.Array, own.PerParticle, or a quantity: own.Time, Rate, Speed, Acceleration, Energy."
         )
+    if plain is tuple and {*typing.get_args(annotation)} - {Ellipsis} == {int}:
+        return Meaning("integers")
     return Meaning(KNOWN[plain])
 
 
@@ -105,8 +102,11 @@ def checked(value: Any, meaning: Meaning, name: str) -> Any:
         return checks.number(value, name)
     if word == "integer":
         return checks.integer(value, name, low=-(2**63), high=2**63 - 1)
-    if word == "numbers":
-        return fields.vector(value, name)
+    if word in ("numbers", "integers"):
+        numbers = fields.vector(value, name)
+        if word == "numbers":
+            return numbers
+        return tuple(checks.integer(each, name, low=-(2**63), high=2**63 - 1) for each in value)
     if word in ("boolean", "text"):
         kind = bool if word == "boolean" else str
         if not isinstance(value, kind):
