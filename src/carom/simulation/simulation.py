@@ -66,7 +66,7 @@ class Simulation(Running):
     flights : bool
         Keep histograms of free flights and of normal speeds, for :meth:`free_flights`. It needs straight
         flight and obstacles at rest.
-    observers : sequence of NamedTuples
+    observers : sequence of observers
         Observers of your own, which add up something of every event (``docs/models``). They need one worker.
     workers : int or "auto"
         Threads that run this one system together. The bits are those of one worker (``docs/parallel``).
@@ -221,7 +221,7 @@ class Simulation(Running):
             All obstacles of the scene, if one is of your own class, because a file holds no code.
         interaction, motion, impact, drive : values, optional
             Those of the scene, if one is of your own class.
-        observers : sequence of NamedTuples
+        observers : sequence of observers
             The observers that the run was made with; what they had added up is taken from the file.
         workers : int or "auto"
             Threads, as for a new simulation; their number may differ from before.

@@ -7,9 +7,10 @@ import dataclasses
 import difflib
 import dis
 import inspect
+import sys
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,6 +36,9 @@ OF_INTERACTIONS = ("radii", "masses")
 
 OF_STEPS = ("energy", "events")
 """What an interaction with steps has: the energy of a pair on each, and the number of events on each."""
+
+PACKAGES = sys.stdlib_module_names | {"carom", "numba", "numpy", "scipy"}
+"""Packages whose functions the compiler knows, or never can."""
 
 LIVE = (recoil, surface_speed, at_time, shift_epoch, copy_state)
 """What only an obstacle with ``live`` is asked."""
@@ -94,7 +98,7 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
             delattr(cls, name)
     if kind is OBSTACLE and "name" not in meanings:
         meanings["name"] = Meaning("text")
-        cls.__annotations__ = {**vars(cls).get("__annotations__", {}), "name": str}
+        cls.__annotations__ = {**inspect.get_annotations(cls), "name": str}
         setattr(cls, "name", cls.__name__)  # noqa: B010 (a type checker knows no such name)
     methods = _methods(cls, kind, meanings)
     whole = _completed(kind, parts, meanings, methods)
@@ -257,8 +261,12 @@ def _lanes(
     return tuple(name for name in each if name in names)
 
 
+def _is_users(module: str | None) -> bool:
+    return (module or "").partition(".")[0] not in PACKAGES
+
+
 def called(function: Callable[..., Any]) -> list[FunctionType]:
-    """Return a function, and those of its own package that it calls, and that these call."""
+    """Return a function, and those of the user's that it calls, and that these call."""
     found: dict[Any, None] = {}
     waiting = [function]
     while waiting:
@@ -266,18 +274,16 @@ def called(function: Callable[..., Any]) -> list[FunctionType]:
         if one in found:
             continue
         found[one] = None
-        room = one.__module__.partition(".")[0]
-        reached = [one.__globals__[name] for name in one.__code__.co_names if name in one.__globals__]
+        names, scope = one.__code__.co_names, one.__globals__
+        reached = [scope[name] for name in names if name in scope]
+        for module in [each for each in reached if isinstance(each, ModuleType) and _is_users(each.__name__)]:
+            reached += [getattr(module, name, None) for name in names]
         for cell in one.__closure__ or ():
             try:
                 reached.append(cell.cell_contents)
             except ValueError:  # not bound yet
                 continue
-        waiting += [
-            each
-            for each in reached
-            if isinstance(each, FunctionType) and each.__module__.partition(".")[0] == room != "carom"
-        ]
+        waiting += [each for each in reached if isinstance(each, FunctionType) and _is_users(each.__module__)]
     return list(found)
 
 
