@@ -2,7 +2,8 @@
 
 A model is one class with a decorator that says what it is. Its fields are parameters, and its methods answer
 what the engine asks. The decorator makes a frozen dataclass of it, which goes into ``Scene``. Those methods
-that are asked during a run are compiled, with ``self`` a tuple of the fields and arrays of the model.
+that are asked during a run are compiled, with ``self`` a tuple of the fields and arrays of the model. The
+engine knows nothing of classes: it is given that tuple.
 """
 
 from __future__ import annotations
@@ -102,8 +103,9 @@ def interaction(cls: type[T]) -> type[T]:
 def motion(cls: type[T]) -> type[T]:
     """Make a class a motion between two events, for ``Scene(motion=...)``.
 
-    It needs the methods ``position`` and ``velocity``. Parameters and errors are those of
-    :func:`interaction`.
+    It needs the methods ``position`` and ``velocity``.
+
+    Parameters and errors are those of :func:`interaction`.
     """
     return classes.made(cls, kinds.MOTION, sys._getframe(1).f_locals)
 
@@ -112,7 +114,9 @@ def motion(cls: type[T]) -> type[T]:
 def impact(cls: type[T]) -> type[T]:
     """Make a class a contact law, for ``Scene(impact=...)``.
 
-    It needs the method ``transfer``. Parameters and errors are those of :func:`interaction`.
+    It needs the method ``transfer``.
+
+    Parameters and errors are those of :func:`interaction`.
     """
     return classes.made(cls, kinds.IMPACT, sys._getframe(1).f_locals)
 
@@ -122,8 +126,9 @@ def obstacle(cls: type[T]) -> type[T]:
     """Make a class an obstacle, for ``Scene(obstacles=[...])``.
 
     It needs the methods ``gap(self, positions, radii, box, periodic)``, ``encounter`` and ``outward``.
-    Without a field ``name`` it gets one, which is the name of the class by default. Parameters and errors are
-    those of :func:`interaction`.
+    Without a field ``name`` it gets one, which is the name of the class by default.
+
+    Parameters and errors are those of :func:`interaction`.
     """
     return classes.made(cls, kinds.OBSTACLE, sys._getframe(1).f_locals)
 
@@ -132,7 +137,9 @@ def obstacle(cls: type[T]) -> type[T]:
 def drive(cls: type[T]) -> type[T]:
     """Make a class a drive of single particles, for ``Scene(drive=...)``.
 
-    It needs the methods ``next_time`` and ``kick``. Parameters and errors are those of :func:`interaction`.
+    It needs the methods ``next_time`` and ``kick``.
+
+    Parameters and errors are those of :func:`interaction`.
     """
     return classes.made(cls, kinds.DRIVE, sys._getframe(1).f_locals)
 
@@ -141,8 +148,9 @@ def drive(cls: type[T]) -> type[T]:
 def observer(cls: type[T]) -> type[T]:
     """Make a class an observer of events, for ``Simulation(observers=[...])`` and ``sim.measure``.
 
-    It needs one of the methods ``at_pair``, ``at_obstacle`` and ``at_epoch``. Parameters and errors are those
-    of :func:`interaction`.
+    It needs one of the methods ``at_pair``, ``at_obstacle`` and ``at_epoch``.
+
+    Parameters and errors are those of :func:`interaction`.
     """
     return classes.made(cls, kinds.OBSERVER, sys._getframe(1).f_locals)
 
@@ -152,6 +160,7 @@ def path(cls: type[T]) -> type[T]:
     """Make a class the path of an obstacle that moves, for ``Shaken``.
 
     It needs the methods ``place`` and ``pace``, and ``lowest``, ``highest``, ``period`` and ``acceleration``.
+
     Parameters and errors are those of :func:`interaction`.
     """
     return classes.made(cls, kinds.PATH, sys._getframe(1).f_locals)
