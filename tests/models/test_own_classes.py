@@ -454,7 +454,10 @@ def shows(self, i, j, rr, rv, now):
     [
         ({"jump": None}, "Odd is an interaction and has no jump: give it def jump(self, i, j, rr, rv, now)."),
         ({"jump": None, "jmp": Cores.jump}, "has no jump, but jmp: give it"),
-        ({"reach": None}, "Odd is an interaction and has no reach: give it reach."),
+        ({"reach": None}, "Odd is an interaction and has no reach: give it def reach(self, scene)."),
+        ({"reach": short}, "reach of Odd must be written def reach(self, scene)."),
+        ({"sum": own.memory(0, "many")}, "The memory sum has as many items as the field many, which is no"),
+        ({"__annotations__": {"_d": float}}, "The field _d of Odd begins with an underscore: leave that out"),
         (
             {"jump": short},
             "must be written def jump(self, i, j, rr, rv, now), found the parameters (self, i,",
@@ -492,7 +495,7 @@ def test_a_class_with_a_fault_is_refused_where_it_is_decorated(body, words):
         (lambda: own.memory("0"), "memory() starts with a number, found the string '0'."),
         (lambda: own.interaction(3), "own.interaction decorates a class, found 3."),
         (lambda: FLUID.with_(interaction=Cores), "found the class Cores, not a value of it"),
-        (lambda: FLUID.with_(motion=Cores(1.0)), "found Cores, an interaction: it has reach."),
+        (lambda: FLUID.with_(motion=Cores(1.0)), "found Cores, which is made with own.interaction."),
         (lambda: carom.check(Swing(0.1, 1.0)), "Swing is a path: check the obstacle that moves along it"),
         (lambda: carom.Simulation(FLUID, observers=[Cores(1.0)]), "An observer is a value of a class with"),
     ],

@@ -33,6 +33,8 @@ class Part:
         Whether the model writes into it.
     times : bool
         Whether it holds times of the epoch.
+    size : str, optional
+        The field that holds the number of its items.
     """
 
     def __init__(
@@ -42,8 +44,9 @@ class Part:
         each: bool = False,
         remembers: bool = False,
         times: bool = False,
+        size: str | None = None,
     ):
-        self.make, self.each, self.remembers, self.times = make, each, remembers, times
+        self.make, self.each, self.remembers, self.times, self.size = make, each, remembers, times, size
 
     def made(self, value: Any, particles: Any) -> Any:
         """Return it for a value and its particles, as compiled code knows it: without the ghost."""
@@ -166,4 +169,5 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
             shape = getattr(value, size)
         return np.full(shape, start, kind)
 
-    return Part(make, each=size is None, remembers=True, times=times)
+    named = size if isinstance(size, str) else None
+    return Part(make, each=size is None, remembers=True, times=times, size=named)

@@ -85,7 +85,7 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
         code does not know.
     """
     if not isinstance(cls, type):
-        raise InputError(f"own.{kind.name.split()[0]} decorates a class, found {cls!r}.")
+        raise InputError(f"own.{kind.decorator} decorates a class, found {cls!r}.")
     if kind is INTERACTION and any(hasattr(cls, name) for name in STEPPED.required):
         kind = STEPPED
     before = getattr(cls, "_own", None)
@@ -135,14 +135,15 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
             )
         found[name] = function
     written = [name for name, each in vars(cls).items() if isinstance(each, FunctionType) and name[0] != "_"]
-    for name in (*kind.required, *kind.asked):
+    wanted_in = {name: signature(name, kind.questions[name]) for name in kind.required} | kind.asked
+    for name, wanted in wanted_in.items():
         if name in found or (name in kind.asked and (hasattr(cls, name) or name in meanings)):
+            _refuse_parameters(cls, name, wanted)
             continue
         if name == "step_of" and hasattr(cls, "steps_of"):
             continue
         near = difflib.get_close_matches(name, [each for each in written if each not in found], n=1)
-        question = kind.questions.get(name)
-        how = f"def {name}({', '.join(signature(name, question))})" if question else name
+        how = f"def {name}({', '.join(wanted)})" if wanted else name
         raise InputError(
             f"{cls.__name__} is {_article(kind.name)} and has no {name}"
             + (f", but {near[0]}" if near else "")
@@ -160,6 +161,13 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
     return found
 
 
+def _refuse_parameters(cls: type, name: str, wanted: tuple[str, ...]) -> None:
+    """Raise InputError where a method that is asked in Python has another number of parameters."""
+    function = inspect.getattr_static(cls, name, None)
+    if isinstance(function, FunctionType) and function.__code__.co_argcount != len(wanted):
+        raise InputError(f"{name} of {cls.__name__} must be written def {name}({', '.join(wanted)}).")
+
+
 def _article(name: str) -> str:
     return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
@@ -173,6 +181,10 @@ def _completed(
         if each.times and not kind.converted:
             raise InputError(
                 f"The memory {name} holds times of a run, not of an epoch: leave out times=True."
+            )
+        if each.size is not None and (each.size not in meanings or meanings[each.size].word != "integer"):
+            raise InputError(
+                f"The memory {name} has as many items as the field {each.size}, which is no int."
             )
     if kind in (INTERACTION, STEPPED):
         for name in OF_INTERACTIONS:

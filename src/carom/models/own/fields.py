@@ -61,6 +61,9 @@ def meanings(cls: type, names: Mapping[str, Any]) -> dict[str, Meaning]:
         annotations = inspect.get_annotations(cls, eval_str=True, locals=dict(names))
     except Exception as error:
         raise InputError(f"An annotation of {cls.__name__} cannot be read: {error}.") from None
+    for name in annotations:
+        if name.startswith("_"):
+            raise InputError(f"The field {name} of {cls.__name__} begins with an underscore: leave that out.")
     return {
         name: _meaning(cls, name, each)
         for name, each in annotations.items()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from carom.models import drives
@@ -24,8 +24,8 @@ class Kind:
         The methods that are compiled, and what the engine asks for each.
     required : tuple of str
         Those that a class must have.
-    asked : tuple of str
-        Methods of the value that it must have, too, which Carom calls in Python.
+    asked : dict of str to tuple of str
+        What else the class must have, which Carom asks in Python: the parameters of methods, none of facts.
     ghost : bool
         Whether its arrays have an item for the ghost.
     converted : bool
@@ -35,9 +35,14 @@ class Kind:
     name: str
     questions: dict[str, Any]
     required: tuple[str, ...]
-    asked: tuple[str, ...] = ()
+    asked: dict[str, tuple[str, ...]] = field(default_factory=dict)
     ghost: bool = False
     converted: bool = True
+
+    @property
+    def decorator(self) -> str:
+        """Name of the decorator that makes it."""
+        return {"contact law": "impact", "interaction with steps": "interaction"}.get(self.name, self.name)
 
 
 def _named(*questions: Any) -> dict[str, Any]:
@@ -67,7 +72,7 @@ INTERACTION = Kind(
         *REMEMBERED,
     ),
     ("interaction_time", "jump"),
-    ("reach",),
+    {"reach": ("self", "scene")},
     ghost=True,
 )
 STEPPED = Kind(
@@ -84,7 +89,7 @@ STEPPED = Kind(
         *REMEMBERED,
     ),
     ("step_time", "step_jump"),
-    ("reach", "energies", "step_of"),
+    {"reach": ("self", "scene"), "energies": ("self",), "step_of": ("self", "distance")},
     ghost=True,
 )
 MOTION = Kind(
@@ -129,7 +134,7 @@ OBSTACLE = Kind(
         *REMEMBERED,
     ),
     ("encounter", "outward"),
-    ("gap",),
+    {"gap": ("self", "positions", "radii", "box", "periodic")},
     ghost=True,
 )
 DRIVE = Kind("drive", _named(drives.next_time, drives.kick), ("next_time", "kick"), converted=False)
@@ -140,5 +145,5 @@ PATH = Kind(
     "path",
     _named(paths.place, paths.pace),
     ("place", "pace"),
-    ("lowest", "highest", "period", "acceleration"),
+    {"lowest": (), "highest": (), "period": (), "acceleration": ()},
 )
