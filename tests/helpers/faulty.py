@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.models import own
-from carom.models.mathematics.contact import exchange, first_contact
+from carom.models.mathematics.contact import elastic, first_contact
 from carom.models.questions.interaction import interaction_time, jump
 from carom.models.questions.motion import carry, meeting_time, position, velocity
 from carom.models.questions.particles import NEVER
@@ -30,7 +30,7 @@ def _(pair: Two, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Two, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class DragCores:
         return -math.log1p(-part) / self.g if part < 1.0 else NEVER
 
     def jump(self, i, j, rr, rv, now):
-        return exchange(self, i, j, rr, rv)
+        return elastic(self, i, j, rr, rv)
 
 
 class Curve(NamedTuple):

@@ -12,7 +12,7 @@ from helpers.faulty import Curved, Drag, DragCores, Parity, Two
 import carom
 from carom.errors import FileError, InputError, OverlapError
 from carom.models.interactions.wells import SquareWell
-from carom.models.mathematics.contact import exchange, first_contact
+from carom.models.mathematics.contact import elastic, first_contact
 from carom.models.questions.contact import exchanged_part, transfer
 from carom.models.questions.interaction import core_square, interaction_time, jump, mass, record_impulse
 from carom.models.questions.memory import copy_state, shift_epoch
@@ -39,7 +39,7 @@ def _(pair: Answering, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Answering, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 @core_square.register
@@ -62,7 +62,7 @@ def _(pair: Beside, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Beside, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 class BesideCores:

@@ -22,7 +22,7 @@ from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
 from carom.models.interactions.growing_cores import Growing
 from carom.models.interactions.hard_cores import HardCores
-from carom.models.mathematics.contact import exchange, first_contact
+from carom.models.mathematics.contact import elastic, first_contact
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles.balls import Ball
 from carom.models.questions.contact import exchanged_part, transfer
@@ -106,7 +106,7 @@ def _(pair: Bad, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Bad, i, j, rr, rv, now):
-    a, b, virial = exchange(pair, i, j, rr, rv)
+    a, b, virial = elastic(pair, i, j, rr, rv)
     if pair.wrong == "II" and i < j:
         return 1.5 * a, 1.5 * b, 1.5 * virial
     if pair.wrong == "momentum":
@@ -556,7 +556,7 @@ def _(pair: Holding, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Holding, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 @position.register

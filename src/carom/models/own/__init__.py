@@ -12,8 +12,7 @@ import sys
 from typing import TypeVar, dataclass_transform
 
 from carom.models.interactions.step_pairs import cross, end_of_step
-from carom.models.mathematics.contact import exchange as elastic
-from carom.models.mathematics.contact import first_contact
+from carom.models.mathematics.contact import elastic, first_contact
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.own import classes, kinds
 from carom.models.own.arrays import memory, per_particle, prepared
