@@ -9,7 +9,7 @@ import importlib
 import inspect
 import re
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_origin
 
 from docutils import nodes
 from sphinx import addnodes
@@ -53,8 +53,12 @@ def expanded(request: re.Match[str]) -> str:
     lines = ["```{eval-rst}"]
     # The module's own docstring, which also makes it a target of links.
     lines += [f".. automodule:: {request['module']}", "", f".. currentmodule:: {request['module']}", ""]
-    lines += [".. autosummary::", "", *(f"   {name}" for name, x in names.items() if callable(x))]
+    documented = [name for name, x in names.items() if callable(x) and not get_origin(x)]
+    lines += [".. autosummary::", "", *(f"   {name}" for name in documented)]
     for name, thing in names.items():
+        if get_origin(thing):  # the annotation of a field
+            lines += ["", f".. py:data:: {name}", "", f"   {thing.__metadata__[0].text}"]
+            continue
         if not callable(thing):  # a table or a constant: its docstring would be that of dict
             lines += ["", f".. py:data:: {name}", f"   :value: {thing!r}"]
             continue

@@ -2,12 +2,11 @@
 
 import json
 import sys
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 import carom
+from carom.models import own
 from carom.models.contacts.losses import Loss
 from carom.models.mathematics.parabolas import first_landing
 from carom.models.motions.gravity import Gravity
@@ -20,58 +19,33 @@ from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
-from carom.models.questions.obstacle import encounter, fall, outward, recoil
-from carom.models.questions.particles import NEVER
 
 LOSS = Loss(0.5, elastic_below=1e-6)
 EDGE = 5.3  # no sum of its digits is exact
 
 
-class Sticky(NamedTuple):
-    """An obstacle of one's own at a height: whoever touches it leaves with a tenth of its speed."""
-
-    height: float
-
-
-@encounter.register
-def _(obstacle: Sticky, x, v, radius, growth):
-    gap = x[1] - radius - obstacle.height
-    return max(gap / -v[1], 0.0) if v[1] < 0.0 else NEVER
-
-
-@fall.register
-def _(obstacle: Sticky, g, x, v, radius, growth, now):
-    return first_landing(x[1] - radius - obstacle.height, v[1], g[1])
-
-
-@outward.register
-def _(obstacle: Sticky, x, axis):
-    return float(axis == 1)
-
-
-@recoil.register
-def _(obstacle: Sticky, motion, i, mass, x, v, normal, growth, now):
-    v[1] = -0.1 * v[1]
-
-
-@dataclass(frozen=True)
+@own.obstacle
 class Flypaper:
-    """Its value; it says nothing of walls."""
+    """An obstacle at a height: whoever touches it leaves with a tenth of its speed. It knows no walls."""
 
     height: float = 0.0
     name: str = "floor"
 
-    def check(self, box, periodic):
-        pass
-
     def gap(self, positions, radii, box, periodic):
         return positions[:, 1] - self.height - radii
 
-    def model(self):
-        return Sticky(self.height)
+    def encounter(self, x, v, radius, growth):
+        gap = x[1] - radius - self.height
+        return max(gap / -v[1], 0.0) if v[1] < 0.0 else own.NEVER
 
-    def live(self, particles):
-        return self.model()
+    def fall(self, g, x, v, radius, growth, now):
+        return first_landing(x[1] - radius - self.height, v[1], g[1])
+
+    def outward(self, x, axis):
+        return float(axis == 1)
+
+    def recoil(self, motion, i, mass, x, v, normal, growth, now):
+        v[1] = -0.1 * v[1]
 
 
 def normal(d, axis, side):

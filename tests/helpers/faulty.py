@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.models.mathematics.contact import exchange, first_contact
+from carom.models import own
+from carom.models.mathematics.contact import elastic, first_contact
 from carom.models.questions.interaction import interaction_time, jump
-from carom.models.questions.motion import carry, exit_time, meeting_time, position, velocity
+from carom.models.questions.motion import carry, meeting_time, position, velocity
 from carom.models.questions.particles import NEVER
 
 
@@ -29,7 +30,7 @@ def _(pair: Two, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Two, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 @dataclass(frozen=True)
@@ -51,70 +52,43 @@ class Parity:
         return Two(self.like**2, self.unlike**2, kinds, *sizes)._replace(**dict(self.change))
 
 
-class Slow(NamedTuple):
+@own.motion
+class Drag:
     """Drag: v' = -g v."""
 
-    g: float
-
-
-@position.register
-def _(motion: Slow, axis, x, v, t):
-    return x - v * math.expm1(-motion.g * t) / motion.g
-
-
-@velocity.register
-def _(motion: Slow, axis, v, t):
-    return v * math.exp(-motion.g * t)
-
-
-@exit_time.register
-def _(motion: Slow, axis, x, v, low, high):
-    way = max(high - x, 0.0) if v > 0.0 else max(x - low, 0.0)
-    part = motion.g * way / abs(v) if v != 0.0 else 1.0
-    return (-math.log1p(-part) / motion.g if part < 1.0 else NEVER), np.int64(v > 0.0)
-
-
-@dataclass(frozen=True)
-class Drag:
-    g: float
+    g: own.Rate
     straight = False
 
     def conserves(self, axis):
         return False
 
-    def model(self, particles):
-        return Slow(float(particles.unit.to_kernel(self.g, -1)))
+    def position(self, axis, x, v, t):
+        return x - v * math.expm1(-self.g * t) / self.g
+
+    def velocity(self, axis, v, t):
+        return v * math.exp(-self.g * t)
+
+    def exit_time(self, axis, x, v, low, high):
+        way = max(high - x, 0.0) if v > 0.0 else max(x - low, 0.0)
+        part = self.g * way / abs(v) if v != 0.0 else 1.0
+        return (-math.log1p(-part) / self.g if part < 1.0 else NEVER), np.int64(v > 0.0)
 
 
-class SlowCores(NamedTuple):
+@own.interaction
+class DragCores:
     """Hard cores whose times are those of the drag."""
 
-    g: float
-    radii: np.ndarray
-    masses: np.ndarray
-
-
-@interaction_time.register
-def _(pair: SlowCores, i, j, rr, rv, vv, now):
-    part = pair.g * first_contact(rr - 1.0, rv, vv)
-    return -math.log1p(-part) / pair.g if part < 1.0 else NEVER
-
-
-@jump.register
-def _(pair: SlowCores, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
-
-
-@dataclass(frozen=True)
-class DragCores:
-    g: float
+    g: own.Rate
 
     def reach(self, scene):
         return 1.0
 
-    def model(self, particles):
-        sizes = particles.with_ghost(particles.radii), particles.with_ghost(particles.masses)
-        return SlowCores(float(particles.unit.to_kernel(self.g, -1)), *sizes)
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        part = self.g * first_contact(rr - 1.0, rv, vv)
+        return -math.log1p(-part) / self.g if part < 1.0 else NEVER
+
+    def jump(self, i, j, rr, rv, now):
+        return elastic(self, i, j, rr, rv)
 
 
 class Curve(NamedTuple):

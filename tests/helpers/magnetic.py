@@ -4,25 +4,13 @@ A script, too, for plain Python (``plain.py``): how deep charges that grow sank 
 """
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 import carom
+from carom.models import own
 from carom.models.mathematics.roots import curvature, next_fall, slope, value
-from carom.models.questions.motion import carry, meeting_time, position, velocity
-from carom.models.questions.obstacle import meeting
-from carom.models.questions.particles import NEVER
-from carom.models.questions.walls import wall_meeting
-
-
-class Turning(NamedTuple):
-    """Frequency, the edges of the box, and along which axes it is periodic."""
-
-    w: float
-    box: tuple
-    wraps: tuple
 
 
 class Circling(NamedTuple):
@@ -84,86 +72,81 @@ def _(q: Height, start, end):
     return q.w * math.sqrt(q.u * q.u + q.v * q.v)
 
 
-@position.register
-def _(motion: Turning, axis, x, v, t):
-    return x + v * t
+LONG = 8.0 * math.pi
+"""Phases to look ahead: some turns, for what grows."""
 
 
-@velocity.register
-def _(motion: Turning, axis, v, t):
-    return v
-
-
-@carry.register
-def _(motion: Turning, x, v, t, there, then):
-    w, vx, vy = motion.w, v[0], v[1]
+def turn(w, x, v, t, there, then):
+    """Write place and velocity of a charge a time ``t`` later."""
+    vx, vy = v[0], v[1]
     s, c = math.sin(w * t), 2.0 * math.sin(0.5 * w * t) ** 2
     there[0] = x[0] + (vx * s + vy * c) / w
     there[1] = x[1] + (vy * s - vx * c) / w
     then[0] = vx + vy * s - vx * c
     then[1] = vy - vx * s - vy * c
-    return there, then, 0.0
 
 
-@meeting_time.register
-def _(motion: Turning, me, other, now, contact, rate, limit, span):
-    a, b = np.empty(2), np.empty(2)
-    u, v = np.empty(2), np.empty(2)
-    carry(motion, me.x, me.v, now - me.t, a, u)
-    carry(motion, other.x, other.v, now - other.t, b, v)
-    best, clamped = NEVER, False
-    for kx in range(-motion.wraps[0], motion.wraps[0] + 1):
-        for ky in range(-motion.wraps[1], motion.wraps[1] + 1):
-            x, y = b[0] - a[0] + kx * motion.box[0], b[1] - a[1] + ky * motion.box[1]
-            curve = Circling(x, y, v[0] - u[0], v[1] - u[1], motion.w, contact, rate)
-            t = next_fall(curve, min(span, 2.0 * math.pi / motion.w) if rate == 0.0 else span)
-            if t < best:
-                best, clamped = t, t == 0.0 and value(curve, 0.0) < 0.0
-    return best, clamped
-
-
-@meeting.register
-def _(motion: Turning, obstacle, x, v, radius, growth, now):
-    center, contact = obstacle.center, obstacle.radius + radius
-    curve = Circling(x[0] - center[0], x[1] - center[1], v[0], v[1], motion.w, contact, growth)
-    return next_fall(curve, LONG / motion.w)
-
-
-@wall_meeting.register
-def _(motion: Turning, walls, x, v, radius, growth):
-    best, number = NEVER, np.int64(-1)
-    for axis in range(2):
-        if motion.wraps[axis] == 0:
-            turned = v[1] if axis == 0 else -v[0]
-            for side in range(2):
-                sense = 1.0 if side == 1 else -1.0
-                gap = (motion.box[axis] - x[axis] if side == 1 else x[axis]) - radius
-                curve = Height(gap, sense * v[axis], sense * turned, motion.w, growth)
-                t = next_fall(curve, LONG / motion.w)
-                if t < best:
-                    best, number = t, np.int64(2 * axis + side)
-    return best, number
-
-
-LONG = 8.0 * math.pi
-"""Phases to look ahead: some turns, for what grows."""
-
-
-@dataclass(frozen=True)
+@own.motion
 class Magnetic:
     """Equal charges of equal mass in a magnetic field: they turn with one frequency."""
 
-    frequency: float
-    wraps: tuple = (0, 0)
+    frequency: own.Rate
+    wraps: tuple[int, int] = (0, 0)
     straight = False
     curved = True
+
+    @own.prepared
+    def box(self, particles):
+        return tuple(map(float, particles.box))
 
     def conserves(self, axis):
         return False
 
-    def model(self, particles):
-        w = float(particles.unit.to_kernel(self.frequency, -1))
-        return Turning(w, tuple(map(float, particles.box)), self.wraps)
+    def position(self, axis, x, v, t):
+        return x + v * t
+
+    def velocity(self, axis, v, t):
+        return v
+
+    def carry(self, x, v, t, there, then):
+        turn(self.frequency, x, v, t, there, then)
+        return there, then, 0.0
+
+    def meeting_time(self, me, other, now, contact, rate, limit, span):
+        w = self.frequency
+        a, b = np.empty(2), np.empty(2)
+        u, v = np.empty(2), np.empty(2)
+        turn(w, me.x, me.v, now - me.t, a, u)
+        turn(w, other.x, other.v, now - other.t, b, v)
+        best, clamped = own.NEVER, False
+        for kx in range(-self.wraps[0], self.wraps[0] + 1):
+            for ky in range(-self.wraps[1], self.wraps[1] + 1):
+                x, y = b[0] - a[0] + kx * self.box[0], b[1] - a[1] + ky * self.box[1]
+                curve = Circling(x, y, v[0] - u[0], v[1] - u[1], w, contact, rate)
+                t = next_fall(curve, min(span, 2.0 * math.pi / w) if rate == 0.0 else span)
+                if t < best:
+                    best, clamped = t, t == 0.0 and value(curve, 0.0) < 0.0
+        return best, clamped
+
+    def meeting(self, obstacle, x, v, radius, growth, now):
+        center, contact = obstacle.center, obstacle.radius + radius
+        w = self.frequency
+        curve = Circling(x[0] - center[0], x[1] - center[1], v[0], v[1], w, contact, growth)
+        return next_fall(curve, LONG / w)
+
+    def wall_meeting(self, walls, x, v, radius, growth):
+        best, number = own.NEVER, np.int64(-1)
+        for axis in range(2):
+            if self.wraps[axis] == 0:
+                turned = v[1] if axis == 0 else -v[0]
+                for side in range(2):
+                    sense = 1.0 if side == 1 else -1.0
+                    gap = (self.box[axis] - x[axis] if side == 1 else x[axis]) - radius
+                    curve = Height(gap, sense * v[axis], sense * turned, self.frequency, growth)
+                    t = next_fall(curve, LONG / self.frequency)
+                    if t < best:
+                        best, number = t, np.int64(2 * axis + side)
+        return best, number
 
 
 def charges(n, box, wraps, obstacles=(), seed=1):

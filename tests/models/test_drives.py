@@ -1,8 +1,6 @@
 """Drives: exact averages, bits that nothing changes, drives of one's own, and what is refused."""
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,8 +8,8 @@ from helpers.mixtures import mixture
 
 import carom
 from carom.errors import InputError
-from carom.models import SquareWell
-from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise, kick, next_time
+from carom.models import SquareWell, own
+from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.questions.particles import NEVER
@@ -202,33 +200,25 @@ def test_a_scene_without_a_drive_has_no_byte_of_one():
     assert carom.Simulation(disks(None), seed=1).drive is None
 
 
-class Gate(NamedTuple):
+@own.drive
+class OneWay:
     """Who comes from above is turned round."""
 
     place: float
-    edge: float
-    turned: np.ndarray
+    turned = own.memory(0)
 
+    @own.prepared
+    def edge(self, particles):
+        return particles.box[0]
 
-@next_time.register
-def _(gate: Gate, i, x, v, time):
-    if v[0] >= 0.0:
-        return NEVER
-    return time + ((x[0] - gate.place) % gate.edge) / -v[0]
+    def next_time(self, i, x, v, time):
+        if v[0] >= 0.0:
+            return NEVER
+        return time + ((x[0] - self.place) % self.edge) / -v[0]
 
-
-@kick.register
-def _(gate: Gate, i, mass, x, v, time):
-    v[0] = -v[0]
-    gate.turned[i] += 1
-
-
-@dataclass(frozen=True)
-class OneWay:
-    place: float
-
-    def model(self, particles):
-        return Gate(self.place, particles.box[0], np.zeros(len(particles.radii), np.int64))
+    def kick(self, i, mass, x, v, time):
+        v[0] = -v[0]
+        self.turned[i] += 1
 
 
 def test_a_gate_of_ones_own_lets_disks_pass_one_way_and_keeps_the_energy(tmp_path):
@@ -253,33 +243,22 @@ def test_a_gate_of_ones_own_lets_disks_pass_one_way_and_keeps_the_energy(tmp_pat
     assert rounds.sum() > start.sum()
 
 
-class Late(NamedTuple):
-    never_moves: float
-
-
-@next_time.register
-def _(drive: Late, i, x, v, time):
-    return time
-
-
-@kick.register
-def _(drive: Late, i, mass, x, v, time):
-    v[0] = drive.never_moves
-
-
-@dataclass(frozen=True)
+@own.drive
 class AtOnce:
-    v: float = 1.0
+    finite: bool = True
 
-    def model(self, particles):
-        return Late(self.v)
+    def next_time(self, i, x, v, time):
+        return time
+
+    def kick(self, i, mass, x, v, time):
+        v[0] = 1.0 if self.finite else np.nan
 
 
 def test_a_wrong_drive_is_refused_before_it_is_compiled():
     with pytest.raises(InputError, match=r"AtOnce does not keep.*do not all come at one time"):
         carom.Simulation(disks(AtOnce()))
     with pytest.raises(InputError, match="kick leaves a velocity that is finite"):
-        carom.Simulation(disks(AtOnce(math.nan)))
+        carom.Simulation(disks(AtOnce(finite=False)))
     assert not carom.check(AtOnce()).passed
     assert carom.check(OneWay(1.0)).passed
     with pytest.raises(InputError, match="drive must be a value with model, such as Andersen"):

@@ -12,7 +12,7 @@ from helpers.faulty import Curved, Drag, DragCores, Parity, Two
 import carom
 from carom.errors import FileError, InputError, OverlapError
 from carom.models.interactions.wells import SquareWell
-from carom.models.mathematics.contact import exchange, first_contact
+from carom.models.mathematics.contact import elastic, first_contact
 from carom.models.questions.contact import exchanged_part, transfer
 from carom.models.questions.interaction import core_square, interaction_time, jump, mass, record_impulse
 from carom.models.questions.memory import copy_state, shift_epoch
@@ -40,7 +40,7 @@ def _(pair: Answering, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Answering, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 @core_square.register
@@ -63,7 +63,7 @@ def _(pair: Beside, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Beside, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 class BesideCores:
@@ -476,7 +476,7 @@ def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
 def test_a_memory_that_cannot_be_copied_is_refused_where_models_are_made_anew(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
     sim = carom.Simulation(SCENE.with_(interaction=Remembering()))
-    with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* answer to copy_state"):
+    with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* a method copy_state"):
         sim._state.refit()
     with pytest.raises(InputError, match="Fading has a memory"):
         carom.Simulation(SCENE.with_(impact=Fades()), growth=0.1)

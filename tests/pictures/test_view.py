@@ -492,98 +492,63 @@ for name, value in values.items():
         sim.run(collisions=5)
 """
 OWN_VALUES = """
-from typing import NamedTuple
 import numpy as np
-from carom.models.mathematics.contact import exchange, first_contact
-from carom.models.questions.contact import transfer
-from carom.models.questions.interaction import interaction_time, jump
-from carom.models.questions.motion import exit_time, position, velocity
-from carom.models.questions.obstacle import encounter, outward
-from carom.models.questions.particles import NEVER
+from carom.models import own
 
-class Lossy(NamedTuple):
-    part: float
-
-@transfer.register
-def _(impact: Lossy, rr, rv):
-    return impact.part
-
+@own.impact
 class Law:
-    def model(self, particles):
-        return Lossy(0.95)
+    def transfer(self, rr, rv):
+        return 0.95
 
-class Flight(NamedTuple):
-    g: float
-
-@position.register
-def _(motion: Flight, axis, x, v, t):
-    return x + (v + 0.5 * motion.g * t) * t
-
-@velocity.register
-def _(motion: Flight, axis, v, t):
-    return v + motion.g * t
-
-@exit_time.register
-def _(motion: Flight, axis, x, v, low, high):
-    root = v * v + 2.0 * motion.g * (high - x)
-    if motion.g == 0.0:
-        return (max(((high if v > 0.0 else low) - x) / v, 0.0) if v != 0.0 else NEVER), np.int64(v > 0.0)
-    down = v * v + 2.0 * motion.g * (low - x)
-    if v < 0.0 and down >= 0.0:
-        return max((-v - np.sqrt(down)) / motion.g, 0.0), np.int64(0)
-    return max((-v + np.sqrt(root)) / motion.g, 0.0), np.int64(1)
-
+@own.motion
 class Drift:
-    def model(self, particles):
-        return Flight(0.0)
+    def position(self, axis, x, v, t):
+        return x + v * t
 
+    def velocity(self, axis, v, t):
+        return v
+
+@own.motion
 class Bend:
+    g: own.Acceleration = 0.25
     straight = False
 
-    def model(self, particles):
-        return Flight(float(particles.unit.to_kernel(0.25, -2)))
+    def position(self, axis, x, v, t):
+        return x + (v + 0.5 * self.g * t) * t
 
-class Cores(NamedTuple):
-    radii: np.ndarray
-    masses: np.ndarray
+    def velocity(self, axis, v, t):
+        return v + self.g * t
 
-@interaction_time.register
-def _(pair: Cores, i, j, rr, rv, vv, now):
-    return first_contact(rr - 1.0, rv, vv)
+    def exit_time(self, axis, x, v, low, high):
+        root = v * v + 2.0 * self.g * (high - x)
+        down = v * v + 2.0 * self.g * (low - x)
+        if v < 0.0 and down >= 0.0:
+            return max((-v - np.sqrt(down)) / self.g, 0.0), np.int64(0)
+        return max((-v + np.sqrt(root)) / self.g, 0.0), np.int64(1)
 
-@jump.register
-def _(pair: Cores, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
-
+@own.interaction
 class Core:
     def reach(self, scene):
         return 1.0
 
-    def model(self, particles):
-        return Cores(particles.with_ghost(particles.radii), particles.with_ghost(particles.masses))
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return own.first_contact(rr - 1.0, rv, vv)
 
-class Level(NamedTuple):
-    height: float
+    def jump(self, i, j, rr, rv, now):
+        return own.elastic(self, i, j, rr, rv)
 
-@encounter.register
-def _(obstacle: Level, x, v, radius, growth):
-    return max((x[1] - obstacle.height - radius) / -v[1], 0.0) if v[1] < 0.0 else NEVER
-
-@outward.register
-def _(obstacle: Level, x, axis):
-    return 1.0 if axis == 1 else 0.0
-
+@own.obstacle
 class Floor:
-    name = "floor"
-
-    def check(self, box, periodic):
-        pass
+    name: str = "floor"
 
     def gap(self, positions, radii, box, periodic):
         return positions[:, 1] - 1.0 - radii
 
-    def model(self):
-        return Level(1.0)
+    def encounter(self, x, v, radius, growth):
+        return max((x[1] - 1.0 - radius) / -v[1], 0.0) if v[1] < 0.0 else own.NEVER
+
+    def outward(self, x, axis):
+        return 1.0 if axis == 1 else 0.0
 """
 
 

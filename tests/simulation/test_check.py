@@ -17,7 +17,7 @@ from carom.models import Ball, Box, Plane, Segment, SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.steps import Steps
 from carom.models.interactions.wells import StepTable
-from carom.models.mathematics.contact import exchange, first_contact, leave_round
+from carom.models.mathematics.contact import elastic, first_contact, leave_round
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.obstacles.paths import Sine, pace, place
@@ -65,7 +65,7 @@ def _(pair: Cores, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Cores, i, j, rr, rv, now):
-    a, b, virial = exchange(pair, i, j, rr, rv)
+    a, b, virial = elastic(pair, i, j, rr, rv)
     if pair.fault == "energy":
         return 1.1 * a, 1.1 * b, 1.1 * virial
     if pair.fault == "clay":
@@ -617,7 +617,7 @@ def _(pair: Misspelt, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: Misspelt, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 class MisspeltCores(Parity):

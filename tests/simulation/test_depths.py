@@ -1,21 +1,17 @@
 """Overlaps are measured from distances: a collision that was lost shows in the statistics."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import carom
-from carom.models import Ball, Plane
+from carom.models import Ball, Plane, own
 from carom.models.interactions.bonds import Bonds, chains
 from carom.models.interactions.wells import SquareWell
-from carom.models.mathematics.contact import exchange, first_contact
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
-from carom.models.questions.interaction import core_square, growth, interaction_time, jump
-from carom.models.questions.particles import NEVER
 from carom.simulation.depths import MOST, Depths
 
 EPS = float(np.finfo(np.float64).eps)
@@ -156,64 +152,47 @@ def test_few_of_many_states_are_kept_and_evenly():
     assert apart.max() <= 2.0 * 1000.0 / MOST
 
 
-class Forgetful(NamedTuple):
+@own.interaction
+class Forgetful:
     """Hard cores, of which two never tell that they meet."""
 
-    number: np.ndarray
-    radii: np.ndarray
-    masses: np.ndarray
+    @own.per_particle
+    def number(self, particles):
+        return np.arange(len(particles.radii))
+
+    def reach(self, scene):
+        return 1.0
+
+    def core_square(self, i, j, now):
+        return 1.0
+
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        t = own.first_contact(rr - 1.0, rv, vv)
+        return own.NEVER if self.number[i] * self.number[j] == 2 else t
+
+    def jump(self, i, j, rr, rv, now):
+        return own.elastic(self, i, j, rr, rv)
 
 
-@core_square.register
-def _(pair: Forgetful, i, j, now):
-    return 1.0
-
-
-@interaction_time.register
-def _(pair: Forgetful, i, j, rr, rv, vv, now):
-    t = first_contact(rr - 1.0, rv, vv)
-    return NEVER if pair.number[i] * pair.number[j] == 2.0 else t
-
-
-@jump.register
-def _(pair: Forgetful, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
-
-
-class Widening(NamedTuple):
+@own.interaction
+class Widen:
     """Cores whose diameter grows by a tenth in a unit of the engine's time."""
 
-    radii: np.ndarray
-    masses: np.ndarray
-
-
-@core_square.register
-def _(pair: Widening, i, j, now):
-    return (1.0 + 0.1 * now) ** 2
-
-
-@interaction_time.register
-def _(pair: Widening, i, j, rr, rv, vv, now):
-    contact = 1.0 + 0.1 * now
-    return first_contact(rr - contact * contact, rv - 0.1 * contact, vv - 0.01)
-
-
-@jump.register
-def _(pair: Widening, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv - 0.1 * np.sqrt(rr))
-
-
-@growth.register
-def _(pair: Widening, i):
-    return 0.05
-
-
-class Widen:
     def reach(self, scene):
         return 2.0
 
-    def model(self, particles):
-        return Widening(particles.with_ghost(particles.radii), particles.with_ghost(particles.masses))
+    def core_square(self, i, j, now):
+        return (1.0 + 0.1 * now) ** 2
+
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        contact = 1.0 + 0.1 * now
+        return own.first_contact(rr - contact * contact, rv - 0.1 * contact, vv - 0.01)
+
+    def jump(self, i, j, rr, rv, now):
+        return own.elastic(self, i, j, rr, rv - 0.1 * np.sqrt(rr))
+
+    def growth(self, i):
+        return 0.05
 
 
 @pytest.mark.usefixtures("unscheduled")
@@ -228,23 +207,13 @@ def test_cores_are_those_of_the_time_of_the_state():
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
-class Cores:
-    def reach(self, scene):
-        return 1.0
-
-    def model(self, particles):
-        wide = particles.with_ghost
-        numbers = wide(np.arange(len(particles.radii)))
-        return Forgetful(numbers, wide(particles.radii), wide(particles.masses))
-
-
 def test_a_lost_collision_shows_though_the_two_have_parted_again():
     # So many that a simulation does not try the two, which are 1 and 2.
     n = 60
     places = np.array([[1.0 + 3.0 * (k % 10), 1.0 + 3.0 * (k // 10)] for k in range(n)])
     velocities = np.zeros((n, 2))
     velocities[1, 0], velocities[2, 0] = 1.0, -1.0
-    sim = carom.Simulation(carom.Scene(places, 30.0, velocities=velocities, interaction=Cores()))
+    sim = carom.Simulation(carom.Scene(places, 30.0, velocities=velocities, interaction=Forgetful()))
     for _ in sim.sample(every=0.25, count=12):
         pass
     distance = abs(np.diff(sim.frame().positions[1:3, 0])[0])

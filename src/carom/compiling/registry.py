@@ -106,6 +106,11 @@ def _strict(face, question):
     return face
 
 
+def is_noted(function: Any) -> bool:
+    """Tell whether compiled code may call a function already."""
+    return any(each is function for each, _ in _noted)
+
+
 def answers(question, kind: type) -> bool:
     """Tell whether a type of model has an answer of its own to a question."""
     return kind in question.registry

@@ -16,6 +16,7 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.files import parameters, tables
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.motions.free_flight import FreeFlight
+from carom.models.own.classes import kind_of
 from carom.models.questions.contact import transfer
 from carom.models.questions.interaction import interaction_time, jump
 from carom.models.questions.motion import position, velocity
@@ -59,6 +60,9 @@ def checked(kind: str, value: Any) -> Any:
     wanted = f"{kind} must be a value with {' and '.join(METHODS[kind])}, such as {example}()"
     if isinstance(value, type):
         raise InputError(f"{wanted}; found the class {value.__name__}, not a value of it.")
+    known = kind_of(value)
+    if known is not None and known.decorator != kind:
+        raise InputError(f"{wanted}; found {type(value).__name__}, which is made with own.{known.decorator}.")
     for name in METHODS[kind]:
         if not callable(getattr(value, name, None)):
             raise InputError(f"{wanted}; found {checks.describe(value)}, which {lacks(value, name)}.")
@@ -136,8 +140,8 @@ def answered(kind: str, model: Any) -> Any:
     for question in STEPPED if steps else REQUIRED[kind]:
         if not registry.answers(question, type(model)):
             raise InputError(
-                f"The {kind} {type(model).__name__} does not answer {question.__name__}: register a function "
-                f"with @{question.__name__}.register (docs/models.md)."
+                f"The {kind} {type(model).__name__} does not answer {question.__name__}: give it that method "
+                "(docs/models.md)."
             )
     return model
 

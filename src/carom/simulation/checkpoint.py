@@ -149,7 +149,9 @@ def load(
             rates=rates,
             currents=bool(attributes["currents"]),
             flights=bool(attributes["flights"]),
-            observers=own_observers.recalled(json.loads(str(attributes["observers"])), observers),
+            observers=own_observers.recalled(
+                json.loads(str(attributes["observers"])), observers, system.particles
+            ),
         )
         if isinstance(scene.impact, Restitution):
             speed = unit.to_scene(soundness.real(attributes, "threshold", 0.0), -1)

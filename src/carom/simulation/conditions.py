@@ -14,11 +14,13 @@ from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.interactions.growing_cores import Growing
 from carom.models.motions.free_flight import FreeFlight
+from carom.models.own.classes import kind_of, sized
+from carom.models.own.kinds import DRIVE, IMPACT, MOTION, OBSERVER, PATH
 from carom.models.questions.motion import meeting_time
 from carom.models.questions.obstacle import Obstacle
 from carom.models.questions.particles import Particles
 from carom.scene.scene import Scene
-from carom.simulation import probes
+from carom.simulation import own_observers, probes
 from carom.simulation.drive_trials import try_drive
 from carom.simulation.motion_trials import has_axis, try_flight
 from carom.simulation.obstacle_trials import ObstacleTrial
@@ -95,9 +97,10 @@ def check(
 
     Parameters
     ----------
-    value : interaction, motion, impact, drive or obstacle
+    value : interaction, motion, impact, drive, obstacle or observer
         As :class:`carom.Scene` takes it. It is tested with eight components of two species, with diameters
-        from 0.6 to 1.4 and masses from 0.3 to 3; an obstacle with small components near to it.
+        from 0.6 to 1.4 and masses from 0.3 to 3; an obstacle with small components near to it. An observer is
+        told of made-up events.
     motion : motion, optional
         How components move: an interaction or an obstacle may be right in one motion only. By default they
         fly freely.
@@ -133,6 +136,7 @@ def check(
     for each in dimensions:
         checks.integer(each, "dimensions", low=1)
     pairs = checks.integer(pairs, "pairs", low=1)
+    value = sized(value, COMPONENTS)
     kind = _kind(value)
     if motion is not None and kind not in ("interaction", "obstacle"):
         raise InputError(
@@ -293,12 +297,24 @@ def _check_drive(
         try_drive(model, moving, record, rng, int(rng.integers(COMPONENTS)))
 
 
+def _check_observer(
+    value: Any, some: Particles, moving: Setting, pairs: int, rng: np.random.Generator, record: Record
+) -> None:
+    scene = _scene(some)
+    own_observers.tell(value.model(some), scene, some.radii, 1)
+    record.note("told", scene.dimension, True)
+
+
 _TRIED = {
     "interaction": _check_interaction,
     "motion": _check_motion,
     "impact": _check_impact,
     "drive": _check_drive,
+    "observer": _check_observer,
 }
+
+_OWN = {MOTION: "motion", IMPACT: "impact", DRIVE: "drive", OBSERVER: "observer"}
+"""What kinds of models of one's own are, apart from those that a method tells."""
 
 
 def _check_obstacle(
@@ -370,7 +386,14 @@ def _listed(dimensions: tuple[int, ...]) -> str:
 
 
 def _kind(value: Any) -> str:
-    """Return which of the five a value is, by its methods and the questions that its model answers."""
+    """Return which of the six a value is, by its methods and the questions that its model answers."""
+    known = kind_of(value)
+    if known in _OWN:
+        return _OWN[known]
+    if known is PATH:
+        raise InputError(
+            f"{type(value).__name__} is a path: check the obstacle that moves along it, Shaken(...)."
+        )
     if isinstance(value, type) or not callable(getattr(value, "model", None)):
         raise InputError(
             "check() needs the value of an interaction, a motion, an impact, a drive or an obstacle, found "

@@ -116,7 +116,7 @@ def refuse_pair_and_motion(scene: Scene, system: System) -> None:
         if system.curved and not model_checks.answers(core_square, pair):
             raise InputError(
                 f"On curved paths two components touch at the distance that core_square answers, which "
-                f"{type(pair).__name__} does not: register a function with @core_square.register."
+                f"{type(pair).__name__} does not: give it that method."
             )
     if own_motion:
         refuse_motion_that_is_none(system)
@@ -202,7 +202,7 @@ def refuse_motion_that_is_none(system: System) -> None:
             if not model_checks.answers(question, model):
                 raise InputError(
                     f"{name} has curved = True, and {type(model).__name__} does not answer "
-                    f"{question.__name__}: register a function with @{question.__name__}.register."
+                    f"{question.__name__}: give it that method."
                 )
     elif model_checks.answers(meeting_time, model):
         raise InputError(f"{type(model).__name__} answers meeting_time: give {name} curved = True.")
@@ -330,7 +330,7 @@ def check_copy_state(system: System) -> None:
         if model_checks.is_own(model) and remembers and not model_checks.answers(copy_state, model):
             raise InputError(
                 f"{type(model).__name__} has a memory, and rescale() and growth make the models anew: "
-                "register an answer to copy_state that copies it."
+                "give it a method copy_state that copies it."
             )
 
 

@@ -13,6 +13,8 @@ from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.files import parameters
+from carom.models.own.classes import kind_of
+from carom.models.own.kinds import OBSERVER
 from carom.models.questions.observer import (
     QUESTIONS,
     Epoch,
@@ -22,6 +24,7 @@ from carom.models.questions.observer import (
     at_obstacle,
     at_pair,
 )
+from carom.models.questions.particles import Particles
 from carom.models.questions.steps import CORE
 from carom.simulation.trials import in_plain_python
 
@@ -36,7 +39,14 @@ TRIED = 64
 
 def is_observer(value: Any) -> bool:
     """Tell whether a value is an observer of events."""
+    if kind_of(value) is OBSERVER:
+        return True
     return isinstance(value, tuple) and any(model_checks.answers(each, value) for each in QUESTIONS)
+
+
+def compiled(value: Any, particles: Particles) -> Any:
+    """Return what the engine compiles for an observer: with arrays for these ``particles``."""
+    return value.model(particles) if kind_of(value) is OBSERVER else value
 
 
 def checked(observers: Sequence[Any], scene: Scene, system: System) -> tuple[Any, ...]:
@@ -49,25 +59,39 @@ def checked(observers: Sequence[Any], scene: Scene, system: System) -> tuple[Any
     """
     if hasattr(observers, "_fields") or not isinstance(observers, list | tuple):
         raise InputError(f"observers must be a list of observers, found {checks.describe(observers)}.")
+    found = []
     for each in observers:
         if isinstance(each, type) or not is_observer(each):
-            found = f"the class {each.__name__}" if isinstance(each, type) else checks.describe(each)
+            what = f"the class {each.__name__}" if isinstance(each, type) else checks.describe(each)
             raise InputError(
-                "An observer is a NamedTuple of arrays, for whose class a function is registered with "
-                f"at_pair.register, at_obstacle.register or at_epoch.register; found {found}."
+                "An observer is a value of a class with @own.observer and at_pair, at_obstacle or at_epoch "
+                f"(docs/models.md); found {what}."
             )
-        model_checks.compilable("observer", each)
         with in_plain_python(each):
-            _try(copied(each), scene, system)
-    return tuple(map(copied, observers))
+            observer = compiled(each, system.particles)
+            model_checks.compilable("observer", observer)
+            fixed = len(scene.obstacles) + 2 * int(np.sum(~np.asarray(scene.periodic)))
+            tell(copied(observer), scene, system.particles.radii, fixed)
+        found.append(copied(observer))
+    return tuple(found)
 
 
-def _try(observer: Any, scene: Scene, system: System) -> None:
-    """Tell an observer of events that might happen in a scene."""
+def tell(observer: Any, scene: Scene, radii: np.ndarray, fixed: int) -> None:
+    """Tell an observer of events that might happen in a scene, in plain Python.
+
+    Parameters
+    ----------
+    observer : model
+        Its arrays are written to.
+    scene : Scene
+        The scene.
+    radii : (n,) array
+        Of the particles [length].
+    fixed : int
+        How many walls and obstacles there are.
+    """
     rng, n, d = np.random.default_rng(4), scene.n, scene.dimension
     pace = 1.0 if scene.velocities is None else float(np.sqrt(np.mean(scene.velocities**2))) or 1.0
-    radii = system.particles.radii
-    fixed = len(scene.obstacles) + 2 * int(np.sum(~np.asarray(scene.periodic)))
     for _ in range(TRIED):
         i, j = (int(k) for k in rng.integers(0, n, 2))
         normal = rng.normal(size=d)
@@ -106,14 +130,26 @@ def _bare(value: Any) -> Any:
     return value
 
 
-def recalled(kept: Sequence[Mapping[str, Any]], given: Sequence[Any]) -> tuple[Any, ...]:
+def recalled(
+    kept: Sequence[Mapping[str, Any]], values: Sequence[Any], particles: Particles
+) -> tuple[Any, ...]:
     """Return the observers of a run from a file, whose arrays are not filled yet.
+
+    Parameters
+    ----------
+    kept : sequence of tables
+        What the file keeps of each.
+    values : sequence of observers
+        Those that are given.
+    particles : Particles
+        The particles of the run.
 
     Raises
     ------
     InputError
         If those that are given are not those of the run.
     """
+    given = [compiled(each, particles) for each in values]
     if len(kept) != len(given):
         names = ", ".join(str(each.get("class")) for each in kept) or "none"
         raise InputError(

@@ -71,7 +71,7 @@ class Simulation:
         Write every collision to this HDF5 file (see ``docs/files``); in double precision only.
     currents : bool
         Add up the currents of momentum and heat, for :meth:`helfand`.
-    observers : sequence of NamedTuples
+    observers : sequence of observers
         Observers of your own, which add up something of every event (``docs/models``). They need one core.
     cores : int or "auto"
         Cores that run this one system together. The bits are those of one core (``docs/parallel``). "auto"
@@ -417,7 +417,7 @@ class Simulation:
             All obstacles of the scene, if one is of your own class, because a file holds no code.
         interaction, motion, impact, drive : values, optional
             Those of the scene, if one is of your own class.
-        observers : sequence of NamedTuples
+        observers : sequence of observers
             The observers that the run was made with; what they had added up is taken from the file.
         cores : int or "auto"
             As for a new simulation; their number may differ from before.

@@ -265,8 +265,8 @@ def check_meetings(system: System, scene: Scene) -> None:
             raise InputError(f"growth is not defined where {value.name} moves or loses energy; leave it out.")
         if bends and not _falls(each):
             raise InputError(
-                f"{value.name} is met in straight flight only: register an answer of "
-                f"{type(each).__name__} to fall (docs/gravity.md)."
+                f"{value.name} is met in straight flight only: give {type(each).__name__} a method fall "
+                "(docs/gravity.md)."
             )
 
 

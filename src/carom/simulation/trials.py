@@ -52,6 +52,7 @@ SENTENCES = {
     "due": "next_time is a number, and not in the past",
     "kick": "kick leaves a velocity that is finite",
     "later": "the events of a component do not all come at one time",
+    "told": "an observer can be told of every event",
     "touching": "who touches an obstacle, or is inside by rounding, and approaches meets it now",
 }
 """What is tried."""

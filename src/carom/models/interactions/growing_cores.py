@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner
-from carom.models.mathematics.contact import contact_time_known, exchange
+from carom.models.mathematics.contact import contact_time_known, elastic
 from carom.models.questions.interaction import (
     contact_time,
     core_square,
@@ -84,7 +84,7 @@ def _(pair: GrowingCores, i, j, rr, rv, vv, now):
 @jump.register
 def _(pair: GrowingCores, i, j, rr, rv, now):
     # Elastic in the frame of the surfaces, which approach each other faster than the centres: no pair sticks.
-    return exchange(pair, i, j, rr, rv - np.sqrt(rr) * (pair.rates[i] + pair.rates[j]))
+    return elastic(pair, i, j, rr, rv - np.sqrt(rr) * (pair.rates[i] + pair.rates[j]))
 
 
 @core_square.register

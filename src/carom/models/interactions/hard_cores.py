@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.models.mathematics.contact import contact_time_known, exchange, first_contact
+from carom.models.mathematics.contact import contact_time_known, elastic, first_contact
 from carom.models.questions.interaction import contact_time, core_square, interaction_time, jump, mass, radius
 from carom.models.questions.particles import Particles, lanes
 
@@ -117,7 +117,7 @@ def _(pair: UnequalCores, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: UnequalCores, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 @core_square.register
@@ -154,7 +154,7 @@ def _(pair: SpeciesCores, i, j, rr, rv, vv, now):
 
 @jump.register
 def _(pair: SpeciesCores, i, j, rr, rv, now):
-    return exchange(pair, i, j, rr, rv)
+    return elastic(pair, i, j, rr, rv)
 
 
 @core_square.register

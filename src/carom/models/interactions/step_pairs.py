@@ -60,10 +60,34 @@ def _(pair: StepPairs, i, j, step, rr, rv, vv, now):
     return end_of_step(pair.inner[step], pair.outer[step], rr, rv, vv)
 
 
-@step_jump.register
-def _(pair: StepPairs, i, j, step, rr, rv, now):
-    inwards = rr - pair.inner[step] <= pair.outer[step] - rr
-    cost = pair.enter[step] if inwards else pair.leave[step]
+@inner
+def cross(pair, i, j, step, rr, rv, inwards, cost):
+    """Return what happens to a pair at an end of its step: it crosses, or is thrown back.
+
+    Parameters
+    ----------
+    pair : model
+        With ``masses``.
+    i, j : int
+        The components.
+    step : int
+        On which they are.
+    rr, rv : float
+        r.r [length^2] and r.v.
+    inwards : bool
+        Whether this is the inner end: the next step is ``step + 1``, and ``step - 1`` at the outer one.
+    cost : float
+        Energy that crossing takes, infinite at a wall [energy].
+
+    Returns
+    -------
+    a, b, virial : float
+        As from ``jump``.
+    step : int
+        The step that the pair is on from now on.
+    kind : int
+        CORE, IN, OUT or BOUNCE.
+    """
     sense = -1.0 if inwards else 1.0
     total = pair.masses[i] + pair.masses[j]
     reduced = pair.masses[i] * pair.masses[j] / total
@@ -80,6 +104,13 @@ def _(pair: StepPairs, i, j, step, rr, rv, now):
         kind = CORE if inwards else BOUNCE
     factor = share_lost / (rr * total)
     return factor * pair.masses[j], factor * pair.masses[i], -reduced * share_lost, step, kind
+
+
+@step_jump.register
+def _(pair: StepPairs, i, j, step, rr, rv, now):
+    inwards = rr - pair.inner[step] <= pair.outer[step] - rr
+    cost = pair.enter[step] if inwards else pair.leave[step]
+    return cross(pair, i, j, step, rr, rv, inwards, cost)
 
 
 @step_core_square.register

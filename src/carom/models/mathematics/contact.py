@@ -36,7 +36,7 @@ def contact_time_known(c, rv, vv):
 
 
 @inner
-def exchange(pair, i, j, rr, approach):
+def elastic(pair, i, j, rr, approach):
     """Return what an elastic contact of unequal masses adds: the answer of ``jump``.
 
     Parameters

@@ -1,0 +1,173 @@
+"""Arrays that a model of one's own has beside its fields: of the particles, prepared, and its memory."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models.questions.particles import Particles
+
+SOURCES: dict[str, Callable[[Particles], Any]] = {
+    "radii": lambda particles: particles.radii,
+    "diameters": lambda particles: 2.0 * particles.radii,
+    "masses": lambda particles: particles.masses,
+    "species": lambda particles: particles.species,
+}
+"""What a scene has of every particle."""
+
+
+class Part:
+    """Something that is made for a model when its particles are known.
+
+    Parameters
+    ----------
+    make : callable
+        Called with the value and the particles.
+    each : bool
+        Whether it is an array of one value a particle.
+    remembers : bool
+        Whether the model writes into it.
+    times : bool
+        Whether it holds times of the epoch.
+    size : str, optional
+        The field that holds the number of its items.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[Any, Any], Any],
+        *,
+        each: bool = False,
+        remembers: bool = False,
+        times: bool = False,
+        size: str | None = None,
+    ):
+        self.make, self.each, self.remembers, self.times, self.size = make, each, remembers, times, size
+
+    def made(self, value: Any, particles: Any) -> Any:
+        """Return it for a value and its particles, as compiled code knows it: without the ghost."""
+        found = self.make(value, particles)
+        if isinstance(found, np.ndarray):
+            return np.array(found, dtype=kind_of(found), order="C")
+        if isinstance(found, bool | int | np.integer):
+            return int(found)
+        return float(found) if isinstance(found, float | np.floating) else found
+
+
+def kind_of(values: np.ndarray) -> type:
+    """Return the type of the numbers that compiled code gets for those of an array."""
+    return {"b": np.bool_, "f": np.float64}.get(values.dtype.kind, np.int64)
+
+
+def per_particle(what: str | Callable[[Any, Particles], Any]) -> Any:
+    """Give a model an array of one value a particle.
+
+    In the body of the class: ``species = own.per_particle("species")``. Or as a decorator of a method
+    ``charge(self, particles)`` that returns the array.
+
+    Parameters
+    ----------
+    what : {"radii", "diameters", "masses", "species"} or callable
+        What the scene has of every particle, or the method.
+
+    Returns
+    -------
+    Part
+        What the class decorator replaces by the array.
+
+    Raises
+    ------
+    InputError
+        If a scene has no such array.
+
+    Notes
+    -----
+    Methods read it as ``self.species[i]``. What ``interaction_time`` reads is loaded for eight particles at a
+    time. The array of an interaction, a contact law or an obstacle has one item more than there are
+    particles: it is for a ghost that nobody meets.
+    """
+    if callable(what):
+        return Part(what, each=True)
+    if what not in SOURCES:
+        raise InputError(f"per_particle() takes one of {', '.join(SOURCES)}, found {checks.describe(what)}.")
+
+    def make(value: Any, particles: Particles) -> np.ndarray:
+        found = SOURCES[what](particles)
+        if found is None:
+            raise InputError(
+                f"{type(value).__name__} reads the {what} of the particles, and the scene has none: give it "
+                f"{what}=."
+            )
+        return np.asarray(found)
+
+    return Part(make, each=True)
+
+
+def prepared(method: Callable[[Any, Particles], Any]) -> Any:
+    """Compute something once, before the run: a decorator of a method ``name(self, particles)``.
+
+    Parameters
+    ----------
+    method : callable
+        It returns a number, a tuple of numbers or an array. ``self`` is the value, with the fields as given;
+        ``particles`` is a :class:`carom.models.questions.particles.Particles`, None for an obstacle at rest.
+
+    Returns
+    -------
+    Part
+        What the class decorator replaces by the result: methods read it as ``self.name``.
+    """
+    return Part(method)
+
+
+def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times: bool = False) -> Any:
+    """Give a model an array that its methods write into.
+
+    In the body of the class: ``turned = own.memory(0)``. Or as a decorator of a method ``due(self,
+    particles)`` that returns the array.
+
+    Parameters
+    ----------
+    start : number or callable
+        What all items are at the start, an int or a float; or the method.
+    size : int, tuple of ints or str, optional
+        Number of items, or the name of a field that holds it. By default one a particle.
+    times : bool
+        Whether it holds times ``now`` of interactions, contact laws or obstacles, which count from the
+        beginning of an epoch. They are then shifted when an epoch ends.
+
+    Returns
+    -------
+    Part
+        What the class decorator replaces by the array.
+
+    Raises
+    ------
+    InputError
+        If ``start`` is no number.
+
+    Notes
+    -----
+    A checkpoint keeps the memory, and it is copied when velocities are rescaled. A model with
+    ``shift_epoch`` or ``copy_state`` does more than that.
+    """
+    if callable(start):
+        return Part(start, remembers=True, times=times)
+    if isinstance(start, bool) or not isinstance(start, int | float):
+        raise InputError(f"memory() starts with a number, found {checks.describe(start)}.")
+    kind = np.float64 if isinstance(start, float) else np.int64
+
+    def make(value: Any, particles: Any) -> np.ndarray:
+        shape: Any = size
+        if size is None:
+            shape = len(particles.radii)
+        elif isinstance(size, str):
+            shape = getattr(value, size)
+        return np.full(shape, start, kind)
+
+    named = size if isinstance(size, str) else None
+    return Part(make, each=size is None, remembers=True, times=times, size=named)

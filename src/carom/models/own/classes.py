@@ -1,0 +1,481 @@
+"""From one class to a value, which users write, and a NamedTuple, which the engine compiles."""
+
+from __future__ import annotations
+
+import builtins
+import dataclasses
+import difflib
+import dis
+import inspect
+import sys
+from collections import namedtuple
+from collections.abc import Callable, Iterator, Mapping
+from types import FunctionType, ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.compiling import registry
+from carom.errors import InputError, OverlapError
+from carom.models.own import fields
+from carom.models.own.arrays import Part, per_particle
+from carom.models.own.fields import Meaning
+from carom.models.own.kinds import INTERACTION, OBSERVER, OBSTACLE, PATH, STEPPED, Kind, signature
+from carom.models.questions.memory import copy_state, shift_epoch
+from carom.models.questions.obstacle import at_time, recoil, surface_speed
+from carom.models.questions.particles import NEVER, Particles
+from carom.models.questions.steps import step_bits
+from carom.units import TimeUnit
+
+MISSPELT = 0.85
+"""How alike a method's name and that of one that is asked are at least, where one is meant for the other."""
+
+OF_INTERACTIONS = ("radii", "masses")
+"""What every interaction has, for obstacles and for elastic contacts."""
+
+OF_STEPS = ("energy", "events")
+"""What an interaction with steps has: the energy of a pair on each, and the number of events on each."""
+
+PACKAGES = sys.stdlib_module_names | {"carom", "numba", "numpy", "scipy"}
+"""Packages whose functions the compiler knows, or never can."""
+
+LIVE = (recoil, surface_speed, at_time, shift_epoch, copy_state)
+"""What only an obstacle with ``live`` is asked."""
+
+
+class Own(NamedTuple):
+    """What the decorator knows of a class."""
+
+    kind: Kind
+    meanings: dict[str, Meaning]
+    """Of the fields."""
+    parts: dict[str, Part]
+    """The arrays beside them."""
+    constants: dict[str, Any]
+    """Numbers of the class that its compiled methods read."""
+    compiled: Any
+    """The type that the engine compiles."""
+    methods: tuple[Any, ...]
+    """The functions that are compiled."""
+
+
+def kind_of(value: Any) -> Kind | None:
+    """Return the kind of a model of one's own, or None for any other value."""
+    own = getattr(type(value), "_own", None)
+    return own.kind if isinstance(own, Own) else None
+
+
+def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
+    """Return a class as a frozen dataclass, with the type that the engine compiles for it.
+
+    Parameters
+    ----------
+    cls : type
+        The class as it is written.
+    kind : Kind
+        What it is.
+    names : mapping
+        Names that its annotations may use, besides those of its module.
+
+    Raises
+    ------
+    InputError
+        If it lacks a method, or one has other parameters; if it has a field or reads something that compiled
+        code does not know.
+    """
+    if not isinstance(cls, type):
+        raise InputError(f"own.{kind.decorator} decorates a class, found {cls!r}.")
+    if kind is INTERACTION and any(hasattr(cls, name) for name in STEPPED.required):
+        kind = STEPPED
+    before = getattr(cls, "_own", None)
+    own_meanings = fields.meanings(cls, names)
+    meanings = {**(before.meanings if before else {}), **own_meanings}
+    parts = dict(before.parts) if before else {}
+    for name, each in list(vars(cls).items()):
+        if isinstance(each, Part):
+            parts[name] = each
+            delattr(cls, name)
+    if kind is OBSTACLE and "name" not in meanings:
+        meanings["name"] = Meaning("text")
+        cls.__annotations__ = {**inspect.get_annotations(cls), "name": str}
+        setattr(cls, "name", cls.__name__)  # noqa: B010 (a type checker knows no such name)
+    methods = _methods(cls, kind, meanings)
+    whole = _completed(kind, parts, meanings, methods)
+    constants = _constants(cls, kind, methods, {*meanings, *whole}, meanings)
+    given = [name for name, each in meanings.items() if each.word != "text"]
+    compiled = namedtuple(cls.__name__, (*given, *constants, *whole), module=cls.__module__)  # type: ignore[misc]
+    compiled.__qualname__ = f"{cls.__qualname__}.Compiled"
+    compiled.__doc__ = f"What the engine compiles of {cls.__name__}."
+    if not kind.converted:  # who reads the arrays after a run has the methods of the class, too
+        for name, each in vars(cls).items():
+            if isinstance(each, FunctionType | property) and name not in methods and name[:2] != "__":
+                setattr(compiled, name, each)
+    setattr(compiled, "lanes", _lanes(methods, meanings, whole))  # noqa: B010 (a namedtuple has no such name)
+    for name, function in methods.items():
+        kind.questions[name].register(compiled)(function)
+    _remember(cls, kind, compiled, parts, methods)
+    own = Own(kind, meanings, whole, constants, compiled, tuple(methods.values()))
+    return _value(cls, own, compiled)
+
+
+def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str, Callable[..., Any]]:
+    """Return the methods of a class that are compiled."""
+    found: dict[str, Callable[..., Any]] = {}
+    for name, question in kind.questions.items():
+        function = inspect.getattr_static(cls, name, None)
+        if not isinstance(function, FunctionType):
+            continue
+        code, wanted = function.__code__, signature(name, question)
+        given: tuple[str, ...] = code.co_varnames[: code.co_argcount]
+        if given[1:] != wanted[1:] or code.co_flags & (inspect.CO_VARARGS | inspect.CO_VARKEYWORDS):
+            raise InputError(
+                f"{name} of {cls.__name__} must be written def {name}({', '.join(wanted)}), found the "
+                f"parameters ({', '.join(given)})."
+            )
+        found[name] = function
+    written = [name for name, each in vars(cls).items() if isinstance(each, FunctionType) and name[0] != "_"]
+    wanted_in = {name: signature(name, kind.questions[name]) for name in kind.required} | kind.asked
+    for name, wanted in wanted_in.items():
+        if name in found or (name in kind.asked and (hasattr(cls, name) or name in meanings)):
+            _refuse_parameters(cls, name, wanted)
+            continue
+        if name == "step_of" and hasattr(cls, "steps_of"):
+            continue
+        near = difflib.get_close_matches(name, [each for each in written if each not in found], n=1)
+        how = f"def {name}({', '.join(wanted)})" if wanted else name
+        raise InputError(
+            f"{cls.__name__} is {_article(kind.name)} and has no {name}"
+            + (f", but {near[0]}" if near else "")
+            + f": give it {how}."
+        )
+    if kind is OBSERVER and not found:
+        raise InputError(f"{cls.__name__} is an observer and has none of {', '.join(kind.questions)}.")
+    for name in written:
+        near = difflib.get_close_matches(name, kind.questions, n=1, cutoff=MISSPELT)
+        if name not in found and near and name not in kind.asked:
+            raise InputError(
+                f"{cls.__name__} has a method {name}, which nobody asks; did you mean {near[0]}? Else give "
+                "it a name that is less alike."
+            )
+    return found
+
+
+def _refuse_parameters(cls: type, name: str, wanted: tuple[str, ...]) -> None:
+    """Raise InputError where a method that is asked in Python has another number of parameters."""
+    function = inspect.getattr_static(cls, name, None)
+    if isinstance(function, FunctionType) and function.__code__.co_argcount != len(wanted):
+        raise InputError(f"{name} of {cls.__name__} must be written def {name}({', '.join(wanted)}).")
+
+
+def _article(name: str) -> str:
+    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+
+
+def _completed(
+    kind: Kind, parts: Mapping[str, Part], meanings: Mapping[str, Meaning], methods: Mapping[str, Any]
+) -> dict[str, Part]:
+    """Return all arrays that a model has beside its fields."""
+    found = dict(parts)
+    for name, each in found.items():
+        if each.times and not kind.converted:
+            raise InputError(
+                f"The memory {name} holds times of a run, not of an epoch: leave out times=True."
+            )
+        if each.size is not None and (each.size not in meanings or meanings[each.size].word != "integer"):
+            raise InputError(
+                f"The memory {name} has as many items as the field {each.size}, which is no int."
+            )
+    if kind in (INTERACTION, STEPPED):
+        for name in OF_INTERACTIONS:
+            if name not in meanings:
+                found.setdefault(name, per_particle(name))
+    if kind is STEPPED:
+        found["energy"] = Part(_energies)
+        found["events"] = Part(lambda value, particles: np.zeros((_rows(value), 4), np.int64), remembers=True)
+    return found
+
+
+def _rows(value: Any) -> int:
+    return 1 << step_bits(len(value.energies()))
+
+
+def _energies(value: Any, particles: Particles) -> np.ndarray:
+    energies = np.asarray(value.energies(), np.float64)
+    if energies.ndim != 1 or len(energies) < 2:
+        raise InputError(
+            f"energies() of {type(value).__name__} must return one energy for each of at least two steps, "
+            f"found {value.energies()!r}."
+        )
+    row = np.full(_rows(value), NEVER)
+    row[: len(energies)] = particles.unit.to_kernel(energies, -2)
+    return row
+
+
+def _reads(function: Callable[..., Any]) -> Iterator[str]:
+    """Yield the names that a method reads of its model, its first parameter."""
+    first, last = function.__code__.co_varnames[0], None
+    for step in dis.get_instructions(function):
+        if step.opname in ("LOAD_ATTR", "LOAD_METHOD") and last == first:
+            yield step.argval
+        name = step.argval
+        if isinstance(name, tuple) and name:  # two variables in one instruction
+            name = name[-1]
+        last = name if step.opname.startswith("LOAD_FAST") else None
+
+
+def _constants(
+    cls: type,
+    kind: Kind,
+    methods: Mapping[str, Callable[..., Any]],
+    known: set[str],
+    meanings: Mapping[str, Meaning],
+) -> dict[str, Any]:
+    """Return the numbers of a class that its compiled methods read.
+
+    Raises
+    ------
+    InputError
+        If they read anything else that is no field and no array.
+    """
+    found = {}
+    for question, function in methods.items():
+        for name in _reads(function):
+            where = f"{question} of {cls.__name__}"
+            value = getattr(cls, name, None)
+            if name in known and not (name in meanings and meanings[name].word == "text"):
+                continue
+            if isinstance(value, FunctionType):
+                raise InputError(
+                    f"{where} calls the method {name}, which compiled code cannot: make it a function "
+                    "outside of the class, and hand it what it needs."
+                )
+            if not isinstance(value, bool | int | float):
+                near = difflib.get_close_matches(name, known, n=1)
+                raise InputError(
+                    f"{where} reads self.{name}, which is no number and no array of the class"
+                    + (f"; did you mean {near[0]}?" if near else f"; it has {', '.join(sorted(known))}.")
+                )
+            found[name] = value
+    return found
+
+
+def _lanes(
+    methods: Mapping[str, Callable[..., Any]], meanings: Mapping[str, Meaning], parts: Mapping[str, Part]
+) -> tuple[str, ...]:
+    """Return the arrays, one value a particle, that the search reads of candidates."""
+    asked = methods.get("interaction_time") or methods.get("step_time")
+    if asked is None:
+        return ()
+    names = {name for function in called(asked) for name in function.__code__.co_names}
+    each = [name for name, meaning in meanings.items() if meaning.word == "per particle"]
+    each += [name for name, part in parts.items() if part.each]
+    return tuple(name for name in each if name in names)
+
+
+def _is_users(module: str | None) -> bool:
+    return (module or "").partition(".")[0] not in PACKAGES
+
+
+def called(function: Callable[..., Any]) -> list[FunctionType]:
+    """Return a function, and those of the user's that it calls, and that these call."""
+    found: dict[Any, None] = {}
+    waiting = [function]
+    while waiting:
+        one: Any = waiting.pop()
+        if one in found:
+            continue
+        found[one] = None
+        names, scope = one.__code__.co_names, one.__globals__
+        reached = [scope[name] for name in names if name in scope]
+        for module in [each for each in reached if isinstance(each, ModuleType) and _is_users(each.__name__)]:
+            reached += [getattr(module, name, None) for name in names]
+        for cell in one.__closure__ or ():
+            try:
+                reached.append(cell.cell_contents)
+            except ValueError:  # not bound yet
+                continue
+        waiting += [each for each in reached if isinstance(each, FunctionType) and _is_users(each.__module__)]
+    return list(found)
+
+
+def _remember(
+    cls: type, kind: Kind, compiled: Any, parts: Mapping[str, Part], methods: Mapping[str, Any]
+) -> None:
+    """Let the memory of a model go on when an epoch ends, and when another model replaces it."""
+    if "copy_state" not in kind.questions:
+        return
+    kept = {name: each for name, each in parts.items() if each.remembers}
+    times = [name for name, each in kept.items() if each.times]
+    if times and "shift_epoch" not in methods:
+        # Compiled code finds a field of a tuple by its name alone, so the names stand in the code.
+        lines = [
+            f"    for k in range(len(self.{name})):\n        self.{name}[k] -= duration" for name in times
+        ]
+        scope: dict[str, Any] = {"__name__": cls.__module__, "__builtins__": builtins}
+        exec("def shift(self, duration):\n" + "\n".join(lines), scope)
+        shift_epoch.register(compiled)(scope["shift"])
+    if kept and "copy_state" not in methods:
+
+        def copied(model, before, instant, passed, slower):
+            for name, each in kept.items():
+                old = getattr(before, name)
+                getattr(model, name)[...] = np.ldexp(old - passed, -slower) if each.times else old
+
+        copy_state.register(compiled)(copied)
+
+
+def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> Any:
+    """Return the model that the engine compiles for a value of one's own.
+
+    Parameters
+    ----------
+    value : object
+        Of a class with one of the decorators.
+    particles : Particles or None
+        The particles, where there are any.
+    unit : TimeUnit or None
+        The engine's unit of time; None leaves quantities as they are.
+
+    Raises
+    ------
+    InputError
+        If there are not so many particles as an array has values.
+    """
+    cls = type(value)
+    if "_own" not in vars(cls):
+        base = next(each for each in cls.__mro__ if "_own" in vars(each))
+        raise InputError(
+            f"{cls.__name__} is a subclass of {base.__name__} without a decorator of its own, so its methods "
+            "are not compiled: decorate it, too."
+        )
+    own = cls._own
+    for function in own.methods:
+        for each in called(function)[1:]:
+            if not registry.is_noted(each):
+                registry.inner(each)
+    found: dict[str, Any] = dict(own.constants)
+    one_each: set[str] = set()
+    for name, meaning in own.meanings.items():
+        if meaning.word != "text":
+            found[name] = fields.compiled(getattr(value, name), meaning, unit)
+        if meaning.word == "per particle" and found[name] is not None:
+            one_each.add(name)
+    for name, part in own.parts.items():
+        found[name] = part.made(value, particles)
+        if part.each:
+            one_each.add(name)
+    for name in one_each:
+        where = f"{name} of {cls.__name__}"
+        if not isinstance(found[name], np.ndarray) or found[name].ndim == 0:
+            raise InputError(f"{where} must be an array, found {checks.describe(found[name])}.")
+        if particles is not None:
+            fields.refuse_other_count(found[name], len(particles.radii), where)
+        if own.kind.ghost:
+            found[name] = np.concatenate([found[name], found[name][:1]])
+    return own.compiled(**found)
+
+
+def sized(value: Any, n: int) -> Any:
+    """Return a value that has the arrays of one value a particle for n particles: its own, over and over."""
+    own = getattr(type(value), "_own", None)
+    if not isinstance(own, Own):
+        return value
+    changed = {}
+    for name, meaning in own.meanings.items():
+        each = getattr(value, name)
+        if meaning.word == "per particle" and each is not None:
+            changed[name] = np.resize(each, (n, *each.shape[1:]))
+    return dataclasses.replace(value, **changed) if changed else value
+
+
+def _value(cls: Any, own: Own, compiled: Any) -> Any:
+    """Return a class as a frozen dataclass with the methods that Carom asks in Python."""
+    kind, written = own.kind, vars(cls)
+    users = getattr(cls, "__post_init__", None) if "__post_init__" in written else None
+    usual_check = getattr(cls, "check", None)
+
+    def __post_init__(self):
+        for name, meaning in own.meanings.items():
+            given = fields.checked(getattr(self, name), meaning, f"{name} of {cls.__name__}")
+            object.__setattr__(self, name, given)
+        if users is not None:
+            users(self)
+
+    def __eq__(self, other):
+        if type(other) is not type(self):
+            return NotImplemented
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in own.meanings)
+
+    def __hash__(self):
+        shown = (getattr(self, name) for name in own.meanings)
+        return hash((cls, *(each.tobytes() if isinstance(each, np.ndarray) else each for each in shown)))
+
+    def model(self, particles):
+        return model_of(self, particles, particles.unit if kind.converted else None)
+
+    def check(self, scene):
+        for name, meaning in own.meanings.items():
+            values = getattr(self, name)
+            if meaning.word == "per particle" and values is not None:
+                fields.refuse_other_count(values, scene.n, f"{name} of {cls.__name__}")
+        if usual_check is not None:
+            usual_check(self, scene)
+
+    added: dict[str, Any] = {"_own": own, "Compiled": compiled}  # where other processes find the type
+    added |= {"__post_init__": __post_init__, "__eq__": __eq__, "__hash__": __hash__}
+    if kind is OBSTACLE:
+        added |= _of_obstacle(cls, own)
+    elif kind is PATH:
+        added["model"] = lambda self, unit: model_of(self, None, unit)
+    else:
+        added |= {"model": model, "check": check}
+    if kind is STEPPED:
+        added |= {name: each for name, each in _of_steps().items() if name not in written}
+    for name, each in added.items():
+        setattr(cls, name, each)
+    return dataclasses.dataclass(frozen=True, eq=False)(cls)
+
+
+def _of_obstacle(cls: Any, own: Own) -> dict[str, Any]:
+    """Return the methods of an obstacle's value: ``live`` where it moves, remembers or has quantities."""
+
+    def at_rest(self):
+        return model_of(self, None, None)
+
+    def live(self, particles):
+        return model_of(self, particles, particles.unit)
+
+    def nobody(self):
+        nothing = np.zeros(1)
+        return live(self, Particles((), nothing, nothing, None, None, True, TimeUnit()))
+
+    def check(self, box, periodic):
+        return None
+
+    found: dict[str, Any] = {} if hasattr(cls, "check") else {"check": check}
+    alive = any(registry.answers(question, own.compiled) for question in LIVE)
+    alive |= any(each.each or each.remembers for each in own.parts.values())
+    alive |= any(each.power or each.word == "per particle" for each in own.meanings.values())
+    return {**found, "model": nobody, "live": live} if alive else {**found, "model": at_rest}
+
+
+def _of_steps() -> dict[str, Any]:
+    """Return what the value of an interaction with steps answers about them."""
+
+    def steps(self, particles):
+        # Beyond their reach all pairs are on the first.
+        return len(self.energies()), np.zeros((1, 1), np.int64)
+
+    def steps_of(self, pairs, distances, species, diameter):
+        found = np.array([self.step_of(each) for each in np.asarray(distances).tolist()], np.int64)
+        wrong = np.flatnonzero((found < 0) | (found >= len(self.energies())))
+        if len(wrong):
+            i, j = (int(k) for k in pairs[wrong[0]])
+            raise OverlapError(
+                f"Particles {i} and {j} are {distances[wrong[0]]:.9g} apart, where {type(self).__name__} has "
+                "no step for them: move them."
+            )
+        return found
+
+    return {"steps": steps, "steps_of": steps_of}

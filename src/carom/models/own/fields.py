@@ -1,0 +1,148 @@
+"""Fields of a model of one's own: what their annotations mean, and what the compiler gets of them."""
+
+from __future__ import annotations
+
+import inspect
+import types
+import typing
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import InputError
+from carom.models import fields
+from carom.models.own.arrays import kind_of
+from carom.units import TimeUnit
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What the annotation of a field says."""
+
+    word: str
+    """What the field is."""
+    power: int = 0
+    """Its dimension is ``time**power``."""
+    text: str = ""
+    """The same as a sentence."""
+
+
+Array = Annotated[Any, Meaning("array", 0, "An array of numbers.")]
+PerParticle = Annotated[Any, Meaning("per particle", 0, "An array of one value a particle, (n,).")]
+Time = Annotated[Any, Meaning("quantity", 1, "A time, or several [time].")]
+Rate = Annotated[Any, Meaning("quantity", -1, "A rate, or several [1 / time].")]
+Speed = Annotated[Any, Meaning("quantity", -1, "A speed, or several [length / time].")]
+Acceleration = Annotated[Any, Meaning("quantity", -2, "An acceleration, or one an axis [length / time^2].")]
+Energy = Annotated[Any, Meaning("quantity", -2, "An energy, or several [energy].")]
+
+KNOWN = {float: "number", int: "integer", bool: "boolean", str: "text", tuple: "numbers", np.ndarray: "array"}
+"""What types mean that are no annotation of ours."""
+
+
+def meanings(cls: type, names: Mapping[str, Any]) -> dict[str, Meaning]:
+    """Return what each field that a class annotates is.
+
+    Parameters
+    ----------
+    cls : type
+        The class.
+    names : mapping
+        What is known by name where the class is defined, besides its module.
+
+    Raises
+    ------
+    InputError
+        If an annotation is none that compiled code has a type for.
+    """
+    try:
+        annotations = inspect.get_annotations(cls, eval_str=True, locals=dict(names))
+    except Exception as error:
+        raise InputError(f"An annotation of {cls.__name__} cannot be read: {error}.") from None
+    for name in annotations:
+        if name.startswith("_"):
+            raise InputError(f"The field {name} of {cls.__name__} begins with an underscore: leave that out.")
+    return {
+        name: _meaning(cls, name, each)
+        for name, each in annotations.items()
+        if typing.get_origin(each) is not typing.ClassVar
+    }
+
+
+def _meaning(cls: type, name: str, annotation: Any) -> Meaning:
+    if typing.get_origin(annotation) in (typing.Union, types.UnionType):  # of None and another
+        parts = [each for each in typing.get_args(annotation) if each is not type(None)]
+        annotation = parts[0] if len(parts) == 1 else annotation
+    for each in getattr(annotation, "__metadata__", ()):
+        if isinstance(each, Meaning):
+            return each
+    plain = typing.get_origin(annotation) or annotation
+    if plain not in KNOWN:
+        shown = getattr(annotation, "__name__", str(annotation))
+        raise InputError(
+            f"The field {name} of {cls.__name__} is annotated with {shown}; expected float, int, bool, str, "
+            "tuple, own.Array, own.PerParticle, or a quantity: own.Time, Rate, Speed, Acceleration, Energy."
+        )
+    if plain is tuple and {*typing.get_args(annotation)} - {Ellipsis} == {int}:
+        return Meaning("integers")
+    return Meaning(KNOWN[plain])
+
+
+def checked(value: Any, meaning: Meaning, name: str) -> Any:
+    """Return the value of a field as its annotation wants it; ``name`` is for the message.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    word = meaning.word
+    if value is None:  # only where the class has that default: None compiles to nothing
+        return None
+    if word == "number":
+        return checks.number(value, name)
+    if word == "integer":
+        return checks.integer(value, name, low=-(2**63), high=2**63 - 1)
+    if word in ("numbers", "integers"):
+        numbers = fields.vector(value, name)
+        if word == "numbers":
+            return numbers
+        return tuple(checks.integer(each, name, low=-(2**63), high=2**63 - 1) for each in value)
+    if word in ("boolean", "text"):
+        kind = bool if word == "boolean" else str
+        if not isinstance(value, kind):
+            raise InputError(f"{name} must be a {word}, found {checks.describe(value)}.")
+        return value
+    if word == "quantity" and not checks.several(value):
+        return checks.number(value, name)
+    found = _array(value, name)
+    return tuple(found.tolist()) if word == "quantity" and found.ndim == 1 else found
+
+
+def _array(value: Any, name: str) -> np.ndarray:
+    """Return a copy of an array that nobody changes, of float64, int64 or bool."""
+    found = np.asarray(value)
+    if found.ndim == 0 or found.dtype.kind not in "biuf":
+        raise InputError(f"{name} must be an array of numbers, found {checks.describe(value)}.")
+    copy: np.ndarray = np.array(found, dtype=kind_of(found), order="C")
+    copy.flags.writeable = False
+    return copy
+
+
+def compiled(value: Any, meaning: Meaning, unit: TimeUnit | None) -> Any:
+    """Return what the compiler gets of a field, checked: a quantity is converted to a ``unit`` of time."""
+    if isinstance(value, np.ndarray):
+        value = value.copy()
+    if value is None or meaning.power == 0 or unit is None:
+        return value
+    if isinstance(value, tuple):
+        return tuple(float(unit.to_kernel(each, meaning.power)) for each in value)
+    return unit.to_kernel(value, meaning.power)
+
+
+def refuse_other_count(value: np.ndarray, n: int, name: str) -> None:
+    """Raise InputError where a field has not one value for each of n particles."""
+    if len(value) != n:
+        raise InputError(f"{name} has {len(value)} values; expected {n}, one a particle.")

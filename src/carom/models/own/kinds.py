@@ -1,0 +1,149 @@
+"""The kinds of models of one's own: which methods are compiled, and which a class must have."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass, field
+from typing import Any
+
+from carom.models import drives
+from carom.models.mathematics.parabolas import time_to_moving
+from carom.models.obstacles import paths
+from carom.models.questions import contact, interaction, memory, motion, observer, obstacle, steps, walls
+
+
+@dataclass(frozen=True, eq=False)
+class Kind:
+    """A kind of model.
+
+    Attributes
+    ----------
+    name : str
+        What messages call it.
+    questions : dict of str to function
+        The methods that are compiled, and what the engine asks for each.
+    required : tuple of str
+        Those that a class must have.
+    asked : dict of str to tuple of str
+        What else the class must have, which Carom asks in Python: the parameters of methods, none of facts.
+    ghost : bool
+        Whether its arrays have an item for the ghost.
+    converted : bool
+        Whether its quantities are in the engine's unit of time.
+    """
+
+    name: str
+    questions: dict[str, Any]
+    required: tuple[str, ...]
+    asked: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    ghost: bool = False
+    converted: bool = True
+
+    @property
+    def decorator(self) -> str:
+        """Name of the decorator that makes it."""
+        return {"contact law": "impact", "interaction with steps": "interaction"}.get(self.name, self.name)
+
+
+def _named(*questions: Any) -> dict[str, Any]:
+    return {question.__name__: question for question in questions}
+
+
+def signature(name: str, question: Any) -> tuple[str, ...]:
+    """Return the parameters of the method that answers a question."""
+    code = inspect.unwrap(question).__code__
+    return "self", *code.co_varnames[1 : code.co_argcount]
+
+
+REMEMBERED = (memory.shift_epoch, memory.copy_state)
+
+INTERACTION = Kind(
+    "interaction",
+    _named(
+        interaction.interaction_time,
+        interaction.jump,
+        interaction.contact_time,
+        interaction.core_square,
+        interaction.radius,
+        interaction.growth,
+        interaction.mass,
+        interaction.record_impulse,
+        memory.error_message,
+        *REMEMBERED,
+    ),
+    ("interaction_time", "jump"),
+    {"reach": ("self", "scene")},
+    ghost=True,
+)
+STEPPED = Kind(
+    "interaction with steps",
+    _named(
+        steps.step_time,
+        steps.step_jump,
+        steps.step_core_square,
+        steps.start_steps,
+        interaction.radius,
+        interaction.mass,
+        interaction.record_impulse,
+        memory.error_message,
+        *REMEMBERED,
+    ),
+    ("step_time", "step_jump"),
+    {"reach": ("self", "scene"), "energies": ("self",), "step_of": ("self", "distance")},
+    ghost=True,
+)
+MOTION = Kind(
+    "motion",
+    _named(
+        motion.position,
+        motion.velocity,
+        motion.exit_time,
+        motion.carry,
+        motion.push_direction,
+        motion.meeting_time,
+        motion.rest_speed,
+        motion.normal_acceleration,
+        motion.rebound_speed,
+        motion.push,
+        obstacle.meeting,
+        walls.wall_meeting,
+    ),
+    ("position", "velocity"),
+)
+IMPACT = Kind(
+    "contact law",
+    _named(contact.transfer, contact.exchanged_part, *REMEMBERED),
+    ("transfer",),
+    ghost=True,
+)
+OBSTACLE = Kind(
+    "obstacle",
+    _named(
+        obstacle.encounter,
+        obstacle.outward,
+        obstacle.is_periodic,
+        obstacle.anchor,
+        obstacle.arrival,
+        obstacle.fall,
+        obstacle.recoil,
+        obstacle.surface_speed,
+        obstacle.surface_velocity,
+        obstacle.at_time,
+        motion.rest_speed,
+        time_to_moving,
+        *REMEMBERED,
+    ),
+    ("encounter", "outward"),
+    {"gap": ("self", "positions", "radii", "box", "periodic")},
+    ghost=True,
+)
+DRIVE = Kind("drive", _named(drives.next_time, drives.kick), ("next_time", "kick"), converted=False)
+OBSERVER = Kind(
+    "observer", _named(observer.at_pair, observer.at_obstacle, observer.at_epoch), (), converted=False
+)
+PATH = Kind(
+    "path",
+    _named(paths.place, paths.pace),
+    ("place", "pace"),
+    {"lowest": (), "highest": (), "period": (), "acceleration": ()},
+)

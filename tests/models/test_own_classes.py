@@ -1,0 +1,719 @@
+"""Models of one's own as one class each: the bits of Carom's, and all that is refused in a sentence."""
+
+import dataclasses
+import math
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import carom
+from carom import seeds
+from carom.errors import FileError, InputError, OverlapError
+from carom.models import Andersen, Gravity, Loss, Plane, Shaken, Sine, SquareWell, own
+from carom.simulation.replay import Replay
+
+FLUID = carom.Scene.random(60, 0.3, 2, seed=1)
+
+
+@own.interaction
+class Cores:
+    """Hard cores of one diameter."""
+
+    diameter: float
+
+    def reach(self, scene):
+        return self.diameter
+
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        return own.first_contact(rr - self.diameter**2, rv, vv)
+
+    def core_square(self, i, j, now):
+        return self.diameter**2
+
+    def jump(self, i, j, rr, rv, now):
+        return own.elastic(self, i, j, rr, rv)
+
+
+@own.interaction
+class Well:
+    """A square well around a hard core: pairs are on step 0 outside of it, and on step 1 inside."""
+
+    core: float
+    edge: float
+    depth: own.Energy
+    penetrable = True
+
+    def reach(self, scene):
+        return self.edge
+
+    def energies(self):
+        return 0.0, -self.depth
+
+    def step_of(self, distance):
+        return -1 if distance < self.core else int(distance < self.edge)
+
+    def step_time(self, i, j, step, rr, rv, vv, now):
+        if step == 0:
+            return own.end_of_step(self.edge**2, own.NEVER, rr, rv, vv)
+        return own.end_of_step(self.core**2, self.edge**2, rr, rv, vv)
+
+    def step_jump(self, i, j, step, rr, rv, now):
+        if step == 0:
+            return own.cross(self, i, j, step, rr, rv, True, -self.depth)
+        inwards = rr - self.core**2 <= self.edge**2 - rr
+        return own.cross(self, i, j, step, rr, rv, inwards, own.NEVER if inwards else self.depth)
+
+
+@own.motion
+class Falling:
+    """Everybody falls with the same acceleration."""
+
+    g: own.Acceleration
+    straight = False
+
+    def conserves(self, axis):
+        return self.g[axis] == 0.0
+
+    def position(self, axis, x, v, t):
+        return x + (v + 0.5 * self.g[axis] * t) * t
+
+    def velocity(self, axis, v, t):
+        return v + self.g[axis] * t
+
+    def exit_time(self, axis, x, v, low, high):
+        g = self.g[axis]
+        up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
+        root = v * v + 2.0 * g * ((high if up else low) - x)
+        if root < 0.0:  # it turns round before, and leaves at the other end
+            up = np.int64(1) - up
+            back = np.sqrt(max(v * v + 2.0 * g * ((high if up else low) - x), 0.0))
+            return (abs(v) + back) / abs(g), up
+        way = abs(v) + np.sqrt(root)
+        return 2.0 * abs((high if up else low) - x) / way if way > 0.0 else own.NEVER, up
+
+
+@own.impact
+class Tired:
+    """A restitution, and elastic contacts where one of the two had its last contact a moment ago."""
+
+    restitution: float
+    contact_time: own.Time
+    last = own.memory(-math.inf, times=True)
+
+    def transfer(self, rr, rv):
+        return 0.5 * (1.0 + self.restitution)
+
+    def exchanged_part(self, i, j, rr, rv, now):
+        soon = now - max(self.last[i], self.last[j]) < self.contact_time
+        self.last[i] = now
+        self.last[j] = now
+        return 1.0 if soon else 0.5 * (1.0 + self.restitution)
+
+
+@own.obstacle
+class Floor:
+    """A floor of the plane."""
+
+    height: float
+
+    def glides(self, axis):
+        return axis != 1
+
+    def gap(self, positions, radii, box, periodic):
+        return positions[:, 1] - self.height - radii
+
+    def encounter(self, x, v, radius, growth):
+        approach = growth - v[1]
+        return max((-self.height - radius + x[1]) / approach, 0.0) if approach > 0.0 else own.NEVER
+
+    def outward(self, x, axis):
+        return 1.0 if axis == 1 else 0.0
+
+
+@own.drive
+class Bath:
+    """Andersen's thermostat."""
+
+    kT: float
+    rate: float
+    seed: int
+    drawn = own.memory(0)
+    masses = own.per_particle("masses")
+
+    @own.memory
+    def due(self, particles):
+        n = len(particles.radii)
+        return np.array([-math.log(own.uniform(self.seed, i, 1 << 62)) / self.rate for i in range(n)])
+
+    def next_time(self, i, x, v, time):
+        return self.due[i]
+
+    def kick(self, i, mass, x, v, time):
+        first = self.drawn[i] * (2 * len(v) + 1)
+        self.drawn[i] += 1
+        for axis in range(len(v)):
+            v[axis] = math.sqrt(self.kT / mass) * own.normal(self.seed, i, first + 2 * axis)
+        self.due[i] -= math.log(own.uniform(self.seed, i, first + 2 * len(v))) / self.rate
+
+
+@own.observer
+class Tally:
+    """Counts of events, and when each particle met its first obstacle."""
+
+    floors: int
+    pairs = own.memory(0, 1)
+    hits = own.memory(0, "floors")
+    first = own.memory(-1.0)
+    masses = own.per_particle("masses")
+
+    def at_pair(self, event):
+        self.pairs[0] += 1
+
+    def at_obstacle(self, event):
+        self.hits[event.obstacle] += 1
+        if self.first[event.i] < 0.0:
+            self.first[event.i] = event.time
+
+    @property
+    def total(self):
+        return int(self.pairs[0] + self.hits.sum())
+
+
+@own.path
+class Swing:
+    """A sine, as Carom's."""
+
+    amplitude: float
+    period: own.Time
+
+    @property
+    def lowest(self):
+        return -self.amplitude
+
+    @property
+    def highest(self):
+        return self.amplitude
+
+    @property
+    def acceleration(self):
+        return self.amplitude * (2.0 * math.pi / self.period) ** 2
+
+    def place(self, t):
+        return self.amplitude * math.sin(2.0 * math.pi / self.period * t)
+
+    def pace(self, t):
+        w = 2.0 * math.pi / self.period
+        return self.amplitude * w * math.cos(w * t)
+
+
+def floored(obstacle):
+    inside = carom.Scene.random(30, box=(8.0, 6.5), periodic=[True, False], seed=2)
+    places = inside.positions + np.array([0.0, 1.0])
+    return carom.Scene(places, (8.0, 8.0), periodic=[True, False], obstacles=[obstacle])
+
+
+BITS = {
+    "interaction": (FLUID.with_(interaction=Cores(1.0)), FLUID, "interaction"),
+    "interaction with steps": (
+        FLUID.with_(interaction=Well(1.0, 1.5, 1.0)),
+        FLUID.with_(interaction=SquareWell(1.5, 1.0)),
+        "interaction",
+    ),
+    "motion": (
+        FLUID.with_(motion=Falling((0.0, -0.5))),
+        FLUID.with_(motion=Gravity((0.0, -0.5))),
+        "motion",
+    ),
+    "impact": (
+        FLUID.with_(impact=Tired(0.9, 1e-2)),
+        FLUID.with_(impact=Loss(0.9, contact_time=1e-2)),
+        "impact",
+    ),
+    "obstacle": (floored(Floor(0.5)), floored(Plane((0.0, 1.0), 0.5, "Floor")), "obstacles"),
+    "drive": (
+        FLUID.with_(drive=Bath(2.0, 1.0, seeds.word(1, "drives"))),
+        FLUID.with_(drive=Andersen(2.0, 1.0)),
+        "drive",
+    ),
+}
+
+
+@pytest.fixture(scope="module", params=BITS)
+def runs(request, tmp_path_factory):
+    """Return a run with a model of one's own, one with Carom's, and how to load the first again."""
+    mine, caroms, keyword = BITS[request.param]
+    path = tmp_path_factory.mktemp("run") / "run.h5"
+    both = [carom.Simulation(scene, seed=1) for scene in (mine, caroms)]
+    for sim in both:
+        sim.run(collisions=1000)
+    both[0].save(path)
+    return *both, path, {keyword: getattr(mine, keyword)}
+
+
+def assert_same(one, other):
+    assert one.collisions == other.collisions
+    assert (one.frame().positions == other.frame().positions).all()
+    assert (one.frame().velocities == other.frame().velocities).all()
+
+
+def test_a_model_of_ones_own_has_the_bits_of_caroms(runs):
+    mine, caroms, _, _ = runs
+    assert_same(mine, caroms)
+
+
+def test_a_run_with_a_model_of_ones_own_is_loaded_and_goes_on(runs):
+    mine, _, path, given = runs
+    again = carom.Simulation.load(path, **given)
+    for sim in (mine, again):
+        sim.run(collisions=300)
+    assert_same(mine, again)
+    with pytest.raises(FileError, match=re.escape("which no file holds")):
+        carom.Simulation.load(path)
+
+
+def test_a_path_of_ones_own_has_the_bits_of_caroms_sine():
+    mine, caroms = (
+        carom.Simulation(floored(Shaken(Plane((0.0, 1.0), 0.5), (0.0, 1.0), path)), seed=1)
+        for path in (Swing(0.25, 3.0), Sine(0.25, 3.0))
+    )
+    for sim in (mine, caroms):
+        sim.run(collisions=300)
+    assert mine.obstacles == caroms.obstacles
+    assert_same(mine, caroms)
+
+
+def test_an_observer_of_ones_own_counts_what_the_run_counts(tmp_path):
+    scene = floored(Plane((0.0, 1.0), 0.5))
+    sim = carom.Simulation(scene, seed=1, observers=[Tally(3)])
+    sim.run(collisions=500)
+    (seen,) = sim.observers
+    assert seen.pairs[0] == sim.collisions
+    assert seen.hits.tolist() == [each.hits for each in sim.obstacles]
+    assert seen.total == sim.collisions + seen.hits.sum()
+    assert seen.first.shape == (scene.n,)
+    sim.save(tmp_path / "run.h5")
+    again = carom.Simulation.load(tmp_path / "run.h5", observers=[Tally(3)])
+    stretch = sim.measure(Tally(3), time=1.0)
+    again.run(time=1.0)
+    assert stretch.pairs[0] == again.observers[0].pairs[0] - seen.pairs[0] > 0
+    with pytest.raises(FileError, match="Tally with floors = 3, and the value given has floors = 4"):
+        carom.Simulation.load(tmp_path / "run.h5", observers=[Tally(4)])
+
+
+VALUES = [
+    Cores(1.0),
+    Well(1.0, 1.5, 1.0),
+    Falling((0.0, -0.5)),
+    Tired(0.9, 1e-2),
+    Floor(0.5),
+    Bath(2.0, 1.0, 1),
+    Tally(8),
+]
+
+
+@pytest.mark.parametrize("value", VALUES, ids=lambda value: type(value).__name__)
+def test_a_model_of_ones_own_without_fault_keeps_all_conditions(value):
+    found = carom.check(value, pairs=50)
+    assert found.passed, str(found)
+    assert found.tried
+
+
+def test_a_value_is_a_frozen_dataclass():
+    assert Cores(1) == Cores(diameter=1.0) != Cores(2.0)
+    assert hash(Cores(1)) == hash(Cores(1.0))
+    assert repr(Well(1, 1.5, depth=2)) == "Well(core=1.0, edge=1.5, depth=2.0)"
+    assert Floor(0.5).name == "Floor"
+    assert Floor(0.5, name="bottom").name == "bottom"
+    assert dataclasses.replace(Falling([0, 1]), g=(1.0, 2.0)).g == (1.0, 2.0)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Cores(1.0).diameter = 2.0
+
+
+# ------------------------------------------------------------------------------- fields and arrays
+
+
+@own.interaction
+class Charged:
+    """Hard cores with charges and a table, of which the search reads the charges."""
+
+    charge: own.PerParticle
+    table: own.Array
+    labels: str = "none"
+    wide: bool = True
+    least: float | None = None
+    penetrable = True
+    SHARE = 0.5
+
+    @own.per_particle
+    def sizes(self, particles):
+        return 2.0 * particles.radii * self.table[0]
+
+    @own.prepared
+    def ends(self, particles):
+        return (1.0, 2.0 * len(particles.radii))
+
+    def reach(self, scene):
+        return 2.0
+
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        contact = meeting_of(self.sizes[i], self.sizes[j], self.SHARE)
+        return own.first_contact(rr - contact * contact, rv, vv) if self.charge[i] != 3 else own.NEVER
+
+    def jump(self, i, j, rr, rv, now):
+        return own.elastic(self, i, j, rr, rv)
+
+
+def meeting_of(a, b, share):
+    return share * (a + b)
+
+
+def test_fields_and_arrays_are_what_their_names_say():
+    charge = np.arange(60) % 2
+    value = Charged(charge, [[1.0, 2.0], [2.0, 3.0]][0])
+    assert not value.charge.flags.writeable
+    scene = FLUID.with_(interaction=value)
+    pair = carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors="sectors"))._state.engine.model.pair
+    assert type(pair) is Charged.Compiled
+    assert pair.charge.tolist() == [*charge, charge[0]]
+    assert pair.table.tolist() == [1.0, 2.0]
+    assert pair.ends == (1.0, 120.0)
+    assert (pair.wide, pair.least, pair.SHARE) == (True, None, 0.5)
+    assert len(pair.sizes) == len(pair.radii) == len(pair.masses) == 61
+    assert set(pair.lanes) == {"charge", "sizes"}
+    assert not hasattr(pair, "labels")
+    assert value == Charged(charge.tolist(), (1.0, 2.0)) != Charged(charge + 1, (1.0, 2.0))
+    assert carom.check(value).passed
+    with pytest.raises(InputError, match="charge of Charged has 60 values; expected 6, one a particle"):
+        carom.Scene.random(6, 0.1, 2, interaction=value)
+
+
+def test_quantities_are_in_the_engines_unit_of_time_and_those_of_a_drive_in_the_scenes():
+    fast = np.random.default_rng(1).normal(size=(60, 2)) * 2.0**40
+    scene = FLUID.with_(velocities=fast, motion=Falling((0.0, -(2.0**80))), impact=Tired(0.9, 2.0**-40))
+    engine = carom.Simulation(
+        scene.with_(drive=Bath(2.0**80, 2.0**40, 1)), tuning=carom.Tuning(neighbors="sectors")
+    )._state.engine
+    unit = engine.model.motion.g[1] / -(2.0**80)
+    assert math.log2(unit) < -40.0
+    assert engine.model.impact.contact_time == 2.0**-40 / math.sqrt(unit)
+    assert carom.Simulation(scene.with_(drive=Bath(2.0**80, 2.0**40, 1))).drive.kT == 2.0**80
+
+
+def test_memory_is_copied_and_times_are_shifted():
+    law = Tired(0.9, 0.5)
+    scene = FLUID.with_(impact=law)
+    sim = carom.Simulation(scene, seed=1)
+    sim.run(collisions=200)
+    before = sim._state.engine.model.impact.last.copy()
+    assert np.isfinite(before).any()
+    sim.rescale(1.0)
+    after = sim._state.engine.model.impact.last
+    met = np.isfinite(before)
+    assert (np.isfinite(after) == met).all()
+    assert (np.argsort(before[met]) == np.argsort(after[met])).all()
+    assert (after[met] <= 0.0).all()  # new epochs begin now
+
+
+# ------------------------------------------------------------------------------------ what is refused
+
+
+def cores(**changes):
+    """Return the body of a class of cores, with other methods or fields."""
+    body = {
+        "__annotations__": {"diameter": float},
+        "__module__": __name__,
+        "reach": Cores.reach,
+        "interaction_time": Cores.interaction_time,
+        "jump": Cores.jump,
+    }
+    return type("Odd", (), {name: each for name, each in {**body, **changes}.items() if each is not None})
+
+
+def short(self, i, j, rr, rv):
+    return 0.0, 0.0, 0.0
+
+
+def calls(self, i, j, rr, rv, now):
+    return self.helped(rr)
+
+
+def asks(self, i, j, rr, rv, now):
+    return self.diametre, 0.0, 0.0
+
+
+def shows(self, i, j, rr, rv, now):
+    return self.label, 0.0, 0.0
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ({"jump": None}, "Odd is an interaction and has no jump: give it def jump(self, i, j, rr, rv, now)."),
+        ({"jump": None, "jmp": Cores.jump}, "has no jump, but jmp: give it"),
+        ({"reach": None}, "Odd is an interaction and has no reach: give it def reach(self, scene)."),
+        ({"reach": short}, "reach of Odd must be written def reach(self, scene)."),
+        ({"sum": own.memory(0, "many")}, "The memory sum has as many items as the field many, which is no"),
+        ({"__annotations__": {"_d": float}}, "The field _d of Odd begins with an underscore: leave that out"),
+        (
+            {"jump": short},
+            "must be written def jump(self, i, j, rr, rv, now), found the parameters (self, i,",
+        ),
+        ({"contact_tme": short}, "a method contact_tme, which nobody asks; did you mean contact_time?"),
+        ({"jump": calls, "helped": short}, "jump of Odd calls the method helped, which compiled code cannot"),
+        (
+            {"jump": asks},
+            "jump of Odd reads self.diametre, which is no number and no array of the class; did",
+        ),
+        ({"jump": shows, "label": "x"}, "jump of Odd reads self.label, which is no number and no array"),
+        (
+            {"__annotations__": {"diameter": list}},
+            "The field diameter of Odd is annotated with list; expected",
+        ),
+        ({"__annotations__": {"diameter": "Nowhere"}}, "An annotation of Odd cannot be read: name 'Nowhere'"),
+        ({"step_time": short}, "step_time of Odd must be written def step_time(self, i, j, step, rr, rv, vv"),
+    ],
+)
+def test_a_class_with_a_fault_is_refused_where_it_is_decorated(body, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        own.interaction(cores(**body))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Cores("1"), "diameter of Cores must be a number, found the string '1'."),
+        (lambda: Cores(math.nan), "diameter of Cores must be finite"),
+        (lambda: Tally(1.5), "floors of Tally must be an integer"),
+        (lambda: Falling("down"), "g of Falling must be"),
+        (lambda: Charged("a", [1.0]), "charge of Charged must be an array of numbers, found the string 'a'."),
+        (lambda: Charged([1.0], [1.0], wide=1), "wide of Charged must be a boolean, found 1."),
+        (lambda: own.per_particle("colour"), "per_particle() takes one of radii, diameters, masses, species"),
+        (lambda: own.memory("0"), "memory() starts with a number, found the string '0'."),
+        (lambda: own.interaction(3), "own.interaction decorates a class, found 3."),
+        (lambda: FLUID.with_(interaction=Cores), "found the class Cores, not a value of it"),
+        (lambda: FLUID.with_(motion=Cores(1.0)), "found Cores, which is made with own.interaction."),
+        (lambda: carom.check(Swing(0.1, 1.0)), "Swing is a path: check the obstacle that moves along it"),
+        (lambda: carom.Simulation(FLUID, observers=[Cores(1.0)]), "An observer is a value of a class with"),
+    ],
+)
+def test_a_value_that_is_none_is_refused_in_a_sentence(make, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        make()
+
+
+def test_a_model_that_reads_species_needs_some():
+    @own.interaction
+    class Unlike(Cores):
+        species = own.per_particle("species")
+
+        def interaction_time(self, i, j, rr, rv, vv, now):
+            t = own.first_contact(rr - self.diameter**2, rv, vv)
+            return t if self.species[i] != self.species[j] else own.NEVER
+
+    scene = FLUID.with_(interaction=Unlike(1.0))
+    with pytest.raises(InputError, match="Unlike reads the species of the particles, and the scene has none"):
+        carom.Simulation(scene)
+    assert Unlike.Compiled.lanes == ("species",)
+
+
+def test_a_subclass_needs_a_decorator():
+    class Softer(Cores):
+        pass
+
+    with pytest.raises(InputError, match="Softer is a subclass of Cores without a decorator of its own"):
+        carom.Simulation(FLUID.with_(interaction=Softer(1.0)))
+
+
+def test_a_well_refuses_pairs_where_they_have_no_step():
+    with pytest.raises(OverlapError, match="where Well has no step for them: move them"):
+        carom.Simulation(FLUID.with_(interaction=Well(1.2, 1.5, 1.0)))
+
+
+# ------------------------------------------------------------------------------------ carom.check
+
+
+@own.interaction
+class Sticky(Cores):
+    def jump(self, i, j, rr, rv, now):
+        return 0.1 * rv / rr, 0.1 * rv / rr, 0.0  # they go on approaching
+
+
+@own.interaction
+class Leaky(Well):
+    def step_jump(self, i, j, step, rr, rv, now):
+        return own.cross(self, i, j, step, rr, rv, step == 0, 0.0)
+
+
+@own.motion
+class Braked(Falling):
+    def position(self, axis, x, v, t):
+        return x + (v + self.g[axis]) * t * t
+
+
+@own.impact
+class Gaining:
+    part: float
+
+    def transfer(self, rr, rv):
+        return self.part
+
+
+@own.obstacle
+class Late(Floor):
+    def encounter(self, x, v, radius, growth):
+        return 1.1 * max((x[1] - self.height - radius) / -v[1], 0.0) if v[1] < 0.0 else own.NEVER
+
+
+@own.drive
+class AtOnce:
+    def next_time(self, i, x, v, time):
+        return time
+
+    def kick(self, i, mass, x, v, time):
+        v[0] = 1.0
+
+
+@own.observer
+class Few:
+    seen = own.memory(0, 3)
+
+    def at_pair(self, event):
+        self.seen[event.i] += 1
+
+
+@pytest.mark.parametrize(
+    ("value", "condition"),
+    [
+        (Sticky(1.0), "V"),
+        (Leaky(1.0, 1.5, 1.0), "energy"),
+        (Braked((0.0, -0.5)), "III"),
+        (Gaining(1.2), "gain"),
+        (Late(0.5), "encounter"),
+        (AtOnce(), "later"),
+    ],
+)
+def test_check_finds_what_is_wrong(value, condition):
+    found = carom.check(value, pairs=50)
+    assert condition in {failure.condition for failure in found.failures}
+
+
+def test_check_tells_an_observer_of_events():
+    with pytest.raises(InputError, match="Few fails where Carom asks it in plain Python: IndexError"):
+        carom.check(Few())
+
+
+# ------------------------------------------------------------------- code that changes, and is kept
+
+
+def test_a_class_that_is_defined_again_is_another():
+    # As a notebook cell that is edited and run again.
+    def drive_to(speed):
+        def wanted():
+            return 3.0 * speed
+
+        @own.drive
+        class Push:
+            done = own.memory(0)
+
+            def next_time(self, i, x, v, time):
+                return 0.5 if self.done[i] == 0 else own.NEVER
+
+            def kick(self, i, mass, x, v, time):
+                v[0] = wanted()
+                self.done[i] = 1
+
+        return Push()
+
+    scene = carom.Scene([[1.0, 1.0], [3.0, 3.0]], (6.0, 6.0), velocities=[[0.0, 1e-3], [0.0, 1e-3]])
+    for value, speed in ((drive_to(1.0), 3.0), (drive_to(2.0), 6.0)):
+        sim = carom.Simulation(scene.with_(drive=value), tuning=carom.Tuning(neighbors="sectors"))
+        sim.run(time=0.6)
+        assert (sim.frame().velocities[:, 0] == speed).all()
+
+
+MODULE = """
+from carom.models import own
+
+STRENGTH = 2.0
+
+def pulled(x):
+    return STRENGTH * x
+
+@own.obstacle
+class Wall:
+    place: float
+
+    def gap(self, positions, radii, box, periodic):
+        return positions[:, 0] - self.place - radii
+
+    def encounter(self, x, v, radius, growth):
+        return pulled(self.place) + radius
+
+    def outward(self, x, axis):
+        return 1.0 if axis == 0 else 0.0
+"""
+PROBE = """
+from carom.compiling.compile_listeners import listening
+from carom.compiling.dispatch import entry
+from carom.models.questions.obstacle import encounter
+from walls import Wall
+
+@entry
+def probe(obstacle, x):
+    return encounter(obstacle, (x,), (0.0,), 0.0, 0.0)
+
+said = []
+wall = Wall(1.5).model()
+with listening(lambda: said.append(1)):
+    time = probe(wall, 10.0)
+print("compiled" if said else "loaded", time)
+"""
+
+
+def test_code_of_a_class_in_a_module_is_kept_on_disk_until_it_changes(tmp_path):
+    (tmp_path / "walls.py").write_text(MODULE)
+    (tmp_path / "probe.py").write_text(PROBE)
+
+    def said():
+        done = subprocess.run(
+            [sys.executable, "-B", "probe.py"],
+            cwd=tmp_path,
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        return done.stdout.strip()
+
+    assert [said(), said()] == ["compiled 3.0", "loaded 3.0"]
+    (tmp_path / "walls.py").write_text(MODULE.replace("STRENGTH = 2.0", "STRENGTH = 4.0"))
+    assert [said(), said()] == ["compiled 6.0", "loaded 6.0"]
+    (tmp_path / "walls.py").write_text(MODULE.replace("+ radius", "+ radius + 1.0"))
+    assert [said(), said()] == ["compiled 4.0", "loaded 4.0"]
+
+
+def test_a_replay_asks_a_model_of_ones_own_in_plain_python(tmp_path):
+    scene = FLUID.with_(interaction=Cores(1.0))
+    with carom.Simulation(scene, seed=1, event_log=tmp_path / "log.h5") as sim:
+        sim.run(collisions=100)
+    run = Replay(tmp_path / "log.h5", interaction=Cores(1.0))
+    while run.step():
+        pass
+    assert (run.frame().velocities == sim.frame().velocities).all()
+
+
+def test_a_method_that_cannot_be_compiled_is_named():
+    @own.observer
+    class Odd:
+        seen = own.memory(0, 1)
+
+        def at_pair(self, event):
+            self.seen[0] += len(event._asdict())
+
+    with pytest.raises(InputError, match="at_pair of Odd cannot be compiled: line"):
+        carom.Simulation(FLUID, seed=1, observers=[Odd()]).run(collisions=1)
