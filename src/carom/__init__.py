@@ -57,9 +57,16 @@ def _viewed() -> Any:
     return view
 
 
+def _picture() -> Any:
+    from carom.pictures.plots import picture
+
+    return picture
+
+
 # Functions that subpackages need from subpackages above them.
 above.install("grown", _grown)
 above.install("viewed", _viewed)
+above.install("picture", _picture)
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]
 

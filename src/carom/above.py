@@ -1,8 +1,8 @@
 """Calls of a subpackage to one above it, which it cannot import: the package installs the functions.
 
-There are two such calls. ``Scene.random`` makes a dense scene by a simulation, and a frame in a notebook is
-shown by the viewer. ``carom/__init__.py`` installs both functions. Every process that uses a part of Carom
-runs it first, even a worker that imports only a scene.
+There are three such calls. ``Scene.random`` makes a dense scene by a simulation, the viewer shows scenes, and
+frames in a notebook, and scenes are drawn. ``carom/__init__.py`` installs the functions. Every process that
+uses a part of Carom runs it first, even a worker that imports only a scene.
 """
 
 from __future__ import annotations
@@ -30,7 +30,17 @@ def grown(
     return found
 
 
+def view(source: Any, **options: Any) -> Any:
+    """Return the viewer of a source: ``carom.pictures.view.view``."""
+    return _answers["viewed"]()(source, **options)
+
+
+def picture(scene: Any, path: Any) -> Any:
+    """Return the picture of a scene: ``carom.pictures.plots.picture``."""
+    return _answers["picture"]()(scene, path)
+
+
 def viewed(frames: Any) -> str:
     """Return the viewer of a frame or of several as HTML: ``carom.pictures.view.view``."""
-    page: str = _answers["viewed"]()(frames)._repr_html_()
+    page: str = view(frames)._repr_html_()
     return page

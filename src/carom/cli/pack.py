@@ -94,7 +94,7 @@ def pack(
             dimension,
             counts=[count for count, _ in kinds] or None,
             diameters=[diameter for _, diameter in kinds] or (1.0,),
-            periodic=not walls,
+            walls=walls,
             seed=seed,
         )
         packing = studies.pack(

@@ -16,6 +16,7 @@ from carom.errors import CaromWarning, InputError
 from carom.notebook import table
 from carom.observables.course import Course
 from carom.observables.statistics import Estimate
+from carom.scene.fields import is_simple
 from carom.scene.temperature import kept_by_motion
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ class Pressure:
             kT=kT,
             mass=scene.mass,
             packing_fraction=scene.packing_fraction,
-            simple=scene.simple,
+            simple=is_simple(scene),
             exchanges=hasattr(scene.interaction, "steps"),
         )
 

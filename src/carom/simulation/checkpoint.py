@@ -12,14 +12,13 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io.paths import reason
-from carom.models.contacts.restitution import Restitution
-from carom.scene.scene import Scene
+from carom.scene.storage import from_arrays, to_arrays
 from carom.scene.temperature import thermal_of
 from carom.simulation import own_observers
 from carom.simulation.clock import LAST_EPOCH
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_state import RunState, requested_of
-from carom.simulation.system_of_scene import system_of
+from carom.simulation.system_of_scene import system_of, thresholds_of, with_thresholds
 from carom.units import TimeUnit
 
 if TYPE_CHECKING:
@@ -51,7 +50,7 @@ def save(path: str | PathLike[str], machine: RunState, extra: dict[str, Any]) ->
         "carom": __version__,
         "scene": json.dumps(scene_attributes),
         "time_unit": machine.unit.exponent,
-        "threshold": system.threshold,
+        "thresholds": json.dumps(thresholds_of(system)),
         "base": f"{clock.base.numerator}/{clock.base.denominator}",
         "counted": machine.counted,
         "wish": json.dumps(machine.requested),
@@ -92,7 +91,7 @@ def _arrays(machine: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
 
     system = machine.system
     arrays = {**arrays_of(machine.engine), "initial_velocities": machine.velocities}
-    scene_arrays, attributes = machine.scene.to_arrays()
+    scene_arrays, attributes = to_arrays(machine.scene)
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
     if system.rates is not None and system.radii is not None:
         arrays["contents.radii"] = system.radii
@@ -126,7 +125,7 @@ def load(
         soundness.check_start(arrays)
         soundness.check_settings(settings, arrays, arrays["initial_velocities"].shape[1])
         chosen = NeighborPlan(**{**settings, "shape": tuple(settings["shape"])})
-        scene = Scene.from_arrays(
+        scene = from_arrays(
             {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
             json.loads(str(attributes["scene"])),
             obstacles=obstacles,
@@ -145,9 +144,7 @@ def load(
             flights=bool(attributes["flights"]),
             observers=own_observers.recalled(json.loads(str(attributes["observers"])), observers),
         )
-        if isinstance(scene.impact, Restitution):
-            speed = unit.to_scene(soundness.real(attributes, "threshold", 0.0), -1)
-            system = dataclasses.replace(system, impact=scene.impact.below(speed))
+        system = with_thresholds(system, soundness.reals(attributes, "thresholds", 0.0))
         if rates is not None:
             radii = arrays["contents.radii"]
             system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))

@@ -14,6 +14,8 @@ from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.interactions.growing_cores import Growing
 from carom.models.motions.free_flight import FreeFlight
+from carom.models.obstacles import dressed
+from carom.models.obstacles.surfaces import Surface
 from carom.models.questions.motion import meeting_time
 from carom.models.questions.obstacle import Obstacle
 from carom.models.questions.particles import Particles
@@ -134,6 +136,9 @@ def check(
         checks.integer(each, "dimensions", low=1)
     pairs = checks.integer(pairs, "pairs", low=1)
     kind = _kind(value)
+    if kind == "obstacle":
+        value = dressed(value)
+        value = value.at(1.0) if isinstance(value, Surface) else value
     if motion is not None and kind not in ("interaction", "obstacle"):
         raise InputError(
             f"motion= goes with an interaction or an obstacle, and {type(value).__name__} is neither."

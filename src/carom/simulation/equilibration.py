@@ -8,6 +8,7 @@ from typing import Any
 from carom import checks
 from carom.errors import InputError
 from carom.notebook import watchable
+from carom.scene.fields import standing
 
 ENDS = (*(k / 32 for k in range(1, 13)), 3 / 4)
 """Parts of the length after which velocities are scaled. The first rounds are short, as kT changes much; the
@@ -140,6 +141,6 @@ def drifts(sim: Any) -> str | None:
             f"equilibrate() needs the mean of kT, which is not known in {type(scene.motion).__name__}: run() "
             "and rescale() in turn."
         )
-    if any(hasattr(each, "live") for each in scene.obstacles):
+    if any(hasattr(each, "live") for each in standing(scene)):
         return "equilibrate() needs a temperature that lasts, and surfaces change the energy: run() instead."
     return None

@@ -23,6 +23,7 @@ from carom.models.questions.observer import (
     at_pair,
 )
 from carom.models.questions.steps import CORE
+from carom.scene.fields import standing
 from carom.simulation.trials import in_plain_python
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ def _try(observer: Any, scene: Scene, system: System) -> None:
     rng, n, d = np.random.default_rng(4), scene.n, scene.dimension
     pace = 1.0 if scene.velocities is None else float(np.sqrt(np.mean(scene.velocities**2))) or 1.0
     radii = system.particles.radii
-    fixed = len(scene.obstacles) + 2 * int(np.sum(~np.asarray(scene.periodic)))
+    fixed = len(standing(scene)) + 2 * int(np.sum(~np.asarray(scene.periodic)))
     for _ in range(TRIED):
         i, j = (int(k) for k in rng.integers(0, n, 2))
         normal = rng.normal(size=d)

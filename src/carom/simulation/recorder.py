@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.scene.storage import to_arrays
+from carom.simulation.system_of_scene import thresholds_of
+
 if TYPE_CHECKING:
     from carom.io.events import EventLog
     from carom.simulation.run_state import RunState
@@ -127,13 +130,13 @@ class Recorder:
 
 def _header(machine: RunState) -> dict[str, Any]:
     """Return the state before the first event, and what its words mean."""
-    scene, attributes = machine.scene.to_arrays()
+    scene, attributes = to_arrays(machine.scene)
     return {
         **{name: values for name, values in scene.items() if name not in ("diameter", "mass")},
         "diameters": machine.scene.diameters,
         "masses": machine.scene.masses,
         "scene": np.frombuffer(json.dumps(attributes).encode(), np.uint8),
-        "threshold": np.float64(machine.unit.to_scene(machine.system.threshold, -1)),
+        "thresholds": np.array(thresholds_of(machine.system)),
         "positions": machine.scene.positions,
         "velocities": machine.velocities,
         "box": np.asarray(machine.scene.box),

@@ -186,8 +186,8 @@ class Running:
     def obstacles(self) -> tuple[Impacts, ...]:
         """Hits and momentum of each wall and obstacle since the start, in the order of their numbers.
 
-        The walls of each axis without periodicity come first, lower before upper, then the scene's obstacles.
-        Nothing hits a wall for which an obstacle stands.
+        The walls come first, low before high, then walls with properties and the scene's obstacles. Nothing
+        hits a wall for which an obstacle stands, nor the plain wall in the place of one with properties.
         """
         return mechanics.impacts(self.machine)
 

@@ -1,4 +1,7 @@
-"""Obstacles that move: floors, walls, balls and containers, displaced along a line by a path."""
+"""Obstacles that move: floors, walls, balls and containers, displaced along a line by a path.
+
+The keyword ``shake`` of an obstacle makes them (``obstacles.properties``).
+"""
 
 from __future__ import annotations
 
@@ -10,10 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom import checks
 from carom.compiling import registry
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.files.to_tables import obstacle_to_table, to_table
 from carom.models.mathematics.parabolas import HOP, Course, time_to_moving
 from carom.models.obstacles.outlines import shapes
 from carom.models.obstacles.paths import Path, pace, place
@@ -79,25 +82,15 @@ class Shaken:
                 f"{type(self.obstacle).__name__}, whose motion or surface would be lost. A surface stands "
                 "outside: Surface(Shaken(...), loss) or Thermal(Shaken(...), kT). Two motions are one path."
             )
-        direction = fields.vector(self.direction, "direction of Shaken")
+        direction = fields.vector(self.direction, "direction of shake")
         length = math.hypot(*direction)
         if length == 0.0:
-            raise InputError("The direction of Shaken must not be zero: the obstacle moves along it.")
+            raise InputError("The direction of shake must not be zero: the obstacle moves along it.")
         # A unit vector stays as it is: a file holds one, and the run must go on with the same bits.
         if abs(length - 1.0) > UNIT:
             direction = tuple(x / length for x in direction)
         object.__setattr__(self, "direction", direction)
-        if isinstance(self.path, type) or not isinstance(self.path, Path):
-            raise InputError(
-                f"The path of Shaken must have lowest, highest, acceleration, period and model, such as "
-                f"Sine(0.2, period=1.5); found {self.path!r}."
-            )
-        bounds = (self.path.lowest, self.path.highest, self.path.acceleration, self.path.period)
-        if not all(math.isfinite(x) for x in bounds) or bounds[0] > bounds[1] or bounds[3] <= 0.0:
-            raise InputError(
-                "A path must have finite bounds: lowest <= highest, acceleration, and a period > 0 (longer "
-                f"than the run, where it does not repeat itself); found {bounds}."
-            )
+        check_path(self.path)
 
     @property
     def name(self) -> str:
@@ -117,12 +110,12 @@ class Shaken:
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the obstacle or its motion does not fit this box."""
         self.obstacle.check(box, periodic)
-        fields.check_dimensions(self.direction, box, "direction of Shaken")
+        fields.check_dimensions(self.direction, box, "direction of shake")
         model = self.obstacle.model()
         if not registry.answers(time_to_moving, type(model)):
             raise InputError(
-                f"Shaken moves planes, balls and containers, and obstacles that answer chase; found "
-                f"{type(self.obstacle).__name__}."
+                "shake moves planes, balls, containers and walls, and obstacles that answer time_to_moving; "
+                f"found {type(self.obstacle).__name__}."
             )
         far = max(abs(self.path.lowest), abs(self.path.highest))
         for edge, wraps in zip(box, periodic, strict=True):
@@ -142,16 +135,6 @@ class Shaken:
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        path = to_table(self.path, "path")
-        return {
-            "kind": "shaken",
-            "obstacle": obstacle_to_table(self.obstacle),
-            "direction": list(self.direction),
-            "path": path,
-        }
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
         """Return the least and the greatest offset of the plane that confines components, or None.
@@ -201,6 +184,21 @@ class Shaken:
     def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
         """Return the shapes to draw in three dimensions: the obstacle without displacement."""
         return shapes(self.obstacle, "surface", box, periodic)
+
+
+def check_path(path: Any) -> None:
+    """Raise InputError if a path is none, or has bounds that are not finite."""
+    if isinstance(path, type) or not isinstance(path, Path):
+        raise InputError(
+            "shake must be a path, which has lowest, highest, acceleration, period and model, such as "
+            f"Sine(0.2, period=1.5); found {checks.describe(path)}."
+        )
+    bounds = (path.lowest, path.highest, path.acceleration, path.period)
+    if not all(math.isfinite(x) for x in bounds) or bounds[0] > bounds[1] or bounds[3] <= 0.0:
+        raise InputError(
+            "A path must have finite bounds: lowest <= highest, acceleration, and a period > 0 (longer "
+            f"than the run, where it does not repeat itself); found {bounds}."
+        )
 
 
 class Displaced(NamedTuple):

@@ -21,6 +21,7 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import checkpoint
 from carom.io.paths import writing
+from carom.models.obstacles.named_walls import Walls
 from carom.notebook import by_stage, watchable
 from carom.scene import lattices
 from carom.scene.overlaps import rounding
@@ -118,7 +119,7 @@ def points(
     *,
     counts: Sequence[int] | None = None,
     diameters: Sequence[float] = (1.0,),
-    periodic: bool | Sequence[bool] = True,
+    walls: Walls = False,
     seed: int | np.random.Generator = 0,
 ) -> Scene:
     """Return random points that will grow into spheres: the start of the paper's sec. 8.
@@ -129,8 +130,8 @@ def points(
         Number of points, and of dimensions.
     counts, diameters : sequences
         Number of points of each species, instead of n, and their approximate final diameters [length].
-    periodic : bool or d bools
-        False gives an axis two hard walls.
+    walls : str, True or sequence of str
+        Axes with walls, as in :class:`carom.Scene`.
     seed : int or numpy.random.Generator
         Source of randomness.
 
@@ -155,7 +156,7 @@ def points(
         species=[Species(count=c, diameter=POINT * s) for c, s in zip(counts, sizes, strict=True)],
         dimension=d,
         packing_fraction=fraction * POINT**d,
-        periodic=periodic,
+        walls=walls,
         seed=seed,
     )
 
