@@ -46,7 +46,7 @@ def bed(seed):
         diameter=diameters,
         mass=masses,
         velocities=0.1 * rng.normal(size=(len(places), 2)),
-        periodic=False,
+        walls=True,
         motion=Gravity((0.0, -1.0)),
         obstacles=[Surface(floor, loss)],
         impact=loss,

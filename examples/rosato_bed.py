@@ -39,7 +39,7 @@ scene = carom.Scene(
     diameter=diameters,
     mass=diameters**2,
     velocities=0.1 * rng.normal(size=places.shape),
-    periodic=False,
+    walls=True,
     motion=Gravity((0.0, -1.0)),
     obstacles=[Surface(floor, loss)],
     impact=loss,

@@ -37,7 +37,7 @@ def impacts(amplitude):
     floor = Shaken(Plane((1.0,), 10.0, "floor"), (1.0,), Sine(amplitude, period, angle / period))
     surface = Surface(floor, Loss(restitution, contact_time=2e-2))
     scene = carom.Scene(
-        [[height]], 1000.0, velocities=[[speed]], periodic=False, motion=Gravity((-1.0,)), obstacles=[surface]
+        [[height]], 1000.0, velocities=[[speed]], walls=True, motion=Gravity((-1.0,)), obstacles=[surface]
     )
     log = args.out / "log.h5"
     with carom.Simulation(scene, event_log=log) as sim:

@@ -131,22 +131,22 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
         "plain": (plain, {"images": False}),
         "images": (plain, {}),
         "single precision": (plain, {"images": False, "precision": "single"}),
-        "diameters and masses of their own": (plain.with_(diameter=hair), {"images": False}),
+        "diameters and masses of their own": (plain.replace(diameter=hair), {"images": False}),
         "species, contact matrix": (
-            plain.with_(species=species, contact=np.full((2, 2), 1.0)),
+            plain.replace(species=species, contact=np.full((2, 2), 1.0)),
             {"images": False},
         ),
-        "restitution": (plain.with_(restitution=1.0 - 1e-9, elastic_below=1e-3), {"images": False}),
-        "walls": (carom.Scene(shrunk, plain.box, diameter=0.98, periodic=False), {"images": False}),
+        "restitution": (plain.replace(impact=Restitution(1.0 - 1e-9, elastic_below=1e-3)), {"images": False}),
+        "walls": (carom.Scene(shrunk, plain.box, diameter=0.98, walls=True), {"images": False}),
         "a fixed ball": (
             carom.Scene(plain.positions + 0.25, plain.box, diameter=0.98, obstacles=(ball,)),
             {"images": False},
         ),
-        "a square well": (plain.with_(interaction=SquareWell(1.5, 1.0)), {"images": False}),
-        "a tenth pinned": (plain.with_(pinned=np.arange(0, n, 10)), {"images": False}),
+        "a square well": (plain.replace(interaction=SquareWell(1.5, 1.0)), {"images": False}),
+        "a tenth pinned": (plain.replace(pinned=np.arange(0, n, 10)), {"images": False}),
         "sectors instead of lists": (plain, {"images": False, "neighbors": "sectors"}),
-        "a field, by sectors": (plain.with_(motion=Gravity((0.0, 0.0, -1e-9))), {"images": False}),
-        "growth": (plain.with_(diameter=0.99), {"images": False, "growth": 1e-9}),
+        "a field, by sectors": (plain.replace(motion=Gravity((0.0, 0.0, -1e-9))), {"images": False}),
+        "growth": (plain.replace(diameter=0.99), {"images": False, "growth": 1e-9}),
         "event log": (plain, {"images": False, "event_log": True}),
         "currents": (plain, {"images": False, "currents": True}),
         "free flights": (plain, {"images": False, "flights": True}),
@@ -160,7 +160,7 @@ def wells(given: argparse.Namespace) -> None:
         plain = carom.Scene.crystal(cells=10, density=density)
         sims = [
             carom.Simulation(scene, kT=kT, seed=1)
-            for scene, kT in ((plain, 1.0), (plain.with_(interaction=SquareWell(1.5, 1.0)), 1.5))
+            for scene, kT in ((plain, 1.0), (plain.replace(interaction=SquareWell(1.5, 1.0)), 1.5))
         ]
         for sim in sims:
             sim.run(collisions_per_particle=100.0)
@@ -186,7 +186,7 @@ def ranges(given: argparse.Namespace) -> None:
     places, circle = rng.uniform(0.0, edge, (n, 2)), StepTable(Steps([1.0], [0.0]))
     plain = carom.Scene(places, edge, diameter=0.1, interaction=circle)
     sims, took = [], []
-    for scene in (plain, plain.with_(interaction=Ranges([Kind("unit", [1.0])], aim))):
+    for scene in (plain, plain.replace(interaction=Ranges([Kind("unit", [1.0])], aim))):
         began = time.process_time()
         sims.append(carom.Simulation(scene, kT=1.0, seed=1, images=False))
         sims[-1].run(collisions=10)
@@ -269,6 +269,7 @@ print(imported - began, loaded - imported, ready - loaded, made - ready, done - 
 
 SMALLEST = """
 from numba import njit
+from carom.models.contacts.restitution import Restitution
 
 @njit(cache=True)
 def total(x):

@@ -14,7 +14,7 @@ SCENE = """
 initial = "random"
 n = 3
 box = [3.0, 6.0]
-periodic = [true, false]
+walls = "y"
 diameter = 0.8
 mass = 2.0
 
@@ -35,7 +35,7 @@ loss = { restitution = 0.8, contact_time = 1e-2 }
 kind = "shaken"
 direction = [0.0, 1.0]
 path = { type = "sine", amplitude = 0.2, period = 2.0 }
-obstacle = { kind = "plane", normal = [0.0, 1.0], offset = 0.0, name = "floor" }
+obstacle = { type = "plane", normal = [0.0, 1.0], offset = 0.0, name = "floor" }
 
 [run]
 equilibration = 2

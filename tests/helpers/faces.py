@@ -12,7 +12,7 @@ from carom.models.contacts.losses import Loss
 from carom.models.mathematics.parabolas import first_landing
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.arcs import Arc
-from carom.models.obstacles.blocks import Box
+from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
 from carom.models.obstacles.paths import Sine
@@ -22,6 +22,7 @@ from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.models.questions.obstacle import encounter, fall, outward, recoil
 from carom.models.questions.particles import NEVER
+from carom.models.obstacles.named_walls import axes_without
 
 LOSS = Loss(0.5, elastic_below=1e-6)
 EDGE = 5.3  # no sum of its digits is exact
@@ -92,7 +93,7 @@ def alone(d, axis, side, obstacles, **more):
     place = np.full((1, d), 0.5 * EDGE)
     velocity = -np.array([normal(d, axis, side)])
     scene = carom.Scene(
-        place, EDGE, periodic=False, velocities=velocity, obstacles=obstacles, diameter=0.9, **more
+        place, EDGE, walls=True, velocities=velocity, obstacles=obstacles, diameter=0.9, **more
     )
     sim = carom.Simulation(scene)
     sim.run(time=4.0)
@@ -118,7 +119,7 @@ def every_shape():
     arc = Arc((0.5 * EDGE,) * 2, 0.5 * EDGE, 180.0, 180.0, "floor")
     patch = Segment((0.4 * EDGE, 0.0), (0.6 * EDGE, 0.0), 0.0, "floor")
     roof = Segment((0.4 * EDGE, EDGE), (0.6 * EDGE, EDGE), 0.0, "floor")
-    block = Box((0.0, -1.0), (EDGE, 0.0), 0.0, "floor")
+    block = Cuboid((0.0, -1.0), (EDGE, 0.0), 0.0, "floor")
     beside = Segment((0.7 * EDGE, 0.0), (0.9 * EDGE, 0.0), 0.0, "floor")
     return {
         "ball": alone(2, 1, 0, [Surface(ball, LOSS)]),
@@ -146,7 +147,7 @@ def bed(obstacles, d=2, time=12.0, **more):
         places,
         EDGE,
         diameter=[1.0, 0.6],
-        periodic=[True] * (d - 1) + [False],
+        walls=axes_without([True] * (d - 1) + [False]),
         velocities=np.zeros((2, d)),
         motion=Gravity(g),
         obstacles=obstacles,
@@ -183,7 +184,7 @@ def growing():
             [[1.0, 2.0], [4.0, 3.0]],
             EDGE,
             diameter=0.5,
-            periodic=False,
+            walls=True,
             velocities=[[0.1, 0.5], [0.0, -0.4]],
             obstacles=obstacles,
         )
@@ -204,7 +205,7 @@ def continued(folder):
         Thermal(floor_at(2, 1, 0), 1.0, seed=3),
         Surface(Segment((EDGE, 1.0), (EDGE, 4.0), 0.0, "patch"), LOSS),
     ]
-    scene = carom.Scene.random(4, dimension=2, box=(EDGE, EDGE), periodic=False, seed=1, obstacles=obstacles)
+    scene = carom.Scene.random(4, dimension=2, box=(EDGE, EDGE), walls=True, seed=1, obstacles=obstacles)
     whole = carom.Simulation(scene, seed=2)
     whole.run(time=40.0)
     whole.run(time=40.0)

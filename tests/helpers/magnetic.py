@@ -15,6 +15,7 @@ from carom.models.questions.motion import carry, meeting_time, position, velocit
 from carom.models.questions.obstacle import meeting
 from carom.models.questions.particles import NEVER
 from carom.models.questions.walls import wall_meeting
+from carom.models.obstacles.named_walls import axes_without
 
 
 class Turning(NamedTuple):
@@ -168,8 +169,10 @@ class Magnetic:
 
 def charges(n, box, wraps, obstacles=(), seed=1):
     """Return charges in a box with walls along the axes along which it does not wrap."""
-    start = carom.Scene.random(n, box=box, seed=seed, periodic=[bool(k) for k in wraps], obstacles=obstacles)
-    return start.with_(motion=Magnetic(1.5, wraps))
+    start = carom.Scene.random(
+        n, box=box, seed=seed, walls=axes_without([bool(k) for k in wraps]), obstacles=obstacles
+    )
+    return start.replace(motion=Magnetic(1.5, wraps))
 
 
 def least_gap(frame, scene):

@@ -27,6 +27,7 @@ from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
 from helpers import mixtures
 from helpers.oracle_scenes import NUDGE, ROUNDINGS, moving, oracle_of
+from carom.models.contacts.restitution import Restitution
 
 EPS = np.finfo(float).eps
 
@@ -51,7 +52,7 @@ def binary(counts, seed, *, masses, box, contact=None, diameters=(1.0, 0.7), spe
         counts, diameters=diameters, masses=masses, contact=contact, box=box, seed=seed, **more
     )
     scene = moving(scene, seed)
-    return scene.with_(velocities=speed * scene.velocities)
+    return scene.replace(velocities=speed * scene.velocities)
 
 
 def rods():
@@ -68,16 +69,16 @@ def mixture():
 def furnished():
     """Walls along the first axis, a fixed disk, and contacts that lose energy if they are fast enough."""
     scene = binary(
-        [3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), speed=4e7, periodic=[False, True],
+        [3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), speed=4e7, walls="x",
         obstacles=(Ball((2.5, 3.0), 0.4, "post"), Plane((2.0, 0.0), 0.4)),
     )  # fmt: skip
-    return Case(scene.with_(restitution=0.7, elastic_below=2.5e7), {"neighbors": "sectors"}, 50)
+    return Case(scene.replace(impact=Restitution(0.7, elastic_below=2.5e7)), {"neighbors": "sectors"}, 50)
 
 
 def flask():
     """Spheres in a spherical container."""
     scene = binary(
-        [3, 2], 7, masses=[3.0, 1.0], box=(4.0,) * 3, periodic=False,
+        [3, 2], 7, masses=[3.0, 1.0], box=(4.0,) * 3, walls=True,
         obstacles=(SphericalContainer((2.0,) * 3, 1.95),),
     )  # fmt: skip
     return Case(scene, {"neighbors": "lists"}, 30)
@@ -85,9 +86,9 @@ def flask():
 
 def growing():
     """Two species that grow until the lists are renewed, between walls; contacts lose energy."""
-    scene = binary(
-        [4, 4], 9, masses=[1.0, 0.3], box=(4.4, 4.0), diameters=(0.4, 0.25), periodic=[True, False]
-    ).with_(restitution=0.8, elastic_below=1.2)
+    scene = binary([4, 4], 9, masses=[1.0, 0.3], box=(4.4, 4.0), diameters=(0.4, 0.25), walls="y").replace(
+        impact=Restitution(0.8, elastic_below=1.2)
+    )
     return Case(scene, {"neighbors": "lists", "shell": 1.15, "growth": 0.1 * scene.diameters}, 40)
 
 
@@ -101,8 +102,8 @@ def live():
         Thermal(Plane((0.0, -1.0), -5.7, "ceiling"), kT=2.0),
         Surface(Ball((3.0, 3.0), 0.4, "post"), Loss(0.5, elastic_below=1.0)),
     )
-    scene = binary([3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), periodic=[True, False], obstacles=obstacles)
-    return Case(scene.with_(restitution=0.9), {"neighbors": "lists"}, 30)
+    scene = binary([3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), walls="y", obstacles=obstacles)
+    return Case(scene.replace(impact=0.9), {"neighbors": "lists"}, 30)
 
 
 KINDS = {make.__name__: make for make in (rods, mixture, furnished, flask, growing, live)}
@@ -143,7 +144,7 @@ def machinery_of(sim) -> dict[str, float]:
 def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarray]]:
     """Return the oracle's time between its last event and the next, and its sums until then."""
     scene, growth = case.scene, case.settings.get("growth", 0.0)
-    oracle = oracle_of(scene, growth, nudge, scene.elastic_below or 0.0)
+    oracle = oracle_of(scene, growth, nudge, scene.impact.elastic_below or 0.0)
     n = scene.n
     kinds = np.zeros(n, int) if scene.species is None else scene.species
     counts = np.zeros((kinds.max() + 1,) * 2, int)
@@ -156,7 +157,7 @@ def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarra
         counts[a, b] += 1
         virials[a, b] += oracle.virial - virial
         virial = oracle.virial
-        spared += scene.restitution < 1.0 and is_elastic(oracle, event)
+        spared += scene.impact.restitution < 1.0 and is_elastic(oracle, event)
     last, end = oracle.time, coming(oracle)
     mirror = np.triu(np.ones(counts.shape, bool), 1)
     found = {
@@ -170,7 +171,7 @@ def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarra
         "spared": spared,
         "work": np.zeros(oracle.hits.shape),
         "contacts that surfaces spared or lifted": np.zeros(2 * oracle.hits.size, int),
-        "threshold": scene.elastic_below or 0.0,
+        "threshold": scene.impact.elastic_below or 0.0,
         "collisions by species": counts + (counts * mirror).T,
         "virial by species": virials + (virials * mirror).T,
     }
@@ -287,7 +288,7 @@ EXACT = (in_chunks, with_samples, with_checkpoints)
 def check(case: Case) -> int:
     """Compare the sums of every way with the oracle's; return how many events there were."""
     end, right = expected(case)
-    if case.scene.restitution < 1.0:
+    if case.scene.impact.restitution < 1.0:
         assert 0 < right["spared"] < right["collisions"], "both kinds of contacts"
     assert right["hits"].size == 0 or right["hits"].sum() > 5
     _, nudged = expected(case, NUDGE)

@@ -33,7 +33,7 @@ def bed(restitution=0.9, *, n=6, amplitude=0.3, period=2.0, contact_time=1e-3, g
         places,
         (EDGE, HEIGHT),
         velocities=rng.normal(size=places.shape),
-        periodic=(True, False),
+        walls="y",
         motion=Gravity((0.0, -g)),
         obstacles=[Surface(floor, loss)],
         impact=loss,
@@ -172,7 +172,7 @@ def test_a_log_is_replayed_bit_for_bit(tmp_path):
 def test_tiny_and_huge_fields_and_fast_shaking_go_on(tmp_path, g, amplitude, period):
     unit = 1.0 / math.sqrt(g)
     scene = bed(0.8, g=g, amplitude=amplitude, period=period, contact_time=1e-3 * min(unit, period))
-    scene = scene.with_(velocities=scene.velocities / unit)
+    scene = scene.replace(velocities=scene.velocities / unit)
     with simulation(scene, tmp_path) as sim:
         sim.run(time=5.0 * unit)
         frame = sim.frame()
@@ -184,7 +184,7 @@ def test_tiny_and_huge_fields_and_fast_shaking_go_on(tmp_path, g, amplitude, per
 def test_what_rests_on_the_floor_goes_on_resting(tmp_path):
     # Acceleration of the floor below g: the disk is carried, and never more than t_c's flight above it.
     scene = bed(0.5, n=1, amplitude=0.05, period=2.0, contact_time=1e-2)
-    scene = scene.with_(positions=[[1.0, 1.0]], velocities=[[0.0, 0.0]])
+    scene = scene.replace(positions=[[1.0, 1.0]], velocities=[[0.0, 0.0]])
     with simulation(scene, tmp_path) as sim:
         for time in np.linspace(0.5, 20.0, 40):
             sim.run(time=0.5)
@@ -244,7 +244,7 @@ def test_a_scene_file_holds_field_floor_and_loss():
 initial = "random"
 n = 20
 box = [8.5, 12.0]
-periodic = [true, false]
+walls = "y"
 
 [scene.motion]
 type = "gravity"
@@ -263,7 +263,7 @@ loss = { restitution = 0.8, contact_time = 1e-3 }
 kind = "shaken"
 direction = [0.0, 1.0]
 path = { type = "sine", amplitude = 0.3, period = 2.0 }
-obstacle = { kind = "plane", normal = [0.0, 1.0], offset = 0.5, name = "floor" }
+obstacle = { type = "plane", normal = [0.0, 1.0], offset = 0.5, name = "floor" }
 """
     plan = Plan.from_toml(text)
     assert Plan.from_toml(plan.to_toml()) == plan
@@ -303,7 +303,7 @@ def thermal_column(points=20):
         places,
         (10.0, 400.0),
         diameter=1e-2,
-        periodic=(True, False),
+        walls="y",
         motion=Gravity((0.0, -0.5)),
         obstacles=[floor],
     )

@@ -16,6 +16,7 @@ from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface
 from carom.reference.falling import Floor, fall
+from carom.models.obstacles.named_walls import axes_without
 
 HEIGHT, EDGE, OFFSET = 12.0, 4.5, 0.5
 AMPLITUDE, PERIOD, CONTACT_TIME = 0.3, 2.0, 1e-3
@@ -35,7 +36,7 @@ def bed(d, restitution, n=5):
         places,
         (*[EDGE] * (d - 1), HEIGHT),
         velocities=0.3 * rng.normal(size=places.shape),
-        periodic=(*[True] * (d - 1), False),
+        walls=axes_without((*[True] * (d - 1), False)),
         motion=Gravity((*[0.1] * (d - 1), -1.0)),
         obstacles=[Surface(floor, loss)],
         impact=loss,

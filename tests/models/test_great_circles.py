@@ -214,9 +214,9 @@ def test_what_a_sphere_cannot_have_is_refused_in_a_sentence():
         carom.Scene([[5.0]], box=8.0, diameter=0.1, motion=GreatCircles())
 
     with pytest.raises(InputError, match="hard cores meet, found the interaction Pull"):
-        scene.with_(interaction=Pull())
+        scene.replace(interaction=Pull())
     with pytest.raises(OverlapError):
-        scene.with_(diameter=1.9)
+        scene.replace(diameter=1.9)
 
 
 def test_a_plain_scene_is_told_nothing_of_spheres():

@@ -28,6 +28,8 @@ from carom.models.questions.obstacle import arrival, encounter, fall, meeting, o
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.questions.walls import wall_meeting
 from carom.units import TimeUnit
+from carom.scene.storage import to_arrays
+from carom.scene.storage import from_arrays
 
 RADIUS = 0.5
 
@@ -274,7 +276,7 @@ def test_two_thermal_walls_of_one_seed_draw_different_numbers():
         Thermal(ceiling, kT=1.0),
         Thermal(Plane((0.0, 1.0), 0.4), kT=1.0, seed=1),
     ]
-    scene = carom.Scene([[50.0, 3.0]], (100.0, 6.0), periodic=(True, False), obstacles=given)
+    scene = carom.Scene([[50.0, 3.0]], (100.0, 6.0), walls="y", obstacles=given)
     assert scene.obstacles == (given[0], Thermal(ceiling, kT=1.0, seed=2), given[2])
     motion, down = Falling((0.0, 0.0), 0.0), np.array([0.0, -1.0])
     rebound_speed = np.empty((2, 500))
@@ -286,13 +288,13 @@ def test_two_thermal_walls_of_one_seed_draw_different_numbers():
             speeds[k] = v[0]
     assert abs(np.corrcoef(rebound_speed)[0, 1]) < 6.0 / math.sqrt(500)
     # Scenes made of it, and its files, have the same seeds.
-    assert scene.with_(box=(100.0, 7.0)).obstacles == scene.obstacles
-    arrays, attributes = scene.to_arrays()
-    assert carom.Scene.from_arrays(arrays, attributes).obstacles == scene.obstacles
-    assert carom.Scene.from_arrays(arrays, attributes, obstacles=given).obstacles == scene.obstacles
+    assert scene.replace(box=(100.0, 7.0)).obstacles == scene.obstacles
+    arrays, attributes = to_arrays(scene)
+    assert from_arrays(arrays, attributes).obstacles == scene.obstacles
+    assert from_arrays(arrays, attributes, obstacles=given).obstacles == scene.obstacles
     attributes["obstacles"][1]["seed"] = 0
     with pytest.raises(InputError, match="have one seed in this file"):
-        carom.Scene.from_arrays(arrays, attributes)
+        from_arrays(arrays, attributes)
 
 
 @pytest.mark.parametrize("direction", [(1.0, 0.0), (0.6, 0.8), (0.0, 1.0)])

@@ -71,7 +71,7 @@ def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
         8.0,
         mass=3.0,
         velocities=[[0.0, 0.0]],
-        periodic=[True, False],
+        walls="y",
         motion=Gravity((0.0, g)),
     )
     sim = carom.Simulation(scene)
@@ -87,7 +87,7 @@ def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
 @pytest.fixture(scope="module")
 def fluid():
     """Return a fluid of wells that was brought to kT = 3 at a density of 0.3."""
-    scene = carom.Scene.crystal(cells=4, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+    scene = carom.Scene.crystal(cells=4, density=0.3).replace(interaction=SquareWell(1.5, 1.0))
     sim = carom.Simulation(scene, seed=3)
     sim.equilibrate(3.0, collisions_per_particle=600)
     return sim
@@ -123,7 +123,7 @@ def test_the_energy_can_be_measured_to_an_error(fluid):
 def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
     pulls = []
     for seed in range(6):
-        scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+        scene = carom.Scene.crystal(cells=3, density=0.3).replace(interaction=SquareWell(1.5, 1.0))
         sim = carom.Simulation(scene, kT=3.0, seed=seed)
         sim.equilibrate(3.0, collisions_per_particle=1600)
         kT = sim.measure(carom.PotentialEnergy(), collisions_per_particle=600).kT
@@ -140,7 +140,7 @@ def test_hard_spheres_are_brought_to_a_temperature_too():
 
 
 def falling():
-    return carom.Scene([[4.0, 2.0]], 8.0, periodic=[True, False], motion=Gravity((0.0, -1.0)))
+    return carom.Scene([[4.0, 2.0]], 8.0, walls="y", motion=Gravity((0.0, -1.0)))
 
 
 @pytest.mark.usefixtures("unscheduled")
@@ -148,14 +148,14 @@ def falling():
     ("scene", "settings", "reason"),
     [
         (
-            lambda: carom.Scene.crystal(cells=2, packing_fraction=0.2).with_(restitution=0.9),
+            lambda: carom.Scene.crystal(cells=2, packing_fraction=0.2).replace(impact=0.9),
             {},
             "contacts or rules",
         ),
         (lambda: carom.Scene.crystal(cells=2, packing_fraction=0.2), {"growth": 0.01}, "leave out growth"),
         (falling, {}, "mean of kT"),
         (
-            lambda: carom.Scene.crystal(cells=3, density=0.3).with_(
+            lambda: carom.Scene.crystal(cells=3, density=0.3).replace(
                 interaction=StepTable(Steps([1.0, 1.3], [INF, -0.2], leaving=[INF, -0.6]))
             ),
             {},
@@ -173,7 +173,7 @@ def test_where_nothing_has_a_potential_energy_none_is_measured():
     sim = carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.2))
     with pytest.raises(InputError, match="no steps"):
         sim.measure(carom.PotentialEnergy(), collisions_per_particle=10)
-    well = carom.Simulation(carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell()))
+    well = carom.Simulation(carom.Scene.crystal(cells=3, density=0.3).replace(interaction=SquareWell()))
     with pytest.raises(InputError, match=r"Simulation\.blocks"):
         well.estimate(carom.PotentialEnergy(), [well.run(collisions=10)])
 
@@ -274,7 +274,7 @@ initial = "random"
 dimension = 2
 n = 40
 packing_fraction = 0.1
-periodic = [true, false]
+walls = "y"
 kT = 1.0
 
 [scene.motion]

@@ -12,6 +12,7 @@ from carom.models import Ball, Plane, SquareWell
 from carom.plan.plan import Plan, template
 from carom.plan.sections import SceneSpec, SpeciesSpec
 from carom.scene.scene import Scene
+from carom.models.contacts.restitution import Restitution
 
 EVERYTHING = """
 [scene]
@@ -19,9 +20,8 @@ initial = "random"
 n = 40
 dimension = 2
 box = [9.0, 8]
-periodic = [true, false]
-restitution = 0.9
-elastic_below = 0.01
+walls = "y"
+impact = { restitution = 0.9, elastic_below = 0.01 }
 contact = [[1.0, 0.7], [0.7, 0.5]]
 kT = 2.0
 
@@ -37,13 +37,13 @@ fraction = 3
 diameter = 0.5
 
 [[scene.obstacles]]
-kind = "ball"
+type = "ball"
 center = [4.5, 4]
 radius = 1.5
 name = "pillar"
 
 [[scene.obstacles]]
-kind = "plane"
+type = "plane"
 normal = [0, 2]
 offset = 1.0
 
@@ -60,16 +60,15 @@ def test_a_scene_file_says_what_python_says():
     np.testing.assert_array_equal(scene.masses, np.array([8.0, 1.0])[scene.species])
     assert scene.periodic == (True, False)
     assert scene.obstacles == (Ball((4.5, 4.0), 1.5, "pillar"), Plane((0.0, 2.0), 1.0))
-    assert (scene.restitution, scene.elastic_below) == (0.9, 0.01)
+    assert (scene.impact.restitution, scene.impact.elastic_below) == (0.9, 0.01)
     np.testing.assert_array_equal(scene.contact, [[1.0, 0.7], [0.7, 0.5]])
     in_python = SceneSpec(
         initial="random",
         n=40,
         dimension=2,
         box=(9.0, 8.0),
-        periodic=(True, False),
-        restitution=0.9,
-        elastic_below=0.01,
+        walls="y",
+        impact=Restitution(0.9, elastic_below=0.01),
         contact=((1.0, 0.7), (0.7, 0.5)),
         kT=2.0,
         species=(
@@ -127,16 +126,14 @@ def test_all_axes_periodic_is_the_default_however_it_is_said():
 
 
 def test_what_a_trajectory_does_not_hold_can_be_added_to_its_frame(tmp_path):
-    scene = Scene.random(5, dimension=2, box=6.0, periodic=False, obstacles=[Ball((3.0, 3.0), 1.0)])
+    scene = Scene.random(5, dimension=2, box=6.0, walls=True, obstacles=[Ball((3.0, 3.0), 1.0)])
     frame = Frame(
         0.0, 0, scene.positions, scene.positions * 0, scene.box, scene.diameters, scene.masses,
         periodic=scene.periodic,
     )  # fmt: skip
     with io.open(tmp_path / "start.h5md", "w") as writer:
         writer.write(frame)
-    spec = SceneSpec(
-        initial="file", file=str(tmp_path / "start.h5md"), obstacles=scene.obstacles, restitution=0.8
-    )
+    spec = SceneSpec(initial="file", file=str(tmp_path / "start.h5md"), obstacles=scene.obstacles, impact=0.8)
     built = spec.build(0)
     assert built.obstacles == scene.obstacles
     assert built.periodic == (False, False)

@@ -56,7 +56,7 @@ def test_every_keyword_of_a_scene_goes_with_every_start():
     }
     del given["pinned"]
     for scene in (carom.Scene.random(32, 0.2, **given), carom.Scene.crystal(32, 0.2, **given)):
-        assert scene.restitution == 0.9
+        assert scene.impact.restitution == 0.9
         assert scene.motion == Gravity((0, 0, -1))
         assert scene.periodic == (True, True, False)
     assert carom.Scene.random(32, 0.2, pinned=[3]).pinned.nonzero()[0].tolist() == [3]

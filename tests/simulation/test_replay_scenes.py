@@ -19,6 +19,7 @@ from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
 from carom.simulation.replay import Replay, replay, replays
+from carom.models.contacts.restitution import Restitution
 
 MIXTURE = {"diameters": [1.0, 0.4], "masses": [3.0, 0.7], "seed": 2}
 
@@ -31,25 +32,25 @@ def scenes():
         "contact": mixture(
             [10, 20], **MIXTURE, dimension=2, packing_fraction=0.3, contact=[[1.0, 0.9], [0.9, 0.4]]
         ),
-        "masses": Scene.random(20, 0.4, 2).with_(mass=1.0 + np.arange(20) % 3),
-        "walls": mixture([5, 20], **MIXTURE, box=(7.0, 6.0), periodic=[True, False]),
-        "hard box": Scene.random(20, 0.2, periodic=False),
+        "masses": Scene.random(20, 0.4, 2).replace(mass=1.0 + np.arange(20) % 3),
+        "walls": mixture([5, 20], **MIXTURE, box=(7.0, 6.0), walls="y"),
+        "hard box": Scene.random(20, 0.2, walls=True),
         "balls": Scene.random(
             15, dimension=2, box=7.0, obstacles=[Ball((0.2, 6.8), 1.1), Ball((8.5, 3.0), 0.6, "far")]
         ),
-        "plane": Scene.random(15, dimension=2, box=8.0, periodic=False, obstacles=[Plane((1.0, 2.0), 5.0)]),
+        "plane": Scene.random(15, dimension=2, box=8.0, walls=True, obstacles=[Plane((1.0, 2.0), 5.0)]),
         "jar": Scene.random(
-            15, dimension=3, box=6.0, periodic=False, obstacles=[SphericalContainer((3.0, 3.0, 3.0), 2.8)]
+            15, dimension=3, box=6.0, walls=True, obstacles=[SphericalContainer((3.0, 3.0, 3.0), 2.8)]
         ),
         "tube": Scene.random(
             15,
             dimension=3,
             box=(5.0, 6.0, 6.0),
-            periodic=[True, False, False],
+            walls="yz",
             obstacles=[CylindricalContainer(0, (0.0, 3.0, 3.0), 2.7)],
         ),
-        "lossy": mixture([10, 20], **MIXTURE, dimension=2, packing_fraction=0.3).with_(restitution=0.8),
-        "lossy equals": Scene.random(30, 0.3, 2).with_(restitution=0.7, elastic_below=0.5),
+        "lossy": mixture([10, 20], **MIXTURE, dimension=2, packing_fraction=0.3).replace(impact=0.8),
+        "lossy equals": Scene.random(30, 0.3, 2).replace(impact=Restitution(0.7, elastic_below=0.5)),
     }
 
 
@@ -73,11 +74,11 @@ def more_scenes():
     falling = {"motion": Gravity((0.0, -1.0)), "obstacles": [floor], "periodic": (True, False)}
     return {
         "rods": Scene.random(10, 0.5, 1),
-        "small box with walls": Scene.random(5, dimension=2, box=(2.1, 5.0), periodic=[True, False]),
+        "small box with walls": Scene.random(5, dimension=2, box=(2.1, 5.0), walls="y"),
         "small box with a ball": Scene.random(
             3, dimension=2, box=(2.6, 3.2), obstacles=[Ball((0.1, 0.2), 0.3)]
         ),
-        "well": Scene.random(12, 0.2, 2).with_(interaction=SquareWell(1.5, 1.0)),
+        "well": Scene.random(12, 0.2, 2).replace(interaction=SquareWell(1.5, 1.0)),
         "shaken floor": Scene(places, (5.0, 9.0), **falling),
     }
 
@@ -137,7 +138,7 @@ def test_an_obstacle_of_one_s_own_cannot_be_replayed(tmp_path):
         sim.run(collisions=5)
     with h5py.File(path, "r+") as file:
         attributes = json.loads(bytes(file["initial/scene"][:]))
-        attributes["obstacles"] = [{"kind": "own", "class": "Mine", "name": "mine"}]
+        attributes["obstacles"] = [{"type": "own", "class": "Mine", "name": "mine"}]
         del file["initial/scene"]
         file["initial/scene"] = np.frombuffer(json.dumps(attributes).encode(), np.uint8)
     with pytest.raises(FileError, match="class Mine, which no file holds"):

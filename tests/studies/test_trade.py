@@ -282,7 +282,7 @@ def test_a_scene_that_the_references_cannot_move_is_refused(change):
     scene = carom.Scene([[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]], 5.0)
     assert simple_scene(scene) is scene
     with pytest.raises(InputError, match="equal spheres in a periodic box"):
-        simple_scene(scene.with_(**change))
+        simple_scene(scene.replace(**change))
 
 
 def test_a_lonely_sphere_is_refused_in_one_sentence(tmp_path):

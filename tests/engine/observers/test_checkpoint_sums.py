@@ -23,10 +23,10 @@ def scene_of(growing=False):
         species=[Species(count=20), Species(count=28, diameter=0.6, mass=0.3)],
         dimension=2,
         packing_fraction=0.1,
-        periodic=(True, False),
+        walls="y",
         obstacles=(Ball((2.0, 2.0), 0.6),),
         seed=2,
-    ).with_(**({} if growing else {"restitution": 0.95, "elastic_below": 0.5}))
+    ).replace(**({} if growing else {"restitution": 0.95, "elastic_below": 0.5}))
 
 
 def settings(kind, log):
@@ -119,9 +119,7 @@ def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkey
 @pytest.mark.parametrize("stretches", [2, 20])
 def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches):
     def start():
-        return studies.points(
-            counts=(12, 18), diameters=(1.0, 1.4), dimension=2, periodic=(True, False), seed=4
-        )
+        return studies.points(counts=(12, 18), diameters=(1.0, 1.4), dimension=2, walls="y", seed=4)
 
     wanted = {"rate": 0.05, "until_pressure": 1e3, "seed": 4, "pictures": False}
     whole = studies.pack(start(), **wanted)

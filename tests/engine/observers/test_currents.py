@@ -114,7 +114,7 @@ def test_units_of_time_scale_the_moments_exactly():
     scene = carom.Scene.random(64, 0.3, seed=5)
     slow, fast = carom.Simulation(scene, kT=1.0, seed=2, currents=True), None
     factor = 2.0**40  # of speeds: the engine's unit of time is another one then
-    fast = carom.Simulation(scene.with_(velocities=slow.frame().velocities * factor), currents=True)
+    fast = carom.Simulation(scene.replace(velocities=slow.frame().velocities * factor), currents=True)
     one = slow.helfand(every=0.125, count=17)
     two = fast.helfand(every=0.125 / factor, count=17)
     assert (two.stress == one.stress * factor).all()

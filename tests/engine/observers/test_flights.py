@@ -110,12 +110,12 @@ FLUID = carom.Scene.crystal(cells=3, packing_fraction=0.1)
 )
 def test_flights_are_refused_where_speeds_change_on_the_way(change, settings, says):
     with pytest.raises(InputError, match=f"flights=True needs {says}"):
-        carom.Simulation(FLUID.with_(**change), flights=True, **settings)
+        carom.Simulation(FLUID.replace(**change), flights=True, **settings)
 
 
 def test_what_is_pinned_does_not_fly(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
-    scene = FLUID.with_(pinned=np.arange(FLUID.n) % 2 == 0)
+    scene = FLUID.replace(pinned=np.arange(FLUID.n) % 2 == 0)
     machine = carom.Simulation(scene, seed=1, flights=True).machine
     engine, flights = machine.engine, machine.observer(Flights)
     assert (flights.moves == np.arange(FLUID.n) % 2).all()
