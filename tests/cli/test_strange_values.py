@@ -33,7 +33,6 @@ from carom.studies.eos.study import load as load_study
 from carom.studies.packings.packing import HISTORY, Packing
 from carom.studies.runs.execution import RunResult
 from carom.studies.runs.summary import read_summary
-from carom.models.contacts.restitution import Restitution
 
 
 def nested(depth):
@@ -138,12 +137,12 @@ ON_A_SPHERE = {"type": "great-circles", "radius": 1.0}
 WELL = {"type": "square-well", "width": 1.5, "depth": 1.0}
 SCENES = {
     "walls": scene(
-        dimension=2, walls="y", impact=Restitution(0.9, elastic_below=0.1), kT=1.0, pinned=[1, 2],
+        dimension=2, walls={"y_low": {"impact": 0.9, "offset": 0.0}}, kT=1.0, pinned=[1, 2],
         obstacles=[
             PLANE,
             {"type": "ball", "center": [1.0, 1.0], "radius": 0.5},
-            {"kind": "thermal", "obstacle": PLANE, "kT": 1.0, "seed": 3},
-            {"kind": "surface", "obstacle": PLANE, "loss": LOSS},
+            {**PLANE, "kT": 1.0, "seed": 3},
+            {**PLANE, "impact": LOSS},
         ],
         impact={"type": "loss", **LOSS},
     ) | {"run": RUN, "output": {"trajectory": ["h5md"], "event_log": False, "pictures": False}},
@@ -167,8 +166,7 @@ SCENES = {
     "gravity": scene(
         dimension=2, walls="y", motion={"type": "gravity", "g": [0.0, -1.0]},
         obstacles=[{
-            "kind": "shaken", "obstacle": PLANE, "direction": [0.0, 1.0],
-            "path": {"type": "sine", "amplitude": 0.01, "frequency": 1.0},
+            **PLANE, "direction": [0.0, 1.0], "shake": {"type": "sine", "amplitude": 0.01, "period": 1.0},
         }],
     ),
     "sphere": {"scene": {"initial": "file", "file": "no.h5md", "motion": ON_A_SPHERE}},

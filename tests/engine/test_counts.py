@@ -9,8 +9,8 @@ from helpers.marks import slow
 
 import carom
 from carom.models import Ball
-from carom.models.obstacles.named_walls import axes_without
 from carom.models.contacts.restitution import Restitution
+from carom.models.obstacles.named_walls import axes_without
 
 
 @pytest.mark.parametrize(("edge", "each"), [(2.5, 2), (9.0, 0)])

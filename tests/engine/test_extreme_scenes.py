@@ -133,7 +133,7 @@ print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
 @pytest.mark.parametrize("periodic", [True, False])
 def test_one_component_alone_is_not_waited_for(periodic):
     program = f"""
-scene = carom.Scene([[1.0, 1.0]], 1e3, walls=axes_without({periodic}), velocities=[[1.0, 0.3]])
+scene = carom.Scene([[1.0, 1.0]], 1e3, walls={not periodic}, velocities=[[1.0, 0.3]])
 sim = carom.Simulation(scene)
 with warnings.catch_warnings(record=True) as found:
     warnings.simplefilter("always")
@@ -198,8 +198,8 @@ CROWD = """
 import sys
 from carom.engine import obstacles as obstacle
 from carom.models import Ball, Plane
-from carom.models.obstacles.named_walls import axes_without
 from carom.models.contacts.restitution import Restitution
+from carom.models.obstacles.named_walls import axes_without
 obstacle.CROWDED = int(sys.argv[1])
 balls = [Ball((2.0 * (k % 3) + 1.0, 2.0 * (k // 3) + 1.0), 0.5 + 0.02 * k) for k in range(9)]
 floor = Plane((0.0, 1.0), 0.1)

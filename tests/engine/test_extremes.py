@@ -18,9 +18,9 @@ from hypothesis import strategies as st
 import carom
 from carom.errors import CaromError, CaromWarning, OverlapError
 from carom.io.events import read_events, read_initial
+from carom.models.contacts.restitution import Restitution
 from carom.reference import NaiveSystem
 from carom.simulation.replay import replay
-from carom.models.contacts.restitution import Restitution
 
 FLOWN = 12
 """Boxes that a coordinate may be away, and as coarse as: a flight is four boxes long before its clock is set
@@ -238,7 +238,8 @@ def test_logs_checkpoints_and_samples_of_any_velocities_are_in_the_scenes_units(
     )
     found = []
     for e in (0, k):
-        scene = walls.replace(velocities=np.ldexp(walls.velocities, e), elastic_below=math.ldexp(0.25, e))
+        law = Restitution(0.9, elastic_below=math.ldexp(0.25, e))
+        scene = walls.replace(velocities=np.ldexp(walls.velocities, e), impact=law)
         path = tmp_path / f"{e}.h5"
         with carom.Simulation(scene, event_log=path) as sim:
             sim.run(time=math.ldexp(8.0, -e))

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,14 +15,14 @@ from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment
 from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.surfaces import Surface
 from carom.models.questions.obstacle import encounter, fall, outward, recoil
 from carom.models.questions.particles import NEVER
-from carom.models.obstacles.named_walls import axes_without
 
 LOSS = Loss(0.5, elastic_below=1e-6)
 EDGE = 5.3  # no sum of its digits is exact
@@ -202,8 +202,8 @@ def continued(folder):
     from carom.simulation.replay import Replay
 
     obstacles = [
-        Thermal(floor_at(2, 1, 0), 1.0, seed=3),
-        Surface(Segment((EDGE, 1.0), (EDGE, 4.0), 0.0, "patch"), LOSS),
+        replace(floor_at(2, 1, 0), kT=1.0, seed=3),
+        Segment((EDGE, 1.0), (EDGE, 4.0), 0.0, "patch", impact=LOSS),
     ]
     scene = carom.Scene.random(4, dimension=2, box=(EDGE, EDGE), walls=True, seed=1, obstacles=obstacles)
     whole = carom.Simulation(scene, seed=2)

@@ -11,11 +11,11 @@ import numpy as np
 
 import carom
 from carom.models.mathematics.roots import curvature, next_fall, slope, value
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.questions.motion import carry, meeting_time, position, velocity
 from carom.models.questions.obstacle import meeting
 from carom.models.questions.particles import NEVER
 from carom.models.questions.walls import wall_meeting
-from carom.models.obstacles.named_walls import axes_without
 
 
 class Turning(NamedTuple):

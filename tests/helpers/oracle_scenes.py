@@ -15,12 +15,12 @@ import numpy as np
 
 import carom
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.contacts.restitution import Restitution
 from carom.models.files.to_tables import obstacle_to_table
+from carom.models.obstacles.named_walls import axes_without
 from carom.reference import NaiveSystem
 from helpers.mixtures import mixture
 from helpers.oracle import EPS, NUDGE, ROUNDINGS
-from carom.models.obstacles.named_walls import axes_without
-from carom.models.contacts.restitution import Restitution
 
 PER_PARTICLE = 10
 

@@ -22,12 +22,12 @@ import carom
 from carom.io.events import read_events
 from carom.models import Ball, Plane, SphericalContainer
 from carom.models.contacts.losses import Loss
+from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
 from helpers import mixtures
 from helpers.oracle_scenes import NUDGE, ROUNDINGS, moving, oracle_of
-from carom.models.contacts.restitution import Restitution
 
 EPS = np.finfo(float).eps
 

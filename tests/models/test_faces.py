@@ -112,7 +112,7 @@ def test_compiled_walls_are_met_as_in_plain_python(side, way):
 
 
 def scene(*obstacles, **more):
-    settings = {"periodic": False, "obstacles": obstacles} | more
+    settings = {"walls": True, "obstacles": obstacles} | more
     return carom.Scene([[2.0, 2.0], [2.0, 4.0]], EDGE, diameter=[1.0, 0.6], **settings)
 
 

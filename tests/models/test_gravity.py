@@ -14,7 +14,7 @@ from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.surfaces import Thermal
 from carom.reference.falling import Floor, fall
 from carom.simulation.replay import Replay
 
@@ -28,20 +28,20 @@ def bed(restitution=0.9, *, n=6, amplitude=0.3, period=2.0, contact_time=1e-3, g
     columns = 5
     places = np.array([[1.0 + 1.6 * (k % columns), 2.0 + 1.6 * (k // columns)] for k in range(n)])
     loss = Loss(restitution, contact_time=contact_time)
-    floor = Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(amplitude, period))
+    floor = Plane((0.0, 1.0), 0.5, "floor", shake=Sine(amplitude, period), impact=loss)
     return carom.Scene(
         places,
         (EDGE, HEIGHT),
         velocities=rng.normal(size=places.shape),
         walls="y",
         motion=Gravity((0.0, -g)),
-        obstacles=[Surface(floor, loss)],
+        obstacles=[floor],
         impact=loss,
     )
 
 
 def oracle(scene, restitution, contact_time):
-    path = scene.obstacles[0].obstacle.path
+    path = scene.obstacles[0].shake
     floors = [
         Floor((0, 1), 0),
         Floor((0, -1), -HEIGHT),
@@ -256,23 +256,20 @@ restitution = 0.9
 contact_time = 1e-3
 
 [[scene.obstacles]]
-kind = "surface"
-loss = { restitution = 0.8, contact_time = 1e-3 }
-
-[scene.obstacles.obstacle]
-kind = "shaken"
-direction = [0.0, 1.0]
-path = { type = "sine", amplitude = 0.3, period = 2.0 }
-obstacle = { type = "plane", normal = [0.0, 1.0], offset = 0.5, name = "floor" }
+type = "plane"
+normal = [0.0, 1.0]
+offset = 0.5
+name = "floor"
+impact = { restitution = 0.8, contact_time = 1e-3 }
+shake = { amplitude = 0.3, period = 2.0 }
 """
     plan = Plan.from_toml(text)
     assert Plan.from_toml(plan.to_toml()) == plan
     scene = plan.build_scene()
     assert scene.motion == Gravity((0.0, -1.0))
     assert scene.impact == Loss(0.9, contact_time=1e-3)
-    assert scene.obstacles[0] == Surface(
-        Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(0.3, 2.0)), Loss(0.8, contact_time=1e-3)
-    )
+    law = Loss(0.8, contact_time=1e-3)
+    assert scene.obstacles[0] == Plane((0.0, 1.0), 0.5, "floor", shake=Sine(0.3, 2.0), impact=law)
     with pytest.raises(InputError, match="type of a motion must be one of gravity"):
         Plan.from_toml('[scene]\nmotion = { type = "warp" }')
     with pytest.raises(InputError, match="A gravity needs g"):

@@ -13,12 +13,12 @@ from carom.models import SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.containers import InsideOfSphere
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.surfaces import Surface
 from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import outward
 from carom.simulation.replay import Replay
-from carom.models.obstacles.named_walls import axes_without
 
 
 def column(dimension, n, restitution, *, diameter=0.3, edge=6.0, height=60.0, kT=2.0):

@@ -11,12 +11,12 @@ import carom
 from carom.io.events import read_events
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface
 from carom.reference.falling import Floor, fall
-from carom.models.obstacles.named_walls import axes_without
 
 HEIGHT, EDGE, OFFSET = 12.0, 4.5, 0.5
 AMPLITUDE, PERIOD, CONTACT_TIME = 0.3, 2.0, 1e-3

@@ -19,10 +19,9 @@ from carom.models.obstacles import (
     SphericalContainer,
     walls,
 )
-from carom.scene.scene import Scene
 from carom.models.obstacles.named_walls import axes_without
-from carom.scene.storage import to_arrays
-from carom.scene.storage import from_arrays
+from carom.scene.scene import Scene
+from carom.scene.storage import from_arrays, to_arrays
 
 EPS = np.finfo(float).eps
 OPEN = (False, False, False)

@@ -18,9 +18,9 @@ from carom.models.questions.interaction import core_square, interaction_time, ju
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import position, velocity
 from carom.models.questions.particles import NEVER, lanes
+from carom.scene.storage import from_arrays
 from carom.simulation.replay import Replay
 from carom.simulation.run_state import RunState
-from carom.scene.storage import from_arrays
 
 SCENE = carom.Scene.random(30, 0.3, 2, seed=1)
 

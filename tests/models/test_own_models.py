@@ -39,9 +39,8 @@ from carom.models.questions.motion import exit_time, position, velocity
 from carom.models.questions.obstacle import encounter, outward, recoil
 from carom.models.questions.particles import NEVER, lanes
 from carom.models.questions.steps import step_time
+from carom.scene.fields import is_simple, is_usual
 from carom.simulation.replay import Replay
-from carom.scene.fields import is_usual
-from carom.scene.fields import is_simple
 
 PAGE = Path(__file__).parents[2] / "docs" / "models.md"
 DEPTH = 1e-12

@@ -13,6 +13,7 @@ from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.segments import Segment
 from carom.observables import WallPressure
 from carom.observables.momentum_balance import weighted_momenta
@@ -22,7 +23,6 @@ from carom.scene import temperature
 from carom.scene.velocities import maxwell_velocities
 from carom.simulation.measuring import measure
 from carom.studies.runs import execution as runs
-from carom.models.obstacles.named_walls import axes_without
 
 
 def blocks(impulses, count=64, duration=2.0):

@@ -244,9 +244,7 @@ def test_doubles_keep_the_order_of_fifty_digits(scene):
         assert a[1:4] == b[1:4]
         assert abs(a.time - b.time) < 1e-6
     # Nobody is lost, nobody overlaps (checked as a scene), and the books balance.
-    after = scene.replace(
-        positions=fine.positions.astype(float), velocities=fine.velocities.astype(float), elastic_below=None
-    )
+    after = scene.replace(positions=fine.positions.astype(float), velocities=fine.velocities.astype(float))
     assert after.n == scene.n
     assert fine.collisions > 0
     if scene.walls or scene.obstacles:

@@ -49,8 +49,8 @@ def test_a_crystal_has_the_number_of_spheres_or_names_those_that_fill_one():
 
 def test_every_keyword_of_a_scene_goes_with_every_start():
     given = {
-        "periodic": [True, True, False],
-        "restitution": 0.9,
+        "walls": "z",
+        "impact": 0.9,
         "pinned": [0],
         "motion": Gravity((0, 0, -1)),
     }

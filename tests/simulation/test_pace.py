@@ -9,8 +9,8 @@ from helpers.oracle import moving
 import carom
 from carom.engine import constants, cycle
 from carom.engine.build import arrays
-from carom.simulation import call_budget, run_loop
 from carom.models.contacts.restitution import Restitution
+from carom.simulation import call_budget, run_loop
 
 
 class Clock:

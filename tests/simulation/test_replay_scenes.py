@@ -14,12 +14,12 @@ import carom
 from carom import Scene
 from carom.errors import FileError
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.contacts.restitution import Restitution
 from carom.models.interactions.wells import SquareWell
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
 from carom.simulation.replay import Replay, replay, replays
-from carom.models.contacts.restitution import Restitution
 
 MIXTURE = {"diameters": [1.0, 0.4], "masses": [3.0, 0.7], "seed": 2}
 

@@ -15,8 +15,8 @@ from helpers.oracle_scenes import placed
 import carom
 from carom import theory
 from carom.models import CylindricalContainer, Plane
-from carom.scene.temperature import conserved, peculiar, temperature
 from carom.models.obstacles.named_walls import axes_without
+from carom.scene.temperature import conserved, peculiar, temperature
 
 EPS = np.finfo(float).eps
 SIX_SIGMA = 6.0

@@ -22,6 +22,7 @@ from carom.models import SquareWell, Steps, StepTable
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.named_walls import axes_without
 from carom.observables import Estimate, drift
 from carom.plan.sections import SceneSpec
 from carom.scene import lattices
@@ -33,7 +34,6 @@ from carom.studies.eos.simulate import Planned, simulate
 from carom.studies.eos.start import start as start_of
 from carom.studies.eos.study import load
 from carom.studies.session import Failure
-from carom.models.obstacles.named_walls import axes_without
 
 SMALL = {"n": 108, "collisions_per_particle": 100, "equilibration": 20, "blocks": 64, "executor": "serial"}
 

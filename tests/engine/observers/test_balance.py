@@ -14,10 +14,10 @@ from helpers.oracle_scenes import placed
 import carom
 from carom.engine.build import arrays, build
 from carom.engine.neighbors.plan import choose
+from carom.models.contacts.restitution import Restitution
 from carom.reference import NaiveSystem
 from carom.scene.temperature import degrees_of_freedom, peculiar, temperature
 from carom.simulation.system_of_scene import prepare
-from carom.models.contacts.restitution import Restitution
 
 
 def cooling_rods():

@@ -11,9 +11,9 @@ from carom.errors import FileError, InputError
 from carom.io.events import read_events, read_initial
 from carom.models import SquareWell
 from carom.models.obstacles.balls import Ball
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.questions.observer import at_epoch, at_obstacle, at_pair
 from carom.models.questions.steps import CORE
-from carom.models.obstacles.named_walls import axes_without
 
 EPS = np.finfo(float).eps
 SIX_SIGMA = 6.0
