@@ -223,7 +223,7 @@ def test_bad_input_is_refused_in_a_sentence():
         Loss(0.5)
     with pytest.raises(InputError, match="direction"):
         Shaken(Plane((0.0, 1.0), 0.0), (0.0, 0.0), Sine(0.1, 1.0))
-    with pytest.raises(InputError, match="must have lowest"):
+    with pytest.raises(InputError, match="must be a path, which has lowest"):
         Shaken(Plane((0.0, 1.0), 0.0), (0.0, 1.0), 3.0)
     with pytest.raises(InputError, match="amplitude of a Sine"):
         Sine(-1.0, 1.0)

@@ -19,7 +19,6 @@ from carom.models.obstacles import (
     SphericalContainer,
     walls,
 )
-from carom.models.obstacles.named_walls import axes_without
 from carom.scene.scene import Scene
 from carom.scene.storage import from_arrays, to_arrays
 
@@ -78,10 +77,13 @@ def test_walls_come_axis_after_axis_lower_first():
         (lambda: CylindricalContainer(3, (0, 0, 0), 1.0), "between 0 and 2"),
         (lambda: CylindricalContainer(0, (0,), 1.0), "two dimensions"),
         (lambda: Plane((1, 0), 0.0).check(BOX, OPEN), "3 coordinates, found 2"),
-        (lambda: Plane((1, 0, 0), 0.0).check(BOX, (True, False, False)), "axis 0, which is periodic"),
+        (lambda: Plane((1, 0, 0), 0.0).check(BOX, (True, False, False)), "along x, which is periodic"),
         (lambda: Ball((0, 0), 1.0).check(BOX, OPEN), "center of ball must have 3"),
         (lambda: SphericalContainer((0, 0, 0), 1.0, "jar").check(BOX, (False, True, False)), "Around jar"),
-        (lambda: CylindricalContainer(0, (0, 0, 0), 1.0).check(BOX, (True, True, False)), "found axis 1"),
+        (
+            lambda: CylindricalContainer(0, (0, 0, 0), 1.0).check(BOX, (True, True, False)),
+            "found y. Give",
+        ),
     ],
 )
 def test_an_obstacle_that_cannot_be_is_named_in_one_sentence(make, says):
@@ -124,19 +126,17 @@ def test_one_component_may_just_fit_between_two_walls():
 
 
 @pytest.mark.parametrize(
-    ("box", "periodic", "obstacle"),
+    ("box", "walls", "obstacle"),
     [
-        ((9.0, 9.0), True, Ball((0.0, 4.0), 2.0)),
-        ((9.0, 9.0), False, Plane((1.0, -1.0), -2.0)),
-        ((9.0, 9.0, 9.0), False, SphericalContainer((4.5, 4.5, 4.5), 4.0)),
-        ((12.0, 8.0, 8.0), (True, False, False), CylindricalContainer(0, (0.0, 4.0, 4.0), 3.5)),
-        ((4.5, 4.5, 4.5, 4.5), True, Ball((0.0, 4.0, 1.0, 1.0), 1.0)),
+        ((9.0, 9.0), False, Ball((0.0, 4.0), 2.0)),
+        ((9.0, 9.0), True, Plane((1.0, -1.0), -2.0)),
+        ((9.0, 9.0, 9.0), True, SphericalContainer((4.5, 4.5, 4.5), 4.0)),
+        ((12.0, 8.0, 8.0), "yz", CylindricalContainer(0, (0.0, 4.0, 4.0), 3.5)),
+        ((4.5, 4.5, 4.5, 4.5), False, Ball((0.0, 4.0, 1.0, 1.0), 1.0)),
     ],
 )
-def test_spheres_are_placed_outside_of_obstacles(box, periodic, obstacle):
-    scene = Scene.random(
-        40, dimension=len(box), box=box, walls=axes_without(periodic), obstacles=[obstacle], seed=4
-    )
+def test_spheres_are_placed_outside_of_obstacles(box, walls, obstacle):
+    scene = Scene.random(40, dimension=len(box), box=box, walls=walls, obstacles=[obstacle], seed=4)
     gaps = obstacle.gap(scene.positions, 0.5 * scene.diameters, scene.box, scene.periodic)
     assert gaps.min() >= 0
     assert gaps.min() < 1
@@ -199,7 +199,7 @@ def test_an_obstacle_of_ones_own_is_checked_and_kept():
     with pytest.raises(OverlapError, match=r"ceiling, by 0\.5"):
         scene.replace(positions=[[1.0, 2.0]])
     with pytest.raises(InputError, match="last axis"):
-        scene.replace()
+        scene.replace(walls=False)
     arrays, attributes = to_arrays(scene)
     with pytest.raises(InputError, match="ceiling is of the class Ceiling, which no file holds"):
         from_arrays(arrays, attributes)

@@ -1,6 +1,7 @@
 """Contacts on parabolas, function by function: planes, balls, containers, at rest and shaken, d = 1 to 4."""
 
 import dataclasses
+import json
 import math
 from typing import NamedTuple
 
@@ -19,6 +20,7 @@ from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.balls import SolidBall
 from carom.models.obstacles.box_walls import Cushions
 from carom.models.obstacles.containers import InsideOfCylinder, InsideOfSphere
+from carom.models.obstacles.dressing import dressed
 from carom.models.obstacles.paths import Parabolas, Sine, pace, place
 from carom.models.obstacles.planes import HalfSpace, Plane
 from carom.models.obstacles.shaken import Shaken
@@ -374,5 +376,7 @@ def test_an_obstacle_is_live_whichever_question_it_answers():
 def test_a_direction_is_the_same_from_a_file():
     directions = np.random.default_rng(1).normal(size=(200, 3))
     for direction in directions:
-        shaken = Shaken(Plane((0.0, 0.0, 1.0), 0.0), tuple(direction), Sine(0.1, 2.0))
-        assert obstacle_from_table(obstacle_to_table(shaken)) == shaken
+        shaken = Plane((0.0, 0.0, 1.0), 0.0, shake=Sine(0.1, 2.0), direction=tuple(direction))
+        again = obstacle_from_table(json.loads(json.dumps(obstacle_to_table(shaken))))
+        assert again == shaken
+        assert dressed(again) == dressed(shaken)

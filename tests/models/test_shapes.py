@@ -172,7 +172,7 @@ def test_what_cannot_stand_is_refused(make, says):
 
 
 def test_a_start_inside_a_shape_is_refused():
-    with pytest.raises(OverlapError, match="inside an obstacle, box"):
+    with pytest.raises(OverlapError, match="inside an obstacle, cuboid"):
         carom.Scene([[1.0, 1.0]], 8.0, walls=True, obstacles=[Cuboid((0.8, 0.8), (1.5, 1.5))])
 
 

@@ -12,6 +12,7 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.models.obstacles.wall_names import place_of, wall_name
+from carom.scene.conversion import to_frame
 from carom.scene.fields import standing
 from carom.scene.storage import from_arrays, to_arrays
 
@@ -64,7 +65,7 @@ def test_walls_are_named_in_every_start(d, walls, periodic):
         Scene.random(3, 0.01, d, walls=walls),
         Scene.crystal(cells=3, packing_fraction=0.05, dimension=d, walls=walls),
         alone(d).replace(walls=walls),
-        Scene.from_frame(carom.Simulation(alone(d), kT=1.0, neighbors="all").frame(), walls=walls),
+        Scene.from_frame(to_frame(alone(d)), walls=walls),
     ):
         assert scene.periodic == periodic
         assert len(scene.walls) == 2 * periodic.count(False)
@@ -194,7 +195,7 @@ def test_walls_are_read_back_from_a_trajectory(tmp_path, suffix, walls):
     scene = Scene.random(6, 0.1, 2, walls=walls, seed=1)
     path = tmp_path / f"walls.{suffix}"
     with carom.io.open(path, "w") as writer:
-        writer.write(carom.Simulation(scene, kT=1.0, neighbors="all").frame())
+        writer.write(to_frame(scene))
     frame = carom.io.read(path)
     assert frame.periodic == scene.periodic
     assert Scene.from_frame(frame).walls == dict.fromkeys(scene.walls, Wall())

@@ -14,7 +14,7 @@ from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.interactions.growing_cores import Growing
 from carom.models.motions.free_flight import FreeFlight
-from carom.models.obstacles import dressed
+from carom.models.obstacles.dressing import dressed
 from carom.models.obstacles.surfaces import Surface
 from carom.models.questions.motion import meeting_time
 from carom.models.questions.obstacle import Obstacle

@@ -16,9 +16,9 @@ from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
+from carom.models.obstacles.dressing import dressed
 from carom.models.obstacles.named_walls import Wall
 from carom.models.obstacles.planes import Plane, walls
-from carom.models.obstacles.properties import dressed
 from carom.models.obstacles.segments import Segment, polygon
 from carom.models.obstacles.triangles import Triangle
 from carom.models.questions.obstacle import Obstacle, anchor, is_periodic, outward

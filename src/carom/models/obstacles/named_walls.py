@@ -21,7 +21,9 @@ Walls = bool | str | Sequence[str] | Mapping[str, "Wall"]
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Wall(Properties):
-    """A wall of the box with properties: shaken, lossy or hot. Without any it is plain: hard, at rest.
+    """A wall of the box with properties: shaken, lossy or hot.
+
+    Without any it is plain: hard, at rest. It is given by name, ``walls={"y_low": Wall(...)}``.
 
     Parameters
     ----------
@@ -73,12 +75,6 @@ class Wall(Properties):
     def is_plain(self) -> bool:
         """Whether it has no property."""
         return not properties_of(self) and not self.offset
-
-    def plane(self, axis: int, side: int, box: Sequence[float]) -> Plane:
-        """Return the plane with these properties in the place of a wall of a box."""
-        normal = tuple((-1.0) ** side * (k == axis) for k in range(len(box)))
-        place = self.offset - (box[axis] if side else 0.0)
-        return Plane(normal, place, wall_name(axis, side), **properties_of(self))
 
 
 def named(walls: Any, dimension: int) -> dict[str, Wall]:
@@ -132,7 +128,14 @@ def periodic_axes(walls: Mapping[str, Wall], dimension: int) -> tuple[bool, ...]
 def standing(walls: Mapping[str, Wall], box: Sequence[float]) -> tuple[Plane, ...]:
     """Return the planes that stand for the walls with properties."""
     each = zip(sides(periodic_axes(walls, len(box))), walls.values(), strict=True)
-    return tuple(wall.plane(*place, box) for place, wall in each if not wall.is_plain)
+    return tuple(_plane(wall, place, box) for place, wall in each if not wall.is_plain)
+
+
+def _plane(wall: Wall, place: tuple[int, int], box: Sequence[float]) -> Plane:
+    """Return the plane with the properties of a wall, in its place: axis and side."""
+    axis, side = place
+    normal = tuple((-1.0) ** side * (k == axis) for k in range(len(box)))
+    return Plane(normal, wall.offset - (box[axis] if side else 0.0), wall_name(*place), **properties_of(wall))
 
 
 def shortest(walls: Mapping[str, Wall], dimension: int) -> Any:

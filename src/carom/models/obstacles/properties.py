@@ -1,18 +1,19 @@
 """Properties that any obstacle, and a wall of the box, may have: a motion, a loss, a temperature.
 
-Users give them as keywords, in any order. For the engine they become obstacles that enclose each other: first
-what moves, around it its surface.
+Users give them as keywords, in any order (``dressing`` makes of them what the engine knows).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 from carom import checks
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution, as_impact
+from carom.models.fields import vector
+from carom.models.obstacles.paths import check_path
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -71,9 +72,10 @@ class Properties:
             raise InputError(f"seed of a {what} goes with kT, which is missing.")
         if self.shake is None and self.direction is not None:
             raise InputError(f"direction of a {what} goes with shake, which is missing.")
+        if self.direction is not None:
+            direction = vector(self.direction, f"direction of a {what}")
+            object.__setattr__(self, "direction", direction)
         if self.shake is not None:
-            from carom.models.obstacles.shaken import check_path
-
             check_path(self.shake)
 
     @property
@@ -92,33 +94,3 @@ def properties_of(value: Properties) -> dict[str, Any]:
     """Return the properties that are given, by name."""
     found = {each.name: (getattr(value, each.name), each.default) for each in fields(Properties)}
     return {name: given for name, (given, default) in found.items() if given != default}
-
-
-def dressed(obstacle: Any) -> Any:
-    """Return the obstacle that the engine knows: without properties, and enclosed by what stands for them.
-
-    Raises
-    ------
-    InputError
-        If it is shaken, and neither has a normal nor is told a direction.
-    """
-    if not isinstance(obstacle, Properties) or not properties_of(obstacle):
-        return obstacle
-    from carom.models.obstacles.shaken import Shaken
-    from carom.models.obstacles.surfaces import Surface, Thermal
-
-    body: Any = replace(obstacle, shake=None, direction=None, impact=None, kT=None, seed=0)
-    if obstacle.shake is not None:
-        direction = obstacle.natural_direction if obstacle.direction is None else obstacle.direction
-        if direction is None:
-            raise InputError(
-                f"shake of {obstacle.name} needs direction=, one number an axis: a "  # type: ignore[attr-defined]
-                f"{type(obstacle).__name__} has no normal."
-            )
-        body = Shaken(body, direction, obstacle.shake)
-    if obstacle.kT is not None:
-        return Thermal(body, obstacle.kT, obstacle.seed)
-    impact = obstacle.impact
-    if isinstance(impact, Loss) or (isinstance(impact, Restitution) and not impact.elastic):
-        return Surface(body, impact)
-    return body

@@ -13,13 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
 from carom.compiling import registry
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.parabolas import HOP, Course, time_to_moving
 from carom.models.obstacles.outlines import shapes
-from carom.models.obstacles.paths import Path, pace, place
+from carom.models.obstacles.paths import check_path, pace, place
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import push, rest_speed
 from carom.models.questions.obstacle import (
@@ -184,21 +183,6 @@ class Shaken:
     def surface(self, box: Sequence[float], periodic: Sequence[bool]) -> list[Any]:
         """Return the shapes to draw in three dimensions: the obstacle without displacement."""
         return shapes(self.obstacle, "surface", box, periodic)
-
-
-def check_path(path: Any) -> None:
-    """Raise InputError if a path is none, or has bounds that are not finite."""
-    if isinstance(path, type) or not isinstance(path, Path):
-        raise InputError(
-            "shake must be a path, which has lowest, highest, acceleration, period and model, such as "
-            f"Sine(0.2, period=1.5); found {checks.describe(path)}."
-        )
-    bounds = (path.lowest, path.highest, path.acceleration, path.period)
-    if not all(math.isfinite(x) for x in bounds) or bounds[0] > bounds[1] or bounds[3] <= 0.0:
-        raise InputError(
-            "A path must have finite bounds: lowest <= highest, acceleration, and a period > 0 (longer "
-            f"than the run, where it does not repeat itself); found {bounds}."
-        )
 
 
 class Displaced(NamedTuple):
