@@ -91,7 +91,7 @@ def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypa
 @pytest.mark.parametrize(
     ("more", "trajectory", "says"),
     [
-        slow("periodic = [true, true, false]", '["h5md"]', "No g(r): with walls"),
+        slow('walls = "z"', '["h5md"]', "No g(r): with walls"),
         slow('obstacles = [{type = "ball", center = [1, 1, 1], radius = 1.0}]', '["h5md"]', "with obstacles"),
         ("", "[]", "none was asked for"),
     ],
@@ -108,7 +108,7 @@ def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
 
 def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, capsys):
     more = (
-        "periodic = [true, true, false]\nrestitution = 0.99\nelastic_below = 0.1\n"
+        'walls = "z"\nimpact = { restitution = 0.99, elastic_below = 0.1 }\n'
         'obstacles = [{type = "ball", center = [1, 1, 1], radius = 0.5}, '
         '{type = "plane", normal = [0, 0, 1], offset = 0.01, name = "floor"}]'
     )
@@ -175,7 +175,7 @@ def test_theory_is_that_of_elastic_mixtures_that_fly_freely():
         {"impact": Loss(0.9, contact_time=1e-3)},
         {"motion": Gravity((0.0, 0.0, -1.0))},
         {"pinned": [0, 1, 2, 3]},
-        {"restitution": 0.9},
+        {"impact": 0.9},
     ):
         assert names_of(scene.replace(**other)) == [], other
 

@@ -24,8 +24,6 @@ from carom.models import Ball, Plane, SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.paths import Sine
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
 from helpers import mixtures
 from helpers.oracle_scenes import NUDGE, ROUNDINGS, moving, oracle_of
 
@@ -98,9 +96,9 @@ def live():
     There is no oracle for all of it together, so that the run that was never cut takes its place.
     """
     obstacles = (
-        Shaken(Plane((0.0, 1.0), 0.4, "floor"), (0.0, 1.0), Sine(0.2, 1.5)),
-        Thermal(Plane((0.0, -1.0), -5.7, "ceiling"), kT=2.0),
-        Surface(Ball((3.0, 3.0), 0.4, "post"), Loss(0.5, elastic_below=1.0)),
+        Plane((0.0, 1.0), 0.4, "floor", shake=Sine(0.2, 1.5)),
+        Plane((0.0, -1.0), -5.7, "ceiling", kT=2.0),
+        Ball((3.0, 3.0), 0.4, "post", impact=Loss(0.5, elastic_below=1.0)),
     )
     scene = binary([3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), walls="y", obstacles=obstacles)
     return Case(scene.replace(impact=0.9), {"neighbors": "lists"}, 30)

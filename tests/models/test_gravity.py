@@ -14,7 +14,6 @@ from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Thermal
 from carom.reference.falling import Floor, fall
 from carom.simulation.replay import Replay
 
@@ -295,7 +294,7 @@ def test_the_oracle_bounces_as_a_ball_does():
 def thermal_column(points=20):
     """Return small disks over a floor of kT = 2 in a field of 1 / 2."""
     places = [(0.5 + 0.9 * (k % 10), 0.5 + 0.4 * (k // 10)) for k in range(points)]
-    floor = Thermal(Plane((0.0, 1.0), 0.25, "floor"), kT=2.0, seed=3)  # over the wall of the box
+    floor = Plane((0.0, 1.0), 0.25, "floor", kT=2.0, seed=3)  # over the wall of the box
     return carom.Scene(
         places,
         (10.0, 400.0),

@@ -15,7 +15,6 @@ from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.containers import InsideOfSphere
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.planes import Plane
-from carom.models.obstacles.surfaces import Surface
 from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import outward
 from carom.simulation.replay import Replay
@@ -36,7 +35,7 @@ def column(dimension, n, restitution, *, diameter=0.3, edge=6.0, height=60.0, kT
         velocities=rng.normal(size=(n, dimension)) * math.sqrt(kT),
         walls=axes_without((*[True] * (dimension - 1), False)),
         motion=Gravity((*[0.0] * (dimension - 1), -1.0)),
-        obstacles=[Surface(Plane((*[0.0] * (dimension - 1), 1.0), 0.2, "floor"), loss)],
+        obstacles=[Plane((*[0.0] * (dimension - 1), 1.0), 0.2, "floor", impact=loss)],
         impact=loss,
     )
 

@@ -191,7 +191,7 @@ def test_in_the_dilute_limit_collisions_come_at_the_rate_of_kinetic_theory():
         ({"box": 4.0}, "needs edges of more than 4"),
         ({"positions": [[5.0, 4.0, 4.0], [4.0, 5.2, 4.0]]}, "Component 1 is 1.2 from the middle"),
         ({"velocities": [[0.1, 1.0, 0.0], [0.0, 0.0, 1.0]]}, "velocity of component 0 points out"),
-        ({"periodic": [True, True, False]}, "components meet no walls or obstacles"),
+        ({"walls": "z"}, "components meet no walls or obstacles"),
     ],
 )
 def test_what_does_not_fit_on_the_sphere_is_refused_in_a_sentence(change, sentence):

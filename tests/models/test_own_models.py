@@ -229,7 +229,6 @@ def test_a_model_without_its_required_answers_is_refused_in_a_sentence():
         ({"interaction": 3}, "interaction must be a value with reach and model"),
         ({"motion": object()}, "which has no model"),
         ({"impact": "soft"}, "impact must be a value with model"),
-        ({"impact": Gaining(), "restitution": 0.5}, "impact and restitution say the same thing in two ways"),
     ],
 )
 def test_what_is_no_model_is_refused_in_a_sentence(arguments, words):

@@ -350,7 +350,7 @@ def aimless(unit, event):
         (lambda: Ranges([Kind("a", [1.0])], restless, seed=-1), "seed"),
         (lambda: scattered().replace(interaction=Ranges([Kind("a", [1.0])], restless)), "2 species"),
         (lambda: scattered().replace(interaction=ranges(past_the_end)), "IndexError"),
-        (lambda: carom.Simulation(scattered().replace(impact=0.9)), "restitution"),
+        (lambda: carom.Simulation(scattered().replace(impact=0.9)), "impact is not for"),
         (lambda: carom.Simulation(scattered(edge=5.5)), "box"),
     ],
 )

@@ -354,10 +354,8 @@ def test_what_does_not_say_how_it_is_drawn_is_not_and_what_is_no_shape_is_refuse
 def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
     # A disk of the lattice has become an obstacle: without it, its six neighbours have one contact less.
     frame = crystal(2, 6)
-    ball = Ball(tuple(frame.positions[14].tolist()), 0.5)
-    packing = Packing(
-        without(frame, 14), np.array([], HISTORY), "", 1, 0.0, (Surface(ball, Loss(0.9, contact_time=1e-3)),)
-    )
+    ball = Ball(tuple(frame.positions[14].tolist()), 0.5, impact=Loss(0.9, contact_time=1e-3))
+    packing = Packing(without(frame, 14), np.array([], HISTORY), "", 1, 0.0, (ball,))
     packing.save(tmp_path, pictures=False)
     expected, found = carom.view(packing).data, carom.view(tmp_path).data
     assert found["subtitle"] == expected["subtitle"]
@@ -486,7 +484,7 @@ places = [[1.0, 5.0], [3.0, 5.2], [5.0, 4.8]]
 velocities = [[1.0, 0.1], [-1.0, 0.2], [-1.0, -0.9]]
 values = {"impact": Law(), "motion": Drift(), "interaction": Core(), "obstacles": [Floor()], "bent": Bend()}
 for name, value in values.items():
-    walled = {"periodic": [True, name != "obstacles"], "motion" if name == "bent" else name: value}
+    walled = {"walls": "y" if name == "obstacles" else False, "motion" if name == "bent" else name: value}
     here = carom.Scene(places, 6.0, velocities=velocities, **walled)
     with carom.Simulation(here, event_log=f"{name}.h5", neighbors="sectors") as sim:
         sim.run(collisions=5)

@@ -277,7 +277,7 @@ def test_growing_spheres_touch_when_they_collide():
         ({"growth": -1}, InputError, "at least zero"),
         ({"growth": 1, "species": [0, 0], "contact": [[1]]}, InputError, "no contact matrix"),
         ({"contact": [[1]]}, InputError, "belong together"),
-        ({"obstacles": [{"kind": "ring", "center": [0, 0], "radius": 1}]}, InputError, "is a 'ring'"),
+        ({"obstacles": [{"type": "ring", "center": [0, 0], "radius": 1}]}, InputError, "is a 'ring'"),
         ({"obstacles": [{"type": "ball", "center": [0, 0]}]}, InputError, "lacks 'radius'"),
         ({"obstacles": [{"type": "ball", "center": [0], "radius": 1}]}, InputError, "1 coordinates"),
         ({"obstacles": [{"type": "ball", "center": [1, 1], "radius": 1}]}, OverlapError, "obstacle 0"),

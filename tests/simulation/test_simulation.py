@@ -182,7 +182,7 @@ def test_the_choice_of_a_scheme_leaves_the_first_collisions_alone():
     [
         ({}, {}, False),
         ({}, {"growth": 0.1}, True),
-        ({"motion": Gravity((0.0, 0.0, -1.0)), "periodic": (True, True, False)}, {}, True),
+        ({"motion": Gravity((0.0, 0.0, -1.0)), "walls": "z"}, {}, True),
     ],
 )
 def test_a_scene_that_starts_from_rest_may_collide_later(change, settings, will_move, monkeypatch):

@@ -538,8 +538,8 @@ def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, e
         {"dimension": 2},
         {"n": 33},  # 108 sites of a lattice would have to fit
         {"n": 300, "packing_fraction": 0.45},  # 500 sites, as many as fit at a lower density
-        {"periodic": (True, True, False)},
-        {"restitution": 0.9},
+        {"walls": "z"},
+        {"impact": 0.9},
     ],
 )
 def test_other_random_starts_are_placed_at_random(more):
@@ -840,7 +840,7 @@ def test_mixtures_are_compared_with_the_theory_of_mixtures():
 
 
 def test_walls_are_simulated_and_compared_with_nothing():
-    study = studies.equation_of_state([0.2], replicas=1, scene={"periodic": [True, True, False]}, **SMALL)
+    study = studies.equation_of_state([0.2], replicas=1, scene={"walls": "z"}, **SMALL)
     (row,) = study.table
     assert math.isnan(row.theory)
     assert math.isnan(row.infinite)
@@ -860,7 +860,7 @@ WELL = {"type": "square-well", "width": 1.5, "depth": 1.0}
 
 @pytest.mark.parametrize(
     "scene",
-    [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"restitution": 0.9}, {"interaction": WELL}, {"pinned": 10}],
+    [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"impact": 0.9}, {"interaction": WELL}, {"pinned": 10}],
 )
 def test_what_has_no_theory_is_compared_with_none(scene):
     """That of additive mixtures was 20 errors off for one that is not additive."""

@@ -268,8 +268,8 @@ def test_a_comparison_is_not_replaced_unasked(finished):
 @pytest.mark.parametrize(
     "change",
     [
-        {"periodic": False},
-        {"restitution": 0.9},
+        {"walls": True},
+        {"impact": 0.9},
         {"diameter": np.linspace(0.9, 1.0, 4)},
         {"interaction": SquareWell(1.3, 1.0)},
         {"impact": Loss(0.9, contact_time=1e-3)},

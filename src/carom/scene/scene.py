@@ -250,8 +250,8 @@ class Scene(Fields):
 
         Examples
         --------
-        >>> Scene.crystal(32, 0.3).replace(walls="z").periodic
-        (True, True, False)
+        >>> Scene.crystal(32, 0.3).replace(impact=0.9).impact.restitution
+        0.9
         """
         refuse_unknown("A scene", changes, ARGUMENTS)
         arguments: dict[str, Any] = {name: getattr(self, name) for name in ARGUMENTS}

@@ -12,6 +12,7 @@ from carom.engine.observers.currents import Currents
 from carom.engine.observers.flights import Flights
 from carom.io.events import read_events
 from carom.models import Ball
+from carom.models.contacts.restitution import Restitution
 from carom.studies.packings import compression
 
 CLOCK = {"collisions_per_second"}
@@ -26,7 +27,7 @@ def scene_of(growing=False):
         walls="y",
         obstacles=(Ball((2.0, 2.0), 0.6),),
         seed=2,
-    ).replace(**({} if growing else {"restitution": 0.95, "elastic_below": 0.5}))
+    ).replace(**({} if growing else {"impact": Restitution(0.95, 0.5)}))
 
 
 def settings(kind, log):

@@ -124,8 +124,8 @@ def test_units_of_time_scale_the_moments_exactly():
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"periodic": [True, True, False]}, "periodic"),
-        ({"restitution": 0.9}, "elastic"),
+        ({"walls": "z"}, "periodic"),
+        ({"impact": 0.9}, "elastic"),
         ({"pinned": [0]}, "conserved momentum"),
         ({"interaction": Ranges([Kind("a", circles=[1.5])], lambda unit, event: None)}, "conserved momentum"),
     ],
