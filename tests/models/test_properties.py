@@ -195,7 +195,7 @@ def test_the_threshold_of_a_restitution_follows_the_thermal_speed_and_is_kept(tm
         return [each.loss.elastic_below for each in sim.machine.system.obstacles]
 
     scene = bed(walls={"y_low": floor, "y_high": Wall(impact=Restitution(0.9, 0.25))})
-    sim = carom.Simulation(scene.replace(velocities=None), kT=4.0, seed=1, event_log=tmp_path / "log.h5")
+    sim = carom.Simulation(scene.replace(velocities=None), kT=4.0, seed=1)
     assert thresholds(sim) == [pytest.approx(2e-3), 0.25]
     sim.run(time=5.0)
     sim.rescale(1.0)
