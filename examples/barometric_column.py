@@ -25,7 +25,7 @@ g = 0.25 if args.smoke else 0.15
 columns = int(width / 1.3)
 places = [((i + 0.5) * width / columns, 0.6 + 1.2 * j) for j in range(rows) for i in range(columns)]
 height = 40.0 / g
-scene = carom.Scene(places, (width, height), periodic=[True, False], motion=Gravity((0.0, -g)))
+scene = carom.Scene(places, (width, height), walls="y", motion=Gravity((0.0, -g)))
 sim = carom.Simulation(scene, kT=2.0, seed=1)
 first = sim.velocities
 sim.run(time=400.0 if not args.smoke else 40.0)

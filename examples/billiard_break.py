@@ -32,7 +32,7 @@ rack = [
 positions = np.vstack([[4.0, 9.3], np.array(rack) + random.uniform(-0.004, 0.004, (len(rack), 2))])
 velocities = np.zeros_like(positions)
 velocities[0] = [12.0, 0.0]
-scene = carom.Scene(positions, box=BOX, diameter=SIGMA, velocities=velocities, periodic=False)
+scene = carom.Scene(positions, box=BOX, diameter=SIGMA, velocities=velocities, walls=True)
 
 # %% The run: from collision to collision; frames are taken in between, at equal times.
 sim = carom.Simulation(scene, seed=1)

@@ -49,7 +49,7 @@ scene = carom.Scene(
     box=[54.5, 12.0],
     diameter=0.2,
     velocities=[[1.0, 0.35], [0.8, 0.69], [0.6, 0.88], [0.9, 0.53]],
-    periodic=False,
+    walls=True,
     obstacles=[*circle, *stadium, *sinai, *mushroom],
 )
 sim = carom.Simulation(scene)

@@ -13,7 +13,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 
 import carom
-from carom.models import Gravity, Loss, Plane, Shaken, Sine, Surface
+from carom.models import Gravity, Loss, Plane, Sine
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks, one seed, few cycles")
@@ -39,16 +39,16 @@ def bed(seed):
     masses = np.array(diameters) ** 2
     masses[0] *= 0.5  # of half the density: it rises faster
     loss = Loss(0.7, contact_time=1e-3)
-    floor = Shaken(Plane((0.0, 1.0), 3.05, "floor"), (0.0, 1.0), Sine(amplitude, period, phase=0.0))
+    floor = Plane((0.0, 1.0), 3.05, "floor", shake=Sine(amplitude, period), impact=loss)
     return carom.Scene(
         places,
         (width, 60.0),
         diameter=diameters,
         mass=masses,
         velocities=0.1 * rng.normal(size=(len(places), 2)),
-        periodic=False,
+        walls=True,
         motion=Gravity((0.0, -1.0)),
-        obstacles=[Surface(floor, loss)],
+        obstacles=[floor],
         impact=loss,
     )
 

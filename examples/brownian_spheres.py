@@ -32,7 +32,7 @@ for eta in fractions:
     scene = carom.Scene.random(n, dimension=3, packing_fraction=min(eta, 0.3), seed=1)
     if eta > 0.3:  # too dense for random places: a crystal, which melts
         scene = carom.Scene.crystal(cells=6 if not args.smoke else 3, packing_fraction=eta)
-    sim = carom.Simulation(scene.with_(drive=drive), seed=1)
+    sim = carom.Simulation(scene.replace(drive=drive), seed=1)
     sim.run(time=5.0 / free if eta < 0.4 else 20.0 / free)
     paths = np.array([frame.unwrapped for frame in sim.sample(every=every, count=samples)])
     results[eta] = np.array([np.mean(np.sum((paths[k:] - paths[:-k]) ** 2, axis=2)) for k in lags])

@@ -24,7 +24,7 @@ target = 5_200 if args.smoke else 52_000
 
 # %% The table: a square of edge 1 with four cushions, and disks of diameter 0.015, at random.
 N, SIGMA, SECTORS = 160, 0.015, 4
-scene = carom.Scene.random(N, box=(1.0, 1.0), diameter=SIGMA, periodic=False, seed=1)
+scene = carom.Scene.random(N, box=(1.0, 1.0), diameter=SIGMA, walls=True, seed=1)
 sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors="sectors"))
 sim.run(time=0.0)  # compiles
 compiling = sim.statistics.seconds

@@ -23,8 +23,8 @@ restitution, density = 0.9, 0.1
 # %% An elastic fluid first, so that it starts as a gas, not as a crystal; then contacts lose energy.
 start = carom.Simulation(carom.Scene.crystal(cells=cells, packing_fraction=np.pi / 6.0 * density), seed=1)
 start.run(collisions_per_particle=20)
-fluid = start.scene.with_(
-    positions=start.frame().positions, velocities=start.frame().velocities, restitution=restitution
+fluid = start.scene.replace(
+    positions=start.frame().positions, velocities=start.frame().velocities, impact=restitution
 )
 sim = carom.Simulation(fluid)
 kT = sim.kT

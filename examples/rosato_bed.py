@@ -14,7 +14,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 
 import carom
-from carom.models import Gravity, Loss, Plane, Shaken, Sine, Surface
+from carom.models import Gravity, Loss, Plane, Sine
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few disks and cycles")
@@ -32,16 +32,16 @@ rng = np.random.default_rng(1)
 places = np.array([(0.7 + 1.15 * i, 2.6 + 1.15 * j) for j in range(rows) for i in range(21)])
 diameters = rng.uniform(0.95, 1.05, len(places))
 loss = Loss(0.9, contact_time=1e-3)
-floor = Shaken(Plane((0.0, 1.0), 1.0, "floor"), (0.0, 1.0), Sine(amplitude, period))
+floor = Plane((0.0, 1.0), 1.0, "floor", shake=Sine(amplitude, period), impact=loss)
 scene = carom.Scene(
     places,
     (width, 200.0),
     diameter=diameters,
     mass=diameters**2,
     velocities=0.1 * rng.normal(size=places.shape),
-    periodic=False,
+    walls=True,
     motion=Gravity((0.0, -1.0)),
-    obstacles=[Surface(floor, loss)],
+    obstacles=[floor],
     impact=loss,
 )
 sim = carom.Simulation(scene)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 
 import carom
 from carom.io.events import read_events, read_initial
-from carom.models import Gravity, Loss, Plane, Shaken, Sine, Surface
+from carom.models import Gravity, Loss, Plane, Sine
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
 parser.add_argument("--smoke", action="store_true", help="few amplitudes and bounces")
@@ -34,10 +34,10 @@ def start(amplitude):
 # %% Its impacts: an event log holds their times.
 def impacts(amplitude):
     angle, height, speed = start(amplitude)
-    floor = Shaken(Plane((1.0,), 10.0, "floor"), (1.0,), Sine(amplitude, period, angle / period))
-    surface = Surface(floor, Loss(restitution, contact_time=2e-2))
+    path, loss = Sine(amplitude, period, angle / period), Loss(restitution, contact_time=2e-2)
+    floor = Plane((1.0,), 10.0, "floor", shake=path, impact=loss)
     scene = carom.Scene(
-        [[height]], 1000.0, velocities=[[speed]], periodic=False, motion=Gravity((-1.0,)), obstacles=[surface]
+        [[height]], 1000.0, velocities=[[speed]], walls=True, motion=Gravity((-1.0,)), obstacles=[floor]
     )
     log = args.out / "log.h5"
     with carom.Simulation(scene, event_log=log) as sim:

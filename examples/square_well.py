@@ -30,7 +30,7 @@ LONG = 20 if args.smoke else 400  # events a particle
 # %% A fluid above its critical point. Wells heat what falls into them: equilibrate() scales several times.
 # What arrives at a step counts g(r) on both of its sides.
 cells = 4 if args.smoke else 8
-scene = carom.Scene.crystal(cells=cells, density=0.4).with_(interaction=SquareWell(width=1.5, depth=1.0))
+scene = carom.Scene.crystal(cells=cells, density=0.4).replace(interaction=SquareWell(width=1.5, depth=1.0))
 sim = carom.Simulation(scene, seed=1)
 sim.equilibrate(kT=1.5, collisions_per_particle=2 * LONG)
 before = sim.interaction
@@ -47,7 +47,7 @@ gr = carom.RDF(rmax=3.0, width=0.02).over(sim.sample(every=0.2, count=10 if args
 
 # %% Disks below the critical point come together in drops.
 disks = carom.Scene.crystal(cells=12 if args.smoke else 32, dimension=2, packing_fraction=0.25)
-drops = carom.Simulation(disks.with_(interaction=SquareWell(1.5, 1.0)), kT=0.4, seed=2)
+drops = carom.Simulation(disks.replace(interaction=SquareWell(1.5, 1.0)), kT=0.4, seed=2)
 drops.equilibrate(kT=0.4, collisions_per_particle=(2 if args.smoke else 8) * LONG)
 print(f"disks at kT = {drops.kT:.2f}: {drops.steps.bonds_per_particle:.2f} neighbours each in their wells")
 

@@ -87,7 +87,7 @@ field = carom.Scene(
     velocities=velocities,
     species=species,
     species_names=("red", "blue"),
-    periodic=False,
+    walls=True,
     interaction=armies,
 )
 folder = tempfile.TemporaryDirectory()

@@ -26,7 +26,7 @@ SCENES = {
             packing_fraction=0.3,
             dimension=2,
             seed=1,
-            periodic=[True, False],
+            walls="y",
             obstacles=[Ball((1.0, 3.0), 0.3)],
         ),
         {},

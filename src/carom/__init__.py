@@ -103,6 +103,12 @@ def _plotted() -> Any:
     return snapshot
 
 
+def _picture() -> Any:
+    from carom.pictures.plots import picture
+
+    return picture
+
+
 # Functions that subpackages need from subpackages above them.
 above.install("drawn", _drawn)
 above.install("grown", _grown)
@@ -110,6 +116,7 @@ above.install("name_results", _name_results)
 above.install("opened", _opened)
 above.install("viewed", _viewed)
 above.install("plotted", _plotted)
+above.install("picture", _picture)
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]
 

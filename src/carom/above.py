@@ -32,9 +32,16 @@ def grown(
     return found
 
 
-def viewed(source: Any, path: Any = None) -> Any:
-    """Return the page that shows a frame, several, or a simulation: ``carom.pictures.view.view``."""
-    return _answers["viewed"]()(source, path)
+def view(source: Any, path: Any = None, **options: Any) -> Any:
+    """Return the page that shows a source, a scene, a frame, several or a simulation, and write it to a file:
+    ``carom.pictures.view.view``.
+    """
+    return _answers["viewed"]()(source, path, **options)
+
+
+def picture(scene: Any, path: Any) -> Any:
+    """Return the picture of a scene: ``carom.pictures.plots.picture``."""
+    return _answers["picture"]()(scene, path)
 
 
 def plotted(frame: Any, obstacles: Any, path: Any) -> Any:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.configuration import Configuration
-from carom.texts import visible
+from carom.texts import axis_name, visible
 
 if TYPE_CHECKING:
     import ase
@@ -70,8 +70,8 @@ class Frame(Configuration):
                 f"{visible(name)} {k}" for name, k in zip(names, counts, strict=True)
             )
         if not all(self.periodic):
-            axes = (str(axis) for axis, repeats in enumerate(self.periodic) if not repeats)
-            facts["walls"] = "axis " + ", ".join(axes)
+            axes = (axis_name(axis) for axis, repeats in enumerate(self.periodic) if not repeats)
+            facts["walls"] = ", ".join(axes)
         return facts
 
     def _repr_html_(self) -> str:

@@ -44,7 +44,7 @@ def embedded(frames: Any) -> str | None:
     several = [frames] if hasattr(frames, "positions") else frames
     if not len(several) or several[0].dimension > 3 or len(several) * several[0].n > LARGEST:
         return None
-    page: str = above.viewed(frames)._repr_html_()
+    page: str = above.view(frames)._repr_html_()
     return page
 
 

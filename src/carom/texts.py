@@ -49,3 +49,8 @@ def label(text: Any) -> str:
     """Return a text for matplotlib, which takes dollar signs for mathematics and hides what begins with _."""
     shown = visible(text).replace("$", r"\$")
     return f"\N{ZERO WIDTH SPACE}{shown}" if shown.startswith("_") else shown
+
+
+def axis_name(axis: int) -> str:
+    """Return the name of an axis: x, y, z, and axis3 from the fourth on."""
+    return "xyz"[axis] if axis < 3 else f"axis{axis}"

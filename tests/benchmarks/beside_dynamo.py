@@ -52,7 +52,7 @@ def main() -> None:
         folder = Path(name)
         for density in given.density:
             state = melted(given.folder, folder, density)
-            scene = carom.Scene.crystal(cells=10, density=density).with_(interaction=SquareWell(1.5, 1.0))
+            scene = carom.Scene.crystal(cells=10, density=density).replace(interaction=SquareWell(1.5, 1.0))
             sim = carom.Simulation(scene, kT=KT, seed=1)
             for _ in range(2):
                 sim.run(collisions=2 * EVENTS)

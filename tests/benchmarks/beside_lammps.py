@@ -123,7 +123,7 @@ def fluid_of(n: int, density: float) -> carom.Scene:
     sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(images=False))
     sim.run(collisions_per_particle=MELTING)
     frame = sim.frame()
-    return scene.with_(positions=frame.positions, velocities=frame.velocities)
+    return scene.replace(positions=frame.positions, velocities=frame.velocities)
 
 
 def line(density: float, n: int, each: Engine | PseudoHard, engine: Engine, fluid: float) -> str:

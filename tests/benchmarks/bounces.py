@@ -26,7 +26,7 @@ def round_container(dimension: int) -> carom.Scene:
         [(5.3, 1.5, *(5.0 for _ in rest))],
         (10.0,) * dimension,
         velocities=[(0.3, 0.1, *(0.2 for _ in rest))],
-        periodic=False,
+        walls=True,
         motion=Gravity((0.1, -1.0, *rest)),
         obstacles=[SphericalContainer((5.0,) * dimension, 4.5)],
     )
@@ -38,7 +38,7 @@ def around_a_ball() -> carom.Scene:
         [[6.0, 2.0]],
         (10.0, 10.0),
         velocities=[[3.0, 1.0]],
-        periodic=False,
+        walls=True,
         motion=Gravity((0.1, -1.0)),
         obstacles=[SphericalContainer((5.0, 5.0), 4.5), Ball((5.0, 5.0), 1.0)],
     )
@@ -51,7 +51,7 @@ def column() -> carom.Scene:
         places,
         (8.5, 40.0),
         velocities=np.random.default_rng(1).normal(size=(30, 2)),
-        periodic=(True, False),
+        walls="y",
         motion=Gravity((0.0, -1.0)),
         obstacles=[Plane((0.0, 1.0), 0.5, "floor")],
     )

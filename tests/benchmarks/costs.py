@@ -138,11 +138,11 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
         "images": (plain, {}),
         "single precision": (plain, {"tuning": carom.Tuning(images=False, precision="single")}),
         "diameters and masses of their own": (
-            plain.with_(diameter=hair),
+            plain.replace(diameter=hair),
             {"tuning": BARE},
         ),
         "species, contact matrix": (
-            plain.with_(species=species, contact=np.full((2, 2), 1.0)),
+            plain.replace(species=species, contact=np.full((2, 2), 1.0)),
             {"tuning": BARE},
         ),
         "restitution": (
@@ -158,16 +158,16 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
             {"tuning": BARE},
         ),
         "a square well": (
-            plain.with_(interaction=SquareWell(1.5, 1.0)),
+            plain.replace(interaction=SquareWell(1.5, 1.0)),
             {"tuning": BARE},
         ),
-        "a tenth pinned": (plain.with_(pinned=np.arange(0, n, 10)), {"tuning": BARE}),
+        "a tenth pinned": (plain.replace(pinned=np.arange(0, n, 10)), {"tuning": BARE}),
         "sectors instead of lists": (plain, {"tuning": carom.Tuning(images=False, neighbors="sectors")}),
         "a field, by sectors": (
-            plain.with_(motion=Gravity((0.0, 0.0, -1e-9))),
+            plain.replace(motion=Gravity((0.0, 0.0, -1e-9))),
             {"tuning": BARE},
         ),
-        "growth": (plain.with_(diameter=0.99), {"tuning": BARE, "growth": 1e-9}),
+        "growth": (plain.replace(diameter=0.99), {"tuning": BARE, "growth": 1e-9}),
         "event log": (plain, {"tuning": BARE, "event_log": True}),
         "currents": (plain, {"tuning": BARE, "currents": True}),
     }
@@ -180,7 +180,7 @@ def wells(given: argparse.Namespace) -> None:
         plain = carom.Scene.crystal(cells=10, density=density)
         sims = [
             carom.Simulation(scene, kT=kT, seed=1)
-            for scene, kT in ((plain, 1.0), (plain.with_(interaction=SquareWell(1.5, 1.0)), 1.5))
+            for scene, kT in ((plain, 1.0), (plain.replace(interaction=SquareWell(1.5, 1.0)), 1.5))
         ]
         for sim in sims:
             sim.run(collisions_per_particle=100.0)
@@ -206,7 +206,7 @@ def ranges(given: argparse.Namespace) -> None:
     places, circle = rng.uniform(0.0, edge, (n, 2)), StepTable(Steps([1.0], [0.0]))
     plain = carom.Scene(places, edge, diameter=0.1, interaction=circle)
     sims, took = [], []
-    for scene in (plain, plain.with_(interaction=Ranges([Kind("unit", [1.0])], aim))):
+    for scene in (plain, plain.replace(interaction=Ranges([Kind("unit", [1.0])], aim))):
         began = time.process_time()
         sims.append(carom.Simulation(scene, kT=1.0, seed=1, tuning=carom.Tuning(images=False)))
         sims[-1].run(collisions=10)
@@ -289,6 +289,7 @@ print(imported - began, loaded - imported, ready - loaded, made - ready, done - 
 
 SMALLEST = """
 from numba import njit
+from carom.models.contacts.restitution import Restitution
 
 @njit(cache=True)
 def total(x):

@@ -19,7 +19,7 @@ def heavy(ratio: float) -> carom.Scene:
     """Return 500 spheres at 0.3, every second one heavier by a ratio."""
     scene = carom.Scene.crystal(cells=5, packing_fraction=0.3)
     masses = np.where(np.arange(scene.n) % 2, ratio, 1.0)
-    return scene.with_(mass=masses)
+    return scene.replace(mass=masses)
 
 
 def scenes() -> dict[str, carom.Scene]:
@@ -27,8 +27,8 @@ def scenes() -> dict[str, carom.Scene]:
     return {
         "masses 1 : 10^4": heavy(1e4),
         "masses 1 : 10^8": heavy(1e8),
-        "cooling, restitution 0.9": carom.Scene.crystal(cells=5, packing_fraction=0.1).with_(restitution=0.9),
-        "cooling, restitution 0.6": carom.Scene.crystal(cells=5, packing_fraction=0.1).with_(restitution=0.6),
+        "cooling, restitution 0.9": carom.Scene.crystal(cells=5, packing_fraction=0.1).replace(impact=0.9),
+        "cooling, restitution 0.6": carom.Scene.crystal(cells=5, packing_fraction=0.1).replace(impact=0.6),
         "d = 10, N = 100, edge 2.3": carom.Scene.random(100, box=(2.3,) * 10, diameter=1.0, seed=1),
     }
 
@@ -44,7 +44,7 @@ def main() -> None:
         sim.run(collisions_per_particle=COLLISIONS)
         rate = (sim.collisions - 10) / (time.process_time() - began)
         statistics = sim.statistics
-        drift = f"{statistics.energy_drift:.1e}" if scene.restitution == 1.0 else "-"
+        drift = f"{statistics.energy_drift:.1e}" if scene.impact.restitution == 1.0 else "-"
         print(
             f"| {name} | {statistics.worst_overlap:.1e} | {drift} | {sim.kT / start:.4g} | {rate:.2g} |",
             flush=True,

@@ -36,7 +36,7 @@ def main():
             n, dimension=options.dimension, packing_fraction=options.packing_fraction, seed=1
         )
         who = np.random.default_rng(0).permutation(n)[:fixed]
-        sims = [carom.Simulation(each, seed=1) for each in (scene, scene.with_(pinned=who))]
+        sims = [carom.Simulation(each, seed=1) for each in (scene, scene.replace(pinned=who))]
         for sim in sims:
             sim.run(collisions=500)
         rates = [[rate(sim, options.seconds) for sim in sims] for _ in range(options.turns)]

@@ -37,7 +37,7 @@ def soak(sims, collisions, every):
             compare(sims[0], other)
         found, frame = sims[0].statistics, sims[0].frame()
         assert np.isfinite(frame.positions).all()
-        sims[0].scene.with_(positions=frame.positions)  # refuses overlaps
+        sims[0].scene.replace(positions=frame.positions)  # refuses overlaps
         print(
             f"{sims[0].collisions:.3g} collisions, time {sims[0].time:.6g}, wall time "
             f"{' and '.join(f'{wall:.0f} s' for wall in walls)}: "

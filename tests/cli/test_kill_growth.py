@@ -29,7 +29,7 @@ if state.exists():
 else:
     scene = Scene.random(
         species=[Species(count=20), Species(count=28, diameter=0.6, mass=0.3)], dimension=2,
-        packing_fraction=0.2, periodic=[True, False], obstacles=[Ball((2, 2), 0.6)], seed=3,
+        packing_fraction=0.2, walls="y", obstacles=[Ball((2, 2), 0.6)], seed=3,
     )
     sim = Simulation(scene, seed=3, growth=2e-4)
 while sim.collisions < 12_000:

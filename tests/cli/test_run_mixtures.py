@@ -92,8 +92,8 @@ def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypa
 @pytest.mark.parametrize(
     ("more", "trajectory", "says"),
     [
-        slow("periodic = [true, true, false]", '["h5md"]', "No g(r): with walls"),
-        slow('obstacles = [{kind = "ball", center = [1, 1, 1], radius = 1.0}]', '["h5md"]', "with obstacles"),
+        slow('walls = "z"', '["h5md"]', "No g(r): with walls"),
+        slow('obstacles = [{type = "ball", center = [1, 1, 1], radius = 1.0}]', '["h5md"]', "with obstacles"),
         ("", "[]", "none was asked for"),
     ],
 )
@@ -109,14 +109,14 @@ def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
 
 def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, capsys):
     more = (
-        "periodic = [true, true, false]\nrestitution = 0.99\nelastic_below = 0.1\n"
-        'obstacles = [{kind = "ball", center = [1, 1, 1], radius = 0.5}, '
-        '{kind = "plane", normal = [0, 0, 1], offset = 0.01, name = "floor"}]'
+        'walls = "z"\nimpact = { restitution = 0.99, elastic_below = 0.1 }\n'
+        'obstacles = [{type = "ball", center = [1, 1, 1], radius = 0.5}, '
+        '{type = "plane", normal = [0, 0, 1], offset = 0.01, name = "floor"}]'
     )
     result = carom.run(plan(3, more, "[]"), tmp_path / "run")
     summary = result.summary
     lower, upper, ball, floor = summary["obstacles"]
-    names = ["lower wall of axis 2", "upper wall of axis 2", "ball 0", "floor"]
+    names = ["z_low", "z_high", "ball 0", "floor"]
     assert [each["name"] for each in summary["obstacles"]][:2] == names[:2]
     # Nobody reaches the wall behind the plane; what stands before it bears what the other wall bears.
     assert lower["force"]["mean"] == 0.0
@@ -134,7 +134,7 @@ def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, ca
     assert summary["spared_contacts"] > 0
     screen.results(result, as_json=False)
     shown = " ".join(capsys.readouterr().out.split())
-    for text in ("P σ³/kT on upper wall of axis 2", "force σ/kT on floor", "elastic contacts"):
+    for text in ("P σ³/kT on z_high", "force σ/kT on floor", "elastic contacts"):
         assert text in shown
 
 
@@ -176,9 +176,9 @@ def test_theory_is_that_of_elastic_mixtures_that_fly_freely():
         {"impact": Loss(0.9, contact_time=1e-3)},
         {"motion": Gravity((0.0, 0.0, -1.0))},
         {"pinned": [0, 1, 2, 3]},
-        {"restitution": 0.9},
+        {"impact": 0.9},
     ):
-        assert names_of(scene.with_(**other)) == [], other
+        assert names_of(scene.replace(**other)) == [], other
 
 
 def test_theory_ends_where_its_equation_of_equal_spheres_does(monkeypatch):
@@ -227,4 +227,4 @@ def test_no_theory_holds_for_pairs_that_touch_at_other_distances_than_their_mean
     scene = scene_of(sizes)
     for between, names in ((0.75, True), (0.6, False)):
         contact = None if names else [[1.0, between], [between, 0.5]]
-        assert bool(names_of(scene.with_(species=species, contact=contact))) == names
+        assert bool(names_of(scene.replace(species=species, contact=contact))) == names

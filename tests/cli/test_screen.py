@@ -21,7 +21,7 @@ def test_all_pressures_of_a_table_have_one_unit_which_is_named():
     text = " ".join(printed(screen._physics(summary())).split())
     assert "P σ²/kT 3.000 ± 0.010" in text
     # 8 energy / length^2, times 1.5^2 / 2.
-    assert "P σ²/kT on lower wall of axis 0 9.00 ± 0.09" in text
+    assert "P σ²/kT on x_low 9.00 ± 0.09" in text
     assert "force σ/kT on floor 6.00 ± 0.06" in text
     assert "σ = 1.5 is the largest diameter, kT = 2." in text
 

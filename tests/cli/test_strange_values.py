@@ -126,7 +126,7 @@ def sentence(read, *arguments):
 
 # Scene files, study files, searches.
 
-PLANE = {"kind": "plane", "normal": [0.0, 1.0], "offset": 0.2, "name": "floor"}
+PLANE = {"type": "plane", "normal": [0.0, 1.0], "offset": 0.2, "name": "floor"}
 LOSS = {"restitution": 0.9, "contact_time": 1e-3}
 RUN = {"seed": 1, "equilibration": 1.0, "collisions_per_particle": 9.0, "frames": 2, "neighbors": "auto"}
 
@@ -140,12 +140,12 @@ ON_A_SPHERE = {"type": "great-circles", "radius": 1.0}
 WELL = {"type": "square-well", "width": 1.5, "depth": 1.0}
 SCENES = {
     "walls": scene(
-        dimension=2, periodic=[True, False], restitution=0.9, elastic_below=0.1, kT=1.0, pinned=[1, 2],
+        dimension=2, walls={"y_low": {"impact": 0.9, "offset": 0.0}}, kT=1.0, pinned=[1, 2],
         obstacles=[
             PLANE,
-            {"kind": "ball", "center": [1.0, 1.0], "radius": 0.5},
-            {"kind": "thermal", "obstacle": PLANE, "kT": 1.0, "seed": 3},
-            {"kind": "surface", "obstacle": PLANE, "loss": LOSS},
+            {"type": "ball", "center": [1.0, 1.0], "radius": 0.5},
+            {**PLANE, "kT": 1.0, "seed": 3},
+            {**PLANE, "impact": LOSS},
         ],
         impact={"type": "loss", **LOSS},
     ) | {"run": RUN, "output": {"trajectory": ["h5md"], "event_log": False, "pictures": False}},
@@ -167,10 +167,9 @@ SCENES = {
         },
     ),
     "gravity": scene(
-        dimension=2, periodic=[True, False], motion={"type": "gravity", "g": [0.0, -1.0]},
+        dimension=2, walls="y", motion={"type": "gravity", "g": [0.0, -1.0]},
         obstacles=[{
-            "kind": "shaken", "obstacle": PLANE, "direction": [0.0, 1.0],
-            "path": {"type": "sine", "amplitude": 0.01, "frequency": 1.0},
+            **PLANE, "direction": [0.0, 1.0], "shake": {"type": "sine", "amplitude": 0.01, "period": 1.0},
         }],
     ),
     "sphere": {"scene": {"initial": "file", "file": "no.h5md", "motion": ON_A_SPHERE}},

@@ -24,13 +24,13 @@ from carom.simulation.run_state import RunState
 
 fluid = Scene.crystal(cells=2, packing_fraction=0.3)
 bumper = Ball((1.0, 3.0), 0.3)
-disks = Scene.random(12, 0.3, 2, periodic=[True, False], obstacles=[bumper], seed=1)
+disks = Scene.random(12, 0.3, 2, walls="y", obstacles=[bumper], seed=1)
 RunState.schedule = lambda machine: None  # which would compile
 SCENES = {
     "fluid": (fluid, "lists"),
-    "well": (fluid.with_(interaction=SquareWell(1.5, 1.0)), "lists"),
+    "well": (fluid.replace(interaction=SquareWell(1.5, 1.0)), "lists"),
     "disks": (disks, "sectors"),
-    "falling": (disks.with_(motion=Gravity((0.0, -1.0))), "sectors"),
+    "falling": (disks.replace(motion=Gravity((0.0, -1.0))), "sectors"),
     "gas": (Scene.random(64, dimension=3, packing_fraction=1e-6, seed=1), "all"),
 }
 

@@ -9,6 +9,8 @@ from helpers.marks import slow
 
 import carom
 from carom.models import Ball
+from carom.models.contacts.restitution import Restitution
+from carom.models.obstacles.named_walls import axes_without
 from carom.simulation import stretches
 
 
@@ -22,7 +24,7 @@ def test_two_rods_on_a_ring_schedule_each_other_again_at_once_only_if_they_see_a
 
 
 def test_hits_of_walls_are_no_advancements():
-    scene = carom.Scene([[1.0, 2.0]], (5.0, 6.0), velocities=[[1.0, 0.7]], periodic=False)
+    scene = carom.Scene([[1.0, 2.0]], (5.0, 6.0), velocities=[[1.0, 0.7]], walls=True)
     sim = carom.Simulation(scene, seed=0)
     sim.run(time=50.0)
     hits = [
@@ -54,13 +56,15 @@ def scaled(scene, length, mass, speed):
         diameter=scene.diameters * length,
         mass=scene.masses * mass,
         velocities=scene.velocities * speed,
-        periodic=scene.periodic,
+        walls=axes_without(scene.periodic),
         obstacles=tuple(
             Ball(tuple(length * x for x in ball.center), length * ball.radius, ball.name)
             for ball in scene.obstacles
         ),
-        restitution=scene.restitution,
-        elastic_below=None if scene.elastic_below is None else scene.elastic_below * speed,
+        impact=Restitution(
+            scene.impact.restitution,
+            elastic_below=None if scene.impact.elastic_below is None else scene.impact.elastic_below * speed,
+        ),
     )
 
 

@@ -128,13 +128,13 @@ def test_impossible_shells(scene, shell):
 @pytest.mark.parametrize("scale", [5e-324, 1e-300, 1e-153])
 def test_velocities_too_small_for_their_squares_are_an_error(scene, scale):
     with pytest.raises(InputError, match=r"kinetic energy .* another unit of time"):
-        carom.Simulation(scene.with_(velocities=np.sign(scene.velocities) * scale))
+        carom.Simulation(scene.replace(velocities=np.sign(scene.velocities) * scale))
 
 
 def test_velocities_too_large_for_their_squares_are_an_error(scene):
     with pytest.raises(InputError, match=r"velocities must be at most 1e\+152"):
-        scene.with_(velocities=scene.velocities * 1e153)
-    heavy = scene.with_(velocities=scene.velocities * 1e140, mass=1e30)
+        scene.replace(velocities=scene.velocities * 1e153)
+    heavy = scene.replace(velocities=scene.velocities * 1e140, mass=1e30)
     with pytest.raises(InputError, match=r"kinetic energy .* another unit of time or of mass"):
         carom.Simulation(heavy)
 

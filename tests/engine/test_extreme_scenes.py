@@ -40,12 +40,12 @@ assert_no_overlap(scene, sim.frame())
 """
 
 ROD = """
-scene = carom.Scene([[1.0]], 3.0, periodic=False, velocities=[[0.1]])
+scene = carom.Scene([[1.0]], 3.0, walls=True, velocities=[[0.1]])
 sim = carom.Simulation(scene, growth=1.0)
 """
 
 DISKS = """
-scene = carom.Scene([[0.8, 1.0], [2.2, 1.9]], 3.0, periodic=False, diameter=0.9,
+scene = carom.Scene([[0.8, 1.0], [2.2, 1.9]], 3.0, walls=True, diameter=0.9,
                     velocities=[[0.1, 0.2], [0.05, -0.1]])
 sim = carom.Simulation(scene, growth=1.0)
 """
@@ -73,7 +73,7 @@ def test_growth_up_to_just_before_jamming_is_reached():
 def test_disks_without_any_room_are_named_instead_of_a_stall():
     # Four disks that touch each other and the walls collide for ever at one instant.
     program = """
-scene = carom.Scene([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]], 2.0, periodic=False)
+scene = carom.Scene([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]], 2.0, walls=True)
 sim = carom.Simulation(scene, seed=1)
 """
     found = said(program + REFUSED.format(run="sim.run(time=1e-14)"))
@@ -90,7 +90,7 @@ def test_a_disk_that_slides_along_its_container_is_named(run):
     program = """
 from carom.models import SphericalContainer
 ring = SphericalContainer((2.0, 2.0), 1.5)
-scene = carom.Scene([[3.0, 2.0], [1.5, 2.0]], 4.0, periodic=False, velocities=[[0.0, 1.0], [0.0, 0.0]],
+scene = carom.Scene([[3.0, 2.0], [1.5, 2.0]], 4.0, walls=True, velocities=[[0.0, 1.0], [0.0, 0.0]],
                     obstacles=[ring])
 sim = carom.Simulation(scene)
 """
@@ -115,7 +115,7 @@ def test_a_drift_that_hides_every_collision_is_named():
     program = """
 scene = carom.Scene.random(4, 0.2, 2, seed=1)
 velocities = 1e-12 * np.random.default_rng(1).normal(size=(4, 2)) + 1.0
-sim = carom.Simulation(scene.with_(velocities=velocities))
+sim = carom.Simulation(scene.replace(velocities=velocities))
 """
     assert "drift far faster" in said(program + REFUSED.format(run="sim.run(collisions=10)"))
 
@@ -123,7 +123,7 @@ sim = carom.Simulation(scene.with_(velocities=velocities))
 def test_collisions_that_come_are_waited_for_however_slow_they_may_get():
     # Contacts count down to a speed of 1e-30, and it would take that long to give up.
     program = """
-scene = carom.Scene.random(4, 0.6, 1, seed=1).with_(restitution=0.9, elastic_below=1e-30)
+scene = carom.Scene.random(4, 0.6, 1, seed=1).replace(impact=Restitution(0.9, elastic_below=1e-30))
 print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
 """
     impatient = "from carom.simulation import stall_detector as s\ns.WINDOW = s.CLUSTER = 1\n"
@@ -133,7 +133,7 @@ print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
 @pytest.mark.parametrize("periodic", [True, False])
 def test_one_component_alone_is_not_waited_for(periodic):
     program = f"""
-scene = carom.Scene([[1.0, 1.0]], 1e3, periodic={periodic}, velocities=[[1.0, 0.3]])
+scene = carom.Scene([[1.0, 1.0]], 1e3, walls={not periodic}, velocities=[[1.0, 0.3]])
 sim = carom.Simulation(scene)
 with warnings.catch_warnings(record=True) as found:
     warnings.simplefilter("always")
@@ -150,7 +150,7 @@ def test_a_container_that_fits_like_a_skin_is_refused(axis):
     if axis is not None:
         around = [CylindricalContainer(axis, (1.0,) * 3, 0.5)]
     with pytest.raises(InputError, match=r"must be wider than the largest diameter \(1\)"):
-        carom.Scene([[1.0, 1.0, 1.0]], 2.0, periodic=False, obstacles=around)
+        carom.Scene([[1.0, 1.0, 1.0]], 2.0, walls=True, obstacles=around)
 
 
 CONTACTS = """
@@ -198,10 +198,12 @@ CROWD = """
 import sys
 from carom.engine import obstacles as obstacle
 from carom.models import Ball, Plane
+from carom.models.contacts.restitution import Restitution
+from carom.models.obstacles.named_walls import axes_without
 obstacle.CROWDED = int(sys.argv[1])
 balls = [Ball((2.0 * (k % 3) + 1.0, 2.0 * (k // 3) + 1.0), 0.5 + 0.02 * k) for k in range(9)]
 floor = Plane((0.0, 1.0), 0.1)
-scene = carom.Scene.random(3, box=(6.0, 6.0), diameter=0.3, periodic=[True, False], seed=4,
+scene = carom.Scene.random(3, box=(6.0, 6.0), diameter=0.3, walls="y", seed=4,
                            obstacles=[*balls[:4], floor, *balls[4:]])
 sim = carom.Simulation(scene, seed=1)
 for frame in sim.sample(every=1.0, count=12):

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import carom
 from carom.errors import CaromError, CaromWarning, OverlapError
 from carom.io.events import read_events, read_initial
+from carom.models.contacts.restitution import Restitution
 from carom.reference import NaiveSystem
 from carom.simulation import stretches
 from carom.simulation.replay import replay
@@ -52,7 +53,7 @@ def assert_sound(sim, overlap=None):
     # Each collision rounds the energy of two, and their errors add up like a random walk.
     assert found.energy_drift <= 8 * EPS * (1 + math.sqrt(found.collisions)) * math.sqrt(sim.scene.n)
     # The input's own check finds no overlap at the end.
-    sim.scene.with_(positions=frame.positions, velocities=None)
+    sim.scene.replace(positions=frame.positions, velocities=None)
 
 
 # Dilute: flights through many boxes.
@@ -89,7 +90,7 @@ def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
     for _ in range(40):  # at a collision, where two touch
         sim.run(collisions=1)
         frame = sim.frame()
-        scene.with_(positions=frame.positions, diameter=frame.diameters)
+        scene.replace(positions=frame.positions, diameter=frame.diameters)
     assert sim.explain().models["timing"] in ("FromRows", "FromCache")
     assert sim.collisions == 40
     assert sim.statistics.worst_overlap < 16 * EPS * FLOWN * max(box)
@@ -103,10 +104,10 @@ def test_balls_in_wide_boxes_are_met_as_sharply():
     )
     towards = edge / 2 - scene.positions
     towards /= np.linalg.norm(towards, axis=1)[:, None]
-    sim = carom.Simulation(scene.with_(velocities=towards), seed=0)
+    sim = carom.Simulation(scene.replace(velocities=towards), seed=0)
     for distance in np.sort(np.linalg.norm(edge / 2 - scene.positions, axis=1)):
         frame = next(sim.sample(times=[distance - 1.0]))
-        scene.with_(positions=frame.positions)
+        scene.replace(positions=frame.positions)
         gap = np.abs(np.linalg.norm(frame.positions - edge / 2, axis=1) - 1.0).min()
         assert gap < 16 * EPS * edge
     sim.run(time=16 * EPS * edge)  # the last may be a rounding later than its distance says
@@ -187,7 +188,7 @@ def test_a_million_spheres():
 
 def test_a_run_of_1e12_time_units_of_slow_spheres_keeps_its_bits():
     scene = moving(carom.Scene.random(20, 0.4, 2, seed=1), 2)
-    slow = scene.with_(velocities=scene.velocities * 2.0**-40)
+    slow = scene.replace(velocities=scene.velocities * 2.0**-40)
     fast_sim, slow_sim = carom.Simulation(scene, seed=0), carom.Simulation(slow, seed=0)
     fast_sim.run(time=2.0)
     slow_sim.run(time=2.0 * 2.0**40)
@@ -212,7 +213,7 @@ RANGE = [-150, -100, -20, -7, 7, 20, 100, 150]
 def test_velocities_from_1e_150_to_1e150_have_the_same_bits(exponent):
     k = power(exponent)
     one, two = (
-        carom.Simulation(DISKS.with_(velocities=np.ldexp(DISKS.velocities, e)), seed=0) for e in (0, k)
+        carom.Simulation(DISKS.replace(velocities=np.ldexp(DISKS.velocities, e)), seed=0) for e in (0, k)
     )
     for sim in (one, two):
         run(sim, collisions=2000)
@@ -232,16 +233,16 @@ def test_velocities_from_1e_150_to_1e150_have_the_same_bits(exponent):
 @pytest.mark.parametrize("exponent", [-150, 150])
 def test_logs_checkpoints_and_samples_of_any_velocities_are_in_the_scenes_units(exponent, tmp_path):
     k = power(exponent)
-    walls = DISKS.with_(
-        positions=carom.Scene.random(20, 0.3, 2, periodic=False, seed=1).positions,
-        box=carom.Scene.random(20, 0.3, 2, periodic=False, seed=1).box,
-        periodic=False,
-        restitution=0.9,
-        elastic_below=0.25,
+    walls = DISKS.replace(
+        positions=carom.Scene.random(20, 0.3, 2, walls=True, seed=1).positions,
+        box=carom.Scene.random(20, 0.3, 2, walls=True, seed=1).box,
+        walls=True,
+        impact=Restitution(0.9, elastic_below=0.25),
     )
     found = []
     for e in (0, k):
-        scene = walls.with_(velocities=np.ldexp(walls.velocities, e), elastic_below=math.ldexp(0.25, e))
+        law = Restitution(0.9, elastic_below=math.ldexp(0.25, e))
+        scene = walls.replace(velocities=np.ldexp(walls.velocities, e), impact=law)
         path = tmp_path / f"{e}.h5"
         with carom.Simulation(scene, event_log=path, seed=0) as sim:
             sim.run(time=math.ldexp(8.0, -e))
@@ -275,7 +276,7 @@ def test_growth_and_a_new_temperature_of_any_size(exponent):
     loose = moving(carom.Scene.random(30, 0.2, 2, seed=1), 2)
     one, two = (
         carom.Simulation(
-            loose.with_(velocities=np.ldexp(loose.velocities, e)), growth=math.ldexp(0.1, e), seed=0
+            loose.replace(velocities=np.ldexp(loose.velocities, e)), growth=math.ldexp(0.1, e), seed=0
         )
         for e in (0, k)
     )
@@ -309,7 +310,7 @@ def test_one_fast_mover_among_slow_ones_meets_them_all(slow):
     # count between two slow ones only, which would meet after more time than a clock can hold.
     velocities = slow * DISKS.velocities
     velocities[7] = [1e150, 3e149]
-    sim = carom.Simulation(DISKS.with_(velocities=velocities), seed=0)
+    sim = carom.Simulation(DISKS.replace(velocities=velocities), seed=0)
     np.testing.assert_array_equal(sim.frame().velocities[7], velocities[7])
     run(sim, collisions=2000)
     assert (np.abs(sim.frame().velocities).max(axis=1) > 1e147).all()
@@ -320,7 +321,7 @@ def test_one_mover_among_resting_ones_wakes_them_all():
     still = carom.Scene.random(30, 0.4, 2, seed=1)
     velocities = np.zeros((30, 2))
     velocities[3] = [1e-20, 2e-20]
-    sim = carom.Simulation(still.with_(velocities=velocities), seed=0)
+    sim = carom.Simulation(still.replace(velocities=velocities), seed=0)
     run(sim, collisions=3000)
     assert (np.abs(sim.frame().velocities).max(axis=1) > 0).all()
     assert_sound(sim)
@@ -347,7 +348,7 @@ def tube(count, gap):
 def one_mover():
     velocities = np.zeros((20, 2))
     velocities[3] = [1e-20, 2e-20]
-    return DISKS.with_(velocities=velocities)
+    return DISKS.replace(velocities=velocities)
 
 
 def scaled_disks(k):
@@ -381,8 +382,8 @@ SINGLE = {
     "three in a tube": (lambda: tube(3, 1e-6), None),
     "1 : 8 000": (lambda: moving(carom.Scene.random(100, box=(8000.0, 1.5), seed=1), 1), None),
     "1 : 10 000": (lambda: moving(carom.Scene.random(100, box=(15000.0, 1.5), seed=1), 1), "a box of 15000"),
-    "velocities 1e-150": (lambda: DISKS.with_(velocities=np.ldexp(DISKS.velocities, -498)), None),
-    "velocities 1e150": (lambda: DISKS.with_(velocities=np.ldexp(DISKS.velocities, 498)), None),
+    "velocities 1e-150": (lambda: DISKS.replace(velocities=np.ldexp(DISKS.velocities, -498)), None),
+    "velocities 1e150": (lambda: DISKS.replace(velocities=np.ldexp(DISKS.velocities, 498)), None),
     "one mover": (one_mover, None),
     "a graze": (lambda: two_disks(1.0 - 1e-9), None),
     "an overlap of 1e-15": (lambda: two_disks(0.0, apart=1.0 - 1e-15), None),
@@ -391,8 +392,8 @@ SINGLE = {
     "a cradle": (lambda: cradle(2, 0.0), None),
     "units x 2^90": (lambda: scaled_disks(90), None),
     "units x 2^-90": (lambda: scaled_disks(-90), None),
-    "a drift of 1e3": (lambda: DISKS.with_(velocities=DISKS.velocities + 1e3), None),
-    "a drift of 1e6": (lambda: DISKS.with_(velocities=DISKS.velocities + 1e6), "drift at 1e"),
+    "a drift of 1e3": (lambda: DISKS.replace(velocities=DISKS.velocities + 1e3), None),
+    "a drift of 1e6": (lambda: DISKS.replace(velocities=DISKS.velocities + 1e6), "drift at 1e"),
 }
 
 
@@ -533,7 +534,7 @@ def opposed_lattice(dimension):
     signs = (-1.0) ** np.indices((4,) * dimension).sum(axis=0).ravel()
     v = np.zeros_like(scene.positions)
     v[:, 0] = signs
-    return scene.with_(velocities=v)
+    return scene.replace(velocities=v)
 
 
 @pytest.mark.parametrize("gap", [0.0, EPS, 1e-9])
@@ -630,7 +631,7 @@ def followed(scene, other, collisions, tmp_path, label=None):
 def test_a_moving_frame_loses_the_digits_of_its_speed_and_no_more(speed, collisions, tmp_path):
     # All cross sectors all the time: a collision costs as many crossings as the frame is faster.
     scene = moving(carom.Scene.crystal(cells=2, packing_fraction=0.3), 3)
-    drift = scene.with_(velocities=scene.velocities + speed)
+    drift = scene.replace(velocities=scene.velocities + speed)
     same = followed(scene, drift, collisions, tmp_path)
     # A collision multiplies an error by about e: each factor of 1000 in the speed costs ln(1000) = 7 of some
     # 30 collisions a particle, and then some.
@@ -646,7 +647,7 @@ def test_a_moving_frame_loses_the_digits_of_its_speed_and_no_more(speed, collisi
 def test_relabelled_particles_make_the_same_run_up_to_the_horizon(tmp_path):
     scene = moving(carom.Scene.crystal(cells=3, packing_fraction=0.3), 3)
     names = np.random.default_rng(1).permutation(scene.n)
-    other = scene.with_(
+    other = scene.replace(
         positions=scene.positions[np.argsort(names)], velocities=scene.velocities[np.argsort(names)]
     )
     same = followed(scene, other, 40 * scene.n, tmp_path, label=names)

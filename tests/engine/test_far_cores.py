@@ -26,7 +26,7 @@ def graze(width, aside):
         edge,
         velocities=[[-1.0, 0.0], [0.0, 0.0], [0.0, 0.0]],
         interaction=SquareWell(width, 0.0),
-        periodic=False,
+        walls=True,
     )
     sim = carom.Simulation(scene, seed=0)
     assert sim.explain().models["timing"] == "FarSteps"

@@ -16,7 +16,7 @@ SCENES = {
     "four dimensions": lambda: carom.Scene.crystal(
         lattice="cubic", cells=5, dimension=4, packing_fraction=0.1
     ),
-    "walls": lambda: carom.Scene.random(n=800, packing_fraction=0.25, periodic=(True, True, False), seed=1),
+    "walls": lambda: carom.Scene.random(n=800, packing_fraction=0.25, walls="z", seed=1),
     "a mixture": lambda: carom.Scene.random(
         species=[carom.Species(count=400), carom.Species(count=400, diameter=1.6)],
         packing_fraction=0.4,

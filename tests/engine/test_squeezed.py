@@ -9,9 +9,7 @@ import carom
 
 def contacts_of_galperin(ratio, precision):
     """Return the contacts of a ball at rest beside a wall, with the wall and with a heavy one that comes."""
-    scene = carom.Scene(
-        [[2.0], [4.0]], (40.0,), mass=[1.0, ratio], velocities=[[0.0], [-1.0]], periodic=False
-    )
+    scene = carom.Scene([[2.0], [4.0]], (40.0,), mass=[1.0, ratio], velocities=[[0.0], [-1.0]], walls=True)
     sim = carom.Simulation(scene, tuning=carom.Tuning(precision=precision), seed=0)
     sim.run(time=10.0)
     assert sim.time == 10.0

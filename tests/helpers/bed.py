@@ -14,7 +14,7 @@ SCENE = """
 initial = "random"
 n = 3
 box = [3.0, 6.0]
-periodic = [true, false]
+walls = "y"
 diameter = 0.8
 mass = 2.0
 
@@ -28,14 +28,12 @@ restitution = 0.8
 contact_time = 1e-2
 
 [[scene.obstacles]]
-kind = "surface"
-loss = { restitution = 0.8, contact_time = 1e-2 }
-
-[scene.obstacles.obstacle]
-kind = "shaken"
-direction = [0.0, 1.0]
-path = { type = "sine", amplitude = 0.2, period = 2.0 }
-obstacle = { kind = "plane", normal = [0.0, 1.0], offset = 0.0, name = "floor" }
+type = "plane"
+normal = [0.0, 1.0]
+offset = 0.0
+name = "floor"
+impact = { restitution = 0.8, contact_time = 1e-2 }
+shake = { amplitude = 0.2, period = 2.0 }
 
 [run]
 equilibration = 2

@@ -27,8 +27,6 @@ from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
 from helpers.mixtures import mixture
 
 SECONDS = 20
@@ -58,18 +56,18 @@ def _units():
 def _bed():
     places = [(1.0 + 1.6 * (k % 5), 2.0 + 1.6 * (k // 5)) for k in range(6)]
     loss = Loss(0.9, contact_time=1e-3)
-    floor = Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(0.3, 2.0))
+    floor = Plane((0.0, 1.0), 0.5, "floor", shake=Sine(0.3, 2.0), impact=loss)
     return carom.Scene(
         np.array(places), (8.5, 12.0), velocities=np.random.default_rng(1).normal(size=(6, 2)),
-        periodic=(True, False), motion=Gravity((0.0, -1.0)), obstacles=[Surface(floor, loss)], impact=loss,
+        walls="y", motion=Gravity((0.0, -1.0)), obstacles=[floor], impact=loss,
     )  # fmt: skip
 
 
 def _column():
     places = [(0.5 + 0.9 * (k % 10), 0.5 + 0.4 * (k // 10)) for k in range(20)]
     return carom.Scene(
-        np.array(places), (10.0, 400.0), diameter=1e-2, periodic=(True, False), motion=Gravity((0.0, -0.5)),
-        obstacles=[Thermal(Plane((0.0, 1.0), 0.25, "floor"), kT=2.0, seed=3)],
+        np.array(places), (10.0, 400.0), diameter=1e-2, walls="y", motion=Gravity((0.0, -0.5)),
+        obstacles=[Plane((0.0, 1.0), 0.25, "floor", kT=2.0, seed=3)],
     )  # fmt: skip
 
 
@@ -96,9 +94,9 @@ SCENES: dict[str, Any] = {
     "a gas": lambda: (_fluid(6, 3, 1e-4), {}),
     "a mixture": lambda: (_mixture(), {"tuning": carom.Tuning(neighbors="lists")}),
     "growing": lambda: (_mixture(), {"tuning": carom.Tuning(neighbors="lists"), "growth": 1e-3}),
-    "wells": lambda: (carom.Scene.crystal(cells=3, density=0.4).with_(interaction=WELL), {}),
-    "lossy": lambda: (_fluid(periodic=(True, False)).with_(restitution=0.9), {}),
-    "pinned": lambda: (_fluid().with_(pinned=np.arange(5)), {}),
+    "wells": lambda: (carom.Scene.crystal(cells=3, density=0.4).replace(interaction=WELL), {}),
+    "lossy": lambda: (_fluid(walls="y").replace(impact=0.9), {}),
+    "pinned": lambda: (_fluid().replace(pinned=np.arange(5)), {}),
     "currents": lambda: (_mixture(), {"currents": True, "flights": True}),
     "single": lambda: (_fluid(), {"tuning": carom.Tuning(precision="single")}),
     "units": lambda: (_units(), {}),

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,14 +12,15 @@ from carom.models.contacts.losses import Loss
 from carom.models.mathematics.parabolas import first_landing
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.arcs import Arc
-from carom.models.obstacles.blocks import Box
+from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment
 from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.surfaces import Surface
 
 LOSS = Loss(0.5, elastic_below=1e-6)
 EDGE = 5.3  # no sum of its digits is exact
@@ -66,7 +68,7 @@ def alone(d, axis, side, obstacles, **more):
     place = np.full((1, d), 0.5 * EDGE)
     velocity = -np.array([normal(d, axis, side)])
     scene = carom.Scene(
-        place, EDGE, periodic=False, velocities=velocity, obstacles=obstacles, diameter=0.9, **more
+        place, EDGE, walls=True, velocities=velocity, obstacles=obstacles, diameter=0.9, **more
     )
     sim = carom.Simulation(scene, seed=0)
     sim.run(time=4.0)
@@ -92,7 +94,7 @@ def every_shape():
     arc = Arc((0.5 * EDGE,) * 2, 0.5 * EDGE, 180.0, 180.0, "floor")
     patch = Segment((0.4 * EDGE, 0.0), (0.6 * EDGE, 0.0), 0.0, "floor")
     roof = Segment((0.4 * EDGE, EDGE), (0.6 * EDGE, EDGE), 0.0, "floor")
-    block = Box((0.0, -1.0), (EDGE, 0.0), 0.0, "floor")
+    block = Cuboid((0.0, -1.0), (EDGE, 0.0), 0.0, "floor")
     beside = Segment((0.7 * EDGE, 0.0), (0.9 * EDGE, 0.0), 0.0, "floor")
     return {
         "ball": alone(2, 1, 0, [Surface(ball, LOSS)]),
@@ -120,7 +122,7 @@ def bed(obstacles, d=2, time=12.0, **more):
         places,
         EDGE,
         diameter=[1.0, 0.6],
-        periodic=[True] * (d - 1) + [False],
+        walls=axes_without([True] * (d - 1) + [False]),
         velocities=np.zeros((2, d)),
         motion=Gravity(g),
         obstacles=obstacles,
@@ -157,7 +159,7 @@ def growing():
             [[1.0, 2.0], [4.0, 3.0]],
             EDGE,
             diameter=0.5,
-            periodic=False,
+            walls=True,
             velocities=[[0.1, 0.5], [0.0, -0.4]],
             obstacles=obstacles,
         )
@@ -175,10 +177,10 @@ def continued(folder):
     from carom.simulation.replay import Replay
 
     obstacles = [
-        Thermal(floor_at(2, 1, 0), 1.0, seed=3),
-        Surface(Segment((EDGE, 1.0), (EDGE, 4.0), 0.0, "patch"), LOSS),
+        replace(floor_at(2, 1, 0), kT=1.0, seed=3),
+        Segment((EDGE, 1.0), (EDGE, 4.0), 0.0, "patch", impact=LOSS),
     ]
-    scene = carom.Scene.random(4, dimension=2, box=(EDGE, EDGE), periodic=False, seed=1, obstacles=obstacles)
+    scene = carom.Scene.random(4, dimension=2, box=(EDGE, EDGE), walls=True, seed=1, obstacles=obstacles)
     whole = carom.Simulation(scene, seed=2)
     whole.run(time=40.0)
     whole.run(time=40.0)

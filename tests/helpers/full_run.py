@@ -14,8 +14,8 @@ PLAN = """
 initial = "random"
 dimension = 2
 packing_fraction = 0.2
-periodic = [true, false]
-obstacles = [{{kind = "ball", center = [2, 2], radius = 0.6}}]
+walls = "y"
+obstacles = [{{type = "ball", center = [2, 2], radius = 0.6}}]
 
 [[scene.species]]
 name = "large"

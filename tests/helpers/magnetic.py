@@ -11,6 +11,7 @@ import numpy as np
 import carom
 from carom.models import own
 from carom.models.mathematics.roots import curvature, next_fall, slope, value
+from carom.models.obstacles.named_walls import axes_without
 
 
 class Circling(NamedTuple):
@@ -151,8 +152,10 @@ class Magnetic:
 
 def charges(n, box, wraps, obstacles=(), seed=1):
     """Return charges in a box with walls along the axes along which it does not wrap."""
-    start = carom.Scene.random(n, box=box, seed=seed, periodic=[bool(k) for k in wraps], obstacles=obstacles)
-    return start.with_(motion=Magnetic(1.5, wraps))
+    start = carom.Scene.random(
+        n, box=box, seed=seed, walls=axes_without([bool(k) for k in wraps]), obstacles=obstacles
+    )
+    return start.replace(motion=Magnetic(1.5, wraps))
 
 
 def least_gap(frame, scene):

@@ -24,7 +24,7 @@ def moving(scene, seed):
     rng = np.random.default_rng(seed)
     velocities = rng.normal(size=(scene.n, scene.dimension))
     velocities -= velocities.mean(axis=0)
-    return scene.with_(velocities=velocities)
+    return scene.replace(velocities=velocities)
 
 
 def engine_collisions(scene, count, folder, **settings):

@@ -15,7 +15,9 @@ import numpy as np
 
 import carom
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.contacts.restitution import Restitution
 from carom.models.files.to_tables import obstacle_to_table
+from carom.models.obstacles.named_walls import axes_without
 from carom.reference import NaiveSystem
 from carom.simulation import stretches
 from helpers.mixtures import mixture
@@ -43,7 +45,7 @@ def moving(scene, seed):
     rng = np.random.default_rng(seed)
     velocities = rng.normal(size=(scene.n, scene.dimension)) / np.sqrt(scene.masses)[:, None]
     velocities -= scene.masses @ velocities / scene.masses.sum()
-    return scene.with_(velocities=velocities)
+    return scene.replace(velocities=velocities)
 
 
 def oracle_of(scene, growth=0.0, nudge=0.0, elastic_below=0.0):
@@ -57,7 +59,7 @@ def oracle_of(scene, growth=0.0, nudge=0.0, elastic_below=0.0):
         "growth": growth,
         "periodic": scene.periodic,
         "obstacles": [obstacle_to_table(obstacle) for obstacle in scene.obstacles],
-        "restitution": scene.restitution,
+        "restitution": scene.impact.restitution,
         "elastic_below": elastic_below,
     }
     system = NaiveSystem(scene.positions, scene.velocities, scene.box, **settings)
@@ -154,7 +156,7 @@ def placed(n, box, seed, *, diameters=(0.6, 1.4), masses=(0.3, 3.0), **more):
     changes = (
         {"diameter": 1.0, "mass": 1.0, "species": None} if not (diameters or masses) else {"species": None}
     )
-    return moving(scene.with_(**changes), seed + 1)
+    return moving(scene.replace(**changes), seed + 1)
 
 
 def case(scene, count=None, at_least=None, **settings):
@@ -202,13 +204,13 @@ def contact_beyond_the_sum(d):
 
 def boxed(d):
     """Walls along every axis."""
-    return case(placed(5, BOXES[d], 40 + d, periodic=False))
+    return case(placed(5, BOXES[d], 40 + d, walls=True))
 
 
 def channel(d):
     """Walls along the last axis, one size and mass."""
     periodic = [True] * (d - 1) + [False]
-    return case(placed(6, BOXES[d], 50 + d, diameters=None, masses=None, periodic=periodic))
+    return case(placed(6, BOXES[d], 50 + d, diameters=None, masses=None, walls=axes_without(periodic)))
 
 
 def lorentz(d):
@@ -226,7 +228,7 @@ def ball_far_away(d):
 def roof(d):
     """An oblique plane in a box with walls."""
     normal = (1.0,) + (0.0,) * (d - 2) + (2.0,) if d > 1 else (3.0,)
-    return case(placed(5, BOXES[d], 80 + d, periodic=False, obstacles=(Plane(normal, 2.5),)))
+    return case(placed(5, BOXES[d], 80 + d, walls=True, obstacles=(Plane(normal, 2.5),)))
 
 
 def flask(d):
@@ -240,20 +242,22 @@ def flask(d):
         Ball((2.6,) * (d - 1) + (3.4,), 0.2, "second"),
         Plane(normal, 0.5, "floor"),
     )
-    return case(placed(3, box, 90 + d, diameters=(0.3, 0.8), periodic=False, obstacles=obstacles))
+    return case(placed(3, box, 90 + d, diameters=(0.3, 0.8), walls=True, obstacles=obstacles))
 
 
 def pipe(d):
     box = (4.0,) + (3.0,) * (d - 1)
     periodic = [True] + [False] * (d - 1)
     obstacles = (CylindricalContainer(0, (1.0,) + (1.5,) * (d - 1), 1.45),)
-    return case(placed(4, box, 100 + d, diameters=(0.4, 0.9), periodic=periodic, obstacles=obstacles))
+    return case(
+        placed(4, box, 100 + d, diameters=(0.4, 0.9), walls=axes_without(periodic), obstacles=obstacles)
+    )
 
 
 def inelastic(d):
     """Restitution of a half; about every third contact is slow enough to be elastic."""
     scene = placed(8, BOXES[d], 110 + d, diameters=None, masses=None)
-    return case(scene.with_(restitution=0.5, elastic_below=0.4))
+    return case(scene.replace(impact=Restitution(0.5, elastic_below=0.4)))
 
 
 def growing(d):
@@ -270,10 +274,10 @@ def points(d):
 def growing_apart(d):
     """Rates in proportion to sizes, one of them zero; masses; walls on one axis; contacts lose energy."""
     periodic = [True] * (d - 1) + [False]
-    scene = placed(6, BOXES[d], 140 + d, diameters=(0.4, 0.9), periodic=periodic)
+    scene = placed(6, BOXES[d], 140 + d, diameters=(0.4, 0.9), walls=axes_without(periodic))
     rates = 0.1 * scene.diameters
     rates[2] = 0.0
-    return case(scene.with_(restitution=0.8, elastic_below=0.1), growth=rates)
+    return case(scene.replace(impact=Restitution(0.8, elastic_below=0.1)), growth=rates)
 
 
 def dilute(d):
@@ -285,14 +289,14 @@ def meeting_by_growth(d):
     """Centres approach each other more slowly than the threshold, surfaces do not: energy is lost."""
     places, velocities = np.zeros((2, d)), np.zeros((2, d))
     places[:, 0], velocities[:, 0] = (1.0, 3.0), (0.02, -0.02)
-    scene = carom.Scene(places, (9.0,) * d, velocities=velocities, restitution=0.5, elastic_below=0.1)
+    scene = carom.Scene(places, (9.0,) * d, velocities=velocities, impact=Restitution(0.5, elastic_below=0.1))
     return case(scene, growth=0.1, count=2, at_least=1)
 
 
 def growing_in_a_flask(d):
     box = (4.6,) * d
     obstacles = (SphericalContainer((2.3,) * d, 2.25), Ball((2.3,) * d, 0.3))
-    scene = placed(4, box, 150 + d, diameters=(0.3, 0.6), periodic=False, obstacles=obstacles)
+    scene = placed(4, box, 150 + d, diameters=(0.3, 0.6), walls=True, obstacles=obstacles)
     return case(scene, growth=0.05 * scene.diameters)
 
 

@@ -22,9 +22,8 @@ import carom
 from carom.io.events import read_events
 from carom.models import Ball, Plane, SphericalContainer
 from carom.models.contacts.losses import Loss
+from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.paths import Sine
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.simulation import mechanics, stretches
 from helpers import mixtures
 from helpers.oracle_scenes import NUDGE, ROUNDINGS, moving, oracle_of
@@ -55,7 +54,7 @@ def binary(counts, seed, *, masses, box, contact=None, diameters=(1.0, 0.7), spe
         counts, diameters=diameters, masses=masses, contact=contact, box=box, seed=seed, **more
     )
     scene = moving(scene, seed)
-    return scene.with_(velocities=speed * scene.velocities)
+    return scene.replace(velocities=speed * scene.velocities)
 
 
 def rods():
@@ -72,16 +71,16 @@ def mixture():
 def furnished():
     """Walls along the first axis, a fixed disk, and contacts that lose energy if they are fast enough."""
     scene = binary(
-        [3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), speed=4e7, periodic=[False, True],
+        [3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), speed=4e7, walls="x",
         obstacles=(Ball((2.5, 3.0), 0.4, "post"), Plane((2.0, 0.0), 0.4)),
     )  # fmt: skip
-    return Case(scene.with_(restitution=0.7, elastic_below=2.5e7), {"tuning": SECTORS}, 50)
+    return Case(scene.replace(impact=Restitution(0.7, elastic_below=2.5e7)), {"tuning": SECTORS}, 50)
 
 
 def flask():
     """Spheres in a spherical container."""
     scene = binary(
-        [3, 2], 7, masses=[3.0, 1.0], box=(4.0,) * 3, periodic=False,
+        [3, 2], 7, masses=[3.0, 1.0], box=(4.0,) * 3, walls=True,
         obstacles=(SphericalContainer((2.0,) * 3, 1.95),),
     )  # fmt: skip
     return Case(scene, {"tuning": LISTS}, 30)
@@ -89,9 +88,9 @@ def flask():
 
 def growing():
     """Two species that grow until the lists are renewed, between walls; contacts lose energy."""
-    scene = binary(
-        [4, 4], 9, masses=[1.0, 0.3], box=(4.4, 4.0), diameters=(0.4, 0.25), periodic=[True, False]
-    ).with_(restitution=0.8, elastic_below=1.2)
+    scene = binary([4, 4], 9, masses=[1.0, 0.3], box=(4.4, 4.0), diameters=(0.4, 0.25), walls="y").replace(
+        impact=Restitution(0.8, elastic_below=1.2)
+    )
     return Case(scene, {"tuning": SHORT_LISTS, "growth": 0.1 * scene.diameters}, 40)
 
 
@@ -101,12 +100,12 @@ def live():
     There is no oracle for all of it together, so that the run that was never cut takes its place.
     """
     obstacles = (
-        Shaken(Plane((0.0, 1.0), 0.4, "floor"), (0.0, 1.0), Sine(0.2, 1.5)),
-        Thermal(Plane((0.0, -1.0), -5.7, "ceiling"), kT=2.0),
-        Surface(Ball((3.0, 3.0), 0.4, "post"), Loss(0.5, elastic_below=1.0)),
+        Plane((0.0, 1.0), 0.4, "floor", shake=Sine(0.2, 1.5)),
+        Plane((0.0, -1.0), -5.7, "ceiling", kT=2.0),
+        Ball((3.0, 3.0), 0.4, "post", impact=Loss(0.5, elastic_below=1.0)),
     )
-    scene = binary([3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), periodic=[True, False], obstacles=obstacles)
-    return Case(scene.with_(restitution=0.9), {"tuning": LISTS}, 30)
+    scene = binary([3, 3], 5, masses=[0.5, 2.0], box=(5.0, 6.0), walls="y", obstacles=obstacles)
+    return Case(scene.replace(impact=0.9), {"tuning": LISTS}, 30)
 
 
 KINDS = {make.__name__: make for make in (rods, mixture, furnished, flask, growing, live)}
@@ -147,7 +146,7 @@ def machinery_of(sim) -> dict[str, float]:
 def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarray]]:
     """Return the oracle's time between its last event and the next, and its sums until then."""
     scene, growth = case.scene, case.settings.get("growth", 0.0)
-    oracle = oracle_of(scene, growth, nudge, scene.elastic_below or 0.0)
+    oracle = oracle_of(scene, growth, nudge, scene.impact.elastic_below or 0.0)
     n = scene.n
     kinds = np.zeros(n, int) if scene.species is None else scene.species
     counts = np.zeros((kinds.max() + 1,) * 2, int)
@@ -160,7 +159,7 @@ def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarra
         counts[a, b] += 1
         virials[a, b] += oracle.virial - virial
         virial = oracle.virial
-        spared += scene.restitution < 1.0 and is_elastic(oracle, event)
+        spared += scene.impact.restitution < 1.0 and is_elastic(oracle, event)
     last, end = oracle.time, coming(oracle)
     mirror = np.triu(np.ones(counts.shape, bool), 1)
     found = {
@@ -174,7 +173,7 @@ def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarra
         "spared": spared,
         "work": np.zeros(oracle.hits.shape),
         "contacts that surfaces spared or lifted": np.zeros(2 * oracle.hits.size, int),
-        "threshold": scene.elastic_below or 0.0,
+        "threshold": scene.impact.elastic_below or 0.0,
         "collisions by species": counts + (counts * mirror).T,
         "virial by species": virials + (virials * mirror).T,
     }
@@ -291,7 +290,7 @@ EXACT = (in_chunks, with_samples, with_checkpoints)
 def check(case: Case) -> int:
     """Compare the sums of every way with the oracle's; return how many events there were."""
     end, right = expected(case)
-    if case.scene.restitution < 1.0:
+    if case.scene.impact.restitution < 1.0:
         assert 0 < right["spared"] < right["collisions"], "both kinds of contacts"
     assert right["hits"].size == 0 or right["hits"].sum() > 5
     _, nudged = expected(case, NUDGE)

@@ -11,7 +11,7 @@ def around_a_ball():
         [[6.0, 2.0]],
         (10.0, 10.0),
         velocities=[[3.0, 1.0]],
-        periodic=False,
+        walls=True,
         motion=Gravity((0.1, -1.0)),
         obstacles=[SphericalContainer((5.0, 5.0), 4.5), Ball((5.0, 5.0), 1.0)],
     )

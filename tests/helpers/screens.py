@@ -20,7 +20,7 @@ def summary(**changes):
         "contact_value": NOTHING, "contact_value_from_rdf": NOTHING, "contact_values_from_rdf": {},
         "reduced_pressure": {"mean": 3.0, "error": 0.01}, "collision_rate": measured, "theory": [],
         "obstacles": [
-            {"name": "lower wall of axis 0", "force": {"mean": 80.0, "error": 0.8},
+            {"name": "x_low", "force": {"mean": 80.0, "error": 0.8},
              "pressure": {"mean": 8.0, "error": 0.08}},
             {"name": "floor", "force": {"mean": 8.0, "error": 0.08}, "pressure": NOTHING},
         ],

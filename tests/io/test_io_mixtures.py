@@ -141,7 +141,7 @@ def test_a_run_between_walls_is_written_and_started_again_from(tmp_path):
     scene = Scene.random(
         species=[Species("a", count=4), Species("b", count=8, diameter=0.5)],
         box=(6.0, 5.0),
-        periodic=[True, False],
+        walls="y",
         seed=0,
     )
     frame = Frame(

@@ -25,7 +25,7 @@ FOUR_SIGMA = 4.0
 
 
 def disks(drive, **changes):
-    return carom.Scene.random(64, 0.3, 2, seed=1).with_(drive=drive, **changes)
+    return carom.Scene.random(64, 0.3, 2, seed=1).replace(drive=drive, **changes)
 
 
 def same(a, b):
@@ -63,7 +63,7 @@ def test_disks_in_a_bath_have_the_energies_of_the_canonical_distribution(drive):
 def test_each_species_has_the_temperature_of_its_bath():
     sizes = {"diameters": [1, 0.5], "masses": [1, 4]}
     scene = mixture([20, 20], **sizes, dimension=2, packing_fraction=0.02)
-    sim = carom.Simulation(scene.with_(drive=Andersen((1.0, 3.0), rate=200.0)), seed=1)
+    sim = carom.Simulation(scene.replace(drive=Andersen((1.0, 3.0), rate=200.0)), seed=1)
     sim.run(time=1.0)
     # So often that collisions take no heat from one to the other: 0.02 of them come between two kicks.
     found = [f.masses * np.sum(f.velocities**2, axis=1) / 2 for f in sim.sample(every=0.05, count=1000)]
@@ -74,7 +74,7 @@ def test_each_species_has_the_temperature_of_its_bath():
 @pytest.mark.parametrize("d", [1, pytest.param(2, marks=SLOW), pytest.param(3, marks=SLOW)])
 def test_a_free_particle_forgets_its_velocity_at_the_rate_of_the_bath(d):
     """<v(0) v(t)> = (kT / m) exp(-rate t): events of a Poisson process."""
-    scene = carom.Scene.random(256, dimension=d, box=(4e7,) * d, seed=1, mass=2.0).with_(
+    scene = carom.Scene.random(256, dimension=d, box=(4e7,) * d, seed=1, mass=2.0).replace(
         drive=Andersen(3.0, rate=0.5)
     )
     sim = carom.Simulation(scene, kT=3.0, seed=1)
@@ -89,7 +89,7 @@ def test_a_free_particle_forgets_its_velocity_at_the_rate_of_the_bath(d):
     "drive", [Brownian(3.0, step=0.5), Langevin(3.0, friction=2.0, step=0.5)], ids=["Brownian", "Langevin"]
 )
 def test_a_free_particle_diffuses_as_its_steps_say(drive):
-    scene = carom.Scene.random(256, dimension=1, box=(4e7,), seed=1, mass=2.0).with_(drive=drive)
+    scene = carom.Scene.random(256, dimension=1, box=(4e7,), seed=1, mass=2.0).replace(drive=drive)
     sim = carom.Simulation(scene, kT=3.0, seed=1)
     x = np.array([f.unwrapped[:, 0] for f in sim.sample(every=20.0, count=400)])
     square = np.mean(np.diff(x, axis=0) ** 2, axis=1)
@@ -108,7 +108,7 @@ def test_a_free_particle_diffuses_as_its_steps_say(drive):
 def test_two_disks_in_a_bath_are_bound_with_the_probability_of_boltzmann():
     kT, box, width = 0.8, 4.0, 1.5
     scene = carom.Scene([[0.5, 0.5], [2.5, 2.5]], box=(box, box), interaction=SquareWell(width, 1.0))
-    sim = carom.Simulation(scene.with_(drive=Andersen(kT, rate=1.0)), seed=1)
+    sim = carom.Simulation(scene.replace(drive=Andersen(kT, rate=1.0)), seed=1)
     inside = []
     for frame in sim.sample(every=1.0, count=20_000):
         r = frame.positions[1] - frame.positions[0]
@@ -120,10 +120,8 @@ def test_two_disks_in_a_bath_are_bound_with_the_probability_of_boltzmann():
 
 @SLOW
 def test_heavy_disks_in_a_bath_stand_at_the_heights_of_the_barometric_formula():
-    scene = carom.Scene.random(
-        8, dimension=2, box=(60.0, 9.0), periodic=[True, False], mass=2.0, seed=1, diameter=1e-3
-    )
-    scene = scene.with_(motion=Gravity((0.0, -0.5)), drive=Andersen(1.5, rate=0.3))
+    scene = carom.Scene.random(8, dimension=2, box=(60.0, 9.0), walls="y", mass=2.0, seed=1, diameter=1e-3)
+    scene = scene.replace(motion=Gravity((0.0, -0.5)), drive=Andersen(1.5, rate=0.3))
     sim = carom.Simulation(scene, kT=1.5, seed=1)
     heights = np.array([f.positions[:, 1].mean() for f in sim.sample(every=3.0, count=6000)])
     height, length = 1.5 / (2.0 * 0.5), 9.0
@@ -136,8 +134,8 @@ def test_heavy_disks_in_a_bath_stand_at_the_heights_of_the_barometric_formula():
 def test_white_noise_gives_what_contacts_lose(d):
     """van Noije and Ernst, Granular Matter 1 (1998) 57; in a box too small for waves of velocity."""
     e, power = 0.9, 0.1
-    scene = carom.Scene.random(256, 0.05, d, restitution=e, seed=1)
-    sim = carom.Simulation(scene.with_(drive=WhiteNoise(power, rate=20.0)), seed=1)
+    scene = carom.Scene.random(256, 0.05, d, impact=e, seed=1)
+    sim = carom.Simulation(scene.replace(drive=WhiteNoise(power, rate=20.0)), seed=1)
     sim.run(collisions_per_particle=100)
     before, start = sim.kT, sim.time
     block = sim.run(collisions_per_particle=400)
@@ -275,7 +273,7 @@ def test_a_wrong_drive_is_refused_before_it_is_compiled():
         (lambda: disks(Andersen((1.0, 2.0), rate=1.0)), "2 temperatures, and the scene has 1 species"),
         (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), currents=True), "or drive"),
         (lambda: heated(disks(Andersen(1.0, 1.0))), "brings the particles to kT"),
-        (lambda: carom.Simulation(caps().with_(drive=Andersen(1.0, 1.0))), "keeps components on a surface"),
+        (lambda: carom.Simulation(caps().replace(drive=Andersen(1.0, 1.0))), "keeps components on a surface"),
     ],
 )  # fmt: skip
 def test_what_makes_no_sense_is_one_sentence(make, says):
@@ -284,7 +282,7 @@ def test_what_makes_no_sense_is_one_sentence(make, says):
 
 
 def test_several_workers_are_refused_for_a_driven_scene():
-    scene = carom.Scene.random(6000, 0.3, 2, seed=1).with_(drive=Andersen(1.0, 1.0))
+    scene = carom.Scene.random(6000, 0.3, 2, seed=1).replace(drive=Andersen(1.0, 1.0))
     with pytest.raises(InputError, match="its drive"):
         carom.Simulation(scene, cores=2)
 

@@ -16,7 +16,7 @@ from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.balls import Ball
-from carom.models.obstacles.blocks import Box
+from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN, cushions
 from carom.models.obstacles.containers import SphericalContainer
 from carom.models.obstacles.faces import stand_ins, yielding
@@ -45,7 +45,7 @@ def test_a_floor_in_a_wall_takes_the_hits_of_every_wall_in_every_dimension(runs)
 
 def test_whatever_lies_in_the_plane_of_a_wall_is_met_where_it_is(runs):
     found = runs[1]
-    assert found.pop("beside") == [{"lower wall of axis 1": 1}, 1.0]
+    assert found.pop("beside") == [{"y_low": 1}, 1.0]
     left = {"plain plane": 1.0, "plain patch": 1.0, "own": 0.1, "own, before": 0.1}
     # From a height h with speed v and g = 0.01 it hits with sqrt(v^2 + 2 g h), leaves with a tenth of that,
     # and falls back to it: between hits its speed is below.
@@ -71,7 +71,7 @@ def test_a_bed_rests_on_a_floor_in_the_wall_which_bears_its_weight(runs):
 def test_a_shaken_floor_that_dips_behind_a_wall_is_met_there(runs):
     for period in (2, 1):
         hits, works, _ = runs[2][f"shaken {period}"]
-        assert set(hits) == {"upper wall of axis 1", "floor"}
+        assert set(hits) == {"y_high", "floor"}
         assert works
 
 
@@ -79,7 +79,7 @@ def test_what_grows_meets_what_lies_in_a_wall(runs):
     for hits, least in runs[3].values():
         assert hits["floor"] > 0
         assert hits["ceiling"] > 0
-        assert "lower wall of axis 1" not in hits
+        assert "y_low" not in hits
         assert least > -EDGE * ROUNDING_MARGIN
 
 
@@ -88,8 +88,8 @@ def test_a_run_on_a_floor_in_a_wall_is_continued_and_replayed_bit_for_bit(runs):
     assert same == [True, True, True]
     assert hits["floor"] > 0
     assert hits["patch"] > 0
-    assert hits["upper wall of axis 0"] > 0  # beside the patch
-    assert "lower wall of axis 1" not in hits
+    assert hits["x_high"] > 0  # beside the patch
+    assert "y_low" not in hits
 
 
 @njit
@@ -112,7 +112,7 @@ def test_compiled_walls_are_met_as_in_plain_python(side, way):
 
 
 def scene(*obstacles, **more):
-    settings = {"periodic": False, "obstacles": obstacles} | more
+    settings = {"walls": True, "obstacles": obstacles} | more
     return carom.Scene([[2.0, 2.0], [2.0, 4.0]], EDGE, diameter=[1.0, 0.6], **settings)
 
 
@@ -148,8 +148,8 @@ def test_a_wall_yields_where_something_lies_in_its_plane_only():
 
     assert yields(Segment((0.0, 0.0), (0.0, EDGE))) == {(0, 0)}  # it stands on the others
     assert yields(*polygon([(0.0, EDGE), (1.0, EDGE), (0.5, 4.0)])) == {(1, 1)}
-    assert yields(Box((1.0, 0.0), (2.0, 1.0)), Ball((2.0, 2.0), 1.0)) == set()
-    assert yields(Box((-1.0, 1.0), (0.0, 2.0))) == {(0, 0)}
+    assert yields(Cuboid((1.0, 0.0), (2.0, 1.0)), Ball((2.0, 2.0), 1.0)) == set()
+    assert yields(Cuboid((-1.0, 1.0), (0.0, 2.0))) == {(0, 0)}
 
 
 BEHIND = [
@@ -161,7 +161,7 @@ BEHIND = [
     Ball((-0.3, 2.0), 0.2, "floor"),
     Shaken(Ball((2.0, -0.5), 0.2, "floor"), (0.0, 1.0), Sine(0.2, 1.0)),
     Segment((0.0, -0.1), (EDGE, -0.1), 0.05, "floor"),
-    Box((0.0, EDGE + 0.1), (EDGE, EDGE + 1.0), 0.0, "floor"),
+    Cuboid((0.0, EDGE + 0.1), (EDGE, EDGE + 1.0), 0.0, "floor"),
 ]
 
 
@@ -175,20 +175,20 @@ def test_what_is_behind_the_walls_is_refused_whatever_its_surface(hidden):
 def test_a_floor_that_takes_centres_out_of_the_box_is_refused():
     floor = floor_at(2, 1, 0)
     scene(Shaken(floor, (0.0, 1.0), Sine(0.3, period=1.0)))
-    with pytest.raises(InputError, match=r"floor stands for the lower wall of axis 1 and moves up to 0\.31"):
+    with pytest.raises(InputError, match=r"floor stands for the wall y_low and moves up to 0\.31"):
         scene(Shaken(floor, (0.0, 1.0), Sine(0.31, period=1.0)))
 
 
 def test_two_floors_in_one_wall_are_refused():
-    with pytest.raises(InputError, match="floor and lid both stand for the lower wall of axis 1"):
+    with pytest.raises(InputError, match="floor and lid both stand for the wall y_low"):
         scene(floor_at(2, 1, 0), Thermal(Plane((0.0, 1.0), 0.0, "lid"), 1.0))
 
 
 def test_the_pressure_on_a_wall_is_that_on_what_stands_for_it():
     standing = scene(Surface(floor_at(2, 1, 0), LOSS))
-    with pytest.raises(InputError, match=r"floor stands for the lower wall of axis 1.*measure 'floor'"):
-        carom.WallPressure("lower wall of axis 1").prepare(standing)
-    carom.WallPressure("upper wall of axis 1").prepare(standing)
+    with pytest.raises(InputError, match=r"floor stands for the wall y_low.*measure 'floor'"):
+        carom.WallPressure("y_low").prepare(standing)
+    carom.WallPressure("y_high").prepare(standing)
     carom.WallPressure("floor").prepare(standing)
     with pytest.raises(InputError, match="area of floor is not known"):
         carom.WallPressure("floor").prepare(scene(Surface(floor_at(2, 1, 0, 0.1), LOSS)))
@@ -199,7 +199,7 @@ def test_the_pressure_on_a_wall_is_that_on_what_stands_for_it():
 def test_a_motion_that_answers_for_all_walls_is_refused_with_one_that_is_none():
     carom.Simulation(scene(motion=Magnetic(1.5)), seed=0)
     for obstacle in (floor_at(2, 1, 0), Ball((2.0, -0.5), 0.5)):
-        with pytest.raises(InputError, match=r"lower wall of axis 1.*Magnetic answers wall_meeting"):
+        with pytest.raises(InputError, match=r"y_low.*Magnetic answers wall_meeting"):
             carom.Simulation(scene(obstacle, motion=Magnetic(1.5)), seed=0)
 
 
@@ -209,6 +209,6 @@ def test_gravity_meets_the_walls_that_are_left():
     sim = carom.Simulation(scene(*obstacles, motion=Gravity((-0.2, -1.0))), kT=1.0, seed=1)
     sim.run(time=30.0)
     hits = {each.name: each.hits for each in sim.obstacles}
-    assert hits.pop("lower wall of axis 1") == 0
+    assert hits.pop("y_low") == 0
     assert hits["floor"] > 20
-    assert hits["lower wall of axis 0"] > 0
+    assert hits["x_low"] > 0

@@ -14,7 +14,6 @@ from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.reference.falling import Floor, fall
 from carom.simulation.replay import Replay
 
@@ -28,20 +27,20 @@ def bed(restitution=0.9, *, n=6, amplitude=0.3, period=2.0, contact_time=1e-3, g
     columns = 5
     places = np.array([[1.0 + 1.6 * (k % columns), 2.0 + 1.6 * (k // columns)] for k in range(n)])
     loss = Loss(restitution, contact_time=contact_time)
-    floor = Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(amplitude, period))
+    floor = Plane((0.0, 1.0), 0.5, "floor", shake=Sine(amplitude, period), impact=loss)
     return carom.Scene(
         places,
         (EDGE, HEIGHT),
         velocities=rng.normal(size=places.shape),
-        periodic=(True, False),
+        walls="y",
         motion=Gravity((0.0, -g)),
-        obstacles=[Surface(floor, loss)],
+        obstacles=[floor],
         impact=loss,
     )
 
 
 def oracle(scene, restitution, contact_time):
-    path = scene.obstacles[0].obstacle.path
+    path = scene.obstacles[0].shake
     floors = [
         Floor((0, 1), 0),
         Floor((0, -1), -HEIGHT),
@@ -172,7 +171,7 @@ def test_a_log_is_replayed_bit_for_bit(tmp_path):
 def test_tiny_and_huge_fields_and_fast_shaking_go_on(tmp_path, g, amplitude, period):
     unit = 1.0 / math.sqrt(g)
     scene = bed(0.8, g=g, amplitude=amplitude, period=period, contact_time=1e-3 * min(unit, period))
-    scene = scene.with_(velocities=scene.velocities / unit)
+    scene = scene.replace(velocities=scene.velocities / unit)
     with simulation(scene, tmp_path) as sim:
         sim.run(time=5.0 * unit)
         frame = sim.frame()
@@ -184,7 +183,7 @@ def test_tiny_and_huge_fields_and_fast_shaking_go_on(tmp_path, g, amplitude, per
 def test_what_rests_on_the_floor_goes_on_resting(tmp_path):
     # Acceleration of the floor below g: the disk is carried, and never more than t_c's flight above it.
     scene = bed(0.5, n=1, amplitude=0.05, period=2.0, contact_time=1e-2)
-    scene = scene.with_(positions=[[1.0, 1.0]], velocities=[[0.0, 0.0]])
+    scene = scene.replace(positions=[[1.0, 1.0]], velocities=[[0.0, 0.0]])
     with simulation(scene, tmp_path) as sim:
         for time in np.linspace(0.5, 20.0, 40):
             sim.run(time=0.5)
@@ -223,7 +222,7 @@ def test_bad_input_is_refused_in_a_sentence():
         Loss(0.5)
     with pytest.raises(InputError, match="direction"):
         Shaken(Plane((0.0, 1.0), 0.0), (0.0, 0.0), Sine(0.1, 1.0))
-    with pytest.raises(InputError, match="must have lowest"):
+    with pytest.raises(InputError, match="must be a path, which has lowest"):
         Shaken(Plane((0.0, 1.0), 0.0), (0.0, 1.0), 3.0)
     with pytest.raises(InputError, match="amplitude of a Sine"):
         Sine(-1.0, 1.0)
@@ -244,7 +243,7 @@ def test_a_scene_file_holds_field_floor_and_loss():
 initial = "random"
 n = 20
 box = [8.5, 12.0]
-periodic = [true, false]
+walls = "y"
 
 [scene.motion]
 type = "gravity"
@@ -256,23 +255,20 @@ restitution = 0.9
 contact_time = 1e-3
 
 [[scene.obstacles]]
-kind = "surface"
-loss = { restitution = 0.8, contact_time = 1e-3 }
-
-[scene.obstacles.obstacle]
-kind = "shaken"
-direction = [0.0, 1.0]
-path = { type = "sine", amplitude = 0.3, period = 2.0 }
-obstacle = { kind = "plane", normal = [0.0, 1.0], offset = 0.5, name = "floor" }
+type = "plane"
+normal = [0.0, 1.0]
+offset = 0.5
+name = "floor"
+impact = { restitution = 0.8, contact_time = 1e-3 }
+shake = { amplitude = 0.3, period = 2.0 }
 """
     plan = SceneFile.from_toml(text)
     assert SceneFile.from_toml(plan.to_toml()) == plan
     scene = plan.build_scene()
     assert scene.motion == Gravity((0.0, -1.0))
     assert scene.impact == Loss(0.9, contact_time=1e-3)
-    assert scene.obstacles[0] == Surface(
-        Shaken(Plane((0.0, 1.0), 0.5, "floor"), (0.0, 1.0), Sine(0.3, 2.0)), Loss(0.8, contact_time=1e-3)
-    )
+    law = Loss(0.8, contact_time=1e-3)
+    assert scene.obstacles[0] == Plane((0.0, 1.0), 0.5, "floor", shake=Sine(0.3, 2.0), impact=law)
     with pytest.raises(InputError, match="type of a motion must be one of gravity"):
         SceneFile.from_toml('[scene]\nmotion = { type = "warp" }')
     with pytest.raises(InputError, match="A gravity needs g"):
@@ -298,12 +294,12 @@ def test_the_oracle_bounces_as_a_ball_does():
 def thermal_column(points=20):
     """Return small disks over a floor of kT = 2 in a field of 1 / 2."""
     places = [(0.5 + 0.9 * (k % 10), 0.5 + 0.4 * (k // 10)) for k in range(points)]
-    floor = Thermal(Plane((0.0, 1.0), 0.25, "floor"), kT=2.0, seed=3)  # over the wall of the box
+    floor = Plane((0.0, 1.0), 0.25, "floor", kT=2.0, seed=3)  # over the wall of the box
     return carom.Scene(
         places,
         (10.0, 400.0),
         diameter=1e-2,
-        periodic=(True, False),
+        walls="y",
         motion=Gravity((0.0, -0.5)),
         obstacles=[floor],
     )

@@ -13,8 +13,8 @@ from carom.models import SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.containers import InsideOfSphere
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.planes import Plane
-from carom.models.obstacles.surfaces import Surface
 from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import outward
 from carom.simulation.replay import Replay
@@ -33,9 +33,9 @@ def column(dimension, n, restitution, *, diameter=0.3, edge=6.0, height=60.0, kT
         (*[edge] * (dimension - 1), height),
         diameter=diameter,
         velocities=rng.normal(size=(n, dimension)) * math.sqrt(kT),
-        periodic=(*[True] * (dimension - 1), False),
+        walls=axes_without((*[True] * (dimension - 1), False)),
         motion=Gravity((*[0.0] * (dimension - 1), -1.0)),
-        obstacles=[Surface(Plane((*[0.0] * (dimension - 1), 1.0), 0.2, "floor"), loss)],
+        obstacles=[Plane((*[0.0] * (dimension - 1), 1.0), 0.2, "floor", impact=loss)],
         impact=loss,
     )
 
@@ -114,7 +114,7 @@ def test_energy_does_not_grow_with_the_bounces_in_a_round_container():
         [[5.3, 1.5]],
         (10.0, 10.0),
         velocities=[[0.3, 0.1]],
-        periodic=False,
+        walls=True,
         motion=Gravity((0.1, -1.0)),
         obstacles=[SphericalContainer((5.0, 5.0), 4.5)],
     )

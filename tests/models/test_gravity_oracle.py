@@ -11,10 +11,9 @@ import carom
 from carom.io.events import read_events
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface
 from carom.reference.falling import Floor, fall
 
 HEIGHT, EDGE, OFFSET = 12.0, 4.5, 0.5
@@ -30,14 +29,14 @@ def bed(d, restitution, n=5):
         places[k, :-1] += 0.1 * k
     loss = Loss(restitution, contact_time=CONTACT_TIME)
     up = (*[0.0] * (d - 1), 1.0)
-    floor = Shaken(Plane(up, OFFSET, "floor"), up, Sine(AMPLITUDE, PERIOD))
+    floor = Plane(up, OFFSET, "floor", shake=Sine(AMPLITUDE, PERIOD), impact=loss)
     return carom.Scene(
         places,
         (*[EDGE] * (d - 1), HEIGHT),
         velocities=0.3 * rng.normal(size=places.shape),
-        periodic=(*[True] * (d - 1), False),
+        walls=axes_without((*[True] * (d - 1), False)),
         motion=Gravity((*[0.1] * (d - 1), -1.0)),
-        obstacles=[Surface(floor, loss)],
+        obstacles=[floor],
         impact=loss,
     )
 

@@ -192,7 +192,7 @@ def test_in_the_dilute_limit_collisions_come_at_the_rate_of_kinetic_theory():
         ({"box": 4.0}, "needs edges of more than 4"),
         ({"positions": [[5.0, 4.0, 4.0], [4.0, 5.2, 4.0]]}, "Component 1 is 1.2 from the middle"),
         ({"velocities": [[0.1, 1.0, 0.0], [0.0, 0.0, 1.0]]}, "velocity of component 0 points out"),
-        ({"periodic": [True, True, False]}, "components meet no walls or obstacles"),
+        ({"walls": "z"}, "components meet no walls or obstacles"),
     ],
 )
 def test_what_does_not_fit_on_the_sphere_is_refused_in_a_sentence(change, sentence):
@@ -215,9 +215,9 @@ def test_what_a_sphere_cannot_have_is_refused_in_a_sentence():
         carom.Scene([[5.0]], box=8.0, diameter=0.1, motion=GreatCircles())
 
     with pytest.raises(InputError, match="hard cores meet, found the interaction Pull"):
-        scene.with_(interaction=Pull())
+        scene.replace(interaction=Pull())
     with pytest.raises(OverlapError):
-        scene.with_(diameter=1.9)
+        scene.replace(diameter=1.9)
 
 
 def test_a_plain_scene_is_told_nothing_of_spheres():

@@ -20,6 +20,7 @@ from carom.models.obstacles import (
     walls,
 )
 from carom.scene.scene import Scene
+from carom.scene.storage import from_arrays, to_arrays
 
 EPS = np.finfo(float).eps
 OPEN = (False, False, False)
@@ -52,10 +53,10 @@ def test_containers_are_met_from_inside():
 def test_walls_come_axis_after_axis_lower_first():
     names = [wall.name for wall in walls(BOX, (False, True, False))]
     assert names == [
-        "lower wall of axis 0",
-        "upper wall of axis 0",
-        "lower wall of axis 2",
-        "upper wall of axis 2",
+        "x_low",
+        "x_high",
+        "z_low",
+        "z_high",
     ]
     assert [gap(wall, (1.0, 0.0, 5.0)) for wall in walls(BOX, (False, True, False))] == [0.5, 2.5, 4.5, 0.5]
 
@@ -76,10 +77,13 @@ def test_walls_come_axis_after_axis_lower_first():
         (lambda: CylindricalContainer(3, (0, 0, 0), 1.0), "between 0 and 2"),
         (lambda: CylindricalContainer(0, (0,), 1.0), "two dimensions"),
         (lambda: Plane((1, 0), 0.0).check(BOX, OPEN), "3 coordinates, found 2"),
-        (lambda: Plane((1, 0, 0), 0.0).check(BOX, (True, False, False)), "axis 0, which is periodic"),
+        (lambda: Plane((1, 0, 0), 0.0).check(BOX, (True, False, False)), "along x, which is periodic"),
         (lambda: Ball((0, 0), 1.0).check(BOX, OPEN), "center of ball must have 3"),
         (lambda: SphericalContainer((0, 0, 0), 1.0, "jar").check(BOX, (False, True, False)), "Around jar"),
-        (lambda: CylindricalContainer(0, (0, 0, 0), 1.0).check(BOX, (True, True, False)), "found axis 1"),
+        (
+            lambda: CylindricalContainer(0, (0, 0, 0), 1.0).check(BOX, (True, True, False)),
+            "found y. Give",
+        ),
     ],
 )
 def test_an_obstacle_that_cannot_be_is_named_in_one_sentence(make, says):
@@ -95,8 +99,8 @@ def test_a_cylinder_may_lie_along_a_periodic_axis():
 @pytest.mark.parametrize(
     ("center", "obstacle", "says"),
     [
-        ((0.4, 3, 3), None, "sphere 1 is inside an obstacle, lower wall of axis 0, by 0.1"),
-        ((3, 4.75, 3), None, "upper wall of axis 1, by 0.25"),
+        ((0.4, 3, 3), None, "sphere 1 is inside an obstacle, x_low, by 0.1"),
+        ((3, 4.75, 3), None, "y_high, by 0.25"),
         ((3, 3, 3), Ball((3, 4, 3), 0.75, "pillar"), "pillar, by 0.25"),
         ((3, 3, 3), Plane((0, 0, -1), -3.25), "plane, by 0.25"),
         ((2, 4, 3), SphericalContainer((2, 2.5, 3), 1.75), "sphere, by 0.25"),
@@ -106,33 +110,33 @@ def test_a_cylinder_may_lie_along_a_periodic_axis():
 def test_a_component_that_starts_inside_an_obstacle_is_refused_by_name(center, obstacle, says):
     standing = () if obstacle is None else (obstacle,)
     with pytest.raises(OverlapError, match=says) as caught:
-        Scene([[2, 2, 3], center], BOX, periodic=False, obstacles=standing)
+        Scene([[2, 2, 3], center], BOX, walls=True, obstacles=standing)
     assert "\n" not in str(caught.value)
 
 
 def test_touching_a_wall_or_an_obstacle_is_legal():
     touching = [Ball((2.0, 2.0, 2.0), 0.5), Plane((1, 1, 0), 1.0 - math.sqrt(0.5))]
-    Scene([[0.5, 0.5, 0.5], [3.5, 4.5, 5.5], [3.0, 2.0, 2.0]], BOX, periodic=False, obstacles=touching)
+    Scene([[0.5, 0.5, 0.5], [3.5, 4.5, 5.5], [3.0, 2.0, 2.0]], BOX, walls=True, obstacles=touching)
 
 
 def test_one_component_may_just_fit_between_two_walls():
-    assert Scene([[0.505, 1.0]], (1.01, 3.0), periodic=False).n == 1
+    assert Scene([[0.505, 1.0]], (1.01, 3.0), walls=True).n == 1
     with pytest.raises(InputError, match="both walls"):
-        Scene([[0.5, 1.0]], (1.0, 3.0), periodic=False)
+        Scene([[0.5, 1.0]], (1.0, 3.0), walls=True)
 
 
 @pytest.mark.parametrize(
-    ("box", "periodic", "obstacle"),
+    ("box", "walls", "obstacle"),
     [
-        ((9.0, 9.0), True, Ball((0.0, 4.0), 2.0)),
-        ((9.0, 9.0), False, Plane((1.0, -1.0), -2.0)),
-        ((9.0, 9.0, 9.0), False, SphericalContainer((4.5, 4.5, 4.5), 4.0)),
-        ((12.0, 8.0, 8.0), (True, False, False), CylindricalContainer(0, (0.0, 4.0, 4.0), 3.5)),
-        ((4.5, 4.5, 4.5, 4.5), True, Ball((0.0, 4.0, 1.0, 1.0), 1.0)),
+        ((9.0, 9.0), False, Ball((0.0, 4.0), 2.0)),
+        ((9.0, 9.0), True, Plane((1.0, -1.0), -2.0)),
+        ((9.0, 9.0, 9.0), True, SphericalContainer((4.5, 4.5, 4.5), 4.0)),
+        ((12.0, 8.0, 8.0), "yz", CylindricalContainer(0, (0.0, 4.0, 4.0), 3.5)),
+        ((4.5, 4.5, 4.5, 4.5), False, Ball((0.0, 4.0, 1.0, 1.0), 1.0)),
     ],
 )
-def test_spheres_are_placed_outside_of_obstacles(box, periodic, obstacle):
-    scene = Scene.random(40, dimension=len(box), box=box, periodic=periodic, obstacles=[obstacle], seed=4)
+def test_spheres_are_placed_outside_of_obstacles(box, walls, obstacle):
+    scene = Scene.random(40, dimension=len(box), box=box, walls=walls, obstacles=[obstacle], seed=4)
     gaps = obstacle.gap(scene.positions, 0.5 * scene.diameters, scene.box, scene.periodic)
     assert gaps.min() >= 0
     assert gaps.min() < 1
@@ -141,7 +145,7 @@ def test_spheres_are_placed_outside_of_obstacles(box, periodic, obstacle):
 def test_a_container_without_room_is_refused():
     with pytest.raises(InputError, match="No random placement"):
         Scene.random(
-            40, dimension=2, box=20.0, periodic=False, obstacles=[SphericalContainer((9, 9), 2.0)], seed=0
+            40, dimension=2, box=20.0, walls=True, obstacles=[SphericalContainer((9, 9), 2.0)], seed=0
         )
 
 
@@ -161,8 +165,8 @@ def test_an_obstacle_becomes_json_and_comes_back(obstacle):
 @pytest.mark.parametrize(
     ("values", "says"),
     [
-        ({"kind": "ball", "center": [0, 0]}, "needs radius"),
-        ({"kind": "ball", "center": [0, 0], "radius": 1, "color": 3}, "has no 'color'"),
+        ({"type": "ball", "center": [0, 0]}, "needs radius"),
+        ({"type": "ball", "center": [0, 0], "radius": 1, "color": 3}, "has no 'color'"),
         ({"kind": "ring"}, "must be one of plane, ball, sphere, cylinder"),
         ({}, "found nothing"),
         (3, "must be a table"),
@@ -192,13 +196,13 @@ class Ceiling:
 
 
 def test_an_obstacle_of_ones_own_is_checked_and_kept():
-    scene = Scene([[1.0, 1.0]], 4.0, periodic=[True, False], obstacles=[Ceiling(2.0)])
+    scene = Scene([[1.0, 1.0]], 4.0, walls="y", obstacles=[Ceiling(2.0)])
     assert scene.obstacles[0].height == 2.0
     with pytest.raises(OverlapError, match=r"ceiling, by 0\.5"):
-        scene.with_(positions=[[1.0, 2.0]])
+        scene.replace(positions=[[1.0, 2.0]])
     with pytest.raises(InputError, match="last axis"):
-        scene.with_(periodic=True)
-    arrays, attributes = scene.to_arrays()
+        scene.replace(walls=False)
+    arrays, attributes = to_arrays(scene)
     with pytest.raises(InputError, match="ceiling is of the class Ceiling, which no file holds"):
-        Scene.from_arrays(arrays, attributes)
-    assert Scene.from_arrays(arrays, attributes, obstacles=scene.obstacles).obstacles == (Ceiling(2.0),)
+        from_arrays(arrays, attributes)
+    assert from_arrays(arrays, attributes, obstacles=scene.obstacles).obstacles == (Ceiling(2.0),)

@@ -18,6 +18,7 @@ from carom.models.questions.interaction import core_square, interaction_time, ju
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import position, velocity
 from carom.models.questions.particles import NEVER, lanes
+from carom.scene.storage import from_arrays
 from carom.simulation.explanation import explain
 from carom.simulation.replay import Replay
 from carom.simulation.run_state import RunState
@@ -88,14 +89,14 @@ class Core(Parity):
 
 
 def test_a_model_without_fault_is_accepted():
-    explain(SCENE.with_(interaction=Parity()))
+    explain(SCENE.replace(interaction=Parity()))
 
 
 @pytest.mark.parametrize(("far", "found"), [(0.99999, "1"), (0.5, "0.6"), (1e-6, "0.6")])
 def test_a_reach_that_is_too_small_is_refused_with_pair_and_distances(far, found):
     words = rf"Components \d+ and \d+ act on each other {found} apart, .* {far:g}: the engine"
     with pytest.raises(InputError, match=words):
-        carom.Simulation(SCENE.with_(interaction=Parity(far=far)))
+        carom.Simulation(SCENE.replace(interaction=Parity(far=far)))
     failures = carom.check(Parity(far=far)).failures
     assert {failure.condition for failure in failures} == {"reach"}
 
@@ -103,7 +104,7 @@ def test_a_reach_that_is_too_small_is_refused_with_pair_and_distances(far, found
 def test_a_reach_is_too_small_for_the_sum_of_radii_too():
     sizes = np.where(np.arange(30) % 2, 1.0, 0.8)  # like ones touch at 1.0, two small ones at 0.8
     with pytest.raises(InputError, match="act on each other 1 apart, beyond the sum of their radii"):
-        carom.Simulation(SCENE.with_(diameter=sizes, interaction=ByRadii()))
+        carom.Simulation(SCENE.replace(diameter=sizes, interaction=ByRadii()))
 
 
 @pytest.mark.parametrize(
@@ -118,7 +119,7 @@ def test_a_reach_is_too_small_for_the_sum_of_radii_too():
     ],
 )
 def test_a_reach_that_is_no_length_is_refused(far, words):
-    for make in (lambda v: carom.Simulation(SCENE.with_(interaction=v)), carom.check):
+    for make in (lambda v: carom.Simulation(SCENE.replace(interaction=v)), carom.check):
         with pytest.raises(InputError, match=re.escape("reach(scene) of Parity " + words)):
             make(Parity(far=far))
 
@@ -132,7 +133,7 @@ def test_a_reach_that_is_no_length_is_refused(far, words):
 )
 def test_an_array_without_ghost_is_refused(values, words):
     with pytest.raises(InputError, match=words):
-        carom.Simulation(SCENE.with_(interaction=Parity(change=(("kinds", values),))))
+        carom.Simulation(SCENE.replace(interaction=Parity(change=(("kinds", values),))))
 
 
 def test_check_finds_an_array_without_ghost():
@@ -142,7 +143,7 @@ def test_check_finds_an_array_without_ghost():
 
 def test_a_list_for_masses_is_refused():
     with pytest.raises(InputError, match=r"The field masses of Two, .* is a list of 31, .* an array"):
-        carom.Simulation(SCENE.with_(interaction=Parity(change=(("masses", [1.0] * 31),))))
+        carom.Simulation(SCENE.replace(interaction=Parity(change=(("masses", [1.0] * 31),))))
 
 
 @pytest.mark.parametrize(
@@ -153,7 +154,7 @@ def test_a_lane_must_be_one_value_a_component_side_by_side(values):
     with pytest.raises(
         InputError, match=r"The field radii of Beside is named by lanes, and is .* contiguous"
     ):
-        carom.Simulation(SCENE.with_(interaction=BesideCores(values)))
+        carom.Simulation(SCENE.replace(interaction=BesideCores(values)))
 
 
 def test_a_lane_must_be_a_field():
@@ -167,22 +168,22 @@ def test_a_lane_must_be_a_field():
 @pytest.mark.parametrize("value", [Parity(1.5, 1.5, 1.5), Core(1.5, 1.5, 1.5)])
 def test_an_overlapping_start_is_refused_though_components_are_penetrable(value):
     with pytest.raises(OverlapError, match=r"Components \d+ and \d+ overlap by .* keeps them 1.5 apart"):
-        carom.Simulation(SCENE.with_(interaction=value))
+        carom.Simulation(SCENE.replace(interaction=value))
 
 
 def test_penetrable_pairs_may_overlap():
-    explain(SCENE.with_(interaction=Parity(like=1e-3, unlike=1.0, far=3.0)))
+    explain(SCENE.replace(interaction=Parity(like=1e-3, unlike=1.0, far=3.0)))
 
 
 def test_a_motion_that_is_not_uniform_is_refused():
     with pytest.raises(InputError, match="relative: not so that relative to each other two components fly"):
-        carom.Simulation(SCENE.with_(motion=Drag(0.1)))
+        carom.Simulation(SCENE.replace(motion=Drag(0.1)))
     with pytest.raises(InputError, match="relative: not so"):
-        carom.Simulation(SCENE.with_(motion=Drag(0.1), interaction=DragCores(0.2)))
+        carom.Simulation(SCENE.replace(motion=Drag(0.1), interaction=DragCores(0.2)))
 
 
 def test_a_motion_that_is_not_uniform_needs_an_interaction_that_knows_it():
-    explain(SCENE.with_(motion=Drag(0.1), interaction=DragCores(0.1)))
+    explain(SCENE.replace(motion=Drag(0.1), interaction=DragCores(0.1)))
 
 
 class Uniform(NamedTuple):
@@ -211,15 +212,15 @@ class Straight:
 def test_a_motion_that_bends_and_does_not_say_so_is_refused():
     assert "uniform" in {failure.condition for failure in carom.check(Straight()).failures}
     with pytest.raises(InputError, match="uniform: not so that without straight = False"):
-        carom.Simulation(SCENE.with_(motion=Straight()))
+        carom.Simulation(SCENE.replace(motion=Straight()))
 
 
 def test_a_curved_motion_must_look_at_images():
     with pytest.raises(
         InputError, match=r"images: not so that components meet across the faces of the box .*, axis = 0"
     ):
-        carom.Simulation(SCENE.with_(motion=Curved(images=False)))
-    explain(SCENE.with_(motion=Curved(images=True)))
+        carom.Simulation(SCENE.replace(motion=Curved(images=False)))
+    explain(SCENE.replace(motion=Curved(images=True)))
 
 
 class Half(NamedTuple):
@@ -243,7 +244,7 @@ class HalfCurved(Curved):
 
 def test_a_curved_motion_must_say_when_components_meet():
     with pytest.raises(InputError, match="Half does not answer carry"):
-        carom.Simulation(SCENE.with_(motion=HalfCurved(True)))
+        carom.Simulation(SCENE.replace(motion=HalfCurved(True)))
 
 
 class Plain(NamedTuple):
@@ -275,14 +276,14 @@ class Plastic:
     ],
 )
 def test_a_file_is_not_loaded_with_another_value(before, given, words):
-    arrays, attributes = SCENE.with_(impact=before).to_arrays()
+    arrays, attributes = SCENE.replace(impact=before).to_arrays()
     with pytest.raises(InputError, match="The impact of the file is " + re.escape(words)):
-        carom.Scene.from_arrays(arrays, attributes, impact=given)
+        from_arrays(arrays, attributes, impact=given)
     again = Plastic(before.loss, None if before.table is None else before.table.copy())
-    carom.Scene.from_arrays(arrays, attributes, impact=again)
+    from_arrays(arrays, attributes, impact=again)
     del attributes["impact"]["parameters"]  # a file of before
     if isinstance(given, Plastic):
-        carom.Scene.from_arrays(arrays, attributes, impact=given)
+        from_arrays(arrays, attributes, impact=given)
 
 
 class Nothing(Parity):
@@ -305,7 +306,7 @@ class Misspelt:
     [
         (lambda: carom.check(Nothing()), "model(particles) of Nothing returns None; expected a NamedTuple"),
         (
-            lambda: carom.Simulation(SCENE.with_(interaction=Nothing())),
+            lambda: carom.Simulation(SCENE.replace(interaction=Nothing())),
             "model(particles) of Nothing returns None; expected a NamedTuple",
         ),
         (
@@ -313,8 +314,8 @@ class Misspelt:
             "NoReach is an interaction, as its model answers interaction_time, and has no reach(scene)",
         ),
         (lambda: carom.check(Misspelt()), "which has no model, but modle."),
-        (lambda: SCENE.with_(motion=Misspelt()), "which has no model, but modle."),
-        (lambda: SCENE.with_(motion=Parity()), "found Parity, an interaction: it has reach."),
+        (lambda: SCENE.replace(motion=Misspelt()), "which has no model, but modle."),
+        (lambda: SCENE.replace(motion=Parity()), "found Parity, an interaction: it has reach."),
         (lambda: carom.check(Parity(), dimensions="2"), "dimensions must be a tuple of integers, found the"),
         (lambda: carom.check(Parity(), dimensions=(0,)), "dimensions must be at least 1, found 0"),
         (lambda: carom.check(Parity(), pairs=0), "pairs must be at least 1, found 0"),
@@ -337,7 +338,7 @@ def test_a_replay_says_when_a_model_is_only_rounded_otherwise():
 
 @pytest.mark.slow
 def test_functions_of_math_replay_bit_for_bit(tmp_path):
-    scene = SCENE.with_(motion=Drag(0.02), interaction=DragCores(0.02))
+    scene = SCENE.replace(motion=Drag(0.02), interaction=DragCores(0.02))
     run = carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5")
     run.run(time=2.0)
     run.save(tmp_path / "checkpoint.h5")
@@ -355,8 +356,8 @@ def test_functions_of_math_replay_bit_for_bit(tmp_path):
 
 @pytest.mark.slow
 def test_a_curved_motion_that_looks_at_images_meets_across_the_faces():
-    still = SCENE.with_(velocities=carom.Simulation(SCENE, seed=1).frame().velocities)
-    straight, curved = carom.Simulation(still), carom.Simulation(still.with_(motion=Curved(True)))
+    still = SCENE.replace(velocities=carom.Simulation(SCENE, seed=1).frame().velocities)
+    straight, curved = carom.Simulation(still), carom.Simulation(still.replace(motion=Curved(True)))
     for k in range(60):  # rounding differs, and grows by a digit in ten collisions or so
         straight.run(collisions=1)
         curved.run(collisions=1)
@@ -395,7 +396,7 @@ def test_an_answer_may_be_registered_for_a_class_that_is_given():
 def test_a_short_array_that_no_lane_names_is_found_by_asking():
     short = (("radii", np.full(31, 0.5)), ("kinds", np.zeros(30, np.int64)))
     with pytest.raises(InputError, match="The field kinds of Two has 30 items; expected 31"):
-        explain(SCENE.with_(interaction=Parity(change=short)))
+        explain(SCENE.replace(interaction=Parity(change=short)))
 
 
 class Worn(NamedTuple):
@@ -423,9 +424,9 @@ class Wearing:
 
 
 def test_a_contact_law_with_a_short_array_is_refused():
-    explain(SCENE.with_(impact=Wearing(31)))
+    explain(SCENE.replace(impact=Wearing(31)))
     with pytest.raises(InputError, match="The field parts of Worn has 29 items; expected 31"):
-        explain(SCENE.with_(impact=Wearing(29)))
+        explain(SCENE.replace(impact=Wearing(29)))
 
 
 class Counted(Two):
@@ -466,7 +467,7 @@ class Remembering(Parity):
 
 @pytest.mark.parametrize("kind", [Counted, Aged])
 def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
-    scene = carom.Scene.crystal(cells=20, dimension=2, packing_fraction=0.4).with_(
+    scene = carom.Scene.crystal(cells=20, dimension=2, packing_fraction=0.4).replace(
         interaction=Remembering(kind=kind)
     )
     with pytest.raises(InputError, match="one worker only, because of a pair model with a memory"):
@@ -475,11 +476,11 @@ def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
 
 def test_a_memory_that_cannot_be_copied_is_refused_where_models_are_made_anew(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
-    sim = carom.Simulation(SCENE.with_(interaction=Remembering()))
+    sim = carom.Simulation(SCENE.replace(interaction=Remembering()))
     with pytest.raises(InputError, match=r"Counted has a memory, and rescale\(\) .* a method copy_state"):
         sim._state.refit()
     with pytest.raises(InputError, match="Fading has a memory"):
-        carom.Simulation(SCENE.with_(impact=Fades()), growth=0.1)
+        carom.Simulation(SCENE.replace(impact=Fades()), growth=0.1)
 
 
 class Fading(NamedTuple):
@@ -538,5 +539,5 @@ class DeepWell(SquareWell):
 
 
 def test_what_needs_no_array_needs_none():
-    explain(SCENE.with_(interaction=EqualCores()))
-    explain(SCENE.with_(interaction=DeepWell(1.5, 1.0)))
+    explain(SCENE.replace(interaction=EqualCores()))
+    explain(SCENE.replace(interaction=DeepWell(1.5, 1.0)))

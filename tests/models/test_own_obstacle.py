@@ -71,5 +71,5 @@ def test_the_first_cell_of_the_page_runs_as_plain_python(tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("P on upper wall of axis 1 = ")
+    assert done.stdout.startswith("P on y_high = ")
     assert done.stdout.count("Impacts(") == 3

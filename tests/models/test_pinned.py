@@ -23,7 +23,7 @@ def porous(dimension=2, n=40, fixed=15, packing_fraction=0.25, seed=3, **setting
     scene = carom.Scene.random(n, packing_fraction, dimension, seed=seed)
     v = np.random.default_rng(seed).normal(size=(n, dimension))
     v[:fixed] = 0.0
-    return scene.with_(velocities=v, pinned=np.arange(fixed), **settings)
+    return scene.replace(velocities=v, pinned=np.arange(fixed), **settings)
 
 
 def as_balls(scene):
@@ -111,7 +111,7 @@ def test_the_impulse_is_that_of_the_events(tmp_path, speed, first):
 
 
 def test_velocities_that_are_drawn_are_of_those_that_move_only():
-    scene = porous().with_(velocities=None)
+    scene = porous().replace(velocities=None)
     sim = carom.Simulation(scene, kT=2.0, seed=4)
     v = sim.frame().velocities
     assert (v[:15] == 0.0).all()
@@ -166,7 +166,7 @@ def test_pinned_components_may_overlap_each_other_and_nobody_else():
 )
 def test_what_does_not_go_together_is_refused(change, says):
     with pytest.raises(InputError, match=says):
-        porous().with_(**change)
+        porous().replace(**change)
 
 
 def test_no_pressure_is_made_up():
@@ -188,15 +188,15 @@ def test_the_example_of_the_page_runs(capsys):
 
 def test_nobody_pinned_is_the_scene_without():
     scene = carom.Scene.random(20, 0.3, 2, seed=1)
-    assert scene.with_(pinned=np.zeros(20, bool)).pinned is None
-    assert scene.with_(pinned=[]).pinned is None
+    assert scene.replace(pinned=np.zeros(20, bool)).pinned is None
+    assert scene.replace(pinned=[]).pinned is None
     assert isinstance(porous().interaction, Pinned)
     assert "pinned=15" in repr(porous())
 
 
 @pytest.mark.slow
 def test_with_restitution_the_impulse_is_what_contacts_exchange_and_energy_is_accounted(tmp_path):
-    scene = porous().with_(restitution=0.8)
+    scene = porous().replace(impact=0.8)
     sim = carom.Simulation(scene, event_log=tmp_path / "log.h5")
     begin = sim.kT
     block = sim.run(collisions=500)
@@ -224,7 +224,7 @@ def test_with_restitution_the_impulse_is_what_contacts_exchange_and_energy_is_ac
 def test_one_ball_between_pinned_ones_loses_by_every_contact_what_restitution_says():
     """In one dimension, bounce after bounce between two that stay: v e^k, in closed form."""
     scene = carom.Scene(
-        [[1.0], [4.0], [7.0]], 20.0, velocities=[[0.0], [1.0], [0.0]], pinned=[0, 2], restitution=0.5
+        [[1.0], [4.0], [7.0]], 20.0, velocities=[[0.0], [1.0], [0.0]], pinned=[0, 2], impact=0.5
     )
     sim = carom.Simulation(scene)
     sim.run(collisions=6)

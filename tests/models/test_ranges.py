@@ -288,7 +288,7 @@ def opens(unit, event):
 @pytest.mark.slow
 def test_a_rule_that_numba_cannot_compile_is_refused_in_a_sentence():
     with pytest.raises(InputError) as caught:
-        carom.Simulation(scattered(n=12).with_(interaction=ranges(asks_another)), seed=0).run(time=1.0)
+        carom.Simulation(scattered(n=12).replace(interaction=ranges(asks_another)), seed=0).run(time=1.0)
     assert re.fullmatch(
         r"Numba cannot compile the rule asks_another: line \d+ of test_ranges.py, "
         r"`unit.velocity\[0\] = TABLE\[\"speed\"\]`: Untyped global name 'TABLE': Cannot determine Numba "
@@ -348,9 +348,9 @@ def aimless(unit, event):
         (lambda: Ranges([Kind("a", [1.0])], "restless"), "rule must be a function"),
         (lambda: Ranges([Kind("a", [1.0])], lambda unit: None), "rule must be a function"),
         (lambda: Ranges([Kind("a", [1.0])], restless, seed=-1), "seed"),
-        (lambda: scattered().with_(interaction=Ranges([Kind("a", [1.0])], restless)), "2 species"),
-        (lambda: scattered().with_(interaction=ranges(past_the_end)), "IndexError"),
-        (lambda: carom.Simulation(scattered().with_(restitution=0.9), seed=0), "restitution"),
+        (lambda: scattered().replace(interaction=Ranges([Kind("a", [1.0])], restless)), "2 species"),
+        (lambda: scattered().replace(interaction=ranges(past_the_end)), "IndexError"),
+        (lambda: carom.Simulation(scattered().replace(impact=0.9), seed=0), "impact is not for"),
         (lambda: carom.Simulation(scattered(edge=5.5), seed=0), "box"),
     ],
 )

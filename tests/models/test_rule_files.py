@@ -51,7 +51,7 @@ SCENE = """
 [scene]
 initial = "random"
 box = [20.0, 20.0]
-periodic = [true, false]
+walls = "y"
 
 [[scene.species]]
 name = "hare"

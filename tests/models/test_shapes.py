@@ -10,7 +10,7 @@ from carom.errors import InputError, OverlapError
 from carom.models.contacts.losses import Loss
 from carom.models.files.tables import obstacle_from_table
 from carom.models.files.to_tables import obstacle_to_table
-from carom.models.obstacles import Arc, Ball, Box, Segment, Triangle, outwards, polygon
+from carom.models.obstacles import Arc, Ball, Cuboid, Segment, Triangle, outwards, polygon
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface
@@ -27,8 +27,8 @@ def shapes(dimension):
     found = [
         Segment(tuple(a), tuple(b)),
         Segment(tuple(a), tuple(b), radius=0.4),
-        Box(tuple(np.minimum(a, b) - 0.1), tuple(np.maximum(a, b) + 0.1)),
-        Box(tuple(np.minimum(a, b) - 0.1), tuple(np.maximum(a, b) + 0.1), radius=0.3),
+        Cuboid(tuple(np.minimum(a, b) - 0.1), tuple(np.maximum(a, b) + 0.1)),
+        Cuboid(tuple(np.minimum(a, b) - 0.1), tuple(np.maximum(a, b) + 0.1), radius=0.3),
     ]
     if dimension > 1:
         found += [Triangle(tuple(a), tuple(b), tuple(c)), Triangle(tuple(a), tuple(b), tuple(c), radius=0.2)]
@@ -90,7 +90,7 @@ def test_a_sphere_in_an_arc_goes_round_by_whispering():
     # A component in a whole circle, from inside: chords of one length, for ever.
     ring = Arc((5.0, 5.0), 4.0)
     scene = carom.Scene(
-        [[5.0, 2.0]], 10.0, diameter=0.5, velocities=[[1.0, 0.3]], periodic=False, obstacles=[ring]
+        [[5.0, 2.0]], 10.0, diameter=0.5, velocities=[[1.0, 0.3]], walls=True, obstacles=[ring]
     )
     sim = carom.Simulation(scene, seed=0)
     sim.run(time=2000.0)
@@ -111,13 +111,11 @@ def test_many_shapes_in_two_dimensions_let_nobody_through():
     obstacles = [
         *polygon([(4.0, 4.0), (8.0, 4.5), (6.0, 8.0)], name="house"),
         Segment((10.0, 2.0), (13.0, 5.0), radius=0.3, name="stick"),
-        Box((2.0, 10.0), (4.0, 12.0), name="block"),
+        Cuboid((2.0, 10.0), (4.0, 12.0), name="block"),
         Triangle((11.0, 10.0), (13.0, 10.0), (12.0, 12.5), radius=0.2, name="wedge"),
         Arc((8.0, 12.0), 1.5, start=180.0, angle=200.0, name="bowl"),
     ]
-    start = carom.Scene.random(
-        30, dimension=2, packing_fraction=0.1, seed=3, periodic=False, obstacles=obstacles
-    )
+    start = carom.Scene.random(30, dimension=2, packing_fraction=0.1, seed=3, walls=True, obstacles=obstacles)
     sim = carom.Simulation(start, seed=1)
     # Within the walls of the house nobody starts: whoever is inside later has gone through a wall.
     from matplotlib.path import Path
@@ -138,7 +136,7 @@ def test_many_shapes_in_two_dimensions_let_nobody_through():
 @pytest.mark.slow  # a minute of compilation
 def test_solids_in_three_dimensions_stand_in_every_image():
     obstacles = [
-        Box((0.2, 0.2, 0.2), (2.0, 1.5, 1.0), name="block"),
+        Cuboid((0.2, 0.2, 0.2), (2.0, 1.5, 1.0), name="block"),
         Segment((6.0, 6.0, 6.0), (7.5, 8.0, 6.5), radius=0.5, name="capped cylinder"),
         Triangle((3.0, 7.0, 3.0), (5.0, 7.5, 3.5), (4.0, 9.0, 5.0), name="facet"),
     ]
@@ -157,13 +155,13 @@ def test_solids_in_three_dimensions_stand_in_every_image():
         (lambda: Segment((0.0, 0.0), (0.0, 0.0)), "must differ"),
         (lambda: Segment((0.0, 0.0), (1.0,)), "one number of coordinates"),
         (lambda: Segment((0.0, 0.0), (1.0, 0.0), radius=-1.0), "radius of a segment"),
-        (lambda: Box((0.0, 0.0), (1.0, 0.0)), "below high"),
+        (lambda: Cuboid((0.0, 0.0), (1.0, 0.0)), "below high"),
         (lambda: Triangle((0.0, 0.0), (1.0, 1.0), (2.0, 2.0)), "on a line"),
         (lambda: Arc((0.0, 0.0), 1.0, angle=0.0), "angle of an arc"),
         (lambda: Arc((0.0, 0.0), 1.0, angle=400.0), "angle of an arc"),
         (lambda: polygon([(0.0, 0.0), (1.0, 0.0)]), "three corners"),
-        (lambda: Box((0.0, 0.0), (1.0, 1.0)).check((3.0, 3.0, 3.0), (False,) * 3), "3 coordinates"),
-        (lambda: Box((0.0, 0.0), (2.0, 1.0)).check((3.0, 3.0), (True, True)), "fit into half"),
+        (lambda: Cuboid((0.0, 0.0), (1.0, 1.0)).check((3.0, 3.0, 3.0), (False,) * 3), "3 coordinates"),
+        (lambda: Cuboid((0.0, 0.0), (2.0, 1.0)).check((3.0, 3.0), (True, True)), "fit into half"),
         (lambda: Arc((1.0, 2.0), 1.5).check((4.0, 4.0), (True, False)), "crosses the edge"),
         (lambda: Arc((1.0, 2.0, 3.0), 1.5).check((4.0, 4.0, 4.0), (False,) * 3), "two dimensions"),
     ],
@@ -174,8 +172,8 @@ def test_what_cannot_stand_is_refused(make, says):
 
 
 def test_a_start_inside_a_shape_is_refused():
-    with pytest.raises(OverlapError, match="inside an obstacle, box"):
-        carom.Scene([[1.0, 1.0]], 8.0, periodic=False, obstacles=[Box((0.8, 0.8), (1.5, 1.5))])
+    with pytest.raises(OverlapError, match="inside an obstacle, cuboid"):
+        carom.Scene([[1.0, 1.0]], 8.0, walls=True, obstacles=[Cuboid((0.8, 0.8), (1.5, 1.5))])
 
 
 def test_an_arc_stands_in_every_image():

@@ -110,7 +110,7 @@ def test_a_bonded_chain_in_a_well_follows_the_naive_algorithm():
 
 
 def fluid(kT=1.5, cells=3, density=0.4, **settings):
-    scene = carom.Scene.crystal(cells=cells, density=density).with_(interaction=SquareWell(1.5, 1.0))
+    scene = carom.Scene.crystal(cells=cells, density=density).replace(interaction=SquareWell(1.5, 1.0))
     return carom.Simulation(scene, kT=kT, seed=2, **settings)
 
 
@@ -172,7 +172,7 @@ def test_a_run_that_is_saved_and_resumed_has_the_same_bits(tmp_path):
 
 def test_a_logged_run_is_replayed_bit_for_bit_with_the_kinds_of_its_events(tmp_path):
     places = carom.Scene.crystal(cells=8, dimension=2, packing_fraction=0.35)
-    scene = places.with_(interaction=TABLE, species=np.arange(places.n) % 2)
+    scene = places.replace(interaction=TABLE, species=np.arange(places.n) % 2)
     sim = carom.Simulation(scene, seed=3, kT=1.2, event_log=tmp_path / "log.h5")
     sim.run(collisions=2000)
     sim.close()
@@ -265,7 +265,7 @@ def test_ends_of_ideal_chains_are_apart_as_links_of_free_joints_are():
     ("width", "depth", "kT"), [(1.5, 1.0, 1e-9), (1.5, 1e9, 1.0), (1.0 + 1e-6, 1.0, 0.3)]
 )
 def test_cold_deep_and_narrow_wells_keep_their_energy(width, depth, kT):
-    scene = carom.Scene.crystal(cells=3, density=0.5).with_(interaction=SquareWell(width, depth))
+    scene = carom.Scene.crystal(cells=3, density=0.5).replace(interaction=SquareWell(width, depth))
     sim = carom.Simulation(scene, kT=kT, seed=1)
     sim.run(collisions=10_000)
     total = 1.5 * kT * scene.n + depth * sim.interaction.bonds_per_particle * scene.n
@@ -277,7 +277,7 @@ def test_cold_deep_and_narrow_wells_keep_their_energy(width, depth, kT):
 
 def test_hysteretic_steps_lose_what_their_energies_differ_by():
     steps = Steps([1.0, 1.5], [INF, -1.0], leaving=[INF, -1.5])
-    scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=StepTable(steps))
+    scene = carom.Scene.crystal(cells=3, density=0.3).replace(interaction=StepTable(steps))
     sim = carom.Simulation(scene, kT=3.0, seed=1)
     kinetic = 0.5 * float((sim.frame().velocities ** 2).sum())
     start, before = kinetic + sim.potential_energy, sim.interaction.out
@@ -413,19 +413,19 @@ def test_bad_steps_are_refused_in_a_sentence(make, sentence):
 def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
     well, cubic = SquareWell(1.5, 1.0), carom.Scene.crystal(cells=3, density=0.4)
     with pytest.raises(InputError, match="components of one diameter"):
-        cubic.with_(diameter=np.where(np.arange(cubic.n) % 2, 1.0, 0.8), interaction=well)
+        cubic.replace(diameter=np.where(np.arange(cubic.n) % 2, 1.0, 0.8), interaction=well)
     with pytest.raises(InputError, match="Steps are given for 2 species"):
-        cubic.with_(interaction=TABLE)
+        cubic.replace(interaction=TABLE)
     with pytest.raises(InputError, match="A bond names component 999"):
-        cubic.with_(interaction=Bonds([(0, 999)], outer=1.2))
-    scene = cubic.with_(interaction=well)
+        cubic.replace(interaction=Bonds([(0, 999)], outer=1.2))
+    scene = cubic.replace(interaction=well)
     with pytest.raises(InputError, match="kept in neighbour lists"):
         carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"), seed=0)
     for settings in ({"growth": 0.1}, {"tuning": carom.Tuning(precision="single")}):
         with pytest.raises(InputError, match="is not for pairs on steps"):
             carom.Simulation(scene, **settings)
     with pytest.raises(InputError, match="restitution is not for pairs on steps"):
-        carom.Simulation(scene.with_(restitution=0.9), seed=0)
+        carom.Simulation(scene.replace(impact=0.9), seed=0)
     with pytest.raises(InputError, match="needs box edges above"):
         carom.Simulation(carom.Scene([[0.5] * 3, [2.0] * 3], 3.0, interaction=well), seed=0)
     with pytest.raises(OverlapError, match=r"0\.9 apart, inside the hard core of 1"):
@@ -435,12 +435,12 @@ def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
     with pytest.raises(InputError, match="have no steps"):
         _ = carom.Simulation(cubic, seed=0).potential_energy
     with pytest.raises(InputError, match=r"Steps end at 9e-07, and at 1; expected at least 9\.5e-07"):
-        cubic.with_(interaction=StepTable(Steps([9e-7, 1.0], [INF, 1.0])))
+        cubic.replace(interaction=StepTable(Steps([9e-7, 1.0], [INF, 1.0])))
 
 
 @pytest.mark.parametrize(("depth", "kT"), [(1e14, 1.0), (-1e27, 1.0), (1.0, 1e-14), (1e20, 1e6)])
 def test_steps_beyond_the_digits_of_a_thermal_energy_are_refused(depth, kT):
-    scene = carom.Scene.crystal(cells=3, density=0.4).with_(interaction=SquareWell(1.5, depth))
+    scene = carom.Scene.crystal(cells=3, density=0.4).replace(interaction=SquareWell(1.5, depth))
     with pytest.raises(InputError, match=r"high, where kT is \S+; expected at most 8\.8e\+12 kT"):
         carom.Simulation(scene, kT=kT, seed=1)
     usual = carom.Simulation(scene, kT=abs(depth), seed=1)
@@ -451,9 +451,9 @@ def test_steps_beyond_the_digits_of_a_thermal_energy_are_refused(depth, kT):
     # Of what rests, or drifts in common, no step is too high.
     rest = np.broadcast_to([abs(depth) ** 0.5, 0.0, 0.0], scene.positions.shape)
     for velocities in (0.0 * rest, rest):
-        assert carom.Simulation(scene.with_(velocities=velocities), seed=0).kT == 0.0
+        assert carom.Simulation(scene.replace(velocities=velocities), seed=0).kT == 0.0
     noise = rest * (1.0 + 1e-15 * np.arange(scene.n)[:, None])
-    assert 0.0 < carom.Simulation(scene.with_(velocities=noise), seed=0).kT < 1e-20 * abs(depth)
+    assert 0.0 < carom.Simulation(scene.replace(velocities=noise), seed=0).kT < 1e-20 * abs(depth)
 
 
 def test_a_scene_without_steps_has_none_of_it():
@@ -463,7 +463,7 @@ def test_a_scene_without_steps_has_none_of_it():
     assert plain.models["boundary"] == "NearestImage"
     assert "steps of pairs" in plain.absent
     assert not [array.name for array in plain.arrays if "steps" in array.name]
-    with_steps = explain(carom.Scene.crystal(cells=4, density=0.5).with_(interaction=SquareWell()))
+    with_steps = explain(carom.Scene.crystal(cells=4, density=0.5).replace(interaction=SquareWell()))
     assert with_steps.models["pair"] == "StepPairs"
     assert "steps of pairs" not in with_steps.absent
 
@@ -471,7 +471,7 @@ def test_a_scene_without_steps_has_none_of_it():
 @pytest.mark.slow
 def test_a_dilute_gas_has_the_exact_virial_coefficients():
     rho, well = 0.03, SquareWell(1.5, 1.0)
-    scene = carom.Scene.crystal(cells=5, density=rho).with_(interaction=well)
+    scene = carom.Scene.crystal(cells=5, density=rho).replace(interaction=well)
     sim = carom.Simulation(scene, kT=2.0, seed=4)
     for _ in range(6):
         sim.run(collisions_per_particle=60)

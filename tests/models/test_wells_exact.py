@@ -107,7 +107,7 @@ def test_a_table_by_species_on_a_line_has_the_exact_pressure_and_energy():
 
 
 def fluid(density, cells=4, **settings):
-    scene = carom.Scene.crystal(cells=cells, density=density).with_(interaction=SquareWell(1.5, 1.0))
+    scene = carom.Scene.crystal(cells=cells, density=density).replace(interaction=SquareWell(1.5, 1.0))
     return carom.Simulation(scene, kT=2.0, seed=2, **settings)
 
 

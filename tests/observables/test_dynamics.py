@@ -183,7 +183,7 @@ LORENTZ = carom.Scene(
     obstacles=[carom.models.Ball((2.0, 2.0), 1.0)],
 )  # fmt: skip
 SLIT = carom.Scene(
-    [[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]], (4.0, 4.0), periodic=[True, False],
+    [[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]], (4.0, 4.0), walls="y",
     velocities=[[2.0, 0.1], [2.1, -0.2], [1.9, 0.3], [2.0, -0.2]],
 )  # fmt: skip
 
@@ -200,7 +200,9 @@ def test_one_between_obstacles_has_no_centre_of_mass_to_subtract():
 def test_a_drift_along_a_slit_is_subtracted_and_none_across():
     found = carom.Simulation(SLIT, seed=0).measure(Dynamics(), time=32.0, blocks=64)
     at_rest = SLIT.velocities - [2.0, 0.0]
-    same = carom.Simulation(SLIT.with_(velocities=at_rest), seed=0).measure(Dynamics(), time=32.0, blocks=64)
+    same = carom.Simulation(SLIT.replace(velocities=at_rest), seed=0).measure(
+        Dynamics(), time=32.0, blocks=64
+    )
     assert found.mean_square == pytest.approx(same.mean_square, rel=1e-9)
 
 

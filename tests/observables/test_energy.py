@@ -71,7 +71,7 @@ def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
         8.0,
         mass=3.0,
         velocities=[[0.0, 0.0]],
-        periodic=[True, False],
+        walls="y",
         motion=Gravity((0.0, g)),
     )
     sim = carom.Simulation(scene, seed=0)
@@ -87,7 +87,7 @@ def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
 @pytest.fixture(scope="module")
 def fluid():
     """Return a fluid of wells that was brought to kT = 3 at a density of 0.3."""
-    scene = carom.Scene.crystal(cells=4, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+    scene = carom.Scene.crystal(cells=4, density=0.3).replace(interaction=SquareWell(1.5, 1.0))
     sim = carom.Simulation(scene, seed=3)
     sim.equilibrate(kT=3.0, collisions_per_particle=600)
     return sim
@@ -123,7 +123,7 @@ def test_the_energy_can_be_measured_to_an_error(fluid):
 def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
     pulls = []
     for seed in range(6):
-        scene = carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell(1.5, 1.0))
+        scene = carom.Scene.crystal(cells=3, density=0.3).replace(interaction=SquareWell(1.5, 1.0))
         sim = carom.Simulation(scene, kT=3.0, seed=seed)
         sim.equilibrate(kT=3.0, collisions_per_particle=1600)
         kT = sim.measure(carom.Energy(), collisions_per_particle=600).kT
@@ -137,13 +137,13 @@ def test_after_the_equilibration_kT_is_the_one_asked_for_within_its_error():
     ("scene", "settings", "reason"),
     [
         (
-            lambda: carom.Scene.crystal(cells=2, packing_fraction=0.2).with_(restitution=0.9),
+            lambda: carom.Scene.crystal(cells=2, packing_fraction=0.2).replace(impact=0.9),
             {},
             "contacts or rules",
         ),
         (lambda: carom.Scene.crystal(cells=2, packing_fraction=0.2), {"growth": 0.01}, "leave out growth"),
         (
-            lambda: carom.Scene.crystal(cells=3, density=0.3).with_(
+            lambda: carom.Scene.crystal(cells=3, density=0.3).replace(
                 interaction=StepTable(Steps([1.0, 1.3], [INF, -0.2], leaving=[INF, -0.6]))
             ),
             {},
@@ -166,7 +166,9 @@ def test_where_nothing_has_a_potential_energy_it_is_zero_and_all_is_kinetic():
 
 
 def test_blocks_without_energies_are_refused():
-    well = carom.Simulation(carom.Scene.crystal(cells=3, density=0.3).with_(interaction=SquareWell()), seed=0)
+    well = carom.Simulation(
+        carom.Scene.crystal(cells=3, density=0.3).replace(interaction=SquareWell()), seed=0
+    )
     with pytest.raises(InputError, match="use measure"):
         stretches.estimate(well, carom.Energy(), [well.run(collisions=10)])
 
@@ -267,7 +269,7 @@ initial = "random"
 dimension = 2
 n = 40
 packing_fraction = 0.1
-periodic = [true, false]
+walls = "y"
 kT = 1.0
 
 [scene.motion]

@@ -131,7 +131,7 @@ def test_measure_says_that_species_differ_in_temperature():
     rng = np.random.default_rng(1)
     speeds = rng.standard_normal((60, 2)) / np.sqrt(scene.masses)[:, None]
     speeds[:30] *= math.sqrt(10.0)
-    sim = carom.Simulation(scene.with_(velocities=speeds), seed=0)
+    sim = carom.Simulation(scene.replace(velocities=speeds), seed=0)
     with pytest.warns(CaromWarning) as said:
         sim.measure(carom.Pressure(), collisions_per_particle=400)
     texts = [str(each.message) for each in said]
@@ -195,7 +195,7 @@ def test_the_few_that_hold_nearly_all_mass_are_not_cold():
 
 def test_species_that_lose_energy_at_contacts_are_not_compared():
     scene = mixture_of_disks(100.0)
-    for elastic in (True, False):  # scene.restitution is 1 for a Loss, too
+    for elastic in (True, False):  # scene.impact.restitution is 1 for a Loss, too
         machine = SimpleNamespace(scene=scene, system=SimpleNamespace(rates=None, elastic=elastic))
         assert bool(Thermometer(machine).names) == elastic
 

@@ -78,8 +78,8 @@ def test_a_high_box_has_so_many_layers_and_one_alone_has_no_temperature():
 def test_only_a_field_has_weights():
     still = carom.Scene([[1.0, 1.0], [3.0, 3.0]], 4.0, mass=[1.0, 2.0])
     assert weight(still) is None
-    assert weight(still.with_(motion=Gravity((0.0, 0.0)))) is None
-    assert weight(still.with_(motion=Gravity((3.0, -4.0)))) == 7.5
+    assert weight(still.replace(motion=Gravity((0.0, 0.0)))) is None
+    assert weight(still.replace(motion=Gravity((3.0, -4.0)))) == 7.5
     layers = Layers(still, [])
     layers.look(frame_of(still, still.positions, still.positions, still.masses), 1.0)
     assert (layers.found(), layers.kT, layers.groups) == ([], None, [])
@@ -89,7 +89,7 @@ BED = {
     "reduced_pressure": NOTHING, "collision_rate": NOTHING, "Z": NOTHING,
     "Z_infinite": NOTHING, "thermal": False, "weight": 4.0, "kT": 1e-9,
     "obstacles": [
-        {"name": "upper wall of axis 1", "force": {"mean": 0.0, "error": None},
+        {"name": "y_high", "force": {"mean": 0.0, "error": None},
          "pressure": {"mean": 0.0, "error": None}, "power": NOTHING},
         {"name": "floor", "force": {"mean": 80.0, "error": 0.8}, "pressure": {"mean": 8.0, "error": 0.08},
          "power": {"mean": -0.5, "error": 0.1}},
@@ -132,7 +132,7 @@ def test_a_run_shows_the_bed_and_a_resumed_one_the_same(tmp_path):
     assert not whole["thermal"]
     assert sum(layer["members"] for layer in whole["layers"]) == pytest.approx(scene.n)
     upper, floor = whole["obstacles"]  # the lower wall is none
-    assert upper["name"] == "upper wall of axis 1"
+    assert upper["name"] == "y_high"
     assert upper["force"]["error"] is None
     assert floor["pressure"]["mean"] == pytest.approx(floor["force"]["mean"] / 3.0)
     assert floor["power"]["mean"] != 0.0
@@ -144,7 +144,7 @@ def test_a_run_shows_the_bed_and_a_resumed_one_the_same(tmp_path):
 
 
 def test_a_block_has_what_each_wall_took_up_and_gave_in_it():
-    scene = carom.Scene([[2.0, 2.0]], 4.0, periodic=[True, False])
+    scene = carom.Scene([[2.0, 2.0]], 4.0, walls="y")
     still = frame_of(scene, scene.positions, np.zeros((1, 2)), np.ones(1))
     stretch = Stretch(1, 1, 1, step=2.0)
     for k in (1, 3):
@@ -162,9 +162,9 @@ def test_a_block_has_what_each_wall_took_up_and_gave_in_it():
 
 def test_a_pressure_on_what_nothing_hit_says_so():
     block = carom.Block(1.0, 0, 0.0, (0.0, 0.0), (0.0, 0.0))
-    scene = carom.Scene([[2.0, 2.0]], 4.0, periodic=[True, False])
+    scene = carom.Scene([[2.0, 2.0]], 4.0, walls="y")
     found = carom.WallPressure(0).of_scene([block, block], scene, kT=1.0)
-    assert str(found) == "P on lower wall of axis 1: nothing hit it"
+    assert str(found) == "P on y_low: nothing hit it"
     assert "inf" not in found._repr_html_()
     hit = block._replace(impulses=(1.0, 2.0))
     blocks = [hit, block._replace(impulses=(2.0, 1.0))] * 8
@@ -172,7 +172,7 @@ def test_a_pressure_on_what_nothing_hit_says_so():
 
 
 def test_the_highest_layer_is_what_is_left_of_the_box():
-    scene = carom.Scene([[2.0, 1.5]], (4.0, 2.6), motion=Gravity((0.0, -1.0)), periodic=[True, False])
+    scene = carom.Scene([[2.0, 1.5]], (4.0, 2.6), motion=Gravity((0.0, -1.0)), walls="y")
     layers, places = Layers(scene, []), np.array([[1.0, 0.5], [1.0, 1.5], [1.0, 2.3]])
     layers.look(frame_of(scene, places, np.ones((3, 2)), np.ones(3)), 1.0)
     found = layers.found()

@@ -196,7 +196,7 @@ class Drift:
 
 def test_there_is_no_pressure_where_a_motion_changes_the_momentum():
     places = [[4.0, 4.0, 5.0], [4.0, 4.0, 3.0]]
-    scene = Scene(places, 8.0, periodic=[True, True, False], motion=Gravity((0.0, 0.0, -1.0)))
+    scene = Scene(places, 8.0, walls="z", motion=Gravity((0.0, 0.0, -1.0)))
     blocks = [Block(1.0, 20, 3.0)] * 4
     with pytest.raises(InputError, match=r"Gravity changes the total momentum.*WallPressure\(\)"):
         Pressure().of_scene(blocks, scene, kT=1.0)
@@ -205,5 +205,5 @@ def test_there_is_no_pressure_where_a_motion_changes_the_momentum():
     with pytest.raises(InputError, match="GreatCircles bends"):
         Pressure().of_scene(blocks, Scene(places, 8.0, diameter=0.5, motion=GreatCircles()), kT=1.0)
     for motion in (None, Gravity((0.0, 0.0, 0.0)), Drift()):
-        z = Pressure().of_scene(blocks, scene.with_(motion=motion), kT=1.0).Z
+        z = Pressure().of_scene(blocks, scene.replace(motion=motion), kT=1.0).Z
         assert z.mean == 1.5

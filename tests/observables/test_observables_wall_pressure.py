@@ -13,6 +13,7 @@ from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.segments import Segment
 from carom.observables import WallPressure
 from carom.observables.momentum_balance import weighted_momenta
@@ -41,13 +42,11 @@ def test_force_by_area_of_every_kind_of_obstacle():
         Ball((5.0, 3.0, 5.0), 0.5),
         CylindricalContainer(2, (5.0, 5.0, 0.0), 4.9),
     )
-    scene = carom.Scene(
-        [[5.0, 5.0, 1.0]], (10.0, 10.0, 8.0), periodic=[False, False, True], obstacles=obstacles
-    )
+    scene = carom.Scene([[5.0, 5.0, 1.0]], (10.0, 10.0, 8.0), walls="xy", obstacles=obstacles)
     series, values = blocks([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0])
     forces = values.mean(axis=0) / 2.0
     areas = [80.0, 80.0, 80.0, 80.0, 7.0, math.pi, 2 * math.pi * 4.9 * 8.0]
-    names = ["lower wall of axis 0", "upper wall of axis 0", "lower wall of axis 1", "upper wall of axis 1"]
+    names = ["x_low", "x_high", "y_low", "y_high"]
     for k, name in enumerate([*names, "floor", "ball", "cylinder"]):
         area = 7.0 if name == "floor" else None
         for which in (k, name):
@@ -63,7 +62,7 @@ def test_force_by_area_of_every_kind_of_obstacle():
 
 @pytest.mark.parametrize(("d", "area"), [(1, 2.0), (2, 4 * math.pi), (3, 16 * math.pi), (4, 16 * math.pi**2)])
 def test_surface_of_a_spherical_container(d, area):
-    scene = carom.Scene([[2.5] * d], 5.0, periodic=False, obstacles=(SphericalContainer((2.5,) * d, 2.0),))
+    scene = carom.Scene([[2.5] * d], 5.0, walls=True, obstacles=(SphericalContainer((2.5,) * d, 2.0),))
     found = estimate(WallPressure("sphere"), scene, blocks([1.0] * (2 * d + 1))[0])
     assert found.area == pytest.approx(area, rel=1e-14)
     assert estimate(WallPressure(0), scene, blocks([1.0] * (2 * d + 1))[0]).area == 5.0 ** (d - 1)
@@ -71,15 +70,15 @@ def test_surface_of_a_spherical_container(d, area):
 
 def test_areas_of_walls_belong_to_their_axes():
     """The first axis is periodic, so that the second one has the first walls; no two faces are alike."""
-    scene = carom.Scene([[1.0, 2.0, 3.0]], (3.0, 5.0, 7.0), periodic=[True, False, False])
+    scene = carom.Scene([[1.0, 2.0, 3.0]], (3.0, 5.0, 7.0), walls="yz")
     series, values = blocks([1.0, 2.0, 3.0, 4.0])
     forces = values.mean(axis=0) / 2.0
     for k, (name, area) in enumerate(
         [
-            ("lower wall of axis 1", 3.0 * 7.0),
-            ("upper wall of axis 1", 3.0 * 7.0),
-            ("lower wall of axis 2", 3.0 * 5.0),
-            ("upper wall of axis 2", 3.0 * 5.0),
+            ("y_low", 3.0 * 7.0),
+            ("y_high", 3.0 * 7.0),
+            ("z_low", 3.0 * 5.0),
+            ("z_high", 3.0 * 5.0),
         ]
     ):
         for which in (k, name):
@@ -87,7 +86,7 @@ def test_areas_of_walls_belong_to_their_axes():
             assert (found.name, found.area) == (name, area)
             assert found.pressure.mean == pytest.approx(forces[k] / area, rel=1e-12)
     tube = carom.Scene(
-        [[2.0, 2.0, 2.0]], (4.0, 7.0, 4.0), periodic=[False, True, False],
+        [[2.0, 2.0, 2.0]], (4.0, 7.0, 4.0), walls="xz",
         obstacles=(CylindricalContainer(1, (2.0, 0.0, 2.0), 1.8),),
     )  # fmt: skip
     area = 2 * math.pi * 1.8 * 7.0
@@ -105,7 +104,7 @@ def test_areas_of_walls_belong_to_their_axes():
 )
 def test_what_cannot_be_told_apart_or_has_no_area(request_, message):
     obstacles = (Ball((1.0, 1.0), 0.2), Ball((3.0, 3.0), 0.2), Plane((0.0, 1.0), 0.1))
-    scene = carom.Scene([[2.0, 2.0]], (9.0, 9.0), periodic=[True, False], obstacles=obstacles)
+    scene = carom.Scene([[2.0, 2.0]], (9.0, 9.0), walls="y", obstacles=obstacles)
     with pytest.raises(InputError, match=message):
         estimate(request_, scene, blocks([1.0] * 5)[0])
 
@@ -126,21 +125,21 @@ def test_neither_walls_nor_blocks():
     with pytest.raises(InputError, match="neither walls nor obstacles"):
         estimate(WallPressure(), carom.Scene([[2.0]], 9.0), blocks([])[0])
     with pytest.raises(InputError, match="positive duration"):
-        estimate(WallPressure(), carom.Scene([[2.0]], 9.0, periodic=False), [Block(0.0, 0, 0.0, (0.0, 0.0))])
+        estimate(WallPressure(), carom.Scene([[2.0]], 9.0, walls=True), [Block(0.0, 0, 0.0, (0.0, 0.0))])
     for wrong in ({"area": 0.0}, {"area": "1"}, {"blocks": 1}):
         with pytest.raises(InputError):
             WallPressure(0, **wrong)
 
 
 def test_a_wall_that_nobody_met_has_no_error_bar():
-    scene = carom.Scene([[2.0]], 9.0, periodic=False)
+    scene = carom.Scene([[2.0]], 9.0, walls=True)
     found = estimate(WallPressure(), scene, [Block(1.0, 0, 0.0, (0.0, 0.0))] * 8)
     assert found.pressure.mean == 0.0
     assert found.pressure.error == math.inf
 
 
 def test_few_blocks_warn():
-    scene = carom.Scene([[2.0]], 9.0, periodic=False)
+    scene = carom.Scene([[2.0]], 9.0, walls=True)
     with pytest.warns(CaromWarning):
         estimate(WallPressure(), scene, blocks([1.0, 1.0], count=1)[0])
 
@@ -160,7 +159,7 @@ GLIDING = [
 def test_degrees_of_freedom_and_the_temperature_drawn(d, periodic, obstacles, conserved):
     masses = [1.0, 2.0, 5.0]
     places = np.array([[2.0] * d, [4.0] * d, [5.5] * d])
-    scene = carom.Scene(places, 8.0, mass=masses, periodic=periodic, obstacles=obstacles)
+    scene = carom.Scene(places, 8.0, mass=masses, walls=axes_without(periodic), obstacles=obstacles)
     still = temperature.conserved(scene)
     assert sum(still) == conserved
     velocities = maxwell_velocities(3, d, np.array(masses), 0.7, 1, still)
@@ -197,7 +196,7 @@ def test_the_balance_of_a_contact_and_of_free_flight(periodic, obstacles, k, tou
     d = len(periodic)
     velocity = np.array([0.7, 0.45, -0.3])[:d]
     scene = carom.Scene(
-        [[3.3] * d], 8.0, mass=2.0, velocities=[velocity], periodic=periodic, obstacles=obstacles
+        [[3.3] * d], 8.0, mass=2.0, velocities=[velocity], walls=axes_without(periodic), obstacles=obstacles
     )
 
     def weighted(place):
@@ -239,8 +238,8 @@ def test_the_field_around_a_ball_has_a_constant_divergence(d):
 
 @pytest.mark.slow
 def test_the_force_of_one_component_has_no_noise():
-    scene = carom.Scene([[3.7, 3.7]], 8.0, mass=2.0, velocities=[[0.7, 0.45]], periodic=(True, False))
-    found = carom.Simulation(scene, seed=0).measure(WallPressure("upper wall of axis 1"), time=300.0)
+    scene = carom.Scene([[3.7, 3.7]], 8.0, mass=2.0, velocities=[[0.7, 0.45]], walls="y")
+    found = carom.Simulation(scene, seed=0).measure(WallPressure("y_high"), time=300.0)
     # Sums of a hundred contacts and of positions within the box, each within a few roundings.
     assert found.force.mean == pytest.approx(2.0 * 0.45**2 / 7.0, rel=1e-12)
     assert found.force.error < 1e-12 * found.force.mean
@@ -251,7 +250,7 @@ def pulls_of_walls(d, n, eta, periodic, seeds, which=0, per_particle=128, obstac
     found = []
     for seed in range(seeds):
         scene = carom.Scene.random(
-            n, dimension=d, packing_fraction=eta, periodic=periodic, seed=seed, obstacles=obstacles
+            n, dimension=d, packing_fraction=eta, walls=axes_without(periodic), seed=seed, obstacles=obstacles
         )
         sim = carom.Simulation(scene, seed=seed)
         sim.run(collisions_per_particle=30)
@@ -293,7 +292,7 @@ def test_error_bars_cover_at_any_density(d, n, eta, periodic, which, obstacles):
 
 def test_a_run_measures_walls_as_measure_does(tmp_path):
     plan = SceneFile(
-        scene=SceneSpec(initial="random", n=40, dimension=2, packing_fraction=0.3, periodic=(True, False)),
+        scene=SceneSpec(initial="random", n=40, dimension=2, packing_fraction=0.3, walls="y"),
         run=RunSpec(collisions_per_particle=100, equilibration=30, frames=1),
         output=OutputSpec(trajectory=(), pictures=False),
     )

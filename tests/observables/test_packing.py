@@ -140,7 +140,7 @@ def test_near_pairs_of_unequal_disks_are_all_found(ratio):
         dimension=2,
         packing_fraction=0.6,
         seed=2,
-        periodic=[True, False],
+        walls="y",
     )
     frame = frame_of(scene.positions, scene.box, scene.diameters)
     network = packing_network(frame, gap=0.01)

@@ -10,6 +10,7 @@ import pytest
 import carom
 from carom.errors import CaromWarning
 from carom.models import Ball, Plane, Segment
+from carom.models.obstacles.named_walls import axes_without
 from carom.observables import WallPressure
 from carom.observables.statistics import ratio
 from carom.observables.surface_changes import MOST, freed, place_of, surface_sums
@@ -43,7 +44,7 @@ SLANTING = Plane((1.0, 1.0), 4.0, "slope")
 
 def test_a_contact_changes_the_first_sum_by_what_the_obstacle_takes_up():
     scene = carom.Scene(
-        [[5.0, 6.0]], 9.0, mass=2.0, velocities=[[-1.0, -0.5]], periodic=False, obstacles=(SLANTING,)
+        [[5.0, 6.0]], 9.0, mass=2.0, velocities=[[-1.0, -0.5]], walls=True, obstacles=(SLANTING,)
     )
     sim = carom.Simulation(scene, seed=0)
     before = surface_sums(sim.frame(), scene)
@@ -64,15 +65,15 @@ def test_only_obstacles_without_a_field_have_sums():
         [[2.0, 8.0]],
         10.0,
         velocities=[[1.0, 0.0]],
-        periodic=(True, False),
+        walls="y",
         obstacles=(*known, Post((8.0, 8.0), 0.5), Post((8.0, 3.0), 0.5)),
     )
     assert [place_of(scene, k) for k in range(6)] == [None, None, None, None, 0, 2]
     frame = carom.Simulation(scene, seed=0).frame()
     assert len(surface_sums(frame, scene)) == 4
-    many = scene.with_(obstacles=[Post((8.0, 8.0), 0.5)] * (MOST + 1))
+    many = scene.replace(obstacles=[Post((8.0, 8.0), 0.5)] * (MOST + 1))
     assert surface_sums(frame, many) == ()
-    assert surface_sums(frame, scene.with_(obstacles=known)) == ()
+    assert surface_sums(frame, scene.replace(obstacles=known)) == ()
 
 
 def test_what_comes_back_leaves_the_mean_and_takes_the_scatter():
@@ -122,7 +123,12 @@ def test_error_bars_of_any_obstacle_cover(name, periodic, obstacles):
     runs, forces = 100, []
     for seed in range(runs):
         scene = carom.Scene.random(
-            60, dimension=2, packing_fraction=0.25, periodic=periodic, seed=seed, obstacles=obstacles
+            60,
+            dimension=2,
+            packing_fraction=0.25,
+            walls=axes_without(periodic),
+            seed=seed,
+            obstacles=obstacles,
         )
         sim = carom.Simulation(scene, seed=seed)
         sim.run(collisions_per_particle=30)

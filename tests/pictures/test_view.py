@@ -26,7 +26,7 @@ from carom.errors import CaromWarning, FileError, InputError
 from carom.models import (
     Arc,
     Ball,
-    Box,
+    Cuboid,
     CylindricalContainer,
     Plane,
     Segment,
@@ -140,7 +140,7 @@ initial = "random"
 n = 7
 packing_fraction = 0.1
 dimension = {dimension}
-obstacles = [{{kind = "ball", center = {center}, radius = 0.5}}]
+obstacles = [{{type = "ball", center = {center}, radius = 0.5}}]
 """
 
 
@@ -229,13 +229,13 @@ def area(triangles):
     return 0.5 * np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum()
 
 
-BLOCK = Box((4.0, 4.0), (6.0, 5.0), radius=0.5)
+BLOCK = Cuboid((4.0, 4.0), (6.0, 5.0), radius=0.5)
 
 
 @pytest.mark.parametrize(
     ("obstacle", "covered"),
     [
-        (Box((4.0, 4.0), (6.0, 5.0)), 2.0),
+        (Cuboid((4.0, 4.0), (6.0, 5.0)), 2.0),
         (BLOCK, 2.0 + 2 * 0.5 * 3.0 + np.pi / 4),
         (Triangle((4.0, 4.0), (6.0, 4.0), (4.0, 7.0)), 3.0),
         (Segment((4.0, 4.0), (7.0, 8.0), radius=1.0), 5.0 * 2.0 + np.pi),
@@ -269,7 +269,7 @@ def test_thin_walls_and_arcs_in_the_plane_are_lines():
 
 
 def test_bodies_are_drawn_in_every_image_that_reaches_into_the_box():
-    corner = Box((-0.5, -1.0), (1.5, 1.0))
+    corner = Cuboid((-0.5, -1.0), (1.5, 1.0))
     found = shapes_of([corner], np.array([10.0, 10.0]), (True, True))
     # Four parts of the block, with 0.4 of what lies beyond the border.
     assert area(found.triangles) == pytest.approx((1.9 + 0.9) * (1.4 + 1.4))
@@ -277,7 +277,7 @@ def test_bodies_are_drawn_in_every_image_that_reaches_into_the_box():
     patches = plots.snapshot(frame, obstacles=[corner]).axes[0].patches
     drawn = [p.get_xy()[:-1].mean(axis=0) for p in patches if type(p).__name__ == "Polygon"]
     assert sorted(np.round(drawn, 9).tolist()) == [[x, y] for x in (-9.5, 0.5, 10.5) for y in (-10, 0, 10)]
-    elsewhere = Box((29.5, -1.0), (31.5, 1.0))
+    elsewhere = Cuboid((29.5, -1.0), (31.5, 1.0))
     assert area(shapes_of([elsewhere], np.array([10.0, 10.0]), (True, True)).triangles) == pytest.approx(7.84)
     whole = shapes_of([Ball((-25.0, 5.0), 1.0)], np.array([10.0, 10.0]), (True, True)).spheres
     assert whole.tolist() == [[5.0, 5.0, 0.0, 1.0]]
@@ -285,7 +285,7 @@ def test_bodies_are_drawn_in_every_image_that_reaches_into_the_box():
 
 def test_bodies_in_space_have_a_surface_and_edges():
     box, no = np.array([10.0, 10.0, 10.0]), (False,) * 3
-    block = shapes_of([Box((1.0, 1.0, 1.0), (2.0, 3.0, 4.0))], box, no)
+    block = shapes_of([Cuboid((1.0, 1.0, 1.0), (2.0, 3.0, 4.0))], box, no)
     assert area(block.triangles) == pytest.approx(2 * (2.0 + 3.0 + 6.0))
     assert np.linalg.norm(np.diff(block.segments, axis=1), axis=2).sum() == pytest.approx(
         4 * (1.0 + 2.0 + 3.0)
@@ -298,7 +298,7 @@ def test_bodies_in_space_have_a_surface_and_edges():
     tube = shapes_of([Segment((5.0, 5.0, 3.0), (5.0, 5.0, 7.0), radius=1.0)], box, no)
     assert area(tube.triangles) == pytest.approx(np.pi * 2.0 * 4.0 + 4 * np.pi, rel=0.05)
     assert not len(tube.segments)
-    images = shapes_of([Box((-1.0, 4.0, 4.0), (1.0, 5.0, 5.0))], box, (True,) * 3)
+    images = shapes_of([Cuboid((-1.0, 4.0, 4.0), (1.0, 5.0, 5.0))], box, (True,) * 3)
     assert np.unique(np.round(images.triangles[..., 0], 6)).tolist() == [0.0, 1.0, 9.0, 10.0]
 
 
@@ -354,10 +354,8 @@ def test_what_does_not_say_how_it_is_drawn_is_not_and_what_is_no_shape_is_refuse
 def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
     # A disk of the lattice has become an obstacle: without it, its six neighbours have one contact less.
     frame = crystal(2, 6)
-    ball = Ball(tuple(frame.positions[14].tolist()), 0.5)
-    packing = Packing(
-        without(frame, 14), np.array([], HISTORY), "", 1, 0.0, (Surface(ball, Loss(0.9, contact_time=1e-3)),)
-    )
+    ball = Ball(tuple(frame.positions[14].tolist()), 0.5, impact=Loss(0.9, contact_time=1e-3))
+    packing = Packing(without(frame, 14), np.array([], HISTORY), "", 1, 0.0, (ball,))
     packing.save(tmp_path, pictures=False)
     expected, found = carom.view(packing).data, carom.view(tmp_path).data
     assert found["subtitle"] == expected["subtitle"]
@@ -486,7 +484,7 @@ places = [[1.0, 5.0], [3.0, 5.2], [5.0, 4.8]]
 velocities = [[1.0, 0.1], [-1.0, 0.2], [-1.0, -0.9]]
 values = {"impact": Law(), "motion": Drift(), "interaction": Core(), "obstacles": [Floor()], "bent": Bend()}
 for name, value in values.items():
-    walled = {"periodic": [True, name != "obstacles"], "motion" if name == "bent" else name: value}
+    walled = {"walls": "y" if name == "obstacles" else False, "motion" if name == "bent" else name: value}
     here = carom.Scene(places, 6.0, velocities=velocities, **walled)
     with carom.Simulation(here, event_log=f"{name}.h5", tuning=carom.Tuning(neighbors="sectors")) as sim:
         sim.run(collisions=5)

@@ -33,14 +33,14 @@ def oracle_of(scene: Scene, **settings) -> NaiveSystem:
         contact=scene.contact,
         periodic=scene.periodic,
         obstacles=[obstacle_to_table(o) for o in scene.obstacles],
-        restitution=scene.restitution,
+        restitution=scene.impact.restitution,
         **settings,
     )
 
 
 def moving(scene: Scene, seed: int) -> Scene:
     velocities = np.random.default_rng(seed).normal(size=scene.positions.shape)
-    return scene.with_(velocities=velocities / np.sqrt(scene.masses)[:, None])
+    return scene.replace(velocities=velocities / np.sqrt(scene.masses)[:, None])
 
 
 def test_a_rod_between_walls_goes_to_and_fro_exactly():
@@ -69,7 +69,7 @@ def test_one_sphere_in_a_hard_box_is_its_mirrored_images(dimension):
 
 def test_chords_of_a_circle_are_all_as_long():
     # Distance from the centre when nearest: 0.6 of a room of 2; chords of 2 * 1.6, at a speed of 1.
-    jar = {"kind": "sphere", "center": [3, 3], "radius": "5/2"}
+    jar = {"type": "sphere", "center": [3, 3], "radius": "5/2"}
     disk = NaiveSystem([[3, "4.2"]], [[1, 0]], [6, 6], periodic=False, obstacles=[jar])
     times = [c.time for c in itertools.islice(disk, 50)]
     assert abs(times[0] * 10 - 16) < FORTY_DIGITS
@@ -79,7 +79,7 @@ def test_chords_of_a_circle_are_all_as_long():
 
 
 def test_a_cylinder_lets_go_along_its_axis():
-    tube = {"kind": "cylinder", "axis": 0, "center": [0, 2, 2], "radius": 2}
+    tube = {"type": "cylinder", "axis": 0, "center": [0, 2, 2], "radius": 2}
     ball = NaiveSystem([[0, 2, 2]], [[7, 0, 1]], [4, 4, 4], periodic=[True, False, False], obstacles=[tube])
     hits = list(itertools.islice(ball, 3))
     # The cylinder touches the walls of its box: at the same instant the wall, which comes first, is met.
@@ -89,7 +89,7 @@ def test_a_cylinder_lets_go_along_its_axis():
 
 def test_a_tilted_plane_reflects():
     # x + y >= 3 with radius sqrt(1/2): met by the centre on x + y = 4, in a fall from (2, 4) at (2, 2).
-    slope = {"kind": "plane", "normal": [1, 1], "offset": 3}
+    slope = {"type": "plane", "normal": [1, 1], "offset": 3}
     exact = make_arithmetic("mpmath")
     size = exact.sqrt(exact.number(2))
     disk = NaiveSystem([[2, 4]], [[0, -1]], [10, 10], diameter=size, periodic=False, obstacles=[slope])
@@ -124,7 +124,7 @@ def test_fixed_balls_are_met_under_all_images(dimension, radius):
         if right * np.abs(v / box).max() > 2:
             continue  # beyond what the search has looked through
         found += 1
-        ball = {"kind": "ball", "center": center, "radius": radius}
+        ball = {"type": "ball", "center": center, "radius": radius}
         table = NaiveSystem([x], [v], box, diameter=0.2, obstacles=[ball], arithmetic="float")
         hit = table.step()
         assert hit.j == 1
@@ -218,20 +218,20 @@ def scenes() -> list:
     """Mixtures of every kind, small enough for 50 digits."""
     sizes = {"diameters": [1.0, 0.4], "masses": [3.0, 0.5]}
     return [
-        mixture([3, 5], **sizes, dimension=1, packing_fraction=0.5, periodic=False),
-        mixture([3, 5], **sizes, box=(5.0, 4.0), periodic=[False, True]),
+        mixture([3, 5], **sizes, dimension=1, packing_fraction=0.5, walls=True),
+        mixture([3, 5], **sizes, box=(5.0, 4.0), walls="x"),
         mixture([3, 5], **sizes, box=5.0, dimension=2, obstacles=[Ball((0.1, 4.9), 1.2)]),
-        mixture([3, 5], **sizes, box=(5.0, 5.0, 4.0), periodic=False, obstacles=[Plane((1, -1, 0.2), -3.0)]),
-        mixture([3, 5], **sizes, box=6.0, periodic=False, obstacles=[SphericalContainer((3, 3, 3), 2.9)]),
+        mixture([3, 5], **sizes, box=(5.0, 5.0, 4.0), walls=True, obstacles=[Plane((1, -1, 0.2), -3.0)]),
+        mixture([3, 5], **sizes, box=6.0, walls=True, obstacles=[SphericalContainer((3, 3, 3), 2.9)]),
         mixture(
             [3, 5],
             **sizes,
             box=(2.5, 5.0, 5.0),
-            periodic=[True, False, False],
+            walls="yz",
             obstacles=[CylindricalContainer(0, (0, 2.5, 2.5), 2.3), Ball((1.0, 2.0, 2.5), 0.3)],
         ),
         mixture([3, 5], **sizes, contact=[[1.0, 0.9], [0.9, 0.4]], box=(2.5,) * 4),
-        mixture([3, 5], **sizes, box=(3.0, 3.5, 4.0)).with_(restitution=0.8),
+        mixture([3, 5], **sizes, box=(3.0, 3.5, 4.0)).replace(impact=0.8),
     ]
 
 
@@ -244,16 +244,14 @@ def test_doubles_keep_the_order_of_fifty_digits(scene):
         assert a[1:4] == b[1:4]
         assert abs(a.time - b.time) < 1e-6
     # Nobody is lost, nobody overlaps (checked as a scene), and the books balance.
-    after = scene.with_(
-        positions=fine.positions.astype(float), velocities=fine.velocities.astype(float), elastic_below=None
-    )
+    after = scene.replace(positions=fine.positions.astype(float), velocities=fine.velocities.astype(float))
     assert after.n == scene.n
     assert fine.collisions > 0
     if scene.walls or scene.obstacles:
         assert fine.hits.sum() == 24 - fine.collisions > 0
     else:
         assert max(abs(p) for p in fine.momentum - momentum) < FORTY_DIGITS
-    if scene.restitution == 1:
+    if scene.impact.restitution == 1:
         assert abs(fine.energy - energy) < FORTY_DIGITS
     else:
         assert fine.energy < energy
@@ -279,10 +277,10 @@ def test_growing_spheres_touch_when_they_collide():
         ({"growth": -1}, InputError, "at least zero"),
         ({"growth": 1, "species": [0, 0], "contact": [[1]]}, InputError, "no contact matrix"),
         ({"contact": [[1]]}, InputError, "belong together"),
-        ({"obstacles": [{"kind": "ring", "center": [0, 0], "radius": 1}]}, InputError, "is a 'ring'"),
-        ({"obstacles": [{"kind": "ball", "center": [0, 0]}]}, InputError, "lacks 'radius'"),
-        ({"obstacles": [{"kind": "ball", "center": [0], "radius": 1}]}, InputError, "1 coordinates"),
-        ({"obstacles": [{"kind": "ball", "center": [1, 1], "radius": 1}]}, OverlapError, "obstacle 0"),
+        ({"obstacles": [{"type": "ring", "center": [0, 0], "radius": 1}]}, InputError, "is a 'ring'"),
+        ({"obstacles": [{"type": "ball", "center": [0, 0]}]}, InputError, "lacks 'radius'"),
+        ({"obstacles": [{"type": "ball", "center": [0], "radius": 1}]}, InputError, "1 coordinates"),
+        ({"obstacles": [{"type": "ball", "center": [1, 1], "radius": 1}]}, OverlapError, "obstacle 0"),
         ({"periodic": False, "diameter": 3}, OverlapError, "wall or obstacle 0"),
     ],
 )

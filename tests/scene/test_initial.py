@@ -12,7 +12,6 @@ from scipy.spatial import cKDTree
 from carom import densities, seeds
 from carom.errors import InputError
 from carom.models.obstacles.planes import Plane
-from carom.models.obstacles.surfaces import Thermal
 from carom.scene import lattices, placement
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
@@ -232,8 +231,8 @@ def test_speeds_do_not_follow_from_places_of_the_same_seed(placed):
 def test_each_purpose_has_a_stream_of_its_own():
     streams = [seeds.generator(7, purpose) for purpose in seeds.PURPOSES] + [np.random.default_rng(7)]
     assert len({int(stream.integers(2**62)) for stream in streams}) == len(seeds.PURPOSES) + 1
-    floor = Thermal(Plane((0.0, 1.0), 0.25, "floor"), kT=1.0, seed=7)
-    gas = Scene([[1.0, 1.0]], 4.0, periodic=[True, False], obstacles=(floor,))
+    floor = Plane((0.0, 1.0), 0.25, "floor", kT=1.0, seed=7)
+    gas = Scene([[1.0, 1.0]], 4.0, walls="y", obstacles=(floor,))
     model = prepare(gas, np.ones((1, 2))).obstacle_models[0]
     assert model.seed != 7  # range rules draw from the seed itself, by the same hash
 

@@ -82,7 +82,7 @@ def test_many_unequal_spheres_between_walls_are_placed_without_overlap():
     scene = carom.Scene.random(
         species=[carom.Species(count=n // 4), carom.Species(count=n, diameter=0.4)],
         packing_fraction=0.35,
-        periodic=[True, True, False],
+        walls="z",
         seed=1,
     )
     room = Room(np.array(scene.box), np.array(scene.periodic))

@@ -367,7 +367,7 @@ def test_dense_random_mixtures_between_walls_are_grown():
     scene = Scene.random(
         species=[Species(count=150), Species(count=150, diameter=0.5, mass=0.1)],
         packing_fraction=0.56,
-        periodic=False,
+        walls=True,
         seed=1,
     )
     assert scene.packing_fraction == pytest.approx(0.56, rel=1e-12)
@@ -383,7 +383,7 @@ def test_beyond_what_growth_reaches_the_limit_is_named():
 @pytest.mark.slow
 def test_spheres_that_jam_on_the_way_are_refused():
     with pytest.raises(InputError, match="jam at packing fraction"):
-        Scene.random(100, 0.605, periodic=False, seed=1)
+        Scene.random(100, 0.605, walls=True, seed=1)
 
 
 def test_positions_put_in_order_are_the_same_of_each_kind():

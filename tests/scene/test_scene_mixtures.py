@@ -14,10 +14,15 @@ from carom import Species
 from carom.errors import CaromWarning, InputError, OverlapError
 from carom.frame import Frame
 from carom.models import Ball, Plane
+from carom.models.contacts.restitution import Restitution
+from carom.models.obstacles.named_walls import axes_without
+from carom.models.species import species_count
 from carom.scene import lattices, overlaps
+from carom.scene.fields import is_equal
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts, counts_of
+from carom.scene.storage import from_arrays, to_arrays
 
 EPS = np.finfo(float).eps
 
@@ -39,11 +44,11 @@ def relative_gaps(scene: Scene) -> np.ndarray:
 
 def test_each_component_has_its_diameter_and_mass():
     scene = Scene([[1, 1], [3, 3], [5, 1]], 6, diameter=[1.0, 2.0, 0.5], mass=[1, 8, 3], species=[0, 1, 0])
-    assert (scene.diameter, scene.mass, scene.equal) == (2.0, 4.0, False)
+    assert (scene.diameter, scene.mass, is_equal(scene)) == (2.0, 4.0, False)
     np.testing.assert_array_equal(scene.diameters, [1.0, 2.0, 0.5])
     np.testing.assert_array_equal(scene.masses, [1, 8, 3])
     assert scene.species.dtype == np.int64
-    assert scene.species_count == 2
+    assert species_count(scene) == 2
     assert scene.packing_fraction == pytest.approx(math.pi / 4 * (1 + 4 + 0.25) / 36, rel=4 * EPS)
     for values in (scene.diameters, scene.masses, scene.species):
         with pytest.raises(ValueError, match="read-only"):
@@ -52,20 +57,20 @@ def test_each_component_has_its_diameter_and_mass():
 
 def test_equal_values_one_by_one_are_equal_spheres():
     scene = Scene([[1, 1], [3, 3]], 6, diameter=[0.1, 0.1], mass=[3, 3])
-    assert (scene.equal, scene.diameter, scene.mass) == (True, 0.1, 3.0)
+    assert (is_equal(scene), scene.diameter, scene.mass) == (True, 0.1, 3.0)
     assert scene.packing_fraction == Scene([[1, 1], [3, 3]], 6, diameter=0.1).packing_fraction
-    assert not Scene([[1, 1], [3, 3]], 6, species=[0, 1], contact=[[1, 2], [2, 1]]).equal
+    assert not is_equal(Scene([[1, 1], [3, 3]], 6, species=[0, 1], contact=[[1, 2], [2, 1]]))
 
 
 def test_a_scene_cannot_be_changed_but_another_can_be_made_of_it():
     scene = Scene.crystal(cells=2, packing_fraction=0.3)
-    with pytest.raises(AttributeError, match="with_"):
-        scene.restitution = 0.5
-    other = scene.with_(restitution=0.5, mass=2.0)
-    assert (other.restitution, other.mass, scene.restitution) == (0.5, 2.0, 1.0)
-    assert other.with_(restitution=1.0).elastic_below == 0.0
-    with pytest.raises(InputError, match="has no speed"):
-        scene.with_(speed=1.0)
+    with pytest.raises(AttributeError, match="replace"):
+        scene.impact = 0.5
+    other = scene.replace(impact=0.5, mass=2.0)
+    assert (other.impact.restitution, other.mass, scene.impact.restitution) == (0.5, 2.0, 1.0)
+    assert other.replace(impact=1.0).impact.elastic_below == 0.0
+    with pytest.raises(InputError, match="has no keyword 'speed'"):
+        scene.replace(speed=1.0)
 
 
 TWO = {"positions": [[1, 1], [4, 4]], "box": 6}
@@ -99,13 +104,15 @@ TWO = {"positions": [[1, 1], [4, 4]], "box": 6}
         ({"species_names": ["a", "a"], "species": [0, 1]}, "differ"),
         ({"species_names": ["a", ""], "species": [0, 1]}, "1 to 40"),
         ({"species_names": "ab", "species": [0, 1]}, "list of names"),
-        ({"periodic": 1}, "true or false"),
-        ({"periodic": [True]}, "one boolean or 2"),
-        ({"periodic": "xy"}, "true or false"),
-        ({"restitution": 0.0}, "greater than 0"),
-        ({"restitution": 1.5}, "at most 1"),
-        ({"restitution": 0.9, "elastic_below": 0.0}, "infinitely often"),
-        ({"elastic_below": 0.1}, "no meaning"),
+        ({"walls": 1}, "walls must name axes"),
+        ({"walls": [True]}, "names True, which is no axis"),
+        ({"walls": "yz"}, "names 'z', which is no axis in 2 dimensions"),
+        ({"periodic": [True, False]}, "give walls='y': axes without walls are periodic"),
+        ({"impact": 0.0}, "greater than 0"),
+        ({"impact": 1.5}, "at most 1"),
+        ({"impact": True}, "impact must be a value"),
+        ({"restitution": 0.9}, "impact=0.9 is a restitution"),
+        ({"elastic_below": 0.1}, "Restitution"),
         ({"obstacles": Ball((1, 1), 1)}, "tuple of obstacles"),
         ({"obstacles": [Ball]}, "Obstacle 0 must be"),
         ({"obstacles": [3]}, "Obstacle 0 must be"),
@@ -118,9 +125,9 @@ def test_bad_components_are_named_in_one_sentence(arguments, says):
 
 
 def test_elasticity_has_a_threshold_only_where_it_is_lost():
-    assert Scene(**TWO).elastic_below == 0.0
-    assert Scene(**TWO, restitution=0.9).elastic_below is None
-    assert Scene(**TWO, restitution=0.9, elastic_below=0.01).elastic_below == 0.01
+    assert Scene(**TWO).impact.elastic_below == 0.0
+    assert Scene(**TWO, impact=0.9).impact.elastic_below is None
+    assert Scene(**TWO, impact=Restitution(0.9, elastic_below=0.01)).impact.elastic_below == 0.01
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4])
@@ -140,7 +147,12 @@ def test_overlaps_of_unequal_spheres_are_those_of_a_search_over_all_images(dimen
         positions = margin + rng.random((n, dimension)) * (box - 2 * margin)
         try:
             scene = Scene(
-                positions, box, diameter=diameters, species=species, contact=table, periodic=periodic
+                positions,
+                box,
+                diameter=diameters,
+                species=species,
+                contact=table,
+                walls=axes_without(periodic),
             )
         except OverlapError as error:
             i, j = (int(word) for word in str(error).split()[1:4:2])
@@ -226,7 +238,7 @@ def test_rods_of_two_lengths_fill_a_walled_line():
         species=[Species(count=30), Species(count=30, diameter=2.0)],
         dimension=1,
         packing_fraction=0.95,
-        periodic=False,
+        walls=True,
         seed=0,
     )
     order = np.argsort(scene.positions[:, 0])
@@ -332,41 +344,41 @@ def everything() -> Scene:
         species=[Species("a", count=4), Species("b", count=9, diameter=0.3, mass=1 / 3)],
         contact=[[1.0, 0.6], [0.6, 0.3]],
         box=(6.1, 5.3),
-        periodic=[True, False],
+        walls="y",
         obstacles=[Ball((0.1, 2.7), 0.4, "pillar"), Plane((0.0, 3.0), 0.3)],
         seed=0,
     )
     velocities = np.random.default_rng(3).standard_normal(start.positions.shape)
-    return start.with_(restitution=0.9, elastic_below=1e-3, velocities=velocities)
+    return start.replace(impact=Restitution(0.9, elastic_below=1e-3), velocities=velocities)
 
 
 def assert_same(a: Scene, b: Scene) -> None:
     for name in ("positions", "diameters", "masses", "velocities", "species", "contact"):
         np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
-    for name in ("box", "periodic", "obstacles", "restitution", "elastic_below", "species_names", "equal"):
+    for name in ("box", "periodic", "walls", "obstacles", "impact", "species_names"):
         assert getattr(a, name) == getattr(b, name)
 
 
 @pytest.mark.parametrize(
-    "scene", [everything(), Scene.crystal(cells=2, packing_fraction=0.3), Scene(**TWO, restitution=0.5)]
+    "scene", [everything(), Scene.crystal(cells=2, packing_fraction=0.3), Scene(**TWO, impact=0.5)]
 )
 def test_a_scene_becomes_arrays_and_comes_back(scene):
-    arrays, attributes = scene.to_arrays()
-    assert_same(Scene.from_arrays(arrays, json.loads(json.dumps(attributes))), scene)
-    assert_same(scene.with_(), scene)
+    arrays, attributes = to_arrays(scene)
+    assert_same(from_arrays(arrays, json.loads(json.dumps(attributes))), scene)
+    assert_same(scene.replace(), scene)
 
 
 def test_arrays_that_are_no_scene_are_refused():
-    arrays, attributes = everything().to_arrays()
+    arrays, attributes = to_arrays(everything())
     for name in attributes:
         less = {key: value for key, value in attributes.items() if key != name}
-        if name not in ("mass", "diameter"):
+        if name not in ("mass", "diameter", "impact"):
             with pytest.raises(InputError, match=f"no scene: '{name}'"):
-                Scene.from_arrays(arrays, less)
-    with pytest.raises(InputError, match="kind of an obstacle"):
-        Scene.from_arrays(arrays, {**attributes, "obstacles": [{"kind": "hole"}]})
+                from_arrays(arrays, less)
+    with pytest.raises(InputError, match="type of an obstacle"):
+        from_arrays(arrays, {**attributes, "obstacles": [{"type": "hole"}]})
     with pytest.raises(InputError, match="has 2 obstacles, found 0"):
-        Scene.from_arrays(arrays, attributes, obstacles=())
+        from_arrays(arrays, attributes, obstacles=())
 
 
 def frame_of(scene: Scene, **changes: object) -> Frame:
@@ -390,15 +402,15 @@ def test_a_frame_becomes_a_mixture_between_walls():
     again = Scene.from_frame(
         frame_of(scene, velocities=scene.velocities), contact=scene.contact, obstacles=scene.obstacles
     )
-    assert_same(again.with_(restitution=0.9, elastic_below=1e-3), scene)
+    assert_same(again.replace(impact=Restitution(0.9, elastic_below=1e-3)), scene)
 
 
 def test_a_frame_of_single_precision_is_moved_off_its_wall():
     positions = np.array([[0.35, 2.0], [5.0, 5.3 - 0.35]])
-    scene = Scene(positions, (6.1, 5.3), diameter=0.7, periodic=False)
+    scene = Scene(positions, (6.1, 5.3), diameter=0.7, walls=True)
     rounded = positions.astype(np.float32).astype(float)
     assert (rounded[0, 0] < 0.35) or (rounded[1, 1] > 5.3 - 0.35)
-    with pytest.warns(CaromWarning, match="inside (lower|upper) wall"):
+    with pytest.warns(CaromWarning, match="inside (x_low|y_high)"):
         moved = Scene.from_frame(frame_of(scene, positions=rounded))
     assert np.abs(moved.positions - positions).max() < 1e-5
 

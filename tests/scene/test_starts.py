@@ -49,14 +49,14 @@ def test_a_crystal_has_the_number_of_spheres_or_names_those_that_fill_one():
 
 def test_every_keyword_of_a_scene_goes_with_every_start():
     given = {
-        "periodic": [True, True, False],
-        "restitution": 0.9,
+        "walls": "z",
+        "impact": 0.9,
         "pinned": [0],
         "motion": Gravity((0, 0, -1)),
     }
     del given["pinned"]
     for scene in (carom.Scene.random(32, 0.2, **given), carom.Scene.crystal(32, 0.2, **given)):
-        assert scene.restitution == 0.9
+        assert scene.impact.restitution == 0.9
         assert scene.motion == Gravity((0, 0, -1))
         assert scene.periodic == (True, True, False)
     assert carom.Scene.random(32, 0.2, pinned=[3]).pinned.nonzero()[0].tolist() == [3]

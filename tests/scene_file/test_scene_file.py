@@ -305,8 +305,8 @@ def test_a_model_of_one_s_own_fits_no_scene_file():
         plan = SceneFile(scene=SceneSpec(cells=2, packing_fraction=0.3, **{name: Mine()}))
         with pytest.raises(InputError, match=rf"\[scene\] {name} is .*class of one's own"):
             plan.to_toml()
-        with pytest.raises(InputError, match=rf"\[scene\] {name} must be a table, found 5"):
-            SceneSpec(cells=2, packing_fraction=0.3, **{name: 5})
+        with pytest.raises(InputError, match=rf"\[scene\] {name} must be a table, found the string"):
+            SceneSpec(cells=2, packing_fraction=0.3, **{name: "x"})
 
 
 def test_a_run_writes_absolute_paths_so_that_it_goes_on_from_its_folder(tmp_path, monkeypatch):

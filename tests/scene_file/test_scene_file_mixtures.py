@@ -9,6 +9,7 @@ from carom import io
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.models import Ball, Plane, SquareWell
+from carom.models.contacts.restitution import Restitution
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile, template
 from carom.scene_file.sections import SceneSpec, SpeciesSpec
@@ -19,9 +20,8 @@ initial = "random"
 n = 40
 dimension = 2
 box = [9.0, 8]
-periodic = [true, false]
-restitution = 0.9
-elastic_below = 0.01
+walls = "y"
+impact = { restitution = 0.9, elastic_below = 0.01 }
 contact = [[1.0, 0.7], [0.7, 0.5]]
 kT = 2.0
 
@@ -37,13 +37,13 @@ fraction = 3
 diameter = 0.5
 
 [[scene.obstacles]]
-kind = "ball"
+type = "ball"
 center = [4.5, 4]
 radius = 1.5
 name = "pillar"
 
 [[scene.obstacles]]
-kind = "plane"
+type = "plane"
 normal = [0, 2]
 offset = 1.0
 
@@ -60,16 +60,15 @@ def test_a_scene_file_says_what_python_says():
     np.testing.assert_array_equal(scene.masses, np.array([8.0, 1.0])[scene.species])
     assert scene.periodic == (True, False)
     assert scene.obstacles == (Ball((4.5, 4.0), 1.5, "pillar"), Plane((0.0, 2.0), 1.0))
-    assert (scene.restitution, scene.elastic_below) == (0.9, 0.01)
+    assert (scene.impact.restitution, scene.impact.elastic_below) == (0.9, 0.01)
     np.testing.assert_array_equal(scene.contact, [[1.0, 0.7], [0.7, 0.5]])
     in_python = SceneSpec(
         initial="random",
         n=40,
         dimension=2,
         box=(9.0, 8.0),
-        periodic=(True, False),
-        restitution=0.9,
-        elastic_below=0.01,
+        walls="y",
+        impact=Restitution(0.9, elastic_below=0.01),
         contact=((1.0, 0.7), (0.7, 0.5)),
         kT=2.0,
         species=(
@@ -85,10 +84,12 @@ def test_a_scene_file_says_what_python_says():
     "text",
     [
         EVERYTHING,
-        "[scene]\ninitial = 'fcc'\ncells = 2\npacking_fraction = 0.3\nperiodic = false",
+        "[scene]\ninitial = 'fcc'\ncells = 2\npacking_fraction = 0.3\nwalls = true",
         "[scene]\ninitial = 'fcc'\npacking_fraction = 0.3\nspecies = [{count = 30}, {count = 2, mass = 3}]",
         "[scene]\ninitial = 'cubic'\ncells = 3\ndensity = 0.3\nspecies = [{fraction = 1}, {fraction = 2}]",
-        "[scene]\ninitial = 'random'\nn = 5\nrestitution = 0.5",
+        "[scene]\ninitial = 'random'\nn = 5\nimpact = 0.5",
+        "[scene]\ninitial = 'random'\nn = 5\n"
+        "walls.z_low = { impact = 0.8, shake = { amplitude = 0.1, period = 1 } }",
     ],
 )
 def test_a_plan_comes_back_from_its_own_toml(text):
@@ -101,11 +102,9 @@ def test_a_plan_comes_back_from_its_own_toml(text):
 def test_the_template_s_mixture_and_obstacles_are_a_scene_when_switched_on():
     lines = template().splitlines()
     start = next(k for k, line in enumerate(lines) if line == "# [[scene.species]]")
-    end = next(k for k, line in enumerate(lines) if line == "# [scene.interaction]")
+    end = next(k for k, line in enumerate(lines) if line.startswith("# Walls of the box"))
     shown = [line.removeprefix("# ") for line in lines[start:end] if "=" in line or line.startswith("# [[")]
-    text = "[scene]\ninitial = 'random'\nn = 10\nbox = [12.0, 12.0, 12.0]\nperiodic = false\n" + "\n".join(
-        shown
-    )
+    text = "[scene]\ninitial = 'random'\nn = 10\nbox = [12.0, 12.0, 12.0]\nwalls = true\n" + "\n".join(shown)
     scene = SceneFile.from_toml(text).build_scene()
     assert scene.species_names == ("large",)
     assert [o.name for o in scene.obstacles] == ["pillar", "plane"]
@@ -122,25 +121,23 @@ def test_the_template_s_well_is_a_scene_when_switched_on():
 
 def test_all_axes_periodic_is_the_default_however_it_is_said():
     base = "[scene]\ncells = 2\npacking_fraction = 0.3\n"
-    for said in ("periodic = true", "periodic = [true, true, true]", "restitution = 1.0"):
+    for said in ("walls = false", 'walls = ""', "walls = []", "impact = 1.0"):
         assert SceneFile.from_toml(base + said) == SceneFile.from_toml(base)
 
 
 def test_what_a_trajectory_does_not_hold_can_be_added_to_its_frame(tmp_path):
-    scene = Scene.random(5, dimension=2, box=6.0, periodic=False, obstacles=[Ball((3.0, 3.0), 1.0)], seed=0)
+    scene = Scene.random(5, dimension=2, box=6.0, walls=True, obstacles=[Ball((3.0, 3.0), 1.0)], seed=0)
     frame = Frame(
         0.0, 0, scene.positions, scene.positions * 0, scene.box, scene.diameters, scene.masses,
         periodic=scene.periodic,
     )  # fmt: skip
     with io.open(tmp_path / "start.h5md", "w") as writer:
         writer.write(frame)
-    spec = SceneSpec(
-        initial="file", file=str(tmp_path / "start.h5md"), obstacles=scene.obstacles, restitution=0.8
-    )
+    spec = SceneSpec(initial="file", file=str(tmp_path / "start.h5md"), obstacles=scene.obstacles, impact=0.8)
     built = spec.build(0)
     assert built.obstacles == scene.obstacles
     assert built.periodic == (False, False)
-    assert built.restitution == 0.8
+    assert built.impact == Restitution(0.8)
 
 
 SPECIES = "species = [{fraction = 1}, {fraction = 2}]"
@@ -164,15 +161,23 @@ SPECIES = "species = [{fraction = 1}, {fraction = 2}]"
         (SPECIES + "\ncontact = [1.0]", "list of lists"),
         (SPECIES + "\ncontact = [[1.0, -1.0], [1.0, 1.0]]", "contact must be positive"),
         ("contact = [[1.0]]", "contact needs"),
-        ("periodic = 1", "true or false"),
-        ("periodic = [true, 0]", "true or false"),
-        ("restitution = 0", "greater than 0"),
-        ("restitution = 2", "at most 1"),
-        ("elastic_below = 0.1", "no meaning without restitution"),
-        ("obstacles = [{kind = 'hole'}]", "kind of an obstacle"),
-        ("obstacles = [{kind = 'ball', center = [0, 0, 0]}]", "obstacles 0: A ball needs radius"),
+        ("walls = 1", "walls must name axes"),
+        ("walls = ['x', 0]", "walls must name axes"),
+        ("walls = 'w'", "'w', which is no axis in 3 dimensions"),
+        ("walls = 'xx'", "the axis x twice"),
+        ("walls.x_lo = {}", "no wall 'x_lo' in 3 dimensions; did you mean x_low"),
+        ("walls.x_low = 3", "wall x_low must be a table"),
+        ("walls.x_low = {color = 1}", "wall x_low has no 'color'"),
+        ("walls.x_low = {impact = 0.9, kT = 1.0}", "impact or kT"),
+        ("walls.x_low = {shake = {amplitude = 1.0}}", "sine needs period"),
+        ("periodic = false", 'axes without walls are periodic: give walls = "y"'),
+        ("impact = 0", "greater than 0"),
+        ("impact = 2", "at most 1"),
+        ("restitution = 0.9", "give impact = 0.9"),
+        ("elastic_below = 0.1", "restitution = 0.9, elastic_below"),
+        ("obstacles = [{type = 'hole'}]", "type of an obstacle"),
+        ("obstacles = [{type = 'ball', center = [0, 0, 0]}]", "obstacles 0: A ball needs radius"),
         ("obstacles = [3]", "must be an obstacle"),
-        ("initial = 'file'\nfile = 'x.h5md'\nperiodic = false", "periodic has no meaning"),
         ("initial = 'file'\nfile = 'x.h5md'\n" + SPECIES, "species has no meaning"),
     ],
 )
@@ -185,10 +190,13 @@ def test_bad_tables_are_named_in_one_sentence(lines, says):
 @pytest.mark.parametrize(
     ("lines", "says"),
     [
-        ("periodic = [true, false]", "one boolean or 3"),
-        ("periodic = [true, true]", "one boolean or 3"),
-        ("obstacles = [{kind = 'ball', center = [0, 0], radius = 1}]", "must have 3 coordinates"),
-        ("obstacles = [{kind = 'ball', center = [1, 1, 1], radius = 3}]", "inside an obstacle"),
+        ("obstacles = [{type = 'ball', center = [0, 0], radius = 1}]", "must have 3 coordinates"),
+        ("obstacles = [{type = 'ball', center = [1, 1, 1], radius = 3}]", "inside an obstacle"),
+        (
+            "obstacles = [{type = 'ball', center = [1, 1, 1], radius = 1, "
+            "shake = {amplitude = 1, period = 1}}]",
+            "needs direction",
+        ),
     ],
 )
 def test_what_does_not_fit_the_box_is_said_when_the_scene_is_built(lines, says):

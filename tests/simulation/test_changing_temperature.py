@@ -24,7 +24,7 @@ def test_spheres_that_cool_have_the_pressure_of_enskog():
     n, eta, e = 108, 0.2, 0.95
     found = []
     for seed in range(4):
-        scene = carom.Scene.random(n, eta, seed=seed).with_(restitution=e)
+        scene = carom.Scene.random(n, eta, seed=seed).replace(impact=e)
         sim = carom.Simulation(scene, seed=seed)
         sim.run(collisions_per_particle=20)
         before = sim.kT

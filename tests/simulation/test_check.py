@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import carom
 from carom.errors import CaromWarning, InputError
-from carom.models import Ball, Box, Plane, Segment, SphericalContainer
+from carom.models import Ball, Cuboid, Plane, Segment, SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.steps import Steps
 from carom.models.interactions.wells import StepTable
@@ -35,7 +35,7 @@ from carom.simulation.explanation import explain
 
 SCENE = carom.Scene.random(30, 0.3, 2, seed=1)
 PLACES = carom.Scene.random(10, box=(8.0, 6.0), seed=1).positions
-OPEN = carom.Scene(PLACES + np.array([0.0, 2.5]), (8.0, 10.0), periodic=[True, False])
+OPEN = carom.Scene(PLACES + np.array([0.0, 2.5]), (8.0, 10.0), walls="y")
 
 
 def conditions(value: Any, **options: Any) -> set[str]:
@@ -108,24 +108,24 @@ class Mine:
 def test_a_wrong_pair_is_named_by_check_and_refused_by_a_simulation(fault, condition):
     assert condition in conditions(Mine(fault))
     with pytest.raises(InputError, match=r"condition of carom\.check"):
-        carom.Simulation(SCENE.with_(interaction=Mine(fault)))
+        carom.Simulation(SCENE.replace(interaction=Mine(fault)))
 
 
 def test_one_unlike_component_among_many_is_tried():
     heavy = np.where(np.arange(SCENE.n) == 17, 2.0, 1.0)
-    explain(SCENE.with_(interaction=Mine("unlike")))
-    refused(SCENE.with_(interaction=Mine("unlike"), mass=heavy), "virial")
+    explain(SCENE.replace(interaction=Mine("unlike")))
+    refused(SCENE.replace(interaction=Mine("unlike"), mass=heavy), "virial")
 
 
 def test_an_interaction_of_ones_own_is_not_replaced_by_cores_that_grow():
     with pytest.raises(InputError, match="growth is of Carom's hard cores, and the interaction is a Mine"):
-        carom.Simulation(SCENE.with_(interaction=Mine()), growth=0.1)
+        carom.Simulation(SCENE.replace(interaction=Mine()), growth=0.1)
 
 
 def test_a_right_pair_passes_though_its_contacts_may_lose_energy():
     for fault in ("", "clay"):
         assert conditions(Mine(fault)) == set()
-        explain(SCENE.with_(interaction=Mine(fault)))
+        explain(SCENE.replace(interaction=Mine(fault)))
 
 
 class Ledge(NamedTuple):
@@ -196,26 +196,26 @@ class Shoulder:
 )
 def test_a_wrong_event_on_steps_is_named_by_check_and_refused_by_a_simulation(fault, condition):
     assert condition in conditions(Shoulder(fault))
-    refused(SCENE.with_(interaction=Shoulder(fault)), condition)
+    refused(SCENE.replace(interaction=Shoulder(fault)), condition)
 
 
 def test_right_steps_pass_with_the_fields_that_the_documentation_asks_for():
     report = carom.check(Shoulder(), pairs=60)
     assert report.passed, report
     assert {"energy", "virial", "step", "V", "reach"} <= report.tried.keys()
-    explain(SCENE.with_(interaction=Shoulder()))
+    explain(SCENE.replace(interaction=Shoulder()))
 
 
 def test_steps_that_are_not_to_keep_the_energy_say_so():
     assert conditions(Shoulder("in", keeps=False)) == set()
-    explain(SCENE.with_(interaction=Shoulder("in", keeps=False)))
+    explain(SCENE.replace(interaction=Shoulder("in", keeps=False)))
     assert conditions(StepTable(Steps([1.0, 1.5], [math.inf, -1.0], leaving=[math.inf, -1.5]))) == set()
 
 
 def test_steps_beyond_the_reach_are_found():
     assert "reach" in conditions(Shoulder(far=0.7))
     with pytest.raises(InputError, match="act on each other 1 apart, beyond reach"):
-        carom.Simulation(SCENE.with_(interaction=Shoulder(far=0.7)))
+        carom.Simulation(SCENE.replace(interaction=Shoulder(far=0.7)))
 
 
 class Nowhere(Shoulder):
@@ -236,14 +236,14 @@ class Mute(Shoulder):
     ],
 )
 def test_steps_without_a_part_are_refused_in_a_sentence(value, words):
-    for make in (carom.check, lambda v: carom.Simulation(SCENE.with_(interaction=v))):
+    for make in (carom.check, lambda v: carom.Simulation(SCENE.replace(interaction=v))):
         with pytest.raises(InputError, match=words):
             make(value)
 
 
 def test_an_energy_for_too_few_steps_is_refused():
     with pytest.raises(InputError, match=r"field energy of Ledge has the shape \(3,\); expected \(4,\)"):
-        carom.Simulation(SCENE.with_(interaction=Shoulder("short")))
+        carom.Simulation(SCENE.replace(interaction=Shoulder("short")))
 
 
 def test_an_interaction_is_tried_with_its_motion():
@@ -375,23 +375,23 @@ class Law:
 @pytest.mark.parametrize("part", [0.4, -1.0, math.nan])
 def test_a_contact_law_that_leaves_two_approaching_is_refused(part):
     assert "part" in conditions(Law(part))
-    refused(SCENE.with_(impact=Law(part)), "part")
+    refused(SCENE.replace(impact=Law(part)), "part")
 
 
 def test_a_contact_law_that_adds_energy_says_so_or_a_simulation_warns():
     assert conditions(Law(1.5)) == {"gain"}
     assert conditions(Law(1.5, adds_energy=True)) == set()
     with pytest.warns(CaromWarning, match="Law makes energy. gain: not so that a contact adds no energy"):
-        explain(SCENE.with_(impact=Law(1.5)))
+        explain(SCENE.replace(impact=Law(1.5)))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        explain(SCENE.with_(impact=Law(1.5, adds_energy=True)))
+        explain(SCENE.replace(impact=Law(1.5, adds_energy=True)))
 
 
 def test_what_is_tried_leaves_nothing_in_the_memory_of_a_value():
     law = Law(0.9)
     carom.check(law)
-    explain(SCENE.with_(impact=law))
+    explain(SCENE.replace(impact=law))
     assert not law.asked.any()
 
 
@@ -467,8 +467,8 @@ FAULTS = [
 @pytest.mark.parametrize(("fault", "condition"), FAULTS)
 def test_a_wrong_obstacle_is_named_by_check_and_refused_by_a_simulation(fault, condition):
     assert conditions(Floor(fault)) == {condition}
-    refused(OPEN.with_(obstacles=[Floor(fault)]), condition)
-    refused(OPEN.with_(obstacles=[Surface(Floor(fault), Loss(0.9, contact_time=1e-3))]), condition)
+    refused(OPEN.replace(obstacles=[Floor(fault)]), condition)
+    refused(OPEN.replace(obstacles=[Surface(Floor(fault), Loss(0.9, contact_time=1e-3))]), condition)
 
 
 def test_obstacles_of_carom_are_not_tried_by_a_simulation(monkeypatch):
@@ -478,7 +478,7 @@ def test_obstacles_of_carom_are_not_tried_by_a_simulation(monkeypatch):
         Plane((0.0, 1.0), 0.5, "usual"),
         Shaken(Ball((4.0, 0.5), 0.25, "shaken"), (0, 1), Sine(0.1, 1.0)),
     )
-    explain(OPEN.with_(obstacles=[*usual, Surface(Floor(name="own"), Loss(0.9, contact_time=1e-3))]))
+    explain(OPEN.replace(obstacles=[*usual, Surface(Floor(name="own"), Loss(0.9, contact_time=1e-3))]))
     assert tried == ["own"]
 
 
@@ -490,7 +490,7 @@ def test_right_obstacles_pass():
     container = SphericalContainer((5.0, 5.0), 4.0)
     floor = Plane((0.0, 1.0), 1.0, "floor")
     own = (Floor(), Surface(Floor(), Loss(0.9, contact_time=1e-3)), Bouncy())
-    usual = (floor, Ball((40.0, 50.0), 7.0), Box((1, 1, 1), (3, 4, 2)), Segment((1, 2), (5, 3)), container)
+    usual = (floor, Ball((40.0, 50.0), 7.0), Cuboid((1, 1, 1), (3, 4, 2)), Segment((1, 2), (5, 3)), container)
     moving = (
         Shaken(floor, (0, 1), Sine(0.2, period=1.5)),
         Thermal(Shaken(container, (1, 0), Sine(0.2, 1.5)), 1.0),
@@ -500,20 +500,20 @@ def test_right_obstacles_pass():
         assert report.passed, f"{value}: {report}"
         assert report.tried["V"] > 20, value
     for value in own:
-        explain(OPEN.with_(obstacles=[value]))
+        explain(OPEN.replace(obstacles=[value]))
 
 
 def test_an_obstacle_is_tried_in_a_field():
     falling = Gravity((0.0, -1.0))
     assert conditions(Floor(), motion=falling) == set()
     assert "encounter" in conditions(Floor("late"), motion=falling)
-    refused(OPEN.with_(motion=falling, obstacles=[Floor("late")]), "encounter")
+    refused(OPEN.replace(motion=falling, obstacles=[Floor("late")]), "encounter")
 
 
 def test_an_obstacle_whose_contacts_add_energy_says_so_or_a_simulation_warns():
     assert conditions(Bouncy("gain")) == {"gain"}
     with pytest.warns(CaromWarning, match="floor makes energy"):
-        explain(OPEN.with_(obstacles=[Bouncy("gain")]))
+        explain(OPEN.replace(obstacles=[Bouncy("gain")]))
 
 
 class Swing(NamedTuple):
@@ -600,9 +600,9 @@ class Late:
 
 
 def test_a_motion_that_meets_walls_at_another_time_is_refused():
-    explain(OPEN.with_(motion=Late(1.0)))
+    explain(OPEN.replace(motion=Late(1.0)))
     for part in (0.5, 2.0):
-        refused(OPEN.with_(motion=Late(part)), "encounter")
+        refused(OPEN.replace(motion=Late(part)), "encounter")
 
 
 class Misspelt(NamedTuple):
@@ -626,6 +626,6 @@ class MisspeltCores(Parity):
 
 
 def test_a_function_that_fails_in_python_is_told_in_a_sentence():
-    for make in (carom.check, lambda v: carom.Simulation(SCENE.with_(interaction=v))):
+    for make in (carom.check, lambda v: carom.Simulation(SCENE.replace(interaction=v))):
         with pytest.raises(InputError, match=r"MisspeltCores fails where Carom asks it .* AttributeError"):
             make(MisspeltCores())

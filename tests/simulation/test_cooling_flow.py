@@ -39,7 +39,7 @@ def test_transverse_flow_accounts_for_the_pressure_of_a_cooling_gas(n, restituti
     k = waves((n * math.pi / 6.0 / ETA) ** (1.0 / 3.0))
     factors, energies = [], np.zeros((runs, len(k)))
     for seed in range(runs):
-        scene = carom.Scene.random(n, ETA, seed=seed).with_(restitution=restitution)
+        scene = carom.Scene.random(n, ETA, seed=seed).replace(impact=restitution)
         sim = carom.Simulation(scene, seed=1000 + seed)
         sim.run(collisions_per_particle=20)
         blocks = []

@@ -11,7 +11,6 @@ from carom.models.interactions.bonds import Bonds, chains
 from carom.models.interactions.wells import SquareWell
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
-from carom.models.obstacles.shaken import Shaken
 from carom.simulation.depths import MOST, Depths
 
 EPS = float(np.finfo(np.float64).eps)
@@ -58,7 +57,7 @@ def test_two_that_overlap_across_a_face_are_seen(d):
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
-FLOOR = Shaken(Plane((0, 1), 0.375, "floor"), (0, 1), Sine(0.25, 4.0))
+FLOOR = Plane((0, 1), 0.375, "floor", shake=Sine(0.25, 4.0))
 SPECIES = np.array([0, 0, 1, 1])
 SIZES = np.array([1.0, 1.0, 0.5, 0.5])
 MATRIX = [[1.0, 0.6], [0.6, 0.5]]
@@ -110,12 +109,12 @@ def test_single_precision_is_no_overlap():
 @pytest.mark.parametrize(
     ("options", "place", "depth"),
     [
-        ({"periodic": [True, False]}, [6.0, 0.25], 0.25),
-        ({"periodic": [True, False]}, [6.0, 12.125], 0.625),
-        ({"periodic": [False, True]}, [-5.0, 6.0], 1.0),
+        ({"walls": "y"}, [6.0, 0.25], 0.25),
+        ({"walls": "y"}, [6.0, 12.125], 0.625),
+        ({"walls": "x"}, [-5.0, 6.0], 1.0),
         ({"obstacles": [Ball((6.0, 6.0), 1.0)]}, [6.0, 7.25], 0.25),
-        ({"obstacles": [FLOOR], "periodic": [True, False], "time": 1.0}, [6.0, 0.875], 0.25),
-        ({"motion": Gravity((0.0, -1.0)), "periodic": [True, False]}, [6.0, 0.25], 0.25),
+        ({"obstacles": [FLOOR], "walls": "y", "time": 1.0}, [6.0, 0.875], 0.25),
+        ({"motion": Gravity((0.0, -1.0)), "walls": "y"}, [6.0, 0.25], 0.25),
     ],
 )
 def test_who_is_inside_a_wall_or_an_obstacle_is_seen(options, place, depth):

@@ -17,22 +17,22 @@ def names(explanation):
 
 
 def with_radii():
-    return PLAIN.with_(diameter=np.linspace(0.8, 1.0, PLAIN.n))
+    return PLAIN.replace(diameter=np.linspace(0.8, 1.0, PLAIN.n))
 
 
 FEATURES = {
     "diameters of their own": (with_radii, {}),
-    "masses of their own": (lambda: PLAIN.with_(mass=np.linspace(1.0, 2.0, PLAIN.n)), {}),
+    "masses of their own": (lambda: PLAIN.replace(mass=np.linspace(1.0, 2.0, PLAIN.n)), {}),
     "growth": (lambda: PLAIN, {"growth": 0.01}),
-    "species": (lambda: PLAIN.with_(species=np.arange(PLAIN.n) % 2), {}),
+    "species": (lambda: PLAIN.replace(species=np.arange(PLAIN.n) % 2), {}),
     "a contact matrix": (
-        lambda: PLAIN.with_(species=np.arange(PLAIN.n) % 2, contact=[[1.0, 0.9], [0.9, 1.0]]),
+        lambda: PLAIN.replace(species=np.arange(PLAIN.n) % 2, contact=[[1.0, 0.9], [0.9, 1.0]]),
         {},
     ),
-    "restitution": (lambda: PLAIN.with_(restitution=0.9), {}),
-    "steps of pairs": (lambda: PLAIN.with_(interaction=SquareWell(1.2)), {}),
+    "restitution": (lambda: PLAIN.replace(impact=0.9), {}),
+    "steps of pairs": (lambda: PLAIN.replace(interaction=SquareWell(1.2)), {}),
     "currents": (lambda: carom.Simulation(PLAIN, currents=True), {}),
-    "walls and obstacles": (lambda: carom.Scene([[1.0] * 3, [3.0] * 3], 4.0, periodic=False), {}),
+    "walls and obstacles": (lambda: carom.Scene([[1.0] * 3, [3.0] * 3], 4.0, walls=True), {}),
 }
 
 

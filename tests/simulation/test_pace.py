@@ -9,6 +9,7 @@ from helpers.oracle import moving
 import carom
 from carom.engine import constants, cycle
 from carom.engine.build import arrays
+from carom.models.contacts.restitution import Restitution
 from carom.simulation import call_budget, run_loop
 from carom.simulation.explanation import explain
 
@@ -115,8 +116,7 @@ def test_epochs_in_which_nothing_happens_count_as_cycles():
         [[2.0, 5.0], [5.0, 5.0]],
         10.0,
         velocities=[[1.0, 0.0], [-1.0, 0.0]],
-        restitution=1e-6,
-        elastic_below=1e-15,
+        impact=Restitution(1e-6, elastic_below=1e-15),
     )
     sim = carom.Simulation(scene)
     sim.run(collisions=1)

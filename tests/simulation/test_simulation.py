@@ -182,7 +182,7 @@ def test_the_choice_of_a_scheme_leaves_the_first_collisions_alone():
     [
         ({}, {}, False),
         ({}, {"growth": 0.1}, True),
-        ({"motion": Gravity((0.0, 0.0, -1.0)), "periodic": (True, True, False)}, {}, True),
+        ({"motion": Gravity((0.0, 0.0, -1.0)), "walls": "z"}, {}, True),
     ],
 )
 def test_a_scene_that_starts_from_rest_may_collide_later(change, settings, will_move, monkeypatch):
@@ -190,7 +190,7 @@ def test_a_scene_that_starts_from_rest_may_collide_later(change, settings, will_
     asked = []
     monkeypatch.setattr(carom.Simulation, "run", lambda sim, **limits: asked.append(limits))
     scene = carom.Scene(np.random.default_rng(1).uniform(1.0, 39.0, (8, 3)), 40.0, **change)
-    sim = carom.Simulation(scene.with_(velocities=np.zeros((8, 3))), **settings)
+    sim = carom.Simulation(scene.replace(velocities=np.zeros((8, 3))), **settings)
     with pytest.raises(InputError, match="Nothing collides"):
         stretches.time_for(sim, 10)
     assert asked == [{"collisions": 1000}] * will_move
@@ -199,6 +199,6 @@ def test_a_scene_that_starts_from_rest_may_collide_later(change, settings, will_
 def test_there_is_no_drift_of_a_momentum_that_is_not_conserved(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)
     scene = carom.Scene.crystal(cells=3, packing_fraction=0.1)
-    falling = carom.Simulation(scene.with_(motion=Gravity((0.0, 0.0, -20.0))))
+    falling = carom.Simulation(scene.replace(motion=Gravity((0.0, 0.0, -20.0))))
     assert np.isnan(falling.statistics.momentum_drift)
     assert carom.Simulation(scene).statistics.momentum_drift == 0.0

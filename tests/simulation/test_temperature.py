@@ -15,6 +15,7 @@ from helpers.oracle_scenes import placed
 import carom
 from carom import theory
 from carom.models import CylindricalContainer, Plane
+from carom.models.obstacles.named_walls import axes_without
 from carom.scene.temperature import conserved, peculiar, temperature
 from carom.simulation import mechanics, stretches
 
@@ -25,7 +26,7 @@ SIX_SIGMA = 6.0
 def boosted(scene, boost):
     """Return the scene as somebody sees it who moves at that speed along the axes of conserved momenta."""
     along = np.where(conserved(scene), boost, 0.0)
-    return scene.with_(velocities=scene.velocities + along)
+    return scene.replace(velocities=scene.velocities + along)
 
 
 BOOSTS = (0.0, 0.3, 5.0)
@@ -42,20 +43,20 @@ def mixture(d):
     scene = carom.Scene.random(
         species=mixed(counts=[2, 4], diameters=sizes, masses=masses), box=BOXES[d], seed=rng
     )
-    return scene.with_(velocities=np.random.default_rng(4).normal(size=(6, d)))
+    return scene.replace(velocities=np.random.default_rng(4).normal(size=(6, d)))
 
 
 def between_walls(d):
-    return placed(6, BOXES[d], d, periodic=[True] * (d - 1) + [False])
+    return placed(6, BOXES[d], d, walls=axes_without([True] * (d - 1) + [False]))
 
 
 def above_a_plane():
-    return placed(5, (5.0, 4.0), 2, periodic=[True, False], obstacles=[Plane((0.0, 1.0), 0.2)])
+    return placed(5, (5.0, 4.0), 2, walls="y", obstacles=[Plane((0.0, 1.0), 0.2)])
 
 
 def in_a_tube():
     tube = CylindricalContainer(0, (0.0, 2.0, 2.0), 1.9)
-    return placed(5, (5.0, 4.0, 4.0), 3, periodic=[True, False, False], obstacles=[tube])
+    return placed(5, (5.0, 4.0, 4.0), 3, walls="yz", obstacles=[tube])
 
 
 SCENES = {
@@ -155,7 +156,7 @@ def test_two_spheres_have_the_exact_pressure_by_virial_and_by_count(d, boost):
 
 
 def test_equal_velocities_have_no_temperature_at_all():
-    scene = carom.Scene.random(40, 0.1, seed=1).with_(mass=np.linspace(0.1, 7.0, 40))
+    scene = carom.Scene.random(40, 0.1, seed=1).replace(mass=np.linspace(0.1, 7.0, 40))
     velocities = np.tile([0.1, 1e9 / 3.0, -7e-5], (40, 1))
     assert temperature(scene, velocities) == 0.0
     assert not peculiar(scene, velocities).any()

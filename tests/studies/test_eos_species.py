@@ -27,7 +27,7 @@ def heavy_at_rest(start):
         scene = start(*given)
         velocities = np.random.default_rng(1).normal(size=(scene.n, scene.dimension))
         velocities[scene.masses > 1.0] = 0.0
-        return scene.with_(velocities=velocities)
+        return scene.replace(velocities=velocities)
 
     return begin
 

@@ -22,6 +22,7 @@ from carom.models import SquareWell, Steps, StepTable
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.named_walls import axes_without
 from carom.observables import Estimate, drift
 from carom.scene import lattices
 from carom.scene_file.sections import SceneSpec
@@ -536,8 +537,8 @@ def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, e
         {"dimension": 2},
         {"n": 33},  # 108 sites of a lattice would have to fit
         {"n": 300, "packing_fraction": 0.45},  # 500 sites, as many as fit at a lower density
-        {"periodic": (True, True, False)},
-        {"restitution": 0.9},
+        {"walls": "z"},
+        {"impact": 0.9},
     ],
 )
 def test_other_random_starts_are_placed_at_random(more):
@@ -702,7 +703,9 @@ def test_no_order_parameter_is_measured_in_other_dimensions():
 def test_q_6_is_the_sum_over_spherical_harmonics_of_all_bonds(periodic):
     from scipy.special import sph_harm_y
 
-    frame = carom.Simulation(carom.Scene.random(200, 0.4, periodic=periodic, seed=0), seed=0).frame()
+    frame = carom.Simulation(
+        carom.Scene.random(200, 0.4, walls=axes_without(periodic), seed=0), seed=0
+    ).frame()
     ways = frame.positions[:, None] - frame.positions[None]
     box = np.asarray(frame.box)
     ways -= np.where(periodic, box * np.rint(ways / box), 0.0)
@@ -836,7 +839,7 @@ def test_mixtures_are_compared_with_the_theory_of_mixtures():
 
 
 def test_walls_are_simulated_and_compared_with_nothing():
-    study = carom.equation_of_state([0.2], replicas=1, scene={"periodic": [True, True, False]}, **SMALL)
+    study = carom.equation_of_state([0.2], replicas=1, scene={"walls": "z"}, **SMALL)
     (row,) = study.table
     assert math.isnan(row.theory)
     assert math.isnan(row.Z_infinite)
@@ -856,7 +859,7 @@ WELL = {"type": "square-well", "width": 1.5, "depth": 1.0}
 
 @pytest.mark.parametrize(
     "scene",
-    [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"restitution": 0.9}, {"interaction": WELL}, {"pinned": 10}],
+    [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"impact": 0.9}, {"interaction": WELL}, {"pinned": 10}],
 )
 def test_what_has_no_theory_is_compared_with_none(scene):
     """That of additive mixtures was 20 errors off for one that is not additive."""

@@ -81,7 +81,7 @@ def test_a_mixture_grows_in_proportion_or_in_common():
 @pytest.mark.slow
 def test_between_walls_the_network_has_contacts_with_them():
     # In the usual stages: grown at 0.02 to the end, one in four of so few disks comes loose again.
-    packing = carom.pack(points(40, 2, periodic=False, seed=4), seed=4)
+    packing = carom.pack(points(40, 2, walls=True, seed=4), seed=4)
     assert (packing.network.bonds >= packing.n).any(axis=1).sum() > 10
     assert packing.network.isostatic == 2 * packing.network.backbone.sum() + 1
     assert_without_overlap(packing)
@@ -92,7 +92,7 @@ def test_between_walls_the_network_has_contacts_with_them():
 def test_the_rate_is_relative_to_the_thermal_speed_whatever_the_mass():
     start = points(30, 2, seed=1)
     light = carom.pack(start, rate=0.05, until_Z=1e3, seed=1)
-    heavy = carom.pack(start.with_(mass=4.0), rate=0.05, until_Z=1e3, seed=1)
+    heavy = carom.pack(start.replace(mass=4.0), rate=0.05, until_Z=1e3, seed=1)
     assert heavy.frame.time == 2.0 * light.frame.time
     assert (heavy.frame.positions == light.frame.positions).all()
 
@@ -252,7 +252,7 @@ def test_rescale_changes_a_growth_but_begins_none():
     with pytest.raises(InputError, match="growth"):
         sim.rescale(1.0, growth=0.0)
     with pytest.raises(OverlapError):
-        scene.with_(diameter=10.0**0.5)
+        scene.replace(diameter=10.0**0.5)
 
 
 # What is known of jammed packings: shared reference values, each with the range that its source gives.

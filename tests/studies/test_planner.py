@@ -217,8 +217,8 @@ def test_a_scene_file_says_what_there_is_and_walls_are_refused(tmp_path):
     assert (system.dimension, n, system.kT) == (2, 40, 2.0)
     assert system.fractions == [0.75, 0.25]
     assert system.packing_fraction == pytest.approx(0.3)
-    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\nperiodic = [true, true, false]\n")
-    with pytest.raises(InputError, match="periodic"):
+    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\nwalls = 'z'\n")
+    with pytest.raises(InputError, match="walls"):
         of_scene(path)
     path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\npinned = 3\n")
     with pytest.raises(InputError, match="pinned"):

@@ -268,8 +268,8 @@ def test_a_comparison_is_not_replaced_unasked(finished):
 @pytest.mark.parametrize(
     "change",
     [
-        {"periodic": False},
-        {"restitution": 0.9},
+        {"walls": True},
+        {"impact": 0.9},
         {"diameter": np.linspace(0.9, 1.0, 4)},
         {"interaction": SquareWell(1.3, 1.0)},
         {"impact": Loss(0.9, contact_time=1e-3)},
@@ -282,7 +282,7 @@ def test_a_scene_that_the_references_cannot_move_is_refused(change):
     scene = carom.Scene([[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]], 5.0)
     assert simple_scene(scene) is scene
     with pytest.raises(InputError, match="equal spheres in a periodic box"):
-        simple_scene(scene.with_(**change))
+        simple_scene(scene.replace(**change))
 
 
 def test_a_lonely_sphere_is_refused_in_one_sentence(tmp_path):

@@ -402,8 +402,8 @@ def test_in_two_dimensions_no_number_is_given_for_what_does_not_exist():
     [
         ({"dimension": 1}, "dimension"),
         ({"packing_fraction": 0.6}, "freezing"),
-        ({"scene": {"restitution": 0.9}}, "restitution"),
-        ({"scene": {"periodic": False}}, "periodic"),
+        ({"scene": {"impact": 0.9}}, "impact"),
+        ({"scene": {"walls": True}}, "walls"),
         ({"scene": {"kT": 0.0}}, "kT must be"),
         ({"scene": {"kT": 0.0, "species": [{"fraction": 0.5}, {"fraction": 0.5}]}}, "kT must be"),
         ({"scene": {"pinned": 10}}, "pinned leaves no bulk fluid"),

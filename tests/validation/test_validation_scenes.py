@@ -196,7 +196,7 @@ def boxed(n, d, diameter, edge=1.0, seed=1, ball=None):
     if ball is None:
         ball = Ball((0.0,) * d, 0.05 * diameter, "corner")
     scene = carom.Scene.random(
-        n, dimension=d, box=edge, diameter=diameter, periodic=False, obstacles=(ball,), seed=seed
+        n, dimension=d, box=edge, diameter=diameter, walls=True, obstacles=(ball,), seed=seed
     )
     return carom.Simulation(scene, seed=seed, tuning=carom.Tuning(neighbors="sectors", images=False))
 
@@ -325,7 +325,7 @@ def test_the_free_path_of_a_lorentz_gas(d):
 @pytest.mark.slow
 def test_the_density_at_a_wall_is_the_pressure_over_kT():
     sigma = 1.0
-    scene = moving(carom.Scene.random(400, box=(14.0, 34.0), periodic=[True, False], seed=1), 2)
+    scene = moving(carom.Scene.random(400, box=(14.0, 34.0), walls="y", seed=1), 2)
     sim = carom.Simulation(scene, seed=0)
     sim.run(collisions_per_particle=200)
     heights, blocks, width = [], [], 0.02
@@ -353,7 +353,7 @@ def test_the_density_at_a_wall_is_the_pressure_over_kT():
 @pytest.mark.slow
 def test_the_pressure_on_far_walls_is_the_virial_pressure_of_the_bulk():
     # A bulk at the density between the walls far from them, in a periodic box.
-    scene = moving(carom.Scene.random(2000, box=(30.0, 105.0), periodic=[True, False], seed=1), 2)
+    scene = moving(carom.Scene.random(2000, box=(30.0, 105.0), walls="y", seed=1), 2)
     sim = carom.Simulation(scene, seed=0)
     sim.run(collisions_per_particle=300)
     inner = []
@@ -395,7 +395,7 @@ def test_granular_gas_cools_by_haff_s_law():
     logarithms = []
     for seed in range(8):
         sim = carom.Simulation(
-            carom.Scene.random(1000, dimension=d, density=0.1, seed=seed).with_(restitution=e), seed=seed
+            carom.Scene.random(1000, dimension=d, density=0.1, seed=seed).replace(impact=e), seed=seed
         )
         start, row = sim.kT, []
         for _ in range(6):

@@ -78,7 +78,7 @@ and 1 deep for every pair."""
 
 
 def scene_of_thin():
-    return carom.Scene.crystal(cells=10, density=0.1).with_(interaction=SquareWell(1.5, 1.0))
+    return carom.Scene.crystal(cells=10, density=0.1).replace(interaction=SquareWell(1.5, 1.0))
 
 
 def scene_of_mixture():
@@ -90,7 +90,7 @@ def scene_of_mixture():
     assert places.box[0] == pytest.approx(10.083897274776522, rel=1e-12)  # theirs
     cores = [[1.0, 0.75], [0.75, 0.5]]
     table = StepTable([[Steps([core, 1.5 * core], [INF, -1.0]) for core in row] for row in cores])
-    return places.with_(interaction=table)
+    return places.replace(interaction=table)
 
 
 def energy_of(sim):

@@ -38,19 +38,19 @@ _SHELF = {
     # impact=
     "Restitution": "contacts.restitution",
     "Loss": "contacts.losses",
+    # walls=
+    "Wall": "obstacles.named_walls",
     # obstacles=
     "Plane": "obstacles.planes",
     "Ball": "obstacles.balls",
-    "Box": "obstacles.blocks",
+    "Cuboid": "obstacles.blocks",
     "Segment": "obstacles.segments",
     "polygon": "obstacles.segments",
     "Arc": "obstacles.arcs",
     "Triangle": "obstacles.triangles",
     "SphericalContainer": "obstacles.containers",
     "CylindricalContainer": "obstacles.containers",
-    "Surface": "obstacles.surfaces",
-    "Thermal": "obstacles.surfaces",
-    "Shaken": "obstacles.shaken",
+    # shake= of walls and obstacles
     "Sine": "obstacles.paths",
     "Parabolas": "obstacles.paths",
     # drive=

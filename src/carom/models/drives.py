@@ -24,6 +24,7 @@ from carom.compiling.registry import optional, required
 from carom.errors import InputError
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.questions.particles import NEVER, Particles
+from carom.models.species import species_count
 
 
 class Drive(Protocol):
@@ -160,10 +161,11 @@ class _Bath:
 
     def check(self, scene: Any) -> None:
         """Raise InputError if there is a kT a species, and they are not those of the scene."""
-        if isinstance(self.kT, tuple) and len(self.kT) != scene.species_count:
+        kinds = species_count(scene)
+        if isinstance(self.kT, tuple) and len(self.kT) != kinds:
             raise InputError(
                 f"kT of {type(self).__name__} holds {len(self.kT)} temperatures, and the scene has "
-                f"{scene.species_count} species: give one kT, or one a species."
+                f"{kinds} species: give one kT, or one a species."
             )
 
     def pace(self, scene: Any) -> float:

@@ -21,6 +21,7 @@ import numpy as np
 
 from carom.arithmetic import dot, power
 from carom.models.obstacles import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.scene.fields import standing
 
 if TYPE_CHECKING:
     from carom.frame import Frame
@@ -67,7 +68,7 @@ def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
         upper = _over(places[:, axis] - radii, edge - 2.0 * radii)
         toward = dot(momenta[:, axis], upper)
         found += [toward - float(momenta[:, axis].sum()), toward]
-    for obstacle in scene.obstacles:
+    for obstacle in standing(scene):
         if not balanced_by_field(obstacle):
             found.append(0.0)
         elif isinstance(obstacle, SphericalContainer | CylindricalContainer):

@@ -16,6 +16,7 @@ from carom.errors import CaromWarning, InputError
 from carom.observables.course import Course
 from carom.observables.statistics import Estimate
 from carom.results import Result
+from carom.scene.fields import is_simple
 from carom.scene.temperature import kept_by_motion
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ class Pressure:
             kT=kT,
             mass=scene.mass,
             packing_fraction=scene.packing_fraction,
-            simple=scene.simple,
+            simple=is_simple(scene),
             exchanges=hasattr(scene.interaction, "steps"),
         )
 

@@ -23,6 +23,7 @@ import numpy as np
 from carom.arithmetic import dot, least_squares
 from carom.observables.momentum_balance import balanced_by_field
 from carom.observables.statistics import Estimate, ratio
+from carom.scene.fields import standing
 
 if TYPE_CHECKING:
     from carom.frame import Frame
@@ -54,7 +55,7 @@ def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:
     tuple of float
         Two numbers for each obstacle; none if there are more than 16 such obstacles.
     """
-    obstacles = [obstacle for obstacle in scene.obstacles if not balanced_by_field(obstacle)]
+    obstacles = [obstacle for obstacle in standing(scene) if not balanced_by_field(obstacle)]
     fastest = float(np.abs(frame.velocities).max(initial=0.0))
     if len(obstacles) > MOST:
         return ()
@@ -76,9 +77,9 @@ def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:
 def place_of(scene: Scene, k: int) -> int | None:
     """Return the index of the first sum of wall or obstacle k in those of the scene; None if it has none."""
     number = k - 2 * list(scene.periodic).count(False)
-    if number < 0 or balanced_by_field(scene.obstacles[number]):
+    if number < 0 or balanced_by_field(standing(scene)[number]):
         return None
-    return 2 * sum(not balanced_by_field(obstacle) for obstacle in scene.obstacles[:number])
+    return 2 * sum(not balanced_by_field(obstacle) for obstacle in standing(scene)[:number])
 
 
 def freed(impulses: np.ndarray, changes: np.ndarray, durations: np.ndarray) -> tuple[Estimate, np.ndarray]:

@@ -13,10 +13,12 @@ from carom import checks
 from carom.block import Block
 from carom.errors import InputError
 from carom.models.obstacles.faces import bare, stand_ins
-from carom.models.obstacles.planes import Plane, sides, walls
+from carom.models.obstacles.planes import Plane, walls
+from carom.models.obstacles.wall_names import sides
 from carom.observables.statistics import Estimate, ratio
 from carom.observables.surface_changes import freed, place_of
 from carom.results import Result
+from carom.scene.fields import standing
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -29,8 +31,8 @@ class WallPressure:
     Parameters
     ----------
     obstacle : int or str
-        Its number or name, as :attr:`carom.Simulation.obstacles` lists them: the walls of each axis without
-        periodicity, "lower wall of axis 0" before "upper wall of axis 0", then the scene's obstacles.
+        Its number or name, as :attr:`carom.Simulation.obstacles` lists them: the walls, "x_low" before
+        "x_high", then walls with properties and the scene's obstacles.
     area : float, optional
         Area by which the force is divided [length^(d-1)]. By default it is that of the wall, or of the
         surface of the ball or container (not of the surface on which centres turn back); 1 in one dimension.
@@ -44,7 +46,8 @@ class WallPressure:
 
     Notes
     -----
-    A wall for which an obstacle stands is listed, and nothing meets it: ask for the obstacle.
+    A wall for which an obstacle stands is listed, and nothing meets it: ask for the obstacle. A wall with
+    properties is asked for by its name.
     """
 
     obstacle: int | str = 0
@@ -118,10 +121,10 @@ class WallPressure:
         """Return the number of the obstacle among all walls and obstacles."""
         names, walls = obstacle_names(scene), sides(scene.periodic)
         k = self._among(names)
-        standing = stand_ins(scene.obstacles, scene.box, scene.periodic)
-        if k < len(walls) and walls[k] in standing:
-            name = scene.obstacles[standing[walls[k]]].name
-            raise InputError(f"{name} stands for the {names[k]}, which nothing meets; measure {name!r}.")
+        replaced = stand_ins(standing(scene), scene.box, scene.periodic)
+        if k < len(walls) and walls[k] in replaced:
+            name = standing(scene)[replaced[walls[k]]].name
+            raise InputError(f"{name} stands for the wall {names[k]}, which nothing meets; measure {name!r}.")
         return k
 
     def _among(self, names: tuple[str, ...]) -> int:
@@ -196,8 +199,14 @@ class WallPressureResult(Result):
 
 
 def obstacle_names(scene: Scene) -> tuple[str, ...]:
-    """Return the names of walls and obstacles in the order of their numbers."""
-    return tuple(each.name for each in (*walls(scene.box, scene.periodic), *scene.obstacles))
+    """Return the names of walls and obstacles in the order of their numbers.
+
+    A wall with properties is an obstacle of its name; the number of the plain wall, which nothing meets, has
+    the name "plain y_low".
+    """
+    taken = [each.name for each in standing(scene)]
+    plain = (each.name for each in walls(scene.box, scene.periodic))
+    return (*(f"plain {name}" if name in taken else name for name in plain), *taken)
 
 
 def _area(scene: Scene, k: int) -> float:
@@ -206,13 +215,13 @@ def _area(scene: Scene, k: int) -> float:
     if k < 2 * len(axes):
         return scene.volume / scene.box[axes[k // 2]]
     number = k - 2 * len(axes)
-    obstacle = scene.obstacles[number]
+    obstacle = standing(scene)[number]
     body = bare(obstacle)
     area = float(body.area(scene.box)) if hasattr(body, "area") else 0.0
     if area > 0.0:  # that of a segment without a radius is zero
         return area
     if isinstance(body, Plane):
-        for (axis, _), stands in stand_ins(scene.obstacles, scene.box, scene.periodic).items():
+        for (axis, _), stands in stand_ins(standing(scene), scene.box, scene.periodic).items():
             if stands == number:
                 return scene.volume / scene.box[axis]
     raise InputError(f"The area of {obstacle.name} is not known; give WallPressure(area=...).")

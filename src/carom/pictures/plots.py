@@ -16,7 +16,9 @@ import numpy as np
 from carom import theory
 from carom.errors import InputError
 from carom.pictures.paper import DPI, GREY, INK, PALE, PIXELS, TITLE, TOP, WARM, lay_out, saved, sheet
+from carom.scene.conversion import to_frame
 from carom.scene.description import particles
+from carom.scene.fields import standing
 from carom.texts import label as label_of
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from carom.observables.pressure import PressureResult
     from carom.observables.radial import RDFResult
     from carom.observables.statistics import Estimate
+    from carom.scene.scene import Scene
 
 # More blocks than this are drawn as means of groups, so that points do not merge.
 _MOST_POINTS = 64
@@ -226,6 +229,28 @@ def partial_rdf(
     axes.legend(fontsize=8.5, framealpha=0.92, edgecolor="none")
     lay_out(figure, axes)
     return saved(figure, path)
+
+
+def picture(scene: Scene, path: str | os.PathLike[str] | None = None) -> Figure:
+    """Draw the particles of a scene: :func:`snapshot` of it, with its walls and obstacles.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is drawn.
+    path : path, optional
+        Where to save the picture.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    FileError
+        If the picture cannot be saved.
+    """
+    return snapshot(to_frame(scene), obstacles=standing(scene), path=path)
 
 
 def snapshot(

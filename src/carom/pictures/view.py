@@ -27,6 +27,8 @@ from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
 from carom.models.questions.obstacle import Obstacle
 from carom.scene.box import LONGEST_EDGE
+from carom.scene.conversion import to_frame
+from carom.scene.fields import standing
 
 ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
 """Files of a folder that can be shown; the first that exists is taken."""
@@ -168,8 +170,8 @@ def _data(
         return viewdata.of_network(network), f"Packing at {network.packing_fraction:.5g}"
     scene = source if isinstance(source, Scene) else getattr(source, "scene", None)
     if isinstance(scene, Scene):
-        frames: Any = [_of_scene(scene) if source is scene else source.frame()]
-        obstacles = scene.obstacles if obstacles is None else obstacles
+        frames: Any = [to_frame(scene) if source is scene else source.frame()]
+        obstacles = standing(scene) if obstacles is None else obstacles
     elif isinstance(source, Frame):
         frames = [source]
     elif isinstance(source, Reader | Sequence) and all(isinstance(each, Frame) for each in source[:1]):
@@ -181,15 +183,6 @@ def _data(
         )
     data = viewdata.of_frames(frames, obstacles or ())
     return data, f"{frames[0].n} {particles(frames[0].dimension, frames[0].n)}"
-
-
-def _of_scene(scene: Any) -> Frame:
-    """Return the frame of a scene; missing velocities are zero."""
-    velocities = scene.positions * 0.0 if scene.velocities is None else scene.velocities
-    return Frame(
-        0.0, 0, scene.positions, velocities, scene.box, scene.diameters, scene.masses,
-        species=scene.species, species_names=scene.species_names, periodic=scene.periodic,
-    )  # fmt: skip
 
 
 def _of_path(
@@ -217,15 +210,15 @@ def _of_path(
         if getattr(run.scene.motion, "straight", True):
             return viewdata.of_replay(run, limit), _title(path)
         if not others:
-            return viewdata.of_frames(viewdata.at_collisions(run, limit), run.scene.obstacles), _title(path)
+            return viewdata.of_frames(viewdata.at_collisions(run, limit), standing(run.scene)), _title(path)
         path = others[0]
     if path.name == "packing.h5md":
         from carom.observables.packing import network_of
 
         with open_reader(path) as reader:
             frame = reader[-1]
-        standing = standing_beside(path, frame) if obstacles is None else obstacles
-        return viewdata.of_network(network_of(frame, obstacles=standing)), _title(path)
+        shown = standing_beside(path, frame) if obstacles is None else obstacles
+        return viewdata.of_network(network_of(frame, obstacles=shown)), _title(path)
     with open_reader(path) as reader:
         if obstacles is None and len(reader):
             obstacles = standing_beside(path, reader[0])

@@ -18,6 +18,7 @@ from carom.models.questions.obstacle import Obstacle
 from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of
 from carom.scene.description import particles
+from carom.scene.fields import standing
 
 if TYPE_CHECKING:
     from carom.simulation.replay import Replay
@@ -172,7 +173,7 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
         If nothing happens.
     """
     frame = run.frame()
-    data = _common(frame, run.scene.obstacles)
+    data = _common(frame, standing(run.scene))
     n, velocities = frame.n, frame.velocities
     owners, times = [np.arange(n)], [np.full(n, frame.time)]
     places, speeds = [frame.positions], [velocities]

@@ -1,6 +1,6 @@
 """Fixed obstacles: walls, planes, balls and containers, in any arithmetic.
 
-They are described by tables of numbers, as in a scene file: ``{"kind": "plane", "normal": ..., "offset":
+They are described by tables of numbers, as in a scene file: ``{"type": "plane", "normal": ..., "offset":
 ...}``, or ``"ball"``, ``"sphere"`` and ``"cylinder"`` with ``center`` and ``radius`` (and ``axis``).
 """
 
@@ -107,7 +107,7 @@ def make_fixed(
             made += [Plane(normal, zero, one), Plane(-normal, -box[axis], one)]
     for k, described in enumerate(obstacles):
         try:
-            kind, values = described["kind"], dict(described)
+            kind, values = described["type"], dict(described)
             point = numbers.array(values["normal" if kind == "plane" else "center"], f"obstacle {k}")
             size = numbers.array([values["offset" if kind == "plane" else "radius"]], f"obstacle {k}")[0]
             if point.shape != (d,):

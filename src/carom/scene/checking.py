@@ -13,6 +13,7 @@ from carom.models.questions.obstacle import is_periodic
 from carom.scene import box, overlaps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
+from carom.texts import axis_name
 
 
 def refuse_both(kind: str, value: Any, keyword: str, given: bool) -> None:
@@ -63,9 +64,9 @@ def refuse_tight(room: Room, diameters: np.ndarray) -> None:
                 wide, edge = float(spread()[axis]), float(room.box[axis])
                 if wide + largest > edge:
                     raise InputError(
-                        f"{container.name} is {wide:.6g} wide along axis {axis}, which is periodic with "
-                        f"{edge:.6g}; expected room for the largest diameter ({largest:.6g}) between it and "
-                        "its image. Set periodic to false for that axis, or enlarge the box."
+                        f"{container.name} is {wide:.6g} wide along {axis_name(int(axis))}, which is "
+                        f"periodic with {edge:.6g}; expected room for the largest diameter ({largest:.6g}) "
+                        "between it and its image. Give that axis walls, or enlarge the box."
                     )
         inside = _asked(container, "inside")
         if inside is None:

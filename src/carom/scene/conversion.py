@@ -11,49 +11,43 @@ import numpy as np
 
 from carom import checks
 from carom.errors import CaromWarning, InputError
+from carom.frame import Frame
 from carom.models import obstacles as _obstacles
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned
 from carom.models.interactions.pinned import mask as pinned_mask
+from carom.models.obstacles import named_walls
 from carom.scene import box, overlaps
-from carom.scene.fields import S
+from carom.scene.fields import Fields, S
+from carom.scene.keywords import KNOWN, refuse_unknown
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts, contact_matrix, labels, per_component
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
+    from typing import Unpack
 
     import ase
     from numpy.typing import ArrayLike
 
-    from carom.frame import Frame
-    from carom.models.drives import Drive
-    from carom.models.obstacles import Obstacle
-    from carom.models.questions.contact import Impact
-    from carom.models.questions.interaction import Interaction
-    from carom.models.questions.motion import Motion
+    from carom.models.obstacles.named_walls import Walls
+    from carom.scene.keywords import Keywords
 
 
 def from_frame(
     cls: Callable[..., S],
     frame: Frame,
-    *,
-    contact: ArrayLike | None = None,
-    obstacles: Sequence[Obstacle] = (),
-    pinned: ArrayLike | None = None,
-    interaction: Interaction | None = None,
-    motion: Motion | None = None,
-    impact: Impact | None = None,
-    drive: Drive | None = None,
+    **keywords: Unpack[Keywords],
 ) -> S:
     """Make a scene from a frame, without its images and time.
 
     Parameters
     ----------
     frame : Frame
-        Axes of the frame that are not periodic get walls.
-    contact, obstacles, pinned, interaction, motion, impact, drive
-        As in :class:`carom.Scene`; a frame does not store them.
+        Axes of the frame that are not periodic get plain walls, unless ``walls`` is given.
+    **keywords
+        Keywords of :class:`carom.Scene`, which a frame does not store: ``walls``, ``obstacles``, ``contact``,
+        ``pinned``, ``interaction``, ``motion``, ``impact``, ``drive``.
 
     Raises
     ------
@@ -66,19 +60,23 @@ def from_frame(
         If spheres overlap by no more than the rounding of single precision, as in a GSD file. They are then
         moved apart by this small amount.
     """
-    arguments = of_frame(frame) | {"contact": contact, "obstacles": obstacles, "pinned": pinned}
+    refuse_unknown("Scene.from_frame", keywords)
+    interaction = keywords.get("interaction")
+    arguments = of_frame(frame)
     if frame.positions.size and not getattr(interaction, "penetrable", False):
         sizes = per_component(arguments["diameter"], "diameter", frame.n)
         edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
-        periodic = box.periodicity(frame.periodic, frame.dimension)
-        standing = _obstacles.checked(obstacles, edges, periodic)
+        walls = named_walls.named(keywords.get("walls", arguments["walls"]), frame.dimension)
+        periodic = named_walls.periodic_axes(walls, frame.dimension)
+        stood_for = named_walls.standing(walls, edges)
+        standing = _obstacles.checked(keywords.get("obstacles", ()), edges, periodic, stood_for)
         room = Room(np.asarray(edges), np.asarray(periodic), standing)
         kinds = labels(frame.species, frame.n)
-        given = interaction.contact if isinstance(interaction, HardCores) else contact
+        given = interaction.contact if isinstance(interaction, HardCores) else keywords.get("contact")
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
-        given = interaction.which if isinstance(interaction, Pinned) else pinned
+        given = interaction.which if isinstance(interaction, Pinned) else keywords.get("pinned")
         arguments["positions"] = parted(arguments["positions"], room, contacts, pinned_mask(given, frame.n))
-    return cls(**arguments, interaction=interaction, motion=motion, impact=impact, drive=drive)
+    return cls(**{**arguments, **keywords})
 
 
 def from_ase(
@@ -86,7 +84,8 @@ def from_ase(
     atoms: ase.Atoms,
     *,
     diameter: float | ArrayLike | Mapping[str, float] | None = None,
-    walls: bool = False,
+    walls: Walls = False,
+    **keywords: Any,
 ) -> S:
     """Make a scene from an ``ase.Atoms``: positions, cell, masses, momenta, radii and kinds.
 
@@ -100,9 +99,12 @@ def from_ase(
         One diameter for all, one for each sphere, or one for each chemical symbol, such as ``{"Ar": 3.4,
         "Ne": 2.75}``, in the unit of length of ``atoms`` (angstrom in ASE). Omit it if ``atoms`` has an array
         ``radius``.
-    walls : bool
-        Whether axes that are not periodic, but along which coordinates differ, get walls at the faces of
-        the cell. By default such axes are refused.
+    walls : str, True, sequence of str, or mapping of str to Wall
+        True gives walls, at the faces of the cell, to the axes that are not periodic, but along which
+        coordinates differ. By default such axes are refused. They may also be named, as in
+        :class:`carom.Scene`.
+    **keywords
+        The other keywords of :meth:`carom.Scene.from_frame`.
 
     Raises
     ------
@@ -115,7 +117,17 @@ def from_ase(
     CaromWarning
         If ``atoms`` has no radii and no diameter is given: it is then 1.
     """
-    return cls(**of_atoms(atoms, diameter, walls))
+    refuse_unknown("Scene.from_ase", keywords, (*KNOWN, "diameter"))
+    return cls(**of_atoms(atoms, diameter, walls), **keywords)
+
+
+def to_frame(scene: Fields) -> Frame:
+    """Return the frame of a scene at time 0; missing velocities are zero."""
+    velocities = scene.positions * 0.0 if scene.velocities is None else scene.velocities
+    return Frame(
+        0.0, 0, scene.positions, velocities, scene.box, scene.diameters, scene.masses,
+        species=scene.species, species_names=scene.species_names, periodic=scene.periodic,
+    )  # fmt: skip
 
 
 def of_frame(frame: Frame) -> dict[str, Any]:
@@ -130,12 +142,12 @@ def of_frame(frame: Frame) -> dict[str, Any]:
         "diameter": _each(frame.diameters, "diameters", frame.n),
         "mass": _each(frame.masses, "masses", frame.n),
         "velocities": frame.velocities,
-        "periodic": frame.periodic,
+        "walls": named_walls.axes_without(box.periodicity(frame.periodic, frame.dimension)),
         **names,
     }
 
 
-def of_atoms(atoms: ase.Atoms, diameter: Any, walls: bool) -> dict[str, Any]:
+def of_atoms(atoms: ase.Atoms, diameter: Any, walls: Any) -> dict[str, Any]:
     """Return the arguments of a scene from an ``ase.Atoms``; see :meth:`carom.Scene.from_ase`."""
     if not all(hasattr(atoms, name) for name in ("positions", "cell", "pbc", "arrays", "get_masses")):
         raise InputError(f"atoms must be an ase.Atoms, found {checks.describe(atoms)}.")
@@ -144,7 +156,7 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: bool) -> dict[str, Any]:
     places = checks.array(atoms.positions, "positions", "(n, 3)", ndim=2)
     periodic = np.asarray(atoms.pbc, dtype=bool)
     kept = periodic.copy()
-    if n and walls:
+    if n and walls is not False:
         kept |= np.ptp(places, axis=0) > 0
     if not kept.any():
         raise InputError(
@@ -198,10 +210,27 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: bool) -> dict[str, Any]:
         "diameter": diameter,
         "mass": masses,
         "velocities": velocities,
-        "periodic": periodic[kept],
+        "walls": _walls_of(walls, periodic[kept]),
         "species": species if len(names) > 1 else None,
         "species_names": tuple(map(str, names)) if len(names) > 1 else (),
     }
+
+
+def _walls_of(walls: Any, periodic: np.ndarray) -> Any:
+    """Return the walls of a scene with these periodic axes.
+
+    Raises
+    ------
+    InputError
+        If ``walls`` names other axes than those that are not periodic.
+    """
+    if isinstance(walls, bool):
+        return named_walls.axes_without(periodic.tolist())
+    found = named_walls.periodic_axes(named_walls.named(walls, len(periodic)), len(periodic))
+    if found != tuple(periodic.tolist()):
+        without = named_walls.axes_without(periodic.tolist())
+        raise InputError(f"pbc of atoms leaves walls={without!r}, found walls={walls!r}.")
+    return walls
 
 
 def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | None) -> Any:

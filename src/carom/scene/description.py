@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from carom.models.obstacles.faces import name_of, stand_ins
-from carom.models.obstacles.planes import sides
-from carom.scene.fields import Fields
-from carom.texts import html, visible
+from carom.models.contacts.restitution import Restitution
+from carom.models.obstacles.faces import stand_ins
+from carom.models.obstacles.wall_names import wall_name
+from carom.models.species import species_count
+from carom.scene.fields import Fields, is_elastic, standing
+from carom.texts import axis_name, html, visible
 
 
 def particles(dimension: int, number: int = 2) -> str:
@@ -47,23 +49,22 @@ def facts(scene: Fields) -> dict[str, str]:
         "packing_fraction": f"{scene.packing_fraction:.6g}",
     }
     if scene.species is not None:
-        counts = np.bincount(scene.species, minlength=scene.species_count)
+        counts = np.bincount(scene.species, minlength=species_count(scene))
         names = scene.species_names or [str(k) for k in range(len(counts))]
         facts["species"] = ", ".join(
             f"{visible(name)} {count}" for name, count in zip(names, counts, strict=True)
         )
     if scene.contact is not None:
         facts["contact"] = "by species"
-    standing = stand_ins(scene.obstacles, scene.box, scene.periodic)
-    axes = dict.fromkeys(str(wall[0]) for wall in sides(scene.periodic) if wall not in standing)
-    if axes:
-        facts["walls"] = f"axis {', '.join(axes)}"
+    if scene.walls:
+        facts["walls"] = _walls(scene)
     if scene.obstacles:
-        facts["obstacles"] = ", ".join(visible(name) for name in _named(scene, standing))
+        facts["obstacles"] = ", ".join(visible(name) for name in _named(scene))
     if scene.pinned is not None:
         facts["pinned"] = str(int(scene.pinned.sum()))
-    if scene.restitution < 1:
-        facts["restitution"] = f"{scene.restitution:.6g}"
+    if not is_elastic(scene):
+        law = scene.impact
+        facts["impact"] = f"{law.restitution:.6g}" if isinstance(law, Restitution) else type(law).__name__
     if scene.drive is not None:
         facts["drive"] = type(scene.drive).__name__
     if scene.velocities is not None:
@@ -71,12 +72,21 @@ def facts(scene: Fields) -> dict[str, str]:
     return facts
 
 
-def _named(scene: Fields, standing: dict[tuple[int, int], int]) -> list[str]:
+def _walls(scene: Fields) -> str:
+    """Return the axes with walls, and the walls with properties."""
+    axes = ", ".join(axis_name(axis) for axis, wraps in enumerate(scene.periodic) if not wraps)
+    special = ", ".join(name for name, wall in scene.walls.items() if not wall.is_plain)
+    return f"{axes} ({special} with properties)" if special else axes
+
+
+def _named(scene: Fields) -> list[str]:
     """Return the names of the obstacles, and for which walls they stand."""
-    names = []
-    for k, obstacle in enumerate(scene.obstacles):
-        walls = ", ".join(name_of(wall) for wall, number in standing.items() if number == k)
-        names.append(f"{obstacle.name} (for the {walls})" if walls else obstacle.name)
+    names, everything = [], standing(scene)
+    replaced = stand_ins(everything, scene.box, scene.periodic)
+    before = len(everything) - len(scene.obstacles)
+    for k, obstacle in enumerate(scene.obstacles, before):
+        walls = ", ".join(wall_name(*wall) for wall, number in replaced.items() if number == k)
+        names.append(f"{obstacle.name} (for the wall {walls})" if walls else obstacle.name)
     return names
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from carom.models import model_checks
 from carom.models.drives import Drive
 from carom.models.interactions.pinned import Pinned
-from carom.models.obstacles import Obstacle
+from carom.models.obstacles import Obstacle, Wall
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
@@ -29,14 +29,13 @@ class Fields:
     diameters: np.ndarray
     masses: np.ndarray
     velocities: np.ndarray | None
-    equal: bool
     species: np.ndarray | None
     species_names: tuple[str, ...]
     contact: np.ndarray | None
     periodic: tuple[bool, ...]
     obstacles: tuple[Obstacle, ...]
-    restitution: float
-    elastic_below: float | None
+    _walls: tuple[tuple[str, Wall], ...]
+    _standing: tuple[Obstacle, ...]
     pinned: np.ndarray | None
     interaction: Interaction
     motion: Motion
@@ -70,35 +69,40 @@ class Fields:
         return float(part(self.diameters, self.box))
 
     @property
-    def walls(self) -> bool:
-        """Whether any axis has walls instead of being periodic."""
-        return not all(self.periodic)
+    def walls(self) -> dict[str, Wall]:
+        """The walls of the box by name, in their order; those without properties are plain."""
+        return dict(self._walls)
 
-    @property
-    def simple(self) -> bool:
-        """Whether all are equal and elastic, in a periodic box without obstacles or a drive."""
-        usual = all(self.usual(kind) for kind in model_checks.USUAL)
-        return (
-            usual
-            and self.drive is None
-            and self.equal
-            and not self.walls
-            and not self.obstacles
-            and self.restitution == 1.0
-        )
 
-    def usual(self, kind: str) -> bool:
-        """Return whether a ``kind`` of value, such as "interaction", follows from the other keywords."""
-        value = getattr(self, kind)
-        return type(value) is model_checks.USUAL[kind] or isinstance(value, Pinned)
+def standing(scene: Fields) -> tuple[Obstacle, ...]:
+    """Return what the engine meets beside plain walls: walls with properties, then the obstacles.
 
-    @property
-    def species_count(self) -> int:
-        """Number of species, K: 1 where none are given."""
-        if self.species is None:
-            return 1
-        contacts = 0 if self.contact is None else len(self.contact)
-        return max(int(self.species.max()) + 1, len(self.species_names), contacts)
+    Their surfaces and motions enclose them (``carom.models.obstacles.properties``).
+    """
+    return scene._standing
+
+
+def is_usual(scene: Fields, kind: str) -> bool:
+    """Tell whether a ``kind`` of value, such as "interaction", follows from the other keywords."""
+    value = getattr(scene, kind)
+    return type(value) is model_checks.USUAL[kind] or isinstance(value, Pinned)
+
+
+def is_elastic(scene: Fields) -> bool:
+    """Tell whether no contact of two particles loses energy."""
+    return is_usual(scene, "impact") and bool(getattr(scene.impact, "elastic", False))
+
+
+def is_equal(scene: Fields) -> bool:
+    """Tell whether all particles have one diameter and one mass, without a contact matrix or pinned ones."""
+    alike = np.ptp(scene.diameters) == 0 and np.ptp(scene.masses) == 0
+    return bool(alike and scene.contact is None and scene.pinned is None)
+
+
+def is_simple(scene: Fields) -> bool:
+    """Tell whether all are equal hard cores, elastic, in a periodic box without obstacles or a drive."""
+    usual = all(is_usual(scene, kind) for kind in model_checks.USUAL) and is_elastic(scene)
+    return usual and scene.drive is None and is_equal(scene) and all(scene.periodic) and not standing(scene)
 
 
 S = TypeVar("S", bound=Fields)

@@ -2,37 +2,61 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NoReturn, Self
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Never, NoReturn, Self
 
 import numpy as np
 
-from carom import checks
+from carom import above, checks
 from carom.errors import InputError
 from carom.models import model_checks
 from carom.models import obstacles as _obstacles
-from carom.models.contacts.restitution import Restitution
-from carom.models.files import parameters, tables, to_tables
+from carom.models.contacts.restitution import Restitution, as_impact
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned
 from carom.models.interactions.pinned import mask as pinned_mask
 from carom.models.motions.free_flight import FreeFlight
-from carom.models.obstacles import Obstacle, faces
+from carom.models.obstacles import Obstacle, faces, named_walls
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
 from carom.scene import box as _box
 from carom.scene import checking, conversion, description, starts
 from carom.scene import species as _species
-from carom.scene.fields import Fields, Maker
+from carom.scene.fields import Fields, Maker, is_usual
 from carom.scene.first_steps import first_steps
+from carom.scene.keywords import refuse_unknown
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
 
 if TYPE_CHECKING:
+    from os import PathLike
+
+    from matplotlib.figure import Figure
     from numpy.typing import ArrayLike
 
     from carom.models.drives import Drive
+    from carom.models.obstacles.named_walls import Walls
+
+
+ARGUMENTS = (
+    "positions",
+    "box",
+    "diameter",
+    "mass",
+    "velocities",
+    "species",
+    "contact",
+    "walls",
+    "obstacles",
+    "species_names",
+    "pinned",
+    "interaction",
+    "motion",
+    "impact",
+    "drive",
+)
+"""What :class:`Scene` takes."""
 
 
 class Scene(Fields):
@@ -58,18 +82,15 @@ class Scene(Fields):
     contact : (K, K) array_like, optional
         Distances at which components of two species touch [length]: symmetric, with the species' diameters on
         the diagonal. By default contacts are additive: the mean of the two diameters.
-    periodic : bool or d bools
-        False gives an axis two hard walls, at 0 and at the edge, that the *surfaces* cannot pass: centres
-        stay in [radius, edge - radius].
+    walls : str, True, sequence of str, or mapping of str to Wall
+        Axes with walls: "y", "xy", True for all, or a list of names; from the fourth axis on they are called
+        axis3, axis4, ... The other axes are periodic. An axis has two walls, at 0 and at the edge, that the
+        *surfaces* cannot pass: centres stay in [radius, edge - radius]. Their names are x_low, x_high,
+        y_low, ... A mapping says of them by name which properties they have, such as ``{"y_low":
+        models.Wall(impact=0.9)}``; of an axis of which one wall is named, the other is plain.
     obstacles : sequence of obstacles
-        Planes, balls, containers (``carom.models.obstacles``), or your own. A plane or a container that
-        gets to a wall of the box, at rest or while it moves, stands for that wall.
-    restitution : float
-        Fraction of the normal relative velocity that remains after a collision, in (0, 1]; 1 is elastic.
-    elastic_below : float, optional
-        Normal relative speed below which a collision is elastic [length / time]. It keeps inelastic spheres
-        from colliding infinitely often in a finite time, so it must be positive where restitution < 1. The
-        default is 1e-3 of the thermal speed sqrt(kT / m), see ``carom.models.Restitution``.
+        Planes, balls, containers (``carom.models``), or your own. A plane or a container that gets to a wall
+        of the box, at rest or while it moves, stands for that wall.
     species_names : sequence of str, optional
         Names of the species, for files and tables.
     pinned : (n,) array_like of bool, or of indices, optional
@@ -79,11 +100,14 @@ class Scene(Fields):
         How two components act on each other; by default hard cores with these diameters and ``contact``.
     motion : value, optional
         How components move between events; by default free flight.
-    impact : value, optional
-        What a contact of two components loses; by default it follows from ``restitution``. The page
-        docs/models explains ``interaction``, ``motion`` and ``impact``.
+    impact : float or value, optional
+        What a contact of two particles loses; by default nothing. A number is the fraction of the normal
+        relative velocity that remains, a ``carom.models.Restitution``. The page docs/models explains
+        ``interaction``, ``motion`` and ``impact``.
     drive : value, optional
         What kicks single components at times of its own: a thermostat, noise (``carom.models.drives``).
+    **unknown
+        Refused, with the right word.
 
     Raises
     ------
@@ -104,18 +128,16 @@ class Scene(Fields):
         The common mass; the mean where they differ.
     diameters, masses : (n,) arrays
         Diameter [length] and mass of each component, read-only.
-    equal : bool
-        Whether all components have one diameter and one mass, without a contact matrix.
     species : (n,) int64 array or None
     species_names : tuple of str
     contact : (K, K) array or None
+    walls : dict of str to Wall
+        The walls by name, in their order.
     periodic : tuple of d bools
+        Which axes have no walls.
     obstacles : tuple
-        The obstacles, without the walls of the axes.
-    restitution : float
+        The obstacles, without the walls.
     pinned : (n,) bool array or None
-    elastic_below : float or None
-        None if the simulation chooses it; 0 if collisions are elastic.
     interaction, motion, impact : values
     drive : value or None
 
@@ -123,8 +145,8 @@ class Scene(Fields):
     --------
     >>> Scene([[0.5, 0.5], [2.0, 0.5]], box=3.0)
     Scene(n=2, dimension=2, box=(3, 3), diameter=1, mass=1, packing_fraction=0.174533)
-    >>> Scene([[0.5, 0.5], [2.0, 0.5]], box=3.0, diameter=[1.0, 0.5], periodic=[True, False])
-    Scene(n=2, dimension=2, box=(3, 3), diameter=0.5 to 1, mass=1, packing_fraction=0.109083, walls=axis 1)
+    >>> Scene([[0.5, 0.5], [2.0, 0.5]], box=3.0, diameter=[1.0, 0.5], walls="y")
+    Scene(n=2, dimension=2, box=(3, 3), diameter=0.5 to 1, mass=1, packing_fraction=0.109083, walls=y)
     """
 
     def __init__(
@@ -137,17 +159,17 @@ class Scene(Fields):
         velocities: ArrayLike | None = None,
         species: ArrayLike | None = None,
         contact: ArrayLike | None = None,
-        periodic: bool | Sequence[bool] | np.ndarray = True,
+        walls: Walls = False,
         obstacles: Sequence[Obstacle] = (),
-        restitution: float = 1.0,
-        elastic_below: float | None = None,
         species_names: Sequence[str] = (),
         pinned: ArrayLike | None = None,
         interaction: Interaction | None = None,
         motion: Motion | None = None,
-        impact: Impact | None = None,
+        impact: float | Impact | None = None,
         drive: Drive | None = None,
+        **unknown: Never,
     ) -> None:
+        refuse_unknown("Scene", unknown, ARGUMENTS)
         places = checks.array(positions, "positions", "(n, d)", ndim=2)
         n, dimension = places.shape
         if n == 0 or dimension == 0:
@@ -160,19 +182,16 @@ class Scene(Fields):
         kinds = _species.labels(species, n)
         if isinstance(interaction, HardCores):  # the same as the keyword
             contact, interaction = interaction.contact, None
-        if isinstance(impact, Restitution):
-            restitution, elastic_below, impact = impact.restitution, impact.elastic_below, None
         if isinstance(interaction, Pinned):
             pinned, interaction = interaction.which, None
-        elasticity = Restitution(restitution, elastic_below)
         fixed = pinned_mask(pinned, n)
         checking.refuse_both("interaction", interaction, "contact", contact is not None)
-        checking.refuse_both("impact", impact, "restitution", elasticity.restitution < 1.0)
         checking.refuse_pinned(fixed, interaction, motion, contact)
         matrix = _species.contact_matrix(contact, kinds, diameters)
         edges = _box.edges(box, dimension, float(diameters.max()), float(diameters.min()))
-        repeats = _box.periodicity(periodic, dimension)
-        standing = _obstacles.checked(obstacles, edges, repeats)
+        sides = named_walls.named(walls, dimension)
+        repeats = named_walls.periodic_axes(sides, dimension)
+        standing = _obstacles.checked(obstacles, edges, repeats, named_walls.standing(sides, edges))
         room = Room(np.asarray(edges), np.asarray(repeats), standing)
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)
@@ -181,28 +200,26 @@ class Scene(Fields):
         checking.refuse_unlike(contacts)
         checking.refuse_overlap(places, room, contacts, interaction, fixed)
         places.setflags(write=False)
-        one_diameter, one_mass = np.ptp(diameters) == 0, np.ptp(masses) == 0
         vars(self).update(
             positions=places,
             box=edges,
             diameter=float(diameters.max()),
-            mass=float(masses[0] if one_mass else masses.mean()),
+            mass=float(masses[0] if np.ptp(masses) == 0 else masses.mean()),
             diameters=diameters,
             masses=masses,
             velocities=None if velocities is None else checking.speeds(velocities, places.shape, fixed),
-            equal=bool(one_diameter and one_mass and matrix is None and fixed is None),
             species=kinds,
             species_names=_species.names(species_names, kinds),
             contact=matrix,
             periodic=repeats,
-            obstacles=standing,
-            restitution=elasticity.restitution,
-            elastic_below=elasticity.elastic_below,
+            obstacles=tuple(obstacles),
+            _walls=tuple(sides.items()),
+            _standing=standing,
             pinned=fixed,
             interaction=model_checks.checked("interaction", interaction)
             or (HardCores(matrix) if fixed is None else Pinned(fixed)),
             motion=model_checks.checked("motion", motion) or FreeFlight(),
-            impact=model_checks.checked("impact", impact) or elasticity,
+            impact=model_checks.checked("impact", as_impact(impact)) or Restitution(),
             drive=model_checks.checked("drive", drive),
         )
         values: tuple[Any, ...] = (self.interaction, self.motion, self.impact, self.drive)
@@ -213,18 +230,18 @@ class Scene(Fields):
             first_steps(self)  # refuses pairs whose energy is infinite
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
-        raise AttributeError(f"A Scene cannot be changed; make another: scene.with_({name}=...).")
+        raise AttributeError(f"A Scene cannot be changed; make another: scene.replace({name}=...).")
 
     def __delattr__(self, name: str) -> NoReturn:
         raise AttributeError(f"A Scene cannot be changed, so {name} stays.")
 
-    def with_(self, **changes: Any) -> Self:
+    def replace(self, **changes: Any) -> Self:
         """Return the same scene with some arguments of :class:`Scene` changed, checked again as a whole.
 
         Parameters
         ----------
         **changes
-            The arguments to change, by name. A new ``restitution`` resets ``elastic_below`` to its default.
+            The arguments to change, by name.
 
         Raises
         ------
@@ -233,122 +250,48 @@ class Scene(Fields):
 
         Examples
         --------
-        >>> Scene.crystal(32, 0.3).with_(restitution=0.9).restitution
+        >>> Scene.crystal(32, 0.3).replace(impact=0.9).impact.restitution
         0.9
         """
-        arguments: dict[str, Any] = {
-            "positions": self.positions,
-            "box": self.box,
-            "diameter": self.diameters,
-            "mass": self.masses,
-            "velocities": self.velocities,
-            "species": self.species,
-            "contact": self.contact,
-            "periodic": self.periodic,
-            "obstacles": self.obstacles,
-            "restitution": self.restitution,
-            "elastic_below": self.elastic_below,
-            "species_names": self.species_names,
-            "pinned": self.pinned,
-            "drive": self.drive,
-            **{kind: None if self.usual(kind) else getattr(self, kind) for kind in model_checks.USUAL},
-        }
-        for name in changes:
-            if name not in arguments:
-                raise InputError(f"A scene has no {name}; known are {', '.join(arguments)}.")
-        if "restitution" in changes and "elastic_below" not in changes:
-            arguments["elastic_below"] = None
+        refuse_unknown("A scene", changes, ARGUMENTS)
+        arguments: dict[str, Any] = {name: getattr(self, name) for name in ARGUMENTS}
+        arguments |= {"diameter": self.diameters, "mass": self.masses}
+        arguments |= {kind: None for kind in ("interaction", "motion") if is_usual(self, kind)}
         return type(self)(**{**arguments, **changes})
 
-    def to_arrays(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-        """Return the scene as arrays and as values that JSON holds, by name, for :meth:`from_arrays`."""
-        arrays = {"positions": self.positions}
-        attributes: dict[str, Any] = {
-            "box": list(self.box),
-            "periodic": list(self.periodic),
-            "obstacles": [to_tables.obstacle_to_table(o) for o in self.obstacles],
-            "restitution": self.restitution,
-            "elastic_below": self.elastic_below,
-            "species_names": list(self.species_names),
-        }
-        for kind in model_checks.USUAL:
-            if not self.usual(kind):  # files hold no code
-                value = getattr(self, kind)
-                attributes[kind] = value.to_table() if to_tables.holds(value) else parameters.kept(value)
-        if self.drive is not None:
-            holds = to_tables.holds(self.drive)
-            attributes["drive"] = (
-                to_tables.to_table(self.drive, "drive") if holds else parameters.kept(self.drive)
-            )
-        for name, values in (("diameter", self.diameters), ("mass", self.masses)):
-            if np.ptp(values) == 0:
-                attributes[name] = float(values[0])
-            else:
-                arrays[name] = values
-        for name in ("velocities", "species", "contact"):
-            if getattr(self, name) is not None:
-                arrays[name] = getattr(self, name)
-        if self.pinned is not None:
-            arrays["pinned"] = np.flatnonzero(self.pinned)
-        return arrays, attributes
-
-    @classmethod
-    def from_arrays(
-        cls,
-        arrays: Mapping[str, np.ndarray],
-        attributes: Mapping[str, Any],
-        *,
-        obstacles: Sequence[Obstacle] | None = None,
-        interaction: Interaction | None = None,
-        motion: Motion | None = None,
-        impact: Impact | None = None,
-        drive: Drive | None = None,
-    ) -> Self:
-        """Return the scene that :meth:`to_arrays` took apart, bit for bit.
+    def view(self, **options: Any) -> Any:
+        """Show the particles in the browser or a notebook: ``carom.view(scene, ...)``.
 
         Parameters
         ----------
-        arrays, attributes : mappings
-            What :meth:`to_arrays` returned; other arrays are ignored.
-        obstacles : sequence of obstacles, optional
-            All obstacles, in order; needed if one is of your own class, because a file holds no code.
-        interaction, motion, impact, drive : values, optional
-            Needed if one is of your own class.
+        **options
+            Keywords of ``carom.view``, such as ``path`` to save the page.
 
         Raises
         ------
         InputError
-            If something is missing or damaged, an obstacle of your own class is not given, or two thermal
-            surfaces have one seed, as in files of older versions.
+            If the scene has more than three dimensions.
         """
-        try:
-            kept = attributes["obstacles"]
-            tables.refuse_one_seed(kept)
-            if obstacles is None:
-                obstacles = tuple(tables.obstacle_from_table(each) for each in kept)
-            elif len(obstacles) != len(kept):
-                raise InputError(f"The scene has {len(kept)} obstacles, found {len(obstacles)}.")
-            return cls(
-                arrays["positions"],
-                tuple(attributes["box"]),
-                diameter=arrays["diameter"] if "diameter" in arrays else attributes["diameter"],
-                mass=arrays["mass"] if "mass" in arrays else attributes["mass"],
-                velocities=arrays.get("velocities"),
-                species=arrays.get("species"),
-                contact=arrays.get("contact"),
-                periodic=tuple(attributes["periodic"]),
-                obstacles=obstacles,
-                restitution=attributes["restitution"],
-                elastic_below=attributes["elastic_below"] if attributes["restitution"] < 1 else None,
-                species_names=tuple(attributes["species_names"]),
-                pinned=arrays.get("pinned"),
-                interaction=model_checks.recalled("interaction", attributes.get("interaction"), interaction),
-                motion=model_checks.recalled("motion", attributes.get("motion"), motion),
-                impact=model_checks.recalled("impact", attributes.get("impact"), impact),
-                drive=model_checks.recalled("drive", attributes.get("drive"), drive),
-            )
-        except (KeyError, TypeError) as problem:
-            raise InputError(f"These arrays and attributes are no scene: {problem}.") from None
+        return above.view(self, **options)
+
+    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
+        """Draw the particles, to scale, in their box.
+
+        Parameters
+        ----------
+        path : path, optional
+            Where to save the picture.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        FileError
+            If the picture cannot be saved.
+        """
+        return above.picture(self, path)
 
     # Constructors: at random, on a lattice, from a frame or from ASE. Each is a function of another module.
     random = Maker(starts.random)

@@ -2,61 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, TypedDict
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import above, checks, densities, seeds
 from carom.errors import InputError
 from carom.models import obstacles as _obstacles
+from carom.models.obstacles import named_walls
 from carom.scene import box as _box
 from carom.scene import lattices, placement
 from carom.scene import species as _species
 from carom.scene.fields import S
+from carom.scene.keywords import refuse_unknown
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts, Species
 
 if TYPE_CHECKING:
     from typing import Unpack
 
-    from numpy.typing import ArrayLike
-
-    from carom.models.drives import Drive
-    from carom.models.obstacles import Obstacle
-    from carom.models.questions.contact import Impact
-    from carom.models.questions.interaction import Interaction
-    from carom.models.questions.motion import Motion
-
-
-class Keywords(TypedDict, total=False):
-    """Keywords of :class:`carom.Scene` that go with every way to begin."""
-
-    periodic: bool | Sequence[bool]
-    obstacles: Sequence[Obstacle]
-    contact: ArrayLike | None
-    restitution: float
-    elastic_below: float | None
-    pinned: ArrayLike | None
-    interaction: Interaction | None
-    motion: Motion | None
-    impact: Impact | None
-    drive: Drive | None
-
-
-KNOWN = tuple(Keywords.__annotations__)
-
-MEANT = {
-    "eta": "packing_fraction",
-    "phi": "packing_fraction",
-    "rho": "density",
-    "sigma": "diameter",
-    "d": "dimension",
-    "N": "n",
-    "L": "box",
-}
-"""What letters of formulas are called here."""
+    from carom.scene.keywords import Keywords
 
 
 TRIED = 10_000
@@ -112,8 +79,8 @@ def random(
     seed : int or numpy.random.Generator
         Source of randomness.
     **keywords
-        Keywords of :class:`carom.Scene`: ``periodic``, ``obstacles``, ``contact``, ``restitution``,
-        ``elastic_below``, ``pinned``, ``interaction``, ``motion``, ``impact``, ``drive``.
+        Keywords of :class:`carom.Scene`: ``walls``, ``obstacles``, ``contact``, ``pinned``, ``interaction``,
+        ``motion``, ``impact``, ``drive``.
 
     Raises
     ------
@@ -135,10 +102,10 @@ def random(
     >>> Scene.random(100, species=[Species("large", fraction=1), small])
     Scene(n=100, dimension=3, ..., diameter=0.5 to 1, mass=1, ..., species=large 25, small 75)
     """
-    _refuse_unknown("Scene.random", keywords)
+    refuse_unknown("Scene.random", keywords)
     rng = seeds.generator(seed, "places")
     what = _contents(n, species, diameter, mass)
-    periodic, obstacles = keywords.pop("periodic", True), keywords.pop("obstacles", ())
+    walls, obstacles = keywords.pop("walls", False), keywords.pop("obstacles", ())
     if box is not None:
         if packing_fraction is not None or density is not None:
             raise InputError("Give box or one of packing_fraction and density, found both.")
@@ -150,11 +117,12 @@ def random(
         if packing_fraction is None and density is None:
             packing_fraction = placement.default_fraction(d)
         edges = _box.filled(what.diameters, d, (1.0,) * d, packing_fraction=packing_fraction, density=density)
-    repeats = _box.periodicity(periodic, d)
-    standing = _obstacles.checked(obstacles, edges, repeats)
+    sides = named_walls.named(walls, d)
+    repeats = named_walls.periodic_axes(sides, d)
+    standing = _obstacles.checked(obstacles, edges, repeats, named_walls.standing(sides, edges))
     matrix = _species.contact_matrix(keywords.get("contact"), what.species, what.diameters)
     room = Room(np.asarray(edges), np.asarray(repeats), standing)
-    final: dict[str, Any] = {"mass": what.masses, "periodic": repeats, "obstacles": standing}
+    final: dict[str, Any] = {"mass": what.masses, "walls": walls, "obstacles": obstacles}
     fraction = _box.packing_fraction(what.diameters, edges)
     kinds = _exchangeable(what) if len(what.diameters) >= placement.MANY else None
     if matrix is None and placement.to_grow(fraction, d):
@@ -239,7 +207,7 @@ def crystal(
     >>> Scene.crystal(1000, 0.6, nearest=True).n
     864
     """
-    _refuse_unknown("Scene.crystal", keywords)
+    refuse_unknown("Scene.crystal", keywords)
     if lattice is None:
         spots = lattices.densest(_box.dimensions(3 if dimension is None else dimension))
     else:
@@ -271,7 +239,8 @@ def crystal(
         given = {"packing_fraction": packing_fraction, "density": density}
         edges = _box.filled(what.diameters, spots.dimension, spots.box(block), **given)
         edge = edges[0] / block[0]
-    repeats = _box.periodicity(keywords.pop("periodic", True), spots.dimension)
+    walls = keywords.pop("walls", False)
+    repeats = named_walls.periodic_axes(named_walls.named(walls, spots.dimension), spots.dimension)
     return cls(
         lattices.between_walls(spots.points(block, edge), edges, repeats, largest),
         edges,
@@ -279,7 +248,7 @@ def crystal(
         mass=what.masses,
         species=what.species,
         species_names=what.names,
-        periodic=repeats,
+        walls=walls,
         **keywords,
     )
 
@@ -306,11 +275,6 @@ def _first_that_does_not_jam(
         f"{fraction:.4g} is asked for. Lower packing_fraction, begin with Scene.crystal and melt it, or "
         "compress with carom.pack, which also says how dense they get."
     )
-
-
-def _refuse_unknown(maker: str, keywords: Mapping[str, Any]) -> None:
-    """Raise InputError if a keyword is none, with the name that is meant."""
-    checks.refuse_unknown(maker, (name for name in keywords if name not in KNOWN), MEANT, KNOWN)
 
 
 def _contents(n: Any, species: Any, diameter: Any, mass: Any) -> _Contents:

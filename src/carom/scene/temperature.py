@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from carom.errors import InputError
+from carom.scene.fields import standing
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -35,7 +36,7 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
         return hasattr(obstacle, "glides") and obstacle.glides(axis)
 
     return tuple(
-        wraps and kept and all(glides(obstacle, axis) for obstacle in scene.obstacles)
+        wraps and kept and all(glides(obstacle, axis) for obstacle in standing(scene))
         for axis, (wraps, kept) in enumerate(zip(scene.periodic, kept_by_motion(scene), strict=True))
     )
 

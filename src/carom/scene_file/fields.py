@@ -9,6 +9,7 @@ from typing import Any
 from carom import checks
 from carom.errors import InputError
 from carom.models.files import tables
+from carom.models.obstacles import Wall
 from carom.scene import lattices
 from carom.scene.box import LONGEST_EDGE
 
@@ -103,13 +104,24 @@ class Fields:
 
         self._replace(name, check)
 
-    def switches(self, name: str) -> None:
-        """Check a bool, or one for each axis."""
+    def walls(self, name: str) -> None:
+        """Check names of axes, or walls by name as values or as tables."""
 
-        def check(value: Any, key: str) -> bool | tuple[bool, ...]:
-            for each in _some(value, key) if isinstance(value, tuple) else (value,):
-                if not isinstance(each, bool):
-                    raise InputError(f"{key} must be true or false, found {checks.describe(each)}.")
+        def check(value: Any, key: str) -> Any:
+            if isinstance(value, Mapping):
+                given = {wall: each for wall, each in value.items() if isinstance(each, Wall)}
+                read = {wall: each for wall, each in value.items() if wall not in given}
+                try:
+                    made = given | tables.walls_from_table(read)
+                except InputError as problem:
+                    raise InputError(f"{key}: {problem}") from problem
+                return {wall: made[wall] for wall in value}
+            axes = value if isinstance(value, tuple) else (value,)
+            if not isinstance(value, bool) and not all(isinstance(axis, str) for axis in axes):
+                raise InputError(
+                    f"{key} must name axes, such as 'xy', or be true, or hold walls by name; found "
+                    f"{checks.describe(value)}."
+                )
             return value
 
         self._replace(name, check)
@@ -138,11 +150,12 @@ class Fields:
         """Check an interaction, a motion, an impact or a drive: a value, or its table."""
 
         def check(value: Any, key: str) -> Any:
-            if type(value).__module__ in ("builtins", "datetime") and not isinstance(value, Mapping):
+            table = isinstance(value, Mapping) or (name == "impact" and isinstance(value, int | float))
+            if type(value).__module__ in ("builtins", "datetime") and not table:
                 # What a file holds instead of a table: no model is of such a type.
                 raise InputError(f"{key} must be a table, found {checks.describe(value)}.")
             try:
-                return tables.from_table(value, name) if isinstance(value, Mapping) else value
+                return tables.from_table(value, name) if table else value
             except InputError as problem:
                 raise InputError(f"{key}: {problem}") from problem
 

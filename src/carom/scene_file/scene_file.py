@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -113,8 +114,14 @@ class SceneFile:
                 if key.name in _TABLES:
                     for each in value:
                         tables += ["", f"[[{section.name}.{key.name}]]", *toml_lines(_TABLES[key.name](each))]
+                elif key.name == "walls" and isinstance(value, Mapping):
+                    for wall, table in to_tables.walls_to_table(value).items():
+                        tables += ["", f"[{section.name}.walls.{wall}]", *toml_lines(table)]
                 elif value is not None and key.name in _MODELS:
                     table = _model_table(key.name, value)
+                    if key.name == "impact" and isinstance(to_tables.impact_to_table(value), float):
+                        lines.append(f"impact = {toml_value(table['restitution'])}")
+                        continue
                     tables += ["", f"[{section.name}.{key.name}]", *toml_lines(table)]
                 elif value is not None:
                     lines.append(f"{key.name} = {toml_value(value)}")
@@ -149,7 +156,7 @@ def template() -> str:
 
 def _obstacle_table(obstacle: Obstacle) -> dict[str, Any]:
     table = to_tables.obstacle_to_table(obstacle)
-    if table["kind"] == "own":
+    if table["type"] == "own":
         raise InputError(
             f"The obstacle {obstacle.name} is of a class of one's own, which a scene file cannot hold."
         )
@@ -174,12 +181,21 @@ _TABLES: dict[str, Any] = {"species": dataclasses.asdict, "obstacles": _obstacle
 _SPECS: dict[str, Any] = {"scene": SceneSpec, "run": RunSpec, "output": OutputSpec}
 
 
+#: What other words of [scene] are called here.
+_INSTEAD = {
+    "periodic": 'axes without walls are periodic: give walls = "y", say',
+    "restitution": "give impact = 0.9, say",
+    "elastic_below": "give impact = { restitution = 0.9, elastic_below = 0.01 }, say",
+}
+
+
 def _section(name: str, table: dict[str, Any]) -> Any:
     """Return the section as its dataclass, lists as tuples."""
     known = {f.name for f in dataclasses.fields(_SPECS[name])}
     for key in table:
         if key not in known:
-            nearest = checks.suggestion(key, known)
+            nearest = _INSTEAD.get(key) if name == "scene" else None
+            nearest = checks.suggestion(key, known) if nearest is None else f"; {nearest}"
             raise InputError(f"[{name}] {_shown(key)} is no known key{nearest}.")
     values = {k: _tuples(v) for k, v in table.items()}
     if name == "scene" and values.get("initial", "fcc") == "fcc":

@@ -11,9 +11,10 @@ import numpy as np
 
 from carom import checks, seeds
 from carom.errors import InputError
+from carom.models.contacts.restitution import Restitution
 from carom.models.files import tables
 from carom.models.interactions.rule_files import RuleFile
-from carom.models.obstacles import Obstacle
+from carom.models.obstacles import Obstacle, Wall, named_walls
 from carom.scene import lattices
 from carom.scene.lattices import Lattice
 from carom.scene.scene import Scene
@@ -26,8 +27,7 @@ FORMATS = ("h5md", "extxyz", "gsd")
 
 #: Keys of [scene] that go with every start: a trajectory does not hold them.
 ADDED = (
-    "restitution",
-    "elastic_below",
+    "walls",
     "contact",
     "obstacles",
     "interaction",
@@ -108,19 +108,18 @@ class SceneSpec:
         Trajectory to start from.
     frame : int
         Number of its frame; -1, the last, when left out.
-    periodic : bool or tuple of bools
-        Which axes are periodic, all when left out. The others have walls at 0 and at the edge.
-    restitution, elastic_below : float
-        As in :class:`carom.Scene`.
+    walls : str, bool, tuple of str, or mapping of str to Wall or to its table
+        Which axes have walls, and their properties, as in :class:`carom.Scene`; when left out all are
+        periodic.
     contact : tuple of tuples of floats
         Contact distances between the species.
     species : tuple of SpeciesSpec, or of mappings with its fields
         Species of a mixture.
-    obstacles : tuple of obstacles, or of mappings as ``{"kind": "ball", "center": ..., "radius": ...}``
+    obstacles : tuple of obstacles, or of mappings as ``{"type": "ball", "center": ..., "radius": ...}``
         See ``carom.models.obstacles``.
     interaction, motion, impact : values, or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
-        How two components act on each other, how all move, and what contacts lose. When left out, hard cores,
-        free flight and ``restitution`` (``carom.models.files.tables``).
+        How two components act on each other, how all move, and what contacts lose: a number is a restitution.
+        When left out, elastic hard cores in free flight (``carom.models.files.tables``).
     drive : value, or mapping such as ``{"type": "langevin", "kT": 1.0, "friction": 1.0, "step": 0.05}``
         What kicks single components (``carom.models.drives``).
     pinned : int or tuple of ints
@@ -144,9 +143,7 @@ class SceneSpec:
     kT: float | None = None
     file: str | None = None
     frame: int | None = None
-    periodic: bool | tuple[bool, ...] | None = None
-    restitution: float | None = None
-    elastic_below: float | None = None
+    walls: bool | str | tuple[str, ...] | Mapping[str, Wall] | None = None
     contact: tuple[tuple[float, ...], ...] | None = None
     species: tuple[SpeciesSpec, ...] = ()
     obstacles: tuple[Obstacle, ...] = ()
@@ -170,9 +167,7 @@ class SceneSpec:
         check.number("kT", low=0, high=checks.HOTTEST)
         check.text("file")
         check.integer("frame", low=-(2**31), high=2**31)
-        check.switches("periodic")
-        check.number("restitution", low=0, high=1, open_low=True)
-        check.number("elastic_below", low=0, high=checks.FASTEST, open_low=True)
+        check.walls("walls")
         check.indices("pinned", high=lattices.MOST)
         check.table("contact")
         check.each("species", _species)
@@ -189,10 +184,14 @@ class SceneSpec:
             defaults |= {"diameter": 1.0, "mass": 1.0}
         fixed = {"fcc": 3, "triangular": 2}.get(self.initial)
         axes = fixed or (self.dimension or 3 if self.box is None else len(self.box))
-        if self.periodic is True or self.periodic == (True,) * axes:
-            object.__setattr__(self, "periodic", None)
-        if self.restitution == 1.0 and self.elastic_below is None:
-            object.__setattr__(self, "restitution", None)
+        if self.walls is not None and self.initial != "file":
+            try:
+                walls = named_walls.shortest(named_walls.named(self.walls, axes), axes)
+            except InputError as problem:
+                raise InputError(f"[scene] {problem}") from problem
+            object.__setattr__(self, "walls", walls or None)
+        if isinstance(self.impact, Restitution) and self.impact.elastic:
+            object.__setattr__(self, "impact", None)
         for name, value in defaults.items():
             if getattr(self, name) is None:
                 object.__setattr__(self, name, value)
@@ -238,8 +237,6 @@ class SceneSpec:
 
     def _check_species(self) -> None:
         """Raise InputError if species contradict each other or the rest of the section."""
-        if self.elastic_below is not None and self.restitution in (None, 1.0):
-            raise InputError("[scene] elastic_below has no meaning without restitution; remove it.")
         if not self.species:
             if self.contact is not None and self.initial != "file":
                 raise InputError("[scene] contact needs [[scene.species]], found none.")
@@ -274,10 +271,9 @@ class SceneSpec:
             if self.kT is not None:  # a pinned one may have flown in the file
                 frame = dataclasses.replace(frame, velocities=np.zeros_like(frame.velocities))
             given = {"contact": self.contact, "obstacles": self.obstacles, **self._added(frame.n, seed)}
-            scene = Scene.from_frame(frame, **given)
-            return self._elastic(scene if self.kT is None else scene.with_(velocities=None))
-        periodic = True if self.periodic is None else self.periodic
-        walls: dict[str, Any] = {"periodic": periodic, "obstacles": self.obstacles}
+            scene = Scene.from_frame(frame, **given, **self._walls())
+            return scene if self.kT is None else scene.replace(velocities=None)
+        walls: dict[str, Any] = {**self._walls(), "obstacles": self.obstacles}
         if self.species:
             return self._with_added(self._mixture(walls, seed), seed)
         assert self.diameter is not None
@@ -337,16 +333,14 @@ class SceneSpec:
             given["pinned"] = self._who_is_pinned(n, seed)
         return given
 
-    def _with_added(self, scene: Scene, seed: Any) -> Scene:
-        """Return the scene with them and the restitution given."""
-        given = self._added(scene.n, seed)
-        return self._elastic(scene.with_(**given) if given else scene)
+    def _walls(self) -> dict[str, Any]:
+        """Return the walls given, by argument name."""
+        return {} if self.walls is None else {"walls": self.walls}
 
-    def _elastic(self, scene: Scene) -> Scene:
-        """Return the scene with the restitution given."""
-        if self.restitution is None:
-            return scene
-        return scene.with_(restitution=self.restitution, elastic_below=self.elastic_below)
+    def _with_added(self, scene: Scene, seed: Any) -> Scene:
+        """Return the scene with them."""
+        given = self._added(scene.n, seed)
+        return scene.replace(**given) if given else scene
 
     def own(self) -> dict[str, Any]:
         """Return what checkpoints and event logs do not hold: range rules from a file, by argument name.

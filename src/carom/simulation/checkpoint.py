@@ -12,14 +12,13 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io.paths import reason
-from carom.models.contacts.restitution import Restitution
-from carom.scene.scene import Scene
+from carom.scene.storage import from_arrays, to_arrays
 from carom.scene.temperature import thermal_of
 from carom.simulation import flying, own_observers
 from carom.simulation.clock import LAST_EPOCH
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_state import RunState
-from carom.simulation.system_of_scene import system_of
+from carom.simulation.system_of_scene import system_of, thresholds_of, with_thresholds
 from carom.simulation.tuning import Tuning
 from carom.units import TimeUnit
 
@@ -57,7 +56,7 @@ def _save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any])
         "carom": __version__,
         "scene": json.dumps(scene_attributes),
         "time_unit": run_state.unit.exponent,
-        "threshold": system.threshold,
+        "thresholds": json.dumps(thresholds_of(system)),
         "base": f"{clock.base.numerator}/{clock.base.denominator}",
         "counted": run_state.counted,
         "wish": json.dumps(run_state.requested),
@@ -98,7 +97,7 @@ def _arrays(run_state: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]
 
     system = run_state.system
     arrays = {**arrays_of(run_state.engine), "initial_velocities": run_state.velocities}
-    scene_arrays, attributes = run_state.scene.to_arrays()
+    scene_arrays, attributes = to_arrays(run_state.scene)
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
     if system.rates is not None and system.radii is not None:
         arrays["contents.radii"] = system.radii
@@ -132,7 +131,7 @@ def load(
         soundness.check_start(arrays)
         soundness.check_settings(settings, arrays, arrays["initial_velocities"].shape[1])
         chosen = NeighborPlan(**{**settings, "shape": tuple(settings["shape"])})
-        scene = Scene.from_arrays(
+        scene = from_arrays(
             {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
             json.loads(str(attributes["scene"])),
             obstacles=obstacles,
@@ -153,9 +152,7 @@ def load(
                 json.loads(str(attributes["observers"])), observers, system.particles
             ),
         )
-        if isinstance(scene.impact, Restitution):
-            speed = unit.to_scene(soundness.real(attributes, "threshold", 0.0), -1)
-            system = dataclasses.replace(system, impact=scene.impact.below(speed))
+        system = with_thresholds(system, soundness.reals(attributes, "thresholds", 0.0))
         if rates is not None:
             radii = arrays["contents.radii"]
             system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))

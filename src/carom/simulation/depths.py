@@ -17,6 +17,7 @@ from carom.models.questions.interaction import core_square, radius, record_impul
 from carom.models.questions.memory import shift_epoch
 from carom.models.questions.steps import step_core_square
 from carom.scene import overlaps
+from carom.scene.fields import standing
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
 from carom.simulation.obstacle_trials import gaps_of, known_to_move
@@ -101,7 +102,7 @@ def _forgets(run_state: Any) -> bool:
 def deepest(run_state: Any, state: State) -> float:
     """Return the deepest overlap of a state beyond rounding: of two cores, or with a wall or an obstacle."""
     scene, system = run_state.scene, run_state.system
-    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic), scene.obstacles)
+    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic), standing(scene))
     state = state._replace(positions=geometry.wrapped(state.positions))
     rounded = float(np.finfo(np.float32).eps) if system.single else float(np.finfo(np.float64).eps)
     slack = overlaps.FLIGHTS * overlaps.rounding(geometry.box, rounded)
@@ -152,8 +153,8 @@ def _cores_on_steps(run_state: Any) -> tuple[np.ndarray, np.ndarray]:
 def _at_obstacles(run_state: Any, state: State, geometry: Room, slack: float) -> float:
     """Return the deepest overlap with a wall or an obstacle, in diameters; at most 1, if one is behind it."""
     scene, pair = run_state.scene, run_state.engine.model.pair
-    standing = geometry.everything()
-    if not standing:
+    everything = geometry.everything()
+    if not everything:
         return 0.0
     radii = 0.5 * state.diameters
     if model_checks.is_own(run_state.system.interaction) and model_checks.answers(radius, pair):
@@ -161,8 +162,8 @@ def _at_obstacles(run_state: Any, state: State, geometry: Room, slack: float) ->
     if scene.pinned is not None:
         radii = np.where(scene.pinned, 0.0, radii)
     worst = 0.0
-    models = (*(None,) * (len(standing) - len(scene.obstacles)), *run_state.system.obstacle_models)
-    for value, model in zip(standing, models, strict=True):
+    models = (*(None,) * (len(everything) - len(standing(scene))), *run_state.system.obstacle_models)
+    for value, model in zip(everything, models, strict=True):
         if model is not None and not known_to_move(value, model):
             continue
         gaps = gaps_of(value, state.positions, radii, state.instant, scene.box, scene.periodic, TimeUnit())

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.notebook import watchable
+from carom.scene.fields import standing
 from carom.simulation import stretches
 from carom.simulation.keywords import corrected
 from carom.simulation.relaxation import StructuralRelaxation
@@ -240,6 +241,6 @@ def drifts(sim: InMotion) -> str | None:
             "equilibrate(kT=...) needs a temperature that lasts, and here contacts or rules change the "
             "energy: leave out kT."
         )
-    if any(hasattr(each, "live") for each in scene.obstacles):
+    if any(hasattr(each, "live") for each in standing(scene)):
         return "equilibrate(kT=...) needs a temperature that lasts, and surfaces change it: leave out kT."
     return None

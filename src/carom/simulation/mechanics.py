@@ -12,6 +12,7 @@ from carom.arithmetic import power
 from carom.block import Sizes
 from carom.densities import sphere_volume
 from carom.errors import InputError
+from carom.models.species import species_count
 from carom.notebook import table
 from carom.scene.temperature import kept_by_motion
 from carom.simulation.depths import folded
@@ -240,13 +241,13 @@ def pinned_impulse(run_state: RunState) -> np.ndarray:
 
 def collisions_by_species(run_state: RunState) -> np.ndarray:
     """Return the pair collisions of every pair of species, (K, K), symmetric."""
-    return _symmetric(_by_species(run_state).collisions, run_state.scene.species_count)
+    return _symmetric(_by_species(run_state).collisions, species_count(run_state.scene))
 
 
 def virial_by_species(run_state: RunState) -> np.ndarray:
     """Return the virial of every pair of species, (K, K), symmetric [mass length^2 / time]."""
     virial = run_state.unit.to_scene(_by_species(run_state).virial, -1)
-    return _symmetric(virial, run_state.scene.species_count)
+    return _symmetric(virial, species_count(run_state.scene))
 
 
 def _by_species(run_state: RunState):

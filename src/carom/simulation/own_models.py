@@ -24,6 +24,7 @@ from carom.models.questions.motion import carry, meeting_time
 from carom.models.questions.steps import step_bits, step_jump, step_time
 from carom.models.questions.walls import wall_meeting
 from carom.scene import overlaps
+from carom.scene.fields import standing
 from carom.scene.overlaps import Room
 from carom.simulation import obstacle_trials, probes
 from carom.simulation.drive_trials import try_drive
@@ -93,10 +94,12 @@ def check_user_models(scene: Scene, system: System) -> None:
     if own_pair or own_motion:
         with in_plain_python(system.interaction if own_pair else system.motion):
             refuse_pair_and_motion(scene, system)
-    own_obstacles = [k for k, each in enumerate(scene.obstacles) if obstacle_trials.is_own(each)]
+    own_obstacles = [k for k, each in enumerate(standing(scene)) if obstacle_trials.is_own(each)]
     for k in own_obstacles[:: max(1, len(own_obstacles) // SEVERAL)]:
-        with in_plain_python(scene.obstacles[k]):
-            refuse_obstacle(scene.obstacles[k], scene, system)
+        resting = not hasattr(standing(scene)[k], "live")
+        value = standing(scene)[k] if resting else system.obstacles[k]
+        with in_plain_python(value):
+            refuse_obstacle(value, scene, system)
 
 
 def refuse_pair_and_motion(scene: Scene, system: System) -> None:

@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.scene.storage import to_arrays
+from carom.simulation.system_of_scene import thresholds_of
+
 if TYPE_CHECKING:
     from carom.io.events import EventLog
     from carom.simulation.run_state import RunState
@@ -127,13 +130,13 @@ class Recorder:
 
 def _header(run_state: RunState) -> dict[str, Any]:
     """Return the state before the first event, and what its words mean."""
-    scene, attributes = run_state.scene.to_arrays()
+    scene, attributes = to_arrays(run_state.scene)
     return {
         **{name: values for name, values in scene.items() if name not in ("diameter", "mass")},
         "diameters": run_state.scene.diameters,
         "masses": run_state.scene.masses,
         "scene": np.frombuffer(json.dumps(attributes).encode(), np.uint8),
-        "threshold": np.float64(run_state.unit.to_scene(run_state.system.threshold, -1)),
+        "thresholds": np.array(thresholds_of(run_state.system)),
         "positions": run_state.scene.positions,
         "velocities": run_state.velocities,
         "box": np.asarray(run_state.scene.box),

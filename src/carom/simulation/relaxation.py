@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.observables.drift import STUCK
 from carom.observables.equilibrium import CAGED, RENEWED, RENEWED_OTHERWISE, slow_structure
+from carom.scene.fields import is_usual
 from carom.theory import FREEZING, NEAR_FREEZING
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class StructuralRelaxation:
         if scene.packing_fraction >= NEAR_FREEZING * freezing:
             caged = scene.packing_fraction >= freezing and moved <= CAGED
             return moved, 0.0 if caged else RENEWED.get(scene.dimension, RENEWED_OTHERWISE)
-        hard = all(map(scene.usual, ("interaction", "motion", "impact")))
+        hard = all(is_usual(scene, kind) for kind in ("interaction", "motion", "impact"))
         alone = hard and all(scene.periodic) and not scene.obstacles and scene.pinned is None
         return moved, STUCK if alone else 0.0
 

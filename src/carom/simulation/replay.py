@@ -9,7 +9,6 @@ is computed again and must equal the logged one.
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import json
 import math
@@ -35,14 +34,14 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import read_events, read_initial
 from carom.models import model_checks
-from carom.models.contacts.restitution import Restitution
-from carom.models.obstacles.planes import walls
 from carom.models.questions.particles import NEVER
+from carom.observables.wall_pressure import obstacle_names
 from carom.scene.scene import Scene
+from carom.scene.storage import from_arrays
 from carom.simulation.clock import Clock
 from carom.simulation.logged_words import Words
 from carom.simulation.run_state import frame_of
-from carom.simulation.system_of_scene import prepare
+from carom.simulation.system_of_scene import prepare, with_thresholds
 
 CHUNK = 1 << 16
 """Events read at a time."""
@@ -86,9 +85,7 @@ class Replay:
             self._scene = scene = _scene(initial, own)
             velocities = np.array(initial["velocities"], dtype=np.float64)
             system = prepare(scene, velocities)
-            if isinstance(system.impact, Restitution):
-                impact = system.impact.below(float(initial["threshold"]))
-                system = dataclasses.replace(system, impact=impact)
+            system = with_thresholds(system, np.atleast_1d(initial["thresholds"]).tolist())
             self._clock = Clock(system.unit, system.unit.to_kernel(float(initial["epoch_length"]), 1))
             positions = np.array(initial["positions"], dtype=np.float64)
             speeds = system.unit.to_kernel(velocities, -1)
@@ -107,7 +104,7 @@ class Replay:
             ) from None
         except (InputError, ValueError, TypeError, OverflowError) as problem:
             raise FileError(f"{path} cannot be replayed: {problem}") from None
-        self._fixed = [value.name for value in (*walls(scene.box, scene.periodic), *scene.obstacles)]
+        self._fixed = obstacle_names(scene)
         self._numbers = numbers_of(scene.periodic, system.obstacle_models)
         # The same places and velocities; Python reads the fields of a record slowly.
         fields = zip(self._arrays.rows.x[:-1], self._arrays.rows.v[:-1], strict=True)
@@ -278,7 +275,7 @@ def _scene(initial: Mapping[str, np.ndarray], own: Mapping[str, Any]) -> Scene:
         "mass": initial["masses"],
         **{name: initial[name] for name in ("positions", "species", "contact", "pinned") if name in initial},
     }
-    return Scene.from_arrays(arrays, json.loads(bytes(initial["scene"]).decode()), **own)
+    return from_arrays(arrays, json.loads(bytes(initial["scene"]).decode()), **own)
 
 
 def replay(path: str | PathLike[str], *, time: float, **own: Any) -> Frame:

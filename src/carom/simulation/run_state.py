@@ -18,7 +18,7 @@ from carom.simulation.depths import Depths
 from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.own_models import check_copy_state
 from carom.simulation.run_guard import RunGuard
-from carom.simulation.system_of_scene import driven_speed_of, impact_of, refuse_steep, unit_of
+from carom.simulation.system_of_scene import driven_speed_of, losses_at, refuse_steep, slow_speed_of, unit_of
 from carom.simulation.tuning import Requested
 
 if TYPE_CHECKING:
@@ -412,8 +412,8 @@ class RunState:
         self.system = dataclasses.replace(self.system, unit=unit, driven_speed=driven_speed)
         refuse_steep(self.system, thermal)
         if rescaled:
-            impact = impact_of(self.scene, thermal, rates, unit)
-            self.system = dataclasses.replace(self.system, impact=impact)
+            losses = losses_at(self.scene, slow_speed_of(self.scene, thermal, rates, unit))
+            self.system = dataclasses.replace(self.system, **losses)
         if rates is not None:
             radii = 0.5 * frame.diameters
             self.system = dataclasses.replace(

@@ -305,7 +305,7 @@ class Simulation:
         FileError
             If the file cannot be written.
         """
-        return above.viewed(self, path)
+        return above.view(self, path)
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Return a picture of the particles and obstacles at the present time, a Matplotlib figure.

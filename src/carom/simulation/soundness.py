@@ -8,6 +8,7 @@ be, and what follows from the scene with the scene.
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from collections.abc import Iterator, Mapping
@@ -103,6 +104,20 @@ def real(attributes: Mapping[str, Any], name: str, low: float, high: float = mat
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value < high:
         raise ValueError(f"its {name} is {checks.describe(value)}; expected a number from {low:g}")
     return float(value)
+
+
+def reals(attributes: Mapping[str, Any], name: str, low: float) -> list[float]:
+    """Return an attribute that is a list of finite numbers, of at least `low`, in JSON.
+
+    Raises
+    ------
+    ValueError
+        If it is none.
+    """
+    values = json.loads(str(attributes[name]))
+    if not isinstance(values, list):
+        raise ValueError(f"its {name} is {checks.describe(values)}; expected a list of numbers")
+    return [real({name: value}, name, low) for value in values]
 
 
 def base_of(attributes: Mapping[str, Any]) -> Fraction:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,8 +18,11 @@ from carom.models.interactions.growing_cores import Growing
 from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.obstacles import faces
 from carom.models.obstacles.box_walls import Cushions, cushions
+from carom.models.obstacles.surfaces import Surface
+from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.obstacle import fall, meeting
 from carom.models.questions.walls import wall_meeting
+from carom.scene.fields import is_elastic, is_equal, is_simple, is_usual, standing
 from carom.scene.temperature import Thermal, thermal_of
 from carom.simulation import probes
 from carom.simulation.own_models import check_copy_state, check_user_models
@@ -26,7 +31,6 @@ from carom.units import TimeUnit
 
 if TYPE_CHECKING:
     from carom.engine.system import System
-    from carom.models.questions.contact import Impact
     from carom.scene.scene import Scene
 
 LEAST_ENERGY, MOST_ENERGY = 1e-304, 1e304
@@ -49,7 +53,7 @@ SLOWEST_GROWTH = 2.0**-512
 
 def driven_speed_of(scene: Scene) -> float:
     """Return a speed that motion, a drive, or what moves gives to components that rest [length / time]."""
-    paces = [float(each.fastest) for each in scene.obstacles if hasattr(each, "fastest")]
+    paces = [float(each.fastest) for each in standing(scene) if hasattr(each, "fastest")]
     if hasattr(scene.motion, "pace"):
         paces.append(float(scene.motion.pace(scene.diameter)))
     if scene.drive is not None and hasattr(scene.drive, "pace"):
@@ -95,19 +99,53 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> t
     return unit, thermal
 
 
-def impact_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit: TimeUnit) -> Impact:
-    """Return the contact law of a scene; restitution gets a threshold from the thermal speed.
+def slow_speed_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit: TimeUnit) -> float:
+    """Return the speed of which contacts that lose energy take a part as their threshold [length / time].
 
-    Where nothing moves yet, that is the speed that the motion, what moves, or growth ``rates`` of the radii
-    give to components that rest [length / time]. ``thermal`` is in the engine's unit of time.
+    It is the thermal speed. Where nothing moves yet, it is the speed that the motion, what moves, or growth
+    ``rates`` of the radii give to particles that rest. ``thermal`` is in the engine's unit of time.
     """
-    impact = scene.impact
-    if not isinstance(impact, Restitution):
-        return impact
     speed = unit.to_scene(math.sqrt(thermal.kT / scene.mass), -1)
     if speed == 0.0:
         speed = max(driven_speed_of(scene), 0.0 if rates is None else 2.0 * float(rates.max()))
-    return impact.at(speed)
+    return speed
+
+
+def losses_at(scene: Scene, speed: float) -> dict[str, Any]:
+    """Return impact and obstacles of a system: their restitutions have a threshold from a thermal ``speed``.
+
+    Those that are told one keep it.
+    """
+    impact = scene.impact
+    return {
+        "impact": impact.at(speed) if isinstance(impact, Restitution) else impact,
+        "obstacles": tuple(
+            each.at(speed) if isinstance(each, Surface) else each if hasattr(each, "live") else each.model()
+            for each in standing(scene)
+        ),
+    }
+
+
+def thresholds_of(system: System) -> list[float]:
+    """Return the threshold of each restitution, first that of pairs, then of each obstacle [length / time].
+
+    It is zero where there is none.
+    """
+    laws = (system.impact, *(getattr(each, "loss", None) for each in system.obstacles))
+    return [float(getattr(law, "elastic_below", None) or 0.0) for law in laws]
+
+
+def with_thresholds(system: System, thresholds: Sequence[float]) -> System:
+    """Return the system of a scene with the thresholds of an earlier one: of a file."""
+    if len(thresholds) != 1 + len(system.obstacles):
+        raise ValueError(f"it has {len(thresholds)} thresholds for {len(system.obstacles)} obstacles")
+    impact, obstacles = system.impact, list(system.obstacles)
+    if isinstance(impact, Restitution):
+        impact = impact.below(thresholds[0])
+    for k, each in enumerate(obstacles):
+        if isinstance(each, Surface) and isinstance(each.loss, Restitution):
+            obstacles[k] = dataclasses.replace(each, loss=each.loss.below(thresholds[1 + k]))
+    return dataclasses.replace(system, impact=impact, obstacles=tuple(obstacles))
 
 
 def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
@@ -198,7 +236,7 @@ def single_allowed(precision: str, scene: Scene, thermal: Thermal, unit: TimeUni
             f"diameters, or {otherwise}"
         )
     d = scene.dimension
-    if scene.simple and d in CLOSEST_PACKING:
+    if is_simple(scene) and d in CLOSEST_PACKING:
         room = 1.0 - min(scene.packing_fraction / CLOSEST_PACKING[d], 1.0) ** (1.0 / d)
         if room * scene.diameter < rounding:
             raise InputError(
@@ -221,7 +259,7 @@ def refuse_with_steps(scene: Scene, rates: np.ndarray | None, single: bool) -> N
     for name, given, instead in (
         ("growth", rates is not None, "leave it out"),
         ("precision='single'", single, "leave it out"),
-        ("restitution", not scene.usual("impact") or scene.restitution < 1.0, "give hysteretic steps"),
+        ("impact", not is_elastic(scene), "give hysteretic steps"),
     ):
         if given:
             raise InputError(f"{name} is not for pairs on steps (SquareWell, ...): {instead}.")
@@ -260,7 +298,7 @@ def check_meetings(system: System, scene: Scene) -> None:
             "Single precision is for straight flight between obstacles that rest; leave out "
             "precision='single'."
         )
-    for value, each in zip(scene.obstacles, system.obstacle_models, strict=True):
+    for value, each in zip(standing(scene), system.obstacle_models, strict=True):
         if system.rates is not None and hasattr(value, "live"):
             raise InputError(f"growth is not defined where {value.name} moves or loses energy; leave it out.")
         if bends and not _falls(each):
@@ -272,7 +310,7 @@ def check_meetings(system: System, scene: Scene) -> None:
 
 def walls_of(scene: Scene) -> Any:
     """Return what the engine compiles for the walls of the box, or None where there are none."""
-    fixed = scene.obstacles, scene.box, scene.periodic
+    fixed = standing(scene), scene.box, scene.periodic
     replaced = faces.stand_ins(*fixed)
     return cushions(scene.box, scene.periodic, replaced, faces.yielding(*fixed) - {*replaced})
 
@@ -284,11 +322,11 @@ def refuse_own_walls(system: System, scene: Scene) -> None:
     if isinstance(system.walls, Cushions) or not model_checks.is_own(scene.motion):
         return
     model = system.motion.model(system.particles)
-    fixed = scene.obstacles, scene.box, scene.periodic
+    fixed = standing(scene), scene.box, scene.periodic
     found = [*faces.stand_ins(*fixed), *faces.yielding(*fixed)]
     if found and model_checks.answers(wall_meeting, model):
         raise InputError(
-            f"An obstacle is at the {faces.name_of(found[0])}, and {type(scene.motion).__name__} answers "
+            f"An obstacle is at the wall {wall_name(*found[0])}, and {type(scene.motion).__name__} answers "
             "wall_meeting for all walls of the box: move the obstacle away from the wall."
         )
 
@@ -353,8 +391,7 @@ def system_of(
     if hasattr(scene.interaction, "steps"):
         refuse_with_steps(scene, rates, single)
     by_radii = getattr(interaction, "by_radii", False)
-    equal = scene.equal and rates is None and by_radii
-    impact = impact_of(scene, thermal, rates, unit)
+    equal = is_equal(scene) and rates is None and by_radii
     system = System(
         n=scene.n,
         box=scene.box,
@@ -363,7 +400,7 @@ def system_of(
         mass=scene.mass,
         interaction=interaction,
         motion=scene.motion,
-        impact=impact,
+        **losses_at(scene, slow_speed_of(scene, thermal, rates, unit)),
         walls=walls_of(scene),
         unit=unit,
         radii=None if equal else 0.5 * scene.diameters,
@@ -372,7 +409,6 @@ def system_of(
         contact=scene.contact,
         by_radii=by_radii,
         rates=None if rates is None else unit.to_kernel(rates, -1),
-        obstacles=tuple(each if hasattr(each, "live") else each.model() for each in scene.obstacles),
         still=thermal.conserved,
         driven_speed=unit.to_kernel(driven_speed_of(scene), -1),
         images=images,
@@ -387,16 +423,16 @@ def system_of(
             f"precision='single' is for straight flight, and {type(scene.motion).__name__} bends: "
             "leave it out."
         )
-    if not system.straight or any(hasattr(each, "live") for each in scene.obstacles):
+    if not system.straight or any(hasattr(each, "live") for each in standing(scene)):
         check_meetings(system, scene)
     refuse_own_walls(system, scene)
     for kind in model_checks.USUAL:
-        if not scene.usual(kind):
+        if not is_usual(scene, kind):
             value = getattr(system, kind)
             own = model_checks.is_own(value) and kind != "impact"  # that of an elastic impact is None
             model = model_checks.made(value, system.particles) if own else value.model(system.particles)
             model_checks.answered(kind, model)
-    for value, model in zip(scene.obstacles, system.obstacle_models, strict=True):
+    for value, model in zip(standing(scene), system.obstacle_models, strict=True):
         if model_checks.is_own(model):
             model_checks.compilable(f"obstacle {value.name}", model)
     check_user_models(scene, system)

@@ -7,7 +7,7 @@ from typing import Any
 
 from carom import checks
 from carom.errors import InputError
-from carom.scene.starts import MEANT
+from carom.scene.keywords import MEANT
 
 RENAMED = {
     "packing_fractions": "packing_fraction",

@@ -298,7 +298,7 @@ def test_mixtures_between_walls_have_the_same_bits():
     scene = carom.Scene.random(
         species=[carom.Species(count=3000), carom.Species(count=3000, diameter=1.4)],
         packing_fraction=0.5,
-        periodic=(True, False, True),
+        walls="y",
         seed=1,
     )
     alone, together, timings = alone_and_together(scene, 2, 0.5)

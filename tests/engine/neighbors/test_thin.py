@@ -80,7 +80,7 @@ def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
 
 
 def test_what_everybody_needs_is_said():
-    scene = carom.Scene.random(5, 0.01, 2, seed=1, periodic=False)
+    scene = carom.Scene.random(5, 0.01, 2, seed=1, walls=True)
     with pytest.raises(carom.InputError, match="needs a box that is periodic"):
         carom.Simulation(scene, tuning=carom.Tuning(neighbors="all"), seed=0)
     with pytest.raises(carom.InputError, match="3 times the largest diameter"):

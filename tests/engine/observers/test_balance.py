@@ -14,6 +14,7 @@ from helpers.oracle_scenes import placed
 import carom
 from carom.engine.build import arrays, build
 from carom.engine.neighbors.plan import choose
+from carom.models.contacts.restitution import Restitution
 from carom.reference import NaiveSystem
 from carom.scene.temperature import degrees_of_freedom, peculiar, temperature
 from carom.simulation import mechanics, stretches
@@ -27,7 +28,9 @@ def cooling_rods():
     """
     length, e, u, common = 5.0, 0.5, 2.0, 0.25
     velocities = [[common + u / 2], [common - u / 2]]
-    scene = carom.Scene([[0.75], [3.25]], length, velocities=velocities, restitution=e, elastic_below=1e-30)
+    scene = carom.Scene(
+        [[0.75], [3.25]], length, velocities=velocities, impact=Restitution(e, elastic_below=1e-30)
+    )
     sim = carom.Simulation(scene, seed=0)
     found, right = [], []
     for _ in range(12):
@@ -65,9 +68,7 @@ def growing_rods():
 def growing_between_walls():
     """One rod that grows between two walls, which give it twice its rate of growth whenever they are hit."""
     length, v, rate, duration = 20.0, 1.0, 0.25, 40.0
-    sim = carom.Simulation(
-        carom.Scene([[10.0]], length, periodic=False, velocities=[[v]]), growth=rate, seed=0
-    )
+    sim = carom.Simulation(carom.Scene([[10.0]], length, walls=True, velocities=[[v]]), growth=rate, seed=0)
     block = sim.run(time=duration)
     time = right = 0.0
     wait = 9.5 / (v + rate / 2)
@@ -84,9 +85,9 @@ def growing_between_walls():
 def everything(size, seed):
     """Return a scene of species that grow and lose energy, many of their contacts elastic, with a wall."""
     box, sizes = (6.0 * size, 5.0 * size), (0.6 * size, 1.1 * size)
-    scene = placed(10, box, seed, diameters=sizes, periodic=[True, False])
-    scene = scene.with_(velocities=scene.velocities + np.array([0.4, 0.0]), species=np.arange(10) % 3)
-    return scene.with_(restitution=0.7, elastic_below=0.8), 0.05 * scene.diameters / size
+    scene = placed(10, box, seed, diameters=sizes, walls="y")
+    scene = scene.replace(velocities=scene.velocities + np.array([0.4, 0.0]), species=np.arange(10) % 3)
+    return scene.replace(impact=Restitution(0.7, elastic_below=0.8)), 0.05 * scene.diameters / size
 
 
 def beside_the_oracle(size, seed, growing):
@@ -103,8 +104,8 @@ def beside_the_oracle(size, seed, growing):
         masses=scene.masses,
         growth=growth,
         periodic=scene.periodic,
-        restitution=scene.restitution,
-        elastic_below=scene.elastic_below,
+        restitution=scene.impact.restitution,
+        elastic_below=scene.impact.elastic_below,
         arithmetic="float",
     )
     end, counts, spared, heat = 0.0, np.zeros((3, 3), np.int64), 0, 0.0
@@ -121,7 +122,7 @@ def beside_the_oracle(size, seed, growing):
             r = (oracle.positions[event.j] - oracle.positions[event.i]).astype(float)
             r[0] -= scene.box[0] * round(r[0] / scene.box[0])
             approach = -(before[event.j] - before[event.i]) @ r / math.sqrt(r @ r)
-            spared += approach + 0.5 * (growth[event.i] + growth[event.j]) < scene.elastic_below
+            spared += approach + 0.5 * (growth[event.i] + growth[event.j]) < scene.impact.elastic_below
     sim = carom.Simulation(scene, growth=growth if growing else None, **settings)
     # Cut where nothing happens, saved, and resumed: nothing of the sums may be lost.
     sim.run(time=0.4 * end)
@@ -237,7 +238,7 @@ def rescaled(_):
 
 def test_a_plain_scene_has_no_balance():
     # Scenes whose energy is constant are compiled without it.
-    scene = placed(6, (4.0, 4.0), 1, periodic=[True, False])
+    scene = placed(6, (4.0, 4.0), 1, walls="y")
     system = prepare(scene, scene.velocities)
     scheme = choose(system, 1.0, "auto", None)
     engine = build(scheme, system, scene.positions, scene.velocities)

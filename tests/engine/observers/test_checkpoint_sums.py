@@ -13,6 +13,7 @@ from carom.engine.observers.currents import Currents
 from carom.engine.observers.flights import Flights
 from carom.io.events import read_events
 from carom.models import Ball
+from carom.models.contacts.restitution import Restitution
 from carom.simulation import mechanics, stretches
 from carom.studies.packings import compression
 from carom.studies.packings.compression import points
@@ -26,10 +27,10 @@ def scene_of(growing=False):
         species=[Species(count=20), Species(count=28, diameter=0.6, mass=0.3)],
         dimension=2,
         packing_fraction=0.1,
-        periodic=(True, False),
+        walls="y",
         obstacles=(Ball((2.0, 2.0), 0.6),),
         seed=2,
-    ).with_(**({} if growing else {"restitution": 0.95, "elastic_below": 0.5}))
+    ).replace(**({} if growing else {"impact": Restitution(0.95, 0.5)}))
 
 
 def settings(kind, log):
@@ -123,7 +124,7 @@ def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkey
 def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches):
     def start():
         kinds = [Species(count=12), Species(count=18, diameter=1.4)]
-        return points(None, 2, species=kinds, periodic=(True, False), seed=4)
+        return points(None, 2, species=kinds, walls="y", seed=4)
 
     wanted = {"rate": 0.05, "until_Z": 1e3, "seed": 4, "pictures": False}
     whole = carom.pack(start(), **wanted)

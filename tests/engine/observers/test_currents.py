@@ -116,7 +116,7 @@ def test_units_of_time_scale_the_moments_exactly():
     scene = carom.Scene.random(64, 0.3, seed=5)
     slow, fast = carom.Simulation(scene, kT=1.0, seed=2, currents=True), None
     factor = 2.0**40  # of speeds: the engine's unit of time is another one then
-    fast = carom.Simulation(scene.with_(velocities=slow.frame().velocities * factor), currents=True, seed=0)
+    fast = carom.Simulation(scene.replace(velocities=slow.frame().velocities * factor), currents=True, seed=0)
     one = slow.helfand(every=0.125, count=17)
     two = fast.helfand(every=0.125 / factor, count=17)
     assert (two.stress == one.stress * factor).all()
@@ -126,8 +126,8 @@ def test_units_of_time_scale_the_moments_exactly():
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ({"periodic": [True, True, False]}, "periodic"),
-        ({"restitution": 0.9}, "elastic"),
+        ({"walls": "z"}, "periodic"),
+        ({"impact": 0.9}, "elastic"),
         ({"pinned": [0]}, "conserved momentum"),
         ({"interaction": Ranges([Kind("a", circles=[1.5])], lambda unit, event: None)}, "conserved momentum"),
     ],

@@ -68,7 +68,7 @@ def test_the_moments_with_steps_are_those_of_positions_and_pair_energies():
 
 
 def fluid(**settings):
-    scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3).with_(
+    scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3).replace(
         interaction=StepTable(LADDER)
     )
     return carom.Simulation(scene, seed=2, kT=2.0, **settings)
@@ -110,7 +110,7 @@ def test_currents_are_refused_where_steps_lose_energy():
     scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3)
     bridge = Steps([1.0, 1.3], [math.inf, -0.2], leaving=[math.inf, -0.6])
     with pytest.raises(InputError, match="lose no energy"):
-        carom.Simulation(scene.with_(interaction=StepTable(bridge)), currents=True, seed=0)
+        carom.Simulation(scene.replace(interaction=StepTable(bridge)), currents=True, seed=0)
 
 
 def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_file():

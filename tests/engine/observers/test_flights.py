@@ -113,14 +113,14 @@ FLUID = carom.Scene.crystal(cells=3, packing_fraction=0.1)
     ],
 )
 def test_flights_are_refused_where_speeds_change_on_the_way(change, settings, says):
-    sim = carom.Simulation(FLUID.with_(**change), **settings)
+    sim = carom.Simulation(FLUID.replace(**change), **settings)
     with pytest.raises(InputError, match=f"FreeFlights needs {says}"):
         sim.measure(carom.FreeFlights(), time=1.0)
 
 
 def test_what_is_pinned_does_not_fly(monkeypatch):
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)  # nothing is to run
-    scene = FLUID.with_(pinned=np.arange(FLUID.n) % 2 == 0)
+    scene = FLUID.replace(pinned=np.arange(FLUID.n) % 2 == 0)
     machine = carom.Simulation(scene, seed=1)._state
     with flying.keeping(machine):
         engine, flights = machine.engine, machine.observer(Flights)

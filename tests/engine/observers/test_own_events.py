@@ -11,6 +11,7 @@ from carom.errors import FileError, InputError
 from carom.io.events import read_events, read_initial
 from carom.models import SquareWell, own
 from carom.models.obstacles.balls import Ball
+from carom.models.obstacles.named_walls import axes_without
 from carom.models.questions.observer import at_pair
 from carom.models.questions.steps import CORE
 from carom.simulation import stretches
@@ -100,12 +101,12 @@ def gas(d, *, speed=1.0, seed=1):
         dimension=d,
         box=box,
         seed=seed,
-        periodic=(*(d - 1) * [True], False),
+        walls=axes_without((*(d - 1) * [True], False)),
         obstacles=[ball],
         diameter=1.0,
     )
     velocities = np.random.default_rng(seed).normal(size=(n, d))
-    return scene.with_(velocities=speed * velocities)
+    return scene.replace(velocities=speed * velocities)
 
 
 def assert_equal(one, two):
@@ -234,7 +235,7 @@ def test_sums_go_on_when_velocities_are_rescaled_and_when_diameters_have_grown(t
 
 
 def test_events_of_steps_say_which_they_are():
-    scene = carom.Scene.random(60, 0.2, 2, seed=1).with_(interaction=SquareWell(1.5))
+    scene = carom.Scene.random(60, 0.2, 2, seed=1).replace(interaction=SquareWell(1.5))
     sim = carom.Simulation(scene, seed=2, observers=[seen(scene)])
     sim.run(collisions=2000)
     assert (sim.observers[0].kinds == sim._state.engine.model.pair.events.sum(axis=0)).all()

@@ -23,7 +23,7 @@ from carom.models.questions.particles import Particles
 
 @dataclass(frozen=True)
 class Loss:
-    """Energy loss at contacts, for a scene (``impact``) or a ``carom.models.obstacles.surfaces.Surface``.
+    """Energy loss at contacts, for the keyword ``impact`` of a scene, an obstacle or a wall.
 
     Parameters
     ----------

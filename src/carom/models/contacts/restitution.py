@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import numbers
 from copy import copy
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.models.contacts.losses import Law
 from carom.models.questions.contact import transfer
 from carom.models.questions.particles import Particles
 
@@ -71,12 +73,29 @@ class Restitution:
         object.__setattr__(result, "elastic_below", speed)
         return result
 
+    def to_table(self) -> dict[str, Any]:
+        """Return the arguments that were given, for a file."""
+        table: dict[str, Any] = {"type": "restitution", "restitution": self.restitution}
+        told = not self.elastic and self.elastic_below is not None
+        return {**table, "elastic_below": self.elastic_below} if told else table
+
+    def law(self, particles: Particles) -> Law:
+        """Return the compiled form of the loss at the surface of an obstacle."""
+        return Law(self.restitution, 0.0, 0.2, float(particles.speed(self.elastic_below)), 0.0)
+
     def model(self, particles: Particles) -> Inelastic | None:
         """Return the model that the engine compiles, or None if contacts are elastic."""
         if self.elastic:
             return None
         threshold = float(particles.speed(self.elastic_below))
         return Inelastic(float(self.restitution), threshold, np.zeros(1, np.int64))
+
+
+def as_impact(value: Any) -> Any:
+    """Return a number as the restitution that it means, and anything else as it is."""
+    if isinstance(value, numbers.Real | np.floating) and not isinstance(value, bool):
+        return Restitution(float(value))
+    return value
 
 
 class Inelastic(NamedTuple):

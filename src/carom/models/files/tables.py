@@ -1,4 +1,6 @@
-"""Interactions, motions, impacts, drives, paths and surfaces as tables for files: ``type`` says what each is.
+"""Interactions, motions, impacts, drives, paths, obstacles and walls as tables for files.
+
+Their ``type`` says what each is.
 
 A value that a file can hold has ``to_table()`` (``files.to_tables``). What stands here makes it again.
 """
@@ -6,13 +8,14 @@ A value that a file can hold has ``to_table()`` (``files.to_tables``). What stan
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
 from dataclasses import MISSING, fields
 from typing import Any
 
 from carom import checks
 from carom.errors import InputError
 from carom.models import obstacles
+from carom.models.contacts.restitution import as_impact
+from carom.models.obstacles.named_walls import Wall
 from carom.models.questions.obstacle import Obstacle
 
 KINDS: dict[str, dict[str, tuple[str, str]]] = {
@@ -20,7 +23,10 @@ KINDS: dict[str, dict[str, tuple[str, str]]] = {
         "gravity": ("carom.models.motions.gravity", "Gravity"),
         "great-circles": ("carom.models.motions.great_circles", "GreatCircles"),
     },
-    "impact": {"loss": ("carom.models.contacts.losses", "Loss")},
+    "impact": {
+        "restitution": ("carom.models.contacts.restitution", "Restitution"),
+        "loss": ("carom.models.contacts.losses", "Loss"),
+    },
     "drive": {
         "andersen": ("carom.models.drives", "Andersen"),
         "langevin": ("carom.models.drives", "Langevin"),
@@ -31,87 +37,79 @@ KINDS: dict[str, dict[str, tuple[str, str]]] = {
         "sine": ("carom.models.obstacles.paths", "Sine"),
         "parabolas": ("carom.models.obstacles.paths", "Parabolas"),
     },
-    "obstacle": {
-        "shaken": ("carom.models.obstacles.shaken", "Shaken"),
-        "surface": ("carom.models.obstacles.surfaces", "Surface"),
-        "thermal": ("carom.models.obstacles.surfaces", "Thermal"),
-    },
 }
 """Module and class of what a file may name, by what it is for. Imported when a file does."""
 
-PARTS = {"loss": "impact", "path": "path"}
+PARTS = {"shake": "path", "impact": "impact"}
 """Fields that are tables themselves, and what these are for."""
 
+SAID = {
+    "path": {"pieces": "parabolas"},
+    "impact": dict.fromkeys(("contact_time", "at_speed", "power"), "loss"),
+}
+"""Items that say the type of a table without one."""
 
-def from_table(values: Any, what: str, key: str = "type") -> Any:
+UNSAID = {"path": "sine", "impact": "restitution"}
+"""The type of a table without such an item."""
+
+
+def from_table(values: Any, what: str) -> Any:
     """Return the value of ``carom.models.files.to_tables.to_table``.
 
     Parameters
     ----------
     values : mapping
-        The table.
+        The table; of an impact also the number that is a restitution.
     what : {"interaction", "motion", "impact", "drive", "path", "obstacle"}
         What it is for.
-    key : str
-        Which item says what it is.
 
     Raises
     ------
     InputError
         If it is unknown, or an item is missing, unknown or wrong.
     """
+    if what == "impact" and isinstance(values, int | float):
+        return as_impact(values)
     if not isinstance(values, dict):
-        raise InputError(f"A {what} must be a table with {key}, found {checks.describe(values)}.")
+        needs = f"{what} must be a table" + ("" if what in UNSAID else " with type")
+        raise InputError(f"{'An' if what[0] in 'aeiou' else 'A'} {needs}, found {checks.describe(values)}.")
     if what == "interaction":
         from carom.models.interactions import tables as interactions
 
         return interactions.from_table(values)
-    kind = values.get(key)
-    cls = _class(kind, what, key)
-    given = {name: value for name, value in values.items() if name != key}
+    if what in UNSAID and "type" not in values:
+        said = (kind for item, kind in SAID[what].items() if item in values)
+        values = {"type": next(said, UNSAID[what]), **values}
+    cls = _class(values.get("type"), what)
+    given = {name: value for name, value in values.items() if name != "type"}
+    return _made(cls, f"A {values['type']}", given)
+
+
+def _made(cls: Any, what: str, given: dict[str, Any]) -> Any:
+    """Return a value of a class from its arguments."""
     expected = {field.name: field for field in fields(cls)}
     needed = [name for name, field in expected.items() if field.default is MISSING]
-    checks.keys(given, f"A {kind}", expected, needed=needed)
-    for name in expected:
-        if name in given and name in PARTS:
-            given[name] = from_table(_typed(given[name], name), PARTS[name])
-        elif name in given and name == "obstacle":
-            given[name] = obstacle_from_table(given[name])
-    return cls(**given)
+    checks.keys(given, what, expected, needed=needed)
+    parts = {name: from_table(given[name], PARTS[name]) for name in PARTS if name in given}
+    return cls(**{**given, **parts})
 
 
-def _typed(table: Any, name: str) -> Any:
-    """Return a table with its type, which that of a loss need not say."""
-    if name == "loss" and isinstance(table, dict):
-        return {"type": "loss", **table}
-    return table
-
-
-def _class(kind: Any, what: str, key: str) -> Any:
-    """Return the class of a kind."""
-    plain = obstacles.KINDS if what == "obstacle" else {}
-    known = isinstance(kind, str)
-    if known and kind in plain:
-        return plain[kind]
-    if not (known and kind in KINDS[what]):
-        one = "an" if what == "obstacle" else "a"
+def _class(kind: Any, what: str) -> Any:
+    """Return the class of a type."""
+    if what == "obstacle":
+        known: dict[str, Any] = obstacles.KINDS
+    else:
+        known = KINDS[what]
+    if not (isinstance(kind, str) and kind in known):
+        one = "an" if what[0] in "aeiou" else "a"
+        near = checks.suggestion(kind, known, listed=True) if isinstance(kind, str) else ""
         raise InputError(
-            f"{key} of {one} {what} must be one of {', '.join((*plain, *KINDS[what]))}; found "
-            f"{checks.describe(kind)}."
+            f"type of {one} {what} must be one of {', '.join(known)}; found {checks.describe(kind)}{near}."
         )
-    module, name = KINDS[what][kind]
+    if what == "obstacle":
+        return known[kind]
+    module, name = known[kind]
     return getattr(importlib.import_module(module), name)
-
-
-def refuse_one_seed(kept: Sequence[dict[str, Any]]) -> None:
-    """Raise InputError where two thermal surfaces of a run have one seed: no scene has had them since."""
-    seeds = [each["seed"] for each in kept if each["kind"] == "thermal"]
-    if len(set(seeds)) < len(seeds):
-        raise InputError(
-            "Two thermal surfaces have one seed in this file, and this Carom lets them draw different random "
-            "numbers: the run would go on with other bits. Go on with the Carom that wrote it, or start from "
-            "a frame."
-        )
 
 
 def obstacle_from_table(values: Any) -> Obstacle:
@@ -120,13 +118,32 @@ def obstacle_from_table(values: Any) -> Obstacle:
     Raises
     ------
     InputError
-        If it is of a class of one's own, of an unknown kind, or a value is missing, unknown or wrong.
+        If it is of a class of one's own, of an unknown type, or a value is missing, unknown or wrong.
     """
     if not isinstance(values, dict):
         raise InputError(f"An obstacle must be a table, found {checks.describe(values)}.")
-    if values.get("kind") == "own":
+    if values.get("type") == "own":
         raise InputError(
             f"The obstacle {values.get('name')} is of the class {values.get('class')}, which no file holds; "
             "give all obstacles, obstacles=[...], where the file is loaded."
         )
-    return from_table(values, "obstacle", "kind")
+    made: Obstacle = from_table(values, "obstacle")
+    return made
+
+
+def walls_from_table(values: Any) -> dict[str, Wall]:
+    """Return the walls of ``carom.models.files.to_tables.walls_to_table``.
+
+    Raises
+    ------
+    InputError
+        If a value is unknown or wrong.
+    """
+    if not isinstance(values, dict):
+        raise InputError(f"walls must be a table of tables, found {checks.describe(values)}.")
+    walls = {}
+    for name, table in values.items():
+        if not isinstance(table, dict):
+            raise InputError(f"The wall {name} must be a table, found {checks.describe(table)}.")
+        walls[name] = _made(Wall, f"The wall {name}", table)
+    return walls

@@ -5,22 +5,23 @@ A value that a file can hold has ``to_table()``. ``carom.models.files.tables`` m
 
 from __future__ import annotations
 
-from dataclasses import asdict
+from collections.abc import Mapping
+from dataclasses import fields
 from typing import Any
 
 from carom.errors import InputError
 from carom.models import obstacles
+from carom.models.obstacles.named_walls import Wall
+from carom.models.obstacles.properties import Properties, properties_of
 from carom.models.questions.obstacle import Obstacle
+
+PROPERTIES = tuple(each.name for each in fields(Properties))
+"""Names of the properties of obstacles and walls."""
 
 
 def holds(value: Any) -> bool:
-    """Tell whether a file can hold a value, and all that it is made of."""
-    if not hasattr(value, "to_table"):
-        return False
-    body = getattr(value, "obstacle", None)
-    if body is not None and obstacle_to_table(body)["kind"] == "own":
-        return False
-    return not hasattr(value, "path") or hasattr(value.path, "to_table")
+    """Tell whether a file can hold a value."""
+    return hasattr(value, "to_table")
 
 
 def to_table(value: Any, what: str) -> dict[str, Any]:
@@ -41,8 +42,45 @@ def to_table(value: Any, what: str) -> dict[str, Any]:
 def obstacle_to_table(obstacle: Obstacle) -> dict[str, Any]:
     """Return an obstacle as values that JSON and TOML hold; of a class of one's own only its name."""
     for kind, known in obstacles.KINDS.items():
-        if type(obstacle) is known:
-            return {"kind": kind, **asdict(obstacle)}  # type: ignore[call-overload]
-    if hasattr(obstacle, "to_table") and holds(obstacle):
-        return to_table(obstacle, "obstacle")
-    return {"kind": "own", "class": type(obstacle).__name__, "name": obstacle.name}
+        if type(obstacle) is known and isinstance(obstacle, Properties) and _kept(obstacle):
+            shape = {each.name: getattr(obstacle, each.name) for each in fields(obstacle)}
+            own = {name: value for name, value in shape.items() if name not in PROPERTIES}
+            return {"type": kind, **own, **_properties(obstacle)}
+    return {"type": "own", "class": type(obstacle).__name__, "name": obstacle.name}
+
+
+def walls_to_table(walls: Mapping[str, Wall]) -> dict[str, Any]:
+    """Return walls by name as values that JSON and TOML hold.
+
+    Raises
+    ------
+    InputError
+        If the path of one is of a class of one's own.
+    """
+    tables = {}
+    for name, wall in walls.items():
+        if not _kept(wall):
+            raise InputError(f"shake of {name} is of a class of one's own, which no file can hold.")
+        tables[name] = _properties(wall) | ({"offset": wall.offset} if wall.offset else {})
+    return tables
+
+
+def _kept(value: Properties) -> bool:
+    """Tell whether a file can hold the path of a value."""
+    return value.shake is None or holds(value.shake)
+
+
+def _properties(value: Properties) -> dict[str, Any]:
+    """Return the properties of an obstacle or a wall that are given."""
+    given = properties_of(value)
+    if value.shake is not None:
+        given["shake"] = to_table(value.shake, "shake")
+    if value.impact is not None:
+        given["impact"] = impact_to_table(value.impact)
+    return given
+
+
+def impact_to_table(impact: Any) -> Any:
+    """Return what a file holds of an impact: one number where it is a restitution alone."""
+    table = to_table(impact, "impact")
+    return table["restitution"] if set(table) == {"type", "restitution"} else table

@@ -175,7 +175,7 @@ class Ranges:
             raise InputError(
                 f"Units fly straight, and {type(scene.motion).__name__} bends: leave out motion=."
             )
-        for obstacle in scene.obstacles:
+        for obstacle in scene._standing:
             if hasattr(obstacle, "live"):
                 raise InputError(
                     f"Units meet obstacles that rest and are elastic; {obstacle.name} is not so."

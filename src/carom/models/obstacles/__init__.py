@@ -14,8 +14,10 @@ from carom import checks
 from carom.errors import InputError
 from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.balls import Ball
-from carom.models.obstacles.blocks import Box
+from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
+from carom.models.obstacles.dressing import dressed
+from carom.models.obstacles.named_walls import Wall
 from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.segments import Segment, polygon
 from carom.models.obstacles.triangles import Triangle
@@ -24,13 +26,14 @@ from carom.models.questions.obstacle import Obstacle, anchor, is_periodic, outwa
 __all__ = [
     "Arc",
     "Ball",
-    "Box",
+    "Cuboid",
     "CylindricalContainer",
     "Obstacle",
     "Plane",
     "Segment",
     "SphericalContainer",
     "Triangle",
+    "Wall",
     "polygon",
     "walls",
 ]
@@ -43,13 +46,17 @@ KINDS: dict[str, type] = {
     "cylinder": CylindricalContainer,
     "segment": Segment,
     "arc": Arc,
-    "box": Box,
+    "cuboid": Cuboid,
     "triangle": Triangle,
 }
 
 
-def checked(obstacles: Any, box: Sequence[float], periodic: Sequence[bool]) -> tuple[Obstacle, ...]:
-    """Return obstacles as a tuple, each of which can stand in the box and draws its own random numbers.
+def checked(
+    obstacles: Any, box: Sequence[float], periodic: Sequence[bool], walls: Sequence[Plane] = ()
+) -> tuple[Obstacle, ...]:
+    """Return obstacles as the engine knows them: each can stand in the box, and draws its own random numbers.
+
+    Before them are the planes that stand for ``walls`` with properties.
 
     Raises
     ------
@@ -59,15 +66,17 @@ def checked(obstacles: Any, box: Sequence[float], periodic: Sequence[bool]) -> t
     if not isinstance(obstacles, Sequence) or isinstance(obstacles, str):
         raise InputError(f"obstacles must be a tuple of obstacles, found {checks.describe(obstacles)}.")
     standing: list[Obstacle] = []
-    for k, obstacle in enumerate(obstacles):
+    given = [*walls, *obstacles]
+    for k, obstacle in enumerate(given, -len(walls)):
         if isinstance(obstacle, type) or not isinstance(obstacle, Obstacle):
             raise InputError(
                 f"Obstacle {k} must be one of {', '.join(c.__name__ for c in KINDS.values())}, or have name, "
                 f"gap, check and model as they do; found {checks.describe(obstacle)}."
             )
-        obstacle.check(box, periodic)
-        drawing = getattr(obstacle, "drawing_apart", None)
-        standing.append(obstacle if drawing is None else drawing(standing, obstacles))
+        value = dressed(obstacle)
+        value.check(box, periodic)
+        drawing = getattr(value, "drawing_apart", None)
+        standing.append(value if drawing is None else drawing(standing, [*map(dressed, given)]))
     return tuple(standing)
 
 

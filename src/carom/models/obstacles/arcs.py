@@ -18,12 +18,14 @@ from carom.errors import InputError
 from carom.models import fields
 from carom.models.obstacles.outlines import Arc as Drawn
 from carom.models.obstacles.outlines import images
+from carom.models.obstacles.properties import Properties
 from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
 from carom.models.questions.particles import NEVER
+from carom.texts import axis_name
 
 
-@dataclass(frozen=True)
-class Arc:
+@dataclass(frozen=True, repr=False)
+class Arc(Properties):
     """A piece of a circle in two dimensions, without thickness, with all its periodic images.
 
     Parameters
@@ -36,6 +38,8 @@ class Arc:
         Direction in which the arc begins, from the first axis, and its extent; counterclockwise [degrees].
     name : str
         Name, for messages and results.
+    shake, direction, impact, kT, seed : optional
+        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -56,6 +60,7 @@ class Arc:
         )
         angle = checks.number(self.angle, "angle of an arc", low=0.0, high=360.0, open_low=True)
         object.__setattr__(self, "angle", angle)
+        super().__post_init__()
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the box is not two-dimensional, or if a periodic edge would cut the arc."""
@@ -65,8 +70,8 @@ class Arc:
         for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
             if repeats and not self.radius < self.center[axis] < edge - self.radius:
                 raise InputError(
-                    f"The circle of {self.name} crosses the edge of the box along axis {axis}, which is "
-                    "periodic. Set periodic to false for that axis, or move it."
+                    f"The circle of {self.name} crosses the edge of the box along {axis_name(axis)}, which "
+                    "is periodic. Give that axis walls, or move it."
                 )
 
     def _middle(self) -> float:

@@ -12,12 +12,13 @@ from carom.densities import sphere_area
 from carom.models import fields
 from carom.models.mathematics.contact import MOST_DIAMETERS
 from carom.models.obstacles.outlines import Disk, SolidSphere, images
+from carom.models.obstacles.properties import Properties
 from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, members, outward
 from carom.models.questions.particles import NEVER
 
 
-@dataclass(frozen=True)
-class Ball:
+@dataclass(frozen=True, repr=False)
+class Ball(Properties):
     """A fixed solid ball (a disk for d = 2), with all its periodic images.
 
     Parameters
@@ -28,6 +29,8 @@ class Ball:
         Radius [length].
     name : str
         Name, for messages and results.
+    shake, direction, impact, kT, seed : optional
+        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -41,6 +44,7 @@ class Ball:
 
     def __post_init__(self) -> None:
         fields.check_center_and_radius(self)
+        super().__post_init__()
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each surface from the nearest image of the ball, (n,) [length]."""

@@ -1,4 +1,4 @@
-"""Blocks: boxes that stand in the way, with sharp or rounded edges, in any dimension."""
+"""Cuboids: boxes that stand in the way, with sharp or rounded edges, in any dimension."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from carom.models.obstacles.convex import Body, away, closest, first_touch, poin
 from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
 
 
-@dataclass(frozen=True)
-class Box(Body):
+@dataclass(frozen=True, repr=False)
+class Cuboid(Body):
     """A block with edges along the axes, rounded if it has a radius.
 
     Parameters
@@ -27,6 +27,8 @@ class Box(Body):
         Thickness added on all sides [length].
     name : str
         Name, for messages and results.
+    shake, direction, impact, kT, seed : optional
+        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -37,16 +39,17 @@ class Box(Body):
     low: tuple[float, ...]
     high: tuple[float, ...]
     radius: float = 0.0
-    name: str = "box"
+    name: str = "cuboid"
 
     def __post_init__(self) -> None:
-        low, high = points_of((self.low, self.high), "corners of a box")
+        low, high = points_of((self.low, self.high), "corners of a cuboid")
         if any(not a < b for a, b in zip(low, high, strict=True)):
             raise InputError(f"low must be below high along every axis, found {low} and {high}.")
         object.__setattr__(self, "low", low)
         object.__setattr__(self, "high", high)
-        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a box", low=0.0))
+        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a cuboid", low=0.0))
         fields.check_name(self)
+        super().__post_init__()
 
     def corners(self) -> np.ndarray:
         """Return all corners, (2^d, d) [length]."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.models.obstacles.planes import sides
+from carom.models.obstacles.wall_names import sides
 from carom.models.questions.particles import NEVER
 from carom.models.questions.walls import soonest_wall, wall_meeting, wall_normal, yields
 

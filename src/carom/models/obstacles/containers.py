@@ -14,11 +14,13 @@ from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.contact import leave_round
 from carom.models.obstacles.outlines import Circle, HollowCylinder, HollowSphere, Line
+from carom.models.obstacles.properties import Properties
 from carom.models.questions.obstacle import encounter, outward
+from carom.texts import axis_name
 
 
-@dataclass(frozen=True)
-class SphericalContainer:
+@dataclass(frozen=True, repr=False)
+class SphericalContainer(Properties):
     """A hollow sphere around everything; no axis may be periodic.
 
     Parameters
@@ -29,6 +31,8 @@ class SphericalContainer:
         Inner radius [length].
     name : str
         Name, for messages and results.
+    shake, direction, impact, kT, seed : optional
+        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -42,6 +46,7 @@ class SphericalContainer:
 
     def __post_init__(self) -> None:
         fields.check_center_and_radius(self)
+        super().__post_init__()
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each component's surface from the container's, (n,) [length]."""
@@ -52,8 +57,8 @@ class SphericalContainer:
         fields.check_dimensions(self.center, box, f"center of {self.name}")
         if any(periodic):
             raise InputError(
-                f"Around {self.name}, a spherical container, no axis may be periodic, found axis "
-                f"{list(periodic).index(True)}. Set periodic to false."
+                f"Around {self.name}, a spherical container, no axis may be periodic, found "
+                f"{axis_name(list(periodic).index(True))}. Give all axes walls, walls=True."
             )
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float]:
@@ -82,8 +87,8 @@ class SphericalContainer:
         return [HollowSphere(tuple(self.center), self.radius)]
 
 
-@dataclass(frozen=True)
-class CylindricalContainer:
+@dataclass(frozen=True, repr=False)
+class CylindricalContainer(Properties):
     """A hollow cylinder around everything, along one of the axes; the others may not be periodic.
 
     Parameters
@@ -96,6 +101,8 @@ class CylindricalContainer:
         Inner radius [length].
     name : str
         Name, for messages and results.
+    shake, direction, impact, kT, seed : optional
+        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -114,6 +121,7 @@ class CylindricalContainer:
         object.__setattr__(self, "axis", axis)
         if len(self.center) < 2:
             raise InputError("A cylindrical container needs two dimensions or more, found one.")
+        super().__post_init__()
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each component's surface from the container's, (n,) [length]."""
@@ -126,8 +134,8 @@ class CylindricalContainer:
         for axis, repeats in enumerate(periodic):
             if repeats and axis != self.axis:
                 raise InputError(
-                    f"Across {self.name}, a cylindrical container along axis {self.axis}, no axis may be "
-                    f"periodic, found axis {axis}. Set periodic to false for that axis."
+                    f"Across {self.name}, a cylindrical container along {axis_name(self.axis)}, no axis may "
+                    f"be periodic, found {axis_name(axis)}. Give that axis walls."
                 )
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:

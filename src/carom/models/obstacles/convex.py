@@ -18,7 +18,9 @@ from carom.compiling.registry import inner, required
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.obstacles.outlines import Hull, images
+from carom.models.obstacles.properties import Properties
 from carom.models.questions.particles import NEVER
+from carom.texts import axis_name
 
 STEPS = 200
 """Steps of Newton's method at most. A contact takes five; a graze, at which each step halves the way, 60."""
@@ -64,7 +66,7 @@ def away(body, x, axis):
     return (x[axis] - closest(body, x, x, 0.0, axis)) / np.sqrt(rr)
 
 
-class Body(ABC):
+class Body(Properties, ABC):
     """What all convex bodies have in common; each has ``corners()``, ``model()`` and ``radius``."""
 
     name: str
@@ -114,7 +116,7 @@ class Body(ABC):
         for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
             if repeats and not widths[axis] <= 0.5 * edge:
                 raise InputError(
-                    f"{self.name} is {widths[axis]:.6g} wide along axis {axis}, which is periodic with "
+                    f"{self.name} is {widths[axis]:.6g} wide along {axis_name(axis)}, which is periodic with "
                     f"{edge:.6g}; it must fit into half of that, or its images could not be told apart."
                 )
 

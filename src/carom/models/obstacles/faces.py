@@ -23,9 +23,10 @@ from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
 from carom.models.obstacles.convex import Body
-from carom.models.obstacles.planes import Plane, sides, walls
+from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.shaken import Shaken
 from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.wall_names import place_of, sides, wall_name
 
 PROBES = 256
 """Places on a wall at which it is asked whether an obstacle of the user's own lies there."""
@@ -34,11 +35,6 @@ GOLDEN = 0.6180339887498949
 """Multiples of its powers, without their whole part, are spread evenly: they are the probes' coordinates."""
 
 Wall = tuple[int, int]
-
-
-def name_of(wall: Wall) -> str:
-    """Return the name of a wall, as :attr:`carom.Simulation.obstacles` lists it."""
-    return f"{('lower', 'upper')[wall[1]]} wall of axis {wall[0]}"
 
 
 def stand_ins(obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool]) -> dict[Wall, int]:
@@ -64,8 +60,9 @@ def stand_ins(obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence
             before = found.setdefault(wall, k)
             if before != k and all(isinstance(bare(obstacles[each]), Plane) for each in (before, k)):
                 raise InputError(
-                    f"{obstacles[before].name} and {obstacle.name} both stand for the {name_of(wall)}, and "
-                    "components would meet both at once; leave one of them out, or move it into the box."
+                    f"{obstacles[before].name} and {obstacle.name} both stand for the wall "
+                    f"{wall_name(*wall)}, and particles would meet both at once; leave one of them out, or "
+                    "move it into the box."
                 )
     return found
 
@@ -89,23 +86,30 @@ def standing_walls(obstacles: Sequence[Any], box: Sequence[float], periodic: Seq
 def refuse_hidden(
     obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool], radius: float
 ) -> None:
-    """Raise InputError if no component can meet an obstacle, or one lets centres out of the box.
+    """Raise InputError if no particle can meet an obstacle, or one lets centres out of the box.
 
     ``radius`` is that of the smallest component.
     """
     for obstacle in obstacles:
         if _is_hidden(obstacle, box, periodic):
             raise InputError(
-                f"{obstacle.name} lies behind the walls of the box, where no component can meet it; move it "
+                f"{obstacle.name} lies behind the walls of the box, where no particle can meet it; move it "
                 "into the box, or into the plane of a wall, or leave it out."
             )
-    for wall, k in stand_ins(obstacles, box, periodic).items():
+    replaced = stand_ins(obstacles, box, periodic)
+    for k, obstacle in enumerate(obstacles):
+        wall = place_of(obstacle.name)
+        if wall in sides(periodic) and replaced.get(wall) != k:
+            raise InputError(
+                f"{obstacle.name} is the name of a wall, for which this obstacle does not stand."
+            )
+    for wall, k in replaced.items():
         heights = _heights(obstacles[k], box, wall)
         if heights is not None and heights[0] < -radius - ROUNDING_MARGIN * max(box):
             raise InputError(
-                f"{obstacles[k].name} stands for the {name_of(wall)} and moves up to {-heights[0]:.6g} "
-                "behind it, where centres leave the box; expected at most the smallest radius, "
-                f"{radius:.6g}. Move it into the box, or displace it less."
+                f"{obstacles[k].name} stands for the wall {wall_name(*wall)} and moves up to "
+                f"{-heights[0]:.6g} behind it, where centres leave the box; expected at most the smallest "
+                f"radius, {radius:.6g}. Shake it less, or move it into the box: a Wall by its offset."
             )
 
 

@@ -55,6 +55,21 @@ class Path(Protocol):
         """Return the model that the engine compiles, with its times in the engine's unit."""
 
 
+def check_path(path: Any) -> None:
+    """Raise InputError if a path is none, or has bounds that are not finite."""
+    if isinstance(path, type) or not isinstance(path, Path):
+        raise InputError(
+            "shake must be a path, which has lowest, highest, acceleration, period and model, such as "
+            f"Sine(0.2, period=1.5); found {checks.describe(path)}."
+        )
+    bounds = (path.lowest, path.highest, path.acceleration, path.period)
+    if not all(math.isfinite(x) for x in bounds) or bounds[0] > bounds[1] or bounds[3] <= 0.0:
+        raise InputError(
+            "A path must have finite bounds: lowest <= highest, acceleration, and a period > 0 (longer "
+            f"than the run, where it does not repeat itself); found {bounds}."
+        )
+
+
 @required
 def place(path, t):
     """Return the displacement at a time since the start of the run, reduced by whole periods [length]."""

@@ -13,15 +13,18 @@ from carom import checks
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.obstacles.outlines import HalfPlane, SolidBehind
+from carom.models.obstacles.properties import Properties
+from carom.models.obstacles.wall_names import sides, wall_name
 from carom.models.questions.obstacle import encounter, outward
 from carom.models.questions.particles import NEVER
+from carom.texts import axis_name
 
 UNIT = 2.0**-50
 """How much a coordinate of a unit vector may be off by rounding."""
 
 
-@dataclass(frozen=True)
-class Plane:
+@dataclass(frozen=True, repr=False)
+class Plane(Properties):
     """A flat wall in any orientation: surfaces stay where ``normal.x >= offset``.
 
     Parameters
@@ -33,6 +36,8 @@ class Plane:
         origin [length] times the length of the normal.
     name : str
         Name, for messages and results.
+    shake, direction, impact, kT, seed : optional
+        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -50,6 +55,12 @@ class Plane:
         fields.check_name(self)
         if not any(self.normal):
             raise InputError("The normal of a plane must not be zero: it points to the allowed side.")
+        super().__post_init__()
+
+    @property
+    def natural_direction(self) -> tuple[float, ...]:
+        """The normal: a plane is shaken along it unless another direction is given."""
+        return self.normal
 
     def _unit(self) -> tuple[tuple[float, ...], float]:
         """Return the normal of length 1, and the plane's distance from the origin along it."""
@@ -67,8 +78,8 @@ class Plane:
         for axis, (component, repeats) in enumerate(zip(self.normal, periodic, strict=True)):
             if component and repeats:
                 raise InputError(
-                    f"The normal of {self.name} has a component along axis {axis}, which is periodic: the "
-                    "plane would end at the box. Set periodic to false for that axis."
+                    f"The normal of {self.name} has a component along {axis_name(axis)}, which is periodic: "
+                    "the plane would end at the box. Give that axis walls."
                 )
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
@@ -103,14 +114,8 @@ def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
     result = []
     for axis, side in sides(periodic):
         normal = tuple((-1.0) ** side * (k == axis) for k in range(len(box)))
-        side_name = ("lower", "upper")[side]
-        result.append(Plane(normal, -box[axis] if side else 0.0, f"{side_name} wall of axis {axis}"))
+        result.append(Plane(normal, -box[axis] if side else 0.0, wall_name(axis, side)))
     return tuple(result)
-
-
-def sides(periodic: Sequence[bool]) -> list[tuple[int, int]]:
-    """Return the walls of the box in their order: the axis of each, and 0 for a lower, 1 for an upper one."""
-    return [(axis, side) for axis, wraps in enumerate(periodic) if not wraps for side in (0, 1)]
 
 
 class HalfSpace(NamedTuple):

@@ -16,7 +16,7 @@ from carom.models.obstacles.convex import Body, away, closest, first_touch, poin
 from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Segment(Body):
     """A straight line between two points, thickened to a capped cylinder: a stick for d = 2.
 
@@ -29,6 +29,8 @@ class Segment(Body):
         hit from both sides.
     name : str
         Name, for messages and results.
+    shake, direction, impact, kT, seed : optional
+        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -47,6 +49,7 @@ class Segment(Body):
         object.__setattr__(self, "end", end)
         object.__setattr__(self, "radius", checks.number(self.radius, "radius of a segment", low=0.0))
         fields.check_name(self)
+        super().__post_init__()
 
     def corners(self) -> np.ndarray:
         """Return the two ends, (2, d) [length]."""
@@ -114,7 +117,12 @@ def _(obstacle: Stick, axis):
 
 
 def polygon(
-    corners: Any, *, radius: float = 0.0, closed: bool = True, name: str = "polygon"
+    corners: Any,
+    *,
+    radius: float = 0.0,
+    closed: bool = True,
+    name: str = "polygon",
+    **properties: Any,
 ) -> list[Segment]:
     """Return the sides of a polygon in two dimensions, or a line of segments in any.
 
@@ -128,6 +136,8 @@ def polygon(
         Whether the last corner is joined to the first.
     name : str
         Name of the polygon; that of side k is "name, side k".
+    **properties
+        Keywords of all its sides, such as ``impact`` or ``kT``.
 
     Raises
     ------
@@ -140,6 +150,6 @@ def polygon(
     ends = points[1:] + points[:1] if closed else points[1:]
     starts = points if closed else points[:-1]
     return [
-        Segment(start, end, radius, f"{name}, side {k}")
+        Segment(start, end, radius, f"{name}, side {k}", **properties)
         for k, (start, end) in enumerate(zip(starts, ends, strict=True))
     ]

@@ -1,4 +1,7 @@
-"""Obstacles that move: floors, walls, balls and containers, displaced along a line by a path."""
+"""Obstacles that move: floors, walls, balls and containers, displaced along a line by a path.
+
+The keyword ``shake`` of an obstacle makes them (``obstacles.properties``).
+"""
 
 from __future__ import annotations
 
@@ -13,10 +16,9 @@ import numpy as np
 from carom.compiling import registry
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.files.to_tables import obstacle_to_table, to_table
 from carom.models.mathematics.parabolas import HOP, Course, time_to_moving
 from carom.models.obstacles.outlines import shapes
-from carom.models.obstacles.paths import Path, pace, place
+from carom.models.obstacles.paths import check_path, pace, place
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import push, rest_speed
 from carom.models.questions.obstacle import (
@@ -79,25 +81,15 @@ class Shaken:
                 f"{type(self.obstacle).__name__}, whose motion or surface would be lost. A surface stands "
                 "outside: Surface(Shaken(...), loss) or Thermal(Shaken(...), kT). Two motions are one path."
             )
-        direction = fields.vector(self.direction, "direction of Shaken")
+        direction = fields.vector(self.direction, "direction of shake")
         length = math.hypot(*direction)
         if length == 0.0:
-            raise InputError("The direction of Shaken must not be zero: the obstacle moves along it.")
+            raise InputError("The direction of shake must not be zero: the obstacle moves along it.")
         # A unit vector stays as it is: a file holds one, and the run must go on with the same bits.
         if abs(length - 1.0) > UNIT:
             direction = tuple(x / length for x in direction)
         object.__setattr__(self, "direction", direction)
-        if isinstance(self.path, type) or not isinstance(self.path, Path):
-            raise InputError(
-                f"The path of Shaken must have lowest, highest, acceleration, period and model, such as "
-                f"Sine(0.2, period=1.5); found {self.path!r}."
-            )
-        bounds = (self.path.lowest, self.path.highest, self.path.acceleration, self.path.period)
-        if not all(math.isfinite(x) for x in bounds) or bounds[0] > bounds[1] or bounds[3] <= 0.0:
-            raise InputError(
-                "A path must have finite bounds: lowest <= highest, acceleration, and a period > 0 (longer "
-                f"than the run, where it does not repeat itself); found {bounds}."
-            )
+        check_path(self.path)
 
     @property
     def name(self) -> str:
@@ -117,12 +109,12 @@ class Shaken:
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the obstacle or its motion does not fit this box."""
         self.obstacle.check(box, periodic)
-        fields.check_dimensions(self.direction, box, "direction of Shaken")
+        fields.check_dimensions(self.direction, box, "direction of shake")
         model = self.obstacle.model()
         if not registry.answers(time_to_moving, type(model)):
             raise InputError(
-                f"Shaken moves planes, balls and containers, and obstacles that answer chase; found "
-                f"{type(self.obstacle).__name__}."
+                "shake moves planes, balls, containers and walls, and obstacles that answer time_to_moving; "
+                f"found {type(self.obstacle).__name__}."
             )
         far = max(abs(self.path.lowest), abs(self.path.highest))
         for edge, wraps in zip(box, periodic, strict=True):
@@ -142,16 +134,6 @@ class Shaken:
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        path = to_table(self.path, "path")
-        return {
-            "kind": "shaken",
-            "obstacle": obstacle_to_table(self.obstacle),
-            "direction": list(self.direction),
-            "path": path,
-        }
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
         """Return the least and the greatest offset of the plane that confines components, or None.

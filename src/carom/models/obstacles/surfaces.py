@@ -1,4 +1,7 @@
-"""Surfaces of obstacles: their energy loss, or their temperature."""
+"""Surfaces of obstacles: their energy loss, or their temperature.
+
+The keywords ``impact`` and ``kT`` of an obstacle make them (``obstacles.properties``).
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ import numpy as np
 from carom import checks, seeds
 from carom.errors import InputError
 from carom.models.contacts.losses import Law, Loss, kept, never_touched
-from carom.models.files.to_tables import obstacle_to_table
+from carom.models.contacts.restitution import Restitution
 from carom.models.mathematics.counter_random import normal as draw_normal
 from carom.models.mathematics.counter_random import uniform
 from carom.models.obstacles.outlines import shapes
@@ -96,13 +99,13 @@ class Surface(_Covered):
     ----------
     obstacle : obstacle
         A plane, a ball, a container, or one that is ``carom.models.obstacles.shaken.Shaken``.
-    loss : Loss
+    loss : Loss or Restitution
         What a contact loses, in the frame of the surface.
 
     Raises
     ------
     InputError
-        If ``loss`` is not a Loss, or the obstacle has a surface already.
+        If ``loss`` is neither, or the obstacle has a surface already.
 
     Notes
     -----
@@ -117,20 +120,22 @@ class Surface(_Covered):
     """
 
     obstacle: Any
-    loss: Loss
+    loss: Loss | Restitution
 
     def __post_init__(self) -> None:
-        if not isinstance(self.loss, Loss):
-            raise InputError(f"The loss of a Surface must be a Loss, found {checks.describe(self.loss)}.")
+        if not isinstance(self.loss, Loss | Restitution):
+            raise InputError(
+                f"The loss of a Surface must be a Loss or a Restitution, found {checks.describe(self.loss)}."
+            )
         self._refuse_covered()
 
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""
         return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"kind": "surface", "obstacle": obstacle_to_table(self.obstacle), "loss": self.loss.to_table()}
+    def at(self, speed: float) -> Surface:
+        """Return the surface with the threshold of its restitution, for a thermal ``speed``."""
+        return replace(self, loss=self.loss.at(speed)) if isinstance(self.loss, Restitution) else self
 
     def live(self, particles: Particles) -> Lossy:
         """Return the model that the engine compiles."""
@@ -193,15 +198,6 @@ class Thermal(_Covered):
             return self
         taken |= {each.seed for each in given if isinstance(each, Thermal)}
         return replace(self, seed=next(k for k in itertools.count() if k not in taken))
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {
-            "kind": "thermal",
-            "obstacle": obstacle_to_table(self.obstacle),
-            "kT": self.kT,
-            "seed": self.seed,
-        }
 
     def live(self, particles: Particles) -> Thermostat:
         """Return the model that the engine compiles."""

@@ -15,7 +15,7 @@ from carom.models.obstacles.convex import Body, away, closest, first_touch, poin
 from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Triangle(Body):
     """A flat triangle, thickened if it has a radius: the piece of which surfaces are made.
 
@@ -27,6 +27,8 @@ class Triangle(Body):
         Thickness added on all sides [length]; 0 is a thin wall in three dimensions.
     name : str
         Name, for messages and results.
+    shake, direction, impact, kT, seed : optional
+        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -49,6 +51,7 @@ class Triangle(Body):
         u, v = np.subtract(b, a), np.subtract(c, a)
         if not (u @ u) * (v @ v) - (u @ v) ** 2 > 1e-12 * (u @ u) * (v @ v):
             raise InputError(f"The corners of {self.name} lie on a line: give a Segment.")
+        super().__post_init__()
 
     def corners(self) -> np.ndarray:
         """Return the three corners, (3, d) [length]."""

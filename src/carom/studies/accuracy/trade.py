@@ -18,6 +18,7 @@ from carom.errors import FileError, InputError
 from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
 from carom.scene import lattices
+from carom.scene.fields import is_simple
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
@@ -246,14 +247,14 @@ def melted(scene: Scene, seed: int) -> tuple[Scene, float]:
     start, before = sim.time, sim.collisions
     sim.run(collisions_per_particle=100)
     frame = sim.frame()
-    moving = scene.with_(positions=frame.positions, velocities=frame.velocities)
+    moving = scene.replace(positions=frame.positions, velocities=frame.velocities)
     return moving, (sim.time - start) * scene.n / (2 * (sim.collisions - before))
 
 
 def small_scene(scene: Scene) -> Scene:
     """Return a scene of the same density that the oracle can follow: the scene itself, if it is small."""
     if scene.n <= SMALL:
-        return scene.with_(velocities=None)
+        return scene.replace(velocities=None)
     d, eta = scene.dimension, scene.packing_fraction
     for lattice in (lattices.cubic(d), lattices.densest(d)):
         cells = 1
@@ -283,7 +284,7 @@ def _medium(scene: Scene) -> Scene:
 
 def simple_scene(scene: Scene) -> Scene:
     """Return the scene, or raise InputError if the reference algorithms cannot move it."""
-    if not scene.simple:
+    if not is_simple(scene):
         raise InputError(
             "carom trade compares elastic, equal spheres in a periodic box, and this scene has more; leave "
             "out walls, obstacles, losses, pinned components, interactions and motions."

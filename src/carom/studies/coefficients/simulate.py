@@ -10,8 +10,10 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.models.species import species_count
 from carom.observables.dynamics import Dynamics
 from carom.observables.moments import HelfandMoments, mean_squares
+from carom.scene.fields import is_simple, is_usual
 from carom.scene.scene import Scene
 from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
@@ -70,7 +72,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "masses": [float(m) for m in _by_species(scene, scene.masses)],
         "diameters": [float(s) for s in _by_species(scene, scene.diameters)],
         "counts": [int(c) for c in _counts(scene)],
-        "simple": scene.simple,
+        "simple": is_simple(scene),
         "every": every,
         "samples": count,
         "wave_time": windows.wave_time(scene, sim.kT),
@@ -82,7 +84,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
 
 
 def _refuse_other_interactions(scene: Scene) -> None:
-    if not scene.usual("interaction") and not hasattr(scene.interaction, "steps"):
+    if not is_usual(scene, "interaction") and not hasattr(scene.interaction, "steps"):
         raise InputError(
             "Transport is measured of hard cores and of steps; what another interaction adds to the currents "
             "is not known."
@@ -95,7 +97,7 @@ def _mean(blocks: list[dict[str, Any]], name: str) -> float:
 
 def _block(sim: Simulation, every: float, count: int, look: Callable[[object], None]) -> dict[str, Any]:
     """Run one block, and return its mean squares, displacements and collisions as plain values."""
-    kinds = sim.scene.species_count if sim.scene.species is not None else 0
+    kinds = species_count(sim.scene) if sim.scene.species is not None else 0
     dynamics = [Dynamics(species=k if kinds else None) for k in range(max(kinds, 1))]
 
     def see(frame: Frame) -> None:
@@ -139,7 +141,7 @@ def _by_species(scene: Scene, values: np.ndarray) -> list[float]:
     """Return the value of each species."""
     if scene.species is None:
         return [float(values[0])]
-    return [float(values[scene.species == k][0]) for k in range(scene.species_count)]
+    return [float(values[scene.species == k][0]) for k in range(species_count(scene))]
 
 
 def _counts(scene: Scene) -> np.ndarray:

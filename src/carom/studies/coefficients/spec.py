@@ -25,7 +25,7 @@ DENSITIES = {2: (0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 3: (0.05, 0.1, 0.2, 0.3, 0.4, 0.
 RELATIVE_ERROR = 0.01
 """Default relative error of shear viscosity and thermal conductivity."""
 
-REFUSED = ("periodic", "obstacles", "restitution", "elastic_below", "motion", "impact", "pinned")
+REFUSED = ("walls", "obstacles", "motion", "impact", "pinned")
 """Keys of a scene with which there is no bulk fluid in equilibrium."""
 
 KEPT = ("diameter", "mass", "kT", "contact", "interaction", *REFUSED)
@@ -176,8 +176,6 @@ def of_scene(path: str | Path, **given: Any) -> TransportSpec:
             | {"fraction": float(s.count if s.count is not None else s.fraction or 0.0)}
             for s in scene.species
         ]
-    if kept.get("periodic") is True:
-        del kept["periodic"]
     return TransportSpec(**replaced({**words, "scene": kept}, given))
 
 

@@ -52,7 +52,7 @@ def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
             f"The spheres jam at packing fraction {reached:.4g}, and {asked.packing_fraction:.4g} is asked "
             "for: lower packing_fraction."
         )
-    return crystal.with_(positions=positions, diameter=diameter)
+    return crystal.replace(positions=positions, diameter=diameter)
 
 
 def _crystal(
@@ -85,7 +85,7 @@ def _melting(asked: SceneSpec) -> tuple[lattices.Lattice, int, float] | None:
     cannot start as a crystal.
     """
     d = asked.dimension or 3
-    given = (asked.species, asked.obstacles, asked.periodic, asked.restitution, asked.box, asked.density)
+    given = (asked.species, asked.obstacles, asked.walls, asked.box, asked.density)
     if asked.initial != "random" or any(value not in (None, ()) for value in given) or d < 3:
         return None
     if any(value is not None for value in (asked.interaction, asked.motion, asked.impact)):

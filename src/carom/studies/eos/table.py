@@ -23,7 +23,7 @@ FEW = 16.0
 OFF = 0.05
 """Relative deviation of kT from the requested one beyond which a point is flagged."""
 
-UNKNOWN = ("contact", "restitution", "interaction", "motion", "impact", "pinned")
+UNKNOWN = ("contact", "interaction", "motion", "impact", "pinned")
 """Keys of a scene with which no equation of state is known."""
 
 

@@ -22,6 +22,7 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import checkpoint
 from carom.io.paths import writing
+from carom.models.obstacles.named_walls import Walls
 from carom.notebook import by_stage, watchable
 from carom.scene import lattices
 from carom.scene.overlaps import rounding
@@ -113,7 +114,7 @@ def points(
     dimension: int = 3,
     *,
     species: Sequence[Species] | None = None,
-    periodic: bool | Sequence[bool] = True,
+    walls: Walls = False,
     packing_fraction: float | None = None,
     seed: int | np.random.Generator = 1,
 ) -> Scene:
@@ -125,8 +126,8 @@ def points(
         Number of points, and of dimensions; n may be None where each species has a count.
     species : sequence of Species, optional
         Species of a mixture; their diameters are approximately the final ones [length].
-    periodic : bool or d bools
-        False gives an axis two hard walls.
+    walls : str, True or sequence of str
+        Axes with walls, as in :class:`carom.Scene`.
     packing_fraction : float, optional
         Of the start; by default that of diameters ``POINT`` times the final ones, and the final ones would
         fill 0.64 / 2^(d - 3) of the cubic box.
@@ -148,7 +149,7 @@ def points(
         ],
         dimension=d,
         packing_fraction=fraction,
-        periodic=periodic,
+        walls=walls,
         seed=seed,
     )
 
@@ -286,8 +287,7 @@ def _start(start: Any, of_points: dict[str, Any], seed: int) -> Scene:
         counted = species is not None and checked_species(species)[0].count is not None
         if start is None and not counted:
             start = N
-        walls = of_points.pop("walls", False)
-        return points(start, periodic=not walls, seed=seed, **of_points)
+        return points(start, seed=seed, **of_points)
     if of_points:
         raise InputError(f"{min(of_points)} is for points, and pack() starts from a scene: leave it out.")
     if isinstance(start, Scene):

@@ -13,7 +13,9 @@ from numpy.typing import ArrayLike
 
 from carom import theory
 from carom.errors import InputError
+from carom.models.species import species_count
 from carom.observables.statistics import Estimate
+from carom.scene.fields import is_usual
 from carom.scene.scene import Scene
 from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
@@ -105,7 +107,7 @@ def once(kind: str, do: Callable[[], object]) -> None:
 
 def refuse_unusual(scene: Scene) -> None:
     """Raise InputError unless spheres move and collide as elastic hard cores."""
-    if not (scene.usual("interaction") and scene.usual("motion") and scene.usual("impact")):
+    if not all(is_usual(scene, kind) for kind in ("interaction", "motion", "impact")):
         raise InputError("A plan is made for elastic hard cores; remove interaction, motion and impact.")
 
 
@@ -180,7 +182,7 @@ def carried(sim: Simulation) -> np.ndarray:
         diameters, masses = np.array([scene.diameter]), np.array([scene.mass])
     else:
         at = [int(np.flatnonzero(scene.species == k)[0]) if np.any(scene.species == k) else 0
-              for k in range(scene.species_count)]  # fmt: skip
+              for k in range(species_count(scene))]  # fmt: skip
         diameters, masses = scene.diameters[at], scene.masses[at]
     contact = 0.5 * (diameters[:, None] + diameters)
     reduced = masses[:, None] * masses / (masses[:, None] + masses)

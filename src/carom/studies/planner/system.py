@@ -22,10 +22,8 @@ KEPT = ("diameter", "mass", "kT")
 """Keys of a scene that a plan takes over, besides species."""
 
 REFUSED = (
-    "periodic",
+    "walls",
     "obstacles",
-    "restitution",
-    "elastic_below",
     "contact",
     "interaction",
     "motion",
@@ -232,8 +230,6 @@ def of_plan(plan: SceneFile) -> tuple[System, int]:
         for f in dataclasses.fields(asked)
         if f.name in (*KEPT, *REFUSED) and getattr(asked, f.name) not in (None, ())
     }
-    if made.periodic == (True,) * made.dimension:
-        words.pop("periodic", None)
     if asked.species:
         words["species"] = [
             {k: v for k, v in dataclasses.asdict(s).items() if v is not None and k != "count"}

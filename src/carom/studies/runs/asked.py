@@ -13,6 +13,8 @@ from carom import checks, io
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.paths import replacing
+from carom.models.obstacles import Wall
+from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
@@ -82,7 +84,11 @@ def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFil
     """
     if scene.velocities is None and kT is None:
         kT = 1.0
-    words: dict[str, Any] = {name: getattr(scene, name) for name in MODELS if not scene.usual(name)}
+    words: dict[str, Any] = {name: getattr(scene, name) for name in MODELS if not is_usual(scene, name)}
+    if is_usual(scene, "impact") and not is_elastic(scene):
+        words["impact"] = scene.impact
+    if any(wall != Wall() for wall in scene.walls.values()):  # a frame says only that there are walls
+        words["walls"] = scene.walls
     if scene.obstacles:
         words["obstacles"] = scene.obstacles
     if scene.drive is not None:
@@ -91,8 +97,6 @@ def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFil
         words["pinned"] = tuple(np.flatnonzero(scene.pinned).tolist())
     if scene.contact is not None:
         words["contact"] = tuple(map(tuple, scene.contact.tolist()))
-    if scene.restitution < 1.0:
-        words |= {"restitution": scene.restitution, "elastic_below": scene.elastic_below}
     plan = SceneFile(scene=SceneSpec(initial="file", file=str(folder.start.absolute()), kT=kT, **words))
     plan.to_toml()  # which refuses what no file can hold, before anything is written
     folder.make()

@@ -21,7 +21,7 @@ from carom.frame import Frame
 from carom.io.paths import replacing, writing
 from carom.models import model_checks
 from carom.models.obstacles.faces import stand_ins
-from carom.models.obstacles.planes import sides
+from carom.models.obstacles.wall_names import sides
 from carom.observables import RDF, Estimate, Pressure, PressureResult, RDFResult, WallPressure
 from carom.observables.energy import (
     Energy,
@@ -35,6 +35,7 @@ from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.statistics import ratio
 from carom.observables.wall_pressure import obstacle_names
 from carom.scene.description import kind
+from carom.scene.fields import is_elastic, is_equal, is_simple, is_usual, standing
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
@@ -191,7 +192,7 @@ def without_rdf(scene: Scene, frames: bool) -> str | None:
         return f"No g(r): with {what} the fluid is not the same everywhere, and g depends on more than r."
     if not frames:
         return "No g(r): it comes from the frames of a trajectory, and none was asked for."
-    species = np.zeros(scene.n, dtype=np.int64) if scene.equal else species_of(scene)
+    species = np.zeros(scene.n, dtype=np.int64) if is_equal(scene) else species_of(scene)
     if species is None:
         return f"No g(r): there are more than {MOST_SPECIES} sizes, too many for a g(r) of every pair."
     narrowest = float(scene.diameters.min())
@@ -207,7 +208,7 @@ def _write_distributions(
     distributions = _distributions(facts, report)
     if distributions:
         with replacing(folder.rdf) as temporary:
-            if facts.sim.scene.equal:
+            if is_equal(facts.sim.scene):
                 distributions[""].save(temporary)
             else:
                 write_partial(distributions, temporary)
@@ -222,7 +223,7 @@ def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[s
         report("Computing g(r)", 0.0)
         return (
             {"": RDF().over([sim.frame()])}
-            if scene.equal
+            if is_equal(scene)
             else partial_rdf(scene, lambda: iter([sim.frame()]))
         )
     # From the file, so that a resumed run sees every frame. H5MD is preferred, because text is slow to read.
@@ -235,7 +236,7 @@ def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[s
                 report("Computing g(r)", k / len(reader))
                 yield frame
 
-        return {"": RDF().over(frames())} if scene.equal else partial_rdf(scene, frames)
+        return {"": RDF().over(frames())} if is_equal(scene) else partial_rdf(scene, frames)
 
 
 def _draw(
@@ -253,12 +254,12 @@ def _draw(
             plots.pressure(pressure, equations=lines, path=temporary)
     if distributions:
         with replacing(folder.path / "rdf.png") as temporary:
-            if facts.sim.scene.equal:
+            if is_equal(facts.sim.scene):
                 plots.rdf(distributions[""], contact_value=implied, path=temporary)
             else:
                 plots.partial_rdf(distributions, path=temporary)
     with replacing(folder.path / "snapshot.png") as temporary:
-        plots.snapshot(facts.sim.frame(), obstacles=facts.sim.scene.obstacles, path=temporary)
+        plots.snapshot(facts.sim.frame(), obstacles=standing(facts.sim.scene), path=temporary)
 
 
 def _lines(rows: list[dict[str, Any]]) -> dict[str, float]:
@@ -270,7 +271,7 @@ def _lines(rows: list[dict[str, Any]]) -> dict[str, float]:
 def _phase(facts: Facts) -> Phase | None:
     """Return the phase of equal elastic particles in a periodic box; None for other scenes."""
     scene = facts.sim.scene
-    if not scene.simple:
+    if not is_simple(scene):
         return None
     return phase_of(scene, facts.plan.scene.initial, moved(scene, facts.sim.frame()))
 
@@ -314,7 +315,9 @@ def _summary(
         "box": list(scene.box),
         "diameter": scene.diameter,
         "mass": scene.mass,
-        "system": kind(scene.dimension, scene.n, None if scene.usual("interaction") else scene.interaction),
+        "system": kind(
+            scene.dimension, scene.n, None if is_usual(scene, "interaction") else scene.interaction
+        ),
         "kT": _temperature(facts, pressure, energy),
         "thermal": _thermal(facts, pressure),
         "weight": facts.layers.weight,
@@ -419,7 +422,7 @@ def _obstacles(facts: Facts) -> list[dict[str, Any]]:
     obstacle stands.
     """
     scene = facts.sim.scene
-    gone = stand_ins(scene.obstacles, scene.box, scene.periodic)
+    gone = stand_ins(standing(scene), scene.box, scene.periodic)
     walls = sides(scene.periodic)
     # The area of a plane inside the box is not known, so it has only a force.
     return [
@@ -523,8 +526,8 @@ def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
 
 def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
     """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
-    usual = all(scene.usual(kind) for kind in model_checks.USUAL) and scene.pinned is None
-    if scene.walls or scene.obstacles or scene.contact is not None or scene.restitution < 1.0 or not usual:
+    usual = all(is_usual(scene, kind) for kind in model_checks.USUAL) and scene.pinned is None
+    if scene.walls or scene.obstacles or scene.contact is not None or not is_elastic(scene) or not usual:
         return []
     d, eta = scene.dimension, scene.packing_fraction
     diameters, counts = np.unique(scene.diameters, return_counts=True)

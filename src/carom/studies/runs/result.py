@@ -17,6 +17,7 @@ from carom.io.trajectory import open_reader
 from carom.observables.pair_distribution import RDF
 from carom.observables.partial_rdf import partial_rdf
 from carom.observables.statistics import Estimate
+from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
 from carom.studies.results import Result, value_with_error
 
@@ -111,7 +112,7 @@ class RunResult(Result):
             raise InputError(f"{self.folder}: {reason}")
         with self.frames as frames:
             scene = Scene.from_frame(frames[0])
-            return RDF().over(frames) if scene.equal else partial_rdf(scene, lambda: iter(frames))
+            return RDF().over(frames) if is_equal(scene) else partial_rdf(scene, lambda: iter(frames))
 
     def to_dict(self) -> dict[str, Any]:
         """Return numbers by name, each quantity with its error: Z, Z_error, reduced_pressure, ..."""
