@@ -94,7 +94,7 @@ def test_worker_processes_end_in_silence(tmp_path):
     # A worker that had to tidy up while its interpreter ends wrote a traceback to the screen.
     script = tmp_path / "study.py"
     script.write_text(
-        "import carom\ncarom.transport([0.1], n=32, collisions_per_particle=200, replicas=1, workers=1)\n"
+        "import carom\ncarom.transport([0.1], n=32, collisions_per_particle=200, replicas=1, cores=1)\n"
     )
     done = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=300)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")

@@ -211,32 +211,32 @@ class Swing:
 
 
 def floored(obstacle):
-    inside = carom.Scene.random(30, box=(8.0, 6.5), periodic=[True, False], seed=2)
+    inside = carom.Scene.random(30, box=(8.0, 6.5), walls="y", seed=2)
     places = inside.positions + np.array([0.0, 1.0])
-    return carom.Scene(places, (8.0, 8.0), periodic=[True, False], obstacles=[obstacle])
+    return carom.Scene(places, (8.0, 8.0), walls="y", obstacles=[obstacle])
 
 
 BITS = {
-    "interaction": (FLUID.with_(interaction=Cores(1.0)), FLUID, "interaction"),
+    "interaction": (FLUID.replace(interaction=Cores(1.0)), FLUID, "interaction"),
     "interaction with steps": (
-        FLUID.with_(interaction=Well(1.0, 1.5, 1.0)),
-        FLUID.with_(interaction=SquareWell(1.5, 1.0)),
+        FLUID.replace(interaction=Well(1.0, 1.5, 1.0)),
+        FLUID.replace(interaction=SquareWell(1.5, 1.0)),
         "interaction",
     ),
     "motion": (
-        FLUID.with_(motion=Falling((0.0, -0.5))),
-        FLUID.with_(motion=Gravity((0.0, -0.5))),
+        FLUID.replace(motion=Falling((0.0, -0.5))),
+        FLUID.replace(motion=Gravity((0.0, -0.5))),
         "motion",
     ),
     "impact": (
-        FLUID.with_(impact=Tired(0.9, 1e-2)),
-        FLUID.with_(impact=Loss(0.9, contact_time=1e-2)),
+        FLUID.replace(impact=Tired(0.9, 1e-2)),
+        FLUID.replace(impact=Loss(0.9, contact_time=1e-2)),
         "impact",
     ),
     "obstacle": (floored(Floor(0.5)), floored(Plane((0.0, 1.0), 0.5, "Floor")), "obstacles"),
     "drive": (
-        FLUID.with_(drive=Bath(2.0, 1.0, seeds.word(1, "drives"))),
-        FLUID.with_(drive=Andersen(2.0, 1.0)),
+        FLUID.replace(drive=Bath(2.0, 1.0, seeds.word(1, "drives"))),
+        FLUID.replace(drive=Andersen(2.0, 1.0)),
         "drive",
     ),
 }
@@ -375,7 +375,7 @@ def test_fields_and_arrays_are_what_their_names_say():
     charge = np.arange(60) % 2
     value = Charged(charge, [[1.0, 2.0], [2.0, 3.0]][0])
     assert not value.charge.flags.writeable
-    scene = FLUID.with_(interaction=value)
+    scene = FLUID.replace(interaction=value)
     pair = carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors="sectors"))._state.engine.model.pair
     assert type(pair) is Charged.Compiled
     assert pair.charge.tolist() == [*charge, charge[0]]
@@ -393,19 +393,19 @@ def test_fields_and_arrays_are_what_their_names_say():
 
 def test_quantities_are_in_the_engines_unit_of_time_and_those_of_a_drive_in_the_scenes():
     fast = np.random.default_rng(1).normal(size=(60, 2)) * 2.0**40
-    scene = FLUID.with_(velocities=fast, motion=Falling((0.0, -(2.0**80))), impact=Tired(0.9, 2.0**-40))
+    scene = FLUID.replace(velocities=fast, motion=Falling((0.0, -(2.0**80))), impact=Tired(0.9, 2.0**-40))
     engine = carom.Simulation(
-        scene.with_(drive=Bath(2.0**80, 2.0**40, 1)), tuning=carom.Tuning(neighbors="sectors")
+        scene.replace(drive=Bath(2.0**80, 2.0**40, 1)), tuning=carom.Tuning(neighbors="sectors")
     )._state.engine
     unit = engine.model.motion.g[1] / -(2.0**80)
     assert math.log2(unit) < -40.0
     assert engine.model.impact.contact_time == 2.0**-40 / math.sqrt(unit)
-    assert carom.Simulation(scene.with_(drive=Bath(2.0**80, 2.0**40, 1))).drive.kT == 2.0**80
+    assert carom.Simulation(scene.replace(drive=Bath(2.0**80, 2.0**40, 1))).drive.kT == 2.0**80
 
 
 def test_memory_is_copied_and_times_are_shifted():
     law = Tired(0.9, 0.5)
-    scene = FLUID.with_(impact=law)
+    scene = FLUID.replace(impact=law)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions=200)
     before = sim._state.engine.model.impact.last.copy()
@@ -494,8 +494,8 @@ def test_a_class_with_a_fault_is_refused_where_it_is_decorated(body, words):
         (lambda: own.per_particle("colour"), "per_particle() takes one of radii, diameters, masses, species"),
         (lambda: own.memory("0"), "memory() starts with a number, found the string '0'."),
         (lambda: own.interaction(3), "own.interaction decorates a class, found 3."),
-        (lambda: FLUID.with_(interaction=Cores), "found the class Cores, not a value of it"),
-        (lambda: FLUID.with_(motion=Cores(1.0)), "found Cores, which is made with own.interaction."),
+        (lambda: FLUID.replace(interaction=Cores), "found the class Cores, not a value of it"),
+        (lambda: FLUID.replace(motion=Cores(1.0)), "found Cores, which is made with own.interaction."),
         (lambda: carom.check(Swing(0.1, 1.0)), "Swing is a path: check the obstacle that moves along it"),
         (lambda: carom.Simulation(FLUID, observers=[Cores(1.0)]), "An observer is a value of a class with"),
     ],
@@ -514,7 +514,7 @@ def test_a_model_that_reads_species_needs_some():
             t = own.first_contact(rr - self.diameter**2, rv, vv)
             return t if self.species[i] != self.species[j] else own.NEVER
 
-    scene = FLUID.with_(interaction=Unlike(1.0))
+    scene = FLUID.replace(interaction=Unlike(1.0))
     with pytest.raises(InputError, match="Unlike reads the species of the particles, and the scene has none"):
         carom.Simulation(scene)
     assert Unlike.Compiled.lanes == ("species",)
@@ -525,12 +525,12 @@ def test_a_subclass_needs_a_decorator():
         pass
 
     with pytest.raises(InputError, match="Softer is a subclass of Cores without a decorator of its own"):
-        carom.Simulation(FLUID.with_(interaction=Softer(1.0)))
+        carom.Simulation(FLUID.replace(interaction=Softer(1.0)))
 
 
 def test_a_well_refuses_pairs_where_they_have_no_step():
     with pytest.raises(OverlapError, match="where Well has no step for them: move them"):
-        carom.Simulation(FLUID.with_(interaction=Well(1.2, 1.5, 1.0)))
+        carom.Simulation(FLUID.replace(interaction=Well(1.2, 1.5, 1.0)))
 
 
 # ------------------------------------------------------------------------------------ carom.check
@@ -630,7 +630,7 @@ def test_a_class_that_is_defined_again_is_another():
 
     scene = carom.Scene([[1.0, 1.0], [3.0, 3.0]], (6.0, 6.0), velocities=[[0.0, 1e-3], [0.0, 1e-3]])
     for value, speed in ((drive_to(1.0), 3.0), (drive_to(2.0), 6.0)):
-        sim = carom.Simulation(scene.with_(drive=value), tuning=carom.Tuning(neighbors="sectors"))
+        sim = carom.Simulation(scene.replace(drive=value), tuning=carom.Tuning(neighbors="sectors"))
         sim.run(time=0.6)
         assert (sim.frame().velocities[:, 0] == speed).all()
 
@@ -698,7 +698,7 @@ def test_code_of_a_class_in_a_module_is_kept_on_disk_until_it_changes(tmp_path):
 
 
 def test_a_replay_asks_a_model_of_ones_own_in_plain_python(tmp_path):
-    scene = FLUID.with_(interaction=Cores(1.0))
+    scene = FLUID.replace(interaction=Cores(1.0))
     with carom.Simulation(scene, seed=1, event_log=tmp_path / "log.h5") as sim:
         sim.run(collisions=100)
     run = Replay(tmp_path / "log.h5", interaction=Cores(1.0))

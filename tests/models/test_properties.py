@@ -192,7 +192,7 @@ def test_the_threshold_of_a_restitution_follows_the_thermal_speed_and_is_kept(tm
     floor = Wall(impact=0.9)
 
     def thresholds(sim):
-        return [each.loss.elastic_below for each in sim.machine.system.obstacles]
+        return [each.loss.elastic_below for each in sim._state.system.obstacles]
 
     scene = bed(walls={"y_low": floor, "y_high": Wall(impact=Restitution(0.9, 0.25))})
     sim = carom.Simulation(scene.replace(velocities=None), kT=4.0, seed=1)

@@ -96,11 +96,11 @@ def test_a_run_is_read_back(folder):
 
 
 def test_the_file_of_a_scene_that_is_run_loses_nothing(tmp_path):
-    start = carom.Scene.random(24, 0.1, 2, periodic=[True, False], pinned=[3, 5], seed=2)
-    moving = start.with_(velocities=np.random.default_rng(1).normal(size=(24, 2)) * ~start.pinned[:, None])
+    start = carom.Scene.random(24, 0.1, 2, walls="y", pinned=[3, 5], seed=2)
+    moving = start.replace(velocities=np.random.default_rng(1).normal(size=(24, 2)) * ~start.pinned[:, None])
     plain = carom.Scene.crystal(32, 0.3)
     loss = carom.models.Loss(0.9, contact_time=1e-3)
-    for scene in (moving, plain.with_(restitution=0.9), plain.with_(impact=loss)):
+    for scene in (moving, plain.replace(impact=0.9), plain.replace(impact=loss)):
         plan = plan_of_scene(scene, None, RunFolder(tmp_path))
         first = SceneFile.from_toml(plan.to_toml()).build_scene()
         assert np.array_equal(first.positions, scene.positions)
@@ -108,7 +108,7 @@ def test_the_file_of_a_scene_that_is_run_loses_nothing(tmp_path):
             assert np.array_equal(getattr(first, name), getattr(scene, name)), name
         assert (first.periodic, first.restitution, first.impact) == (
             scene.periodic,
-            scene.restitution,
+            scene.impact.restitution,
             scene.impact,
         )
 

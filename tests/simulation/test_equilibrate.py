@@ -36,7 +36,7 @@ def test_a_column_under_gravity_comes_to_the_temperature_within_its_error():
         )
         sim = carom.Simulation(scene, kT=1.0, seed=seed)
         sim.equilibrate(collisions_per_particle=400, kT=2.0)
-        kT = sim.measure(carom.PotentialEnergy(), collisions_per_particle=150).kT
+        kT = sim.measure(carom.Energy(), collisions_per_particle=150).kT
         pulls.append((kT.mean - 2.0) / kT.error)  # what it misses is the error of a stretch as long
     # Six sums of two errors: their root mean square is sqrt(2), known to 29 %.
     assert math.sqrt(float(np.mean(np.square(pulls)))) < math.sqrt(2.0) * (1.0 + 3.0 * 0.29)
@@ -46,7 +46,7 @@ def test_wells_come_to_the_temperature_within_its_error():
     scene = carom.Scene.crystal(108, density=0.3, interaction=SquareWell(1.5, 1.0))
     sim = carom.Simulation(scene, kT=1.0, seed=1)
     sim.equilibrate(collisions_per_particle=800, kT=2.0)
-    kT = sim.measure(carom.PotentialEnergy(), collisions_per_particle=300).kT
+    kT = sim.measure(carom.Energy(), collisions_per_particle=300).kT
     assert abs(kT.mean - 2.0) < 4.0 * math.sqrt(2.0) * kT.error
 
 

@@ -131,7 +131,7 @@ class CSVLog:
 
 def _columns_of(sim: InMotion) -> tuple[str, ...]:
     """Return the columns that a scene has."""
-    from carom.observables.potential_energy import without_potential
+    from carom.observables.energy import without_potential
     from carom.observables.pressure import without_pressure
 
     missing = {"Z": without_pressure(sim.scene), "U": without_potential(sim.scene)}

@@ -31,7 +31,7 @@ def check(run_state: RunState) -> None:
     if run_state.executive is not None:
         raise InputError(
             "FreeFlights observes every collision when it happens, and this simulation has several workers: "
-            "make it with workers=1."
+            "make it with cores=1."
         )
     system = run_state.system
     moving = any(map(is_live, system.obstacle_models))

@@ -182,7 +182,7 @@ class Simulation:
     def potential_energy(self) -> float:
         """Potential energy now, of all pairs on steps and of all particles in a field [energy].
 
-        Its mean with an error bar is :class:`carom.PotentialEnergy`.
+        Its mean with an error bar is :class:`carom.Energy`.
 
         Raises
         ------

@@ -329,7 +329,7 @@ def test_several_workers_do_not_observe():
     observer = Result()
     with pytest.raises(InputError, match="because of Result, which observes every event when it happens"):
         carom.Simulation(scene, observers=[observer], cores=2)
-    with carom.Simulation(scene, cores=2) as sim, pytest.raises(InputError, match="make it with workers=1"):
+    with carom.Simulation(scene, cores=2) as sim, pytest.raises(InputError, match="make it with cores=1"):
         sim.measure(observer, time=0.1)
 
 
