@@ -23,6 +23,7 @@ class Configuration:
     species: np.ndarray | None = None
     species_names: tuple[str, ...] = ()
     periodic: tuple[bool, ...] = ()
+    spins: np.ndarray | None = None
 
     def __post_init__(self) -> None:
         box = np.array(self.box, dtype=np.float64)

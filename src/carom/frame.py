@@ -42,6 +42,8 @@ class Frame(Configuration):
         Names of the species, or ().
     periodic : tuple of d bools
         Which axes are periodic; the others have walls at 0 and at the edge. By default all are periodic.
+    spins : (n, 1) or (n, 3) float64 array or None
+        Angular velocity of each rough particle, one number in the plane, three in space [1 / time].
     """
 
     def __repr__(self) -> str:

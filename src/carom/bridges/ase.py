@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.bridges.embedding import edges, embed, joined, momenta, periodic, require_at_most_three, symbols_of
+from carom.bridges.embedding import (
+    about_axes,
+    edges,
+    embed,
+    joined,
+    momenta,
+    periodic,
+    require_at_most_three,
+    symbols_of,
+)
 from carom.bridges.palette import colours_of
 from carom.configuration import Configuration
 
@@ -61,6 +70,8 @@ def to_ase(frame: Configuration) -> ase.Atoms:
     atoms.set_array("id", np.arange(1, frame.n + 1))
     if frame.images is not None:
         atoms.set_array("images", embed(frame.images))
+    if frame.spins is not None:
+        atoms.set_array("angular_velocity", about_axes(frame.spins))
     if frame.species is not None:
         atoms.set_array("kind", frame.species)
         atoms.set_tags(frame.species)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.bridges.embedding import edges, embed, names_of, periodic, require_at_most_three
+from carom.bridges.embedding import about_axes, edges, embed, names_of, periodic, require_at_most_three
 from carom.bridges.palette import colours_of
 from carom.configuration import Configuration
 from carom.errors import InputError
@@ -64,6 +64,8 @@ def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
     particles.create_property("Particle Identifier", data=np.arange(1, frame.n + 1))
     if frame.images is not None:
         particles.create_property("Periodic Image", data=embed(frame.images))
+    if frame.spins is not None:
+        particles.create_property("Angular Velocity", data=about_axes(frame.spins))
     result.objects.append(particles)
     result.attributes["time"], result.attributes["step"] = float(frame.time), int(frame.step)
     return result
@@ -75,6 +77,9 @@ def to_pandas(frame: Configuration) -> pandas.DataFrame:
     axes = AXES[: frame.dimension] if frame.dimension <= 3 else [f"x{k}" for k in range(frame.dimension)]
     columns: dict[str, Any] = dict(zip(axes, frame.positions.T, strict=True))
     columns |= {f"v{axis}": speeds for axis, speeds in zip(axes, frame.velocities.T, strict=True)}
+    if frame.spins is not None:
+        turns = ["w"] if frame.dimension == 2 else [f"w{axis}" for axis in axes]
+        columns |= dict(zip(turns, frame.spins.T, strict=True))
     columns |= {"diameter": frame.diameters, "mass": frame.masses}
     if frame.species is not None:
         columns["species"] = np.array(names_of(frame))[frame.species]
@@ -96,6 +101,9 @@ def to_xarray(frames: Sequence[Configuration]) -> xarray.Dataset:
     }
     if all(frame.images is not None for frame in frames):
         found["unwrapped"] = (vector, np.stack([frame.unwrapped for frame in frames]))
+    spins = [frame.spins for frame in frames if frame.spins is not None]
+    if len(spins) == len(frames):
+        found["spins"] = (("time", "component", "turn"), np.stack(spins))
     axes = list(AXES[: first.dimension]) if first.dimension <= 3 else list(range(first.dimension))
     coordinates: dict[str, Any] = {"time": [frame.time for frame in frames], "axis": axes}
     if first.species is not None:

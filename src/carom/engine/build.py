@@ -70,12 +70,15 @@ def make_model(system: System) -> Model:
     if system.drive is not None:
         kicks = copied(system.drive.model(particles))
         timers = make_timers(kicks, system.dimension, system.unit.exponent, system.pinned)
+    impact = system.impact.model(particles)
+    if system.spins is not None:
+        impact.spins[:-1] = system.spins
     return Model(
         pair=pair,
         lanes=None,
         motion=system.motion.model(particles),
         boundary=None,
-        impact=system.impact.model(particles),
+        impact=impact,
         obstacles=with_work(obstacles, system.obstacle_models),
         timing=None,
         observers=None,

@@ -19,6 +19,7 @@ from carom.engine.observers.interface import (
     count_pair,
 )
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
+from carom.engine.rubbing import rub
 from carom.engine.tallies import record
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, growth, jump, record_impulse
@@ -99,6 +100,7 @@ def collide(model, state, neighbors, tally, log, i, ref, now):
         r = separation(model.boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
         me.v[axis] += a * push_direction(model.motion, axis, me.x[axis], r, rr)
         other.v[axis] += b * push_direction(model.motion, axis, other.x[axis], -r, rr)
+    rub(model.impact, model, state, i, j, ref, rr, virial, now)
     on_crossing(model.rules, model, state, neighbors, i, j, ref, kind, now)
     after_pair(model.observers, model, state, event)
     tally.collisions += 1

@@ -14,7 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 _WIDEST = 100  # words of a column, at most
-_WIDTHS = {"pos": 3, "velo": 3, "images": 3, "species": 1, "masses": 1, "radius": 1, "id": 1, "kind": 1}
+_WIDTHS = {
+    "pos": 3,
+    "velo": 3,
+    "images": 3,
+    "angular_velocity": 3,
+    "species": 1,
+    "masses": 1,
+    "radius": 1,
+    "id": 1,
+    "kind": 1,
+}
 """Words, at most, of the columns that are read."""
 _KEYS = ("Lattice", "Properties", "pbc", "Origin", "time", "step", "dimension")
 """Keys of the second line that are read; other programs write some of them in other letters."""

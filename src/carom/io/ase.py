@@ -71,6 +71,7 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
         species=None if kinds is None else np.asarray(kinds),
         species_names=() if kinds is None else parted(str(atoms.info.get("species_names", ""))),
         periodic=tuple(bool(flag) for flag in atoms.pbc[:dimension]),
+        spins=_spins(atoms, dimension),
     )
     wrong = flaw(frame)
     if wrong is not None:
@@ -80,6 +81,15 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     if frame.species is not None:
         frame = dataclasses.replace(frame, species=frame.species.astype(np.int64))
     return frame
+
+
+def _spins(atoms: ase.Atoms, dimension: int) -> np.ndarray | None:
+    """Return the spins in the array ``angular_velocity``: in the plane they turn about the third axis."""
+    about = atoms.arrays.get("angular_velocity")
+    if about is None or dimension == 1:
+        return None
+    about = np.array(about, dtype=np.float64).reshape(len(atoms), -1)
+    return about[:, -1:].copy() if dimension == 2 else about
 
 
 def _in_order(atoms: ase.Atoms) -> ase.Atoms:

@@ -14,7 +14,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from carom.bridges.embedding import embed, names_of, one_word, require_at_most_three, symbols_of
+from carom.bridges.embedding import about_axes, embed, names_of, one_word, require_at_most_three, symbols_of
 from carom.frame import Frame
 from carom.io.formats import EXPORTED
 
@@ -77,12 +77,14 @@ def _dump(frame: Frame, k: int, file: TextIO) -> None:
     file.write(f"ITEM: TIMESTEP\n{k}\nITEM: TIME\n{frame.time:.17g}\nITEM: NUMBER OF ATOMS\n{frame.n}\n")
     file.write("ITEM: BOX BOUNDS " + " ".join("pp" if flag else "ff" for flag in flags) + "\n")
     file.writelines(f"{low:.9g} {high:.9g}\n" for low, high in _bounds(frame))
-    file.write("ITEM: ATOMS id type x y z ix iy iz vx vy vz radius mass\n")
+    turns = [] if frame.spins is None else [about_axes(frame.spins)]
+    names = " omegax omegay omegaz" if turns else ""
+    file.write(f"ITEM: ATOMS id type x y z ix iy iz vx vy vz radius mass{names}\n")
     table = np.column_stack(
         [np.arange(1, frame.n + 1), _kinds(frame), embed(frame.positions), embed(images),
-         embed(frame.velocities), 0.5 * frame.diameters, frame.masses]
+         embed(frame.velocities), 0.5 * frame.diameters, frame.masses, *turns]
     )  # fmt: skip
-    np.savetxt(file, table, fmt="%d %d" + " %.9g" * 3 + " %d" * 3 + " %.9g" * 5)
+    np.savetxt(file, table, fmt="%d %d" + " %.9g" * 3 + " %d" * 3 + " %.9g" * (5 + 3 * len(turns)))
 
 
 def _data(frame: Frame, file: TextIO) -> None:
@@ -106,8 +108,8 @@ def _data(frame: Frame, file: TextIO) -> None:
     )
     np.savetxt(file, rows, fmt="%d %d" + " %.9g" * 5)
     file.write("\nVelocities\n\n")
-    still = np.zeros((frame.n, 3))
-    moving = np.column_stack([np.arange(1, frame.n + 1), embed(frame.velocities), still])
+    turns = np.zeros((frame.n, 3)) if frame.spins is None else about_axes(frame.spins)
+    moving = np.column_stack([np.arange(1, frame.n + 1), embed(frame.velocities), turns])
     np.savetxt(file, moving, fmt="%d" + " %.9g" * 6)
 
 

@@ -24,6 +24,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from carom.bridges.embedding import (
+    about_axes,
     edges,
     embed,
     joined,
@@ -92,6 +93,10 @@ def render(frame: Frame) -> bytes:
         columns += embed(frame.images).T.tolist()
         properties += ":images:I:3"
         row += " %d %d %d"
+    if frame.spins is not None:
+        columns.append(_triples(about_axes(frame.spins)))
+        properties += ":angular_velocity:R:3"
+        row += " %s"
     more = ""
     symbols, kinds = symbols_of(frame), np.zeros(frame.n, dtype=np.int64)
     fixed = [""] * len(symbols)  # what follows from the species alone
@@ -272,7 +277,7 @@ def _check_words(lines: bytes, width: int) -> int:
 
 
 #: The columns that a frame is read from. ``momenta`` and ``species`` repeat them for ASE.
-_READ = frozenset(("pos", "velo", "masses", "radius", "images", "kind", "id"))
+_READ = frozenset(("pos", "velo", "masses", "radius", "images", "kind", "id", "angular_velocity"))
 
 
 def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
@@ -300,7 +305,16 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
         species=None if kinds is None else np.ascontiguousarray(kinds),
         species_names=parted(info.get("species_names", "")) if kinds is not None else (),
         periodic=periodic_axes(info, dimension),
+        spins=_spins(columns, dimension),
     )
+
+
+def _spins(columns: dict[str, np.ndarray], dimension: int) -> np.ndarray | None:
+    """Return the spins that a file holds: in the plane they turn about the third axis."""
+    if "angular_velocity" not in columns or dimension == 1:
+        return None
+    about = np.ascontiguousarray(vectors(columns, "angular_velocity", 3), dtype=np.float64)
+    return about[:, 2:].copy() if dimension == 2 else about
 
 
 _UNREAD = np.empty(0, np.int64)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.bridges.embedding import edges, embed, joined, parted, periodic
+from carom.bridges.embedding import about_axes, edges, embed, joined, parted, periodic
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.claims import Claim, patiently, under_way
@@ -45,8 +45,9 @@ class _Store:
             "edges": group["box/edges/value"],
             "velocity": group["velocity/value"],
         }
-        if "image" in group:
-            self.columns["image"] = group["image/value"]
+        for name in ("image", "angular_velocity"):
+            if name in group:
+                self.columns[name] = group[f"{name}/value"]
         # Not `"value" in ...`: on a data set, this compares every element, each in its own call.
         fixed = file.get(f"{_GROUP}/diameter", getclass=True) is not type(file[_GROUP])
         if not fixed:
@@ -73,6 +74,7 @@ class _Store:
             "edges": ("f8", (width,)),
             "velocity": ("f8", (self.n, width)),
             "image": ("i4", (self.n, width)),
+            "angular_velocity": ("f8", (self.n, 3)),
             "diameter": ("f8", (self.n,)),
             "position": ("f8", (self.n, width)),
         }
@@ -107,7 +109,15 @@ class _Store:
             species=self.species,
             species_names=self.names,
             periodic=self.boundary[:d],
+            spins=self._spins(k),
         )
+
+    def _spins(self, k: int) -> np.ndarray | None:
+        """Return the spins of frame k: in the plane they turn about the third axis."""
+        if "angular_velocity" not in self.columns:
+            return None
+        about = self.columns["angular_velocity"][k]
+        return np.ascontiguousarray(about[:, 2:] if self.dimension == 2 else about, dtype=np.float64)
 
     def _images(self, k: int) -> np.ndarray | None:
         if "image" not in self.columns:
@@ -179,6 +189,9 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
     if frame.images is not None:
         grow(group.create_group("image"), "value", (n, width), np.int32, None, 1)
         names.append("image")
+    if frame.spins is not None:
+        grow(group.create_group("angular_velocity"), "value", (n, 3), np.float64, "ps-1", 1)
+        names.append("angular_velocity")
     for name in names:  # hard links: one step and one time for all
         group[name]["step"], group[name]["time"] = position["step"], position["time"]
     for name, values, unit in (("mass", frame.masses, None), ("diameter", frame.diameters, _LENGTH)):
@@ -334,6 +347,8 @@ class H5mdWriter(Writer):
         }
         if frame.images is not None:
             row["image"] = padded(frame.images)
+        if frame.spins is not None:
+            row["angular_velocity"] = about_axes(frame.spins)
         row["diameter"] = frame.diameters
         for name, data in store.columns.items():
             data.resize(k + 1, axis=0)

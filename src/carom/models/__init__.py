@@ -38,6 +38,7 @@ _SHELF = {
     # impact=
     "Restitution": "contacts.restitution",
     "Loss": "contacts.losses",
+    "Rough": "contacts.rough",
     # obstacles=
     "Plane": "obstacles.planes",
     "Ball": "obstacles.balls",

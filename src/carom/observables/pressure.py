@@ -80,7 +80,7 @@ class Pressure:
             mass=scene.mass,
             packing_fraction=scene.packing_fraction,
             simple=scene.simple,
-            exchanges=hasattr(scene.interaction, "steps"),
+            exchanges=hasattr(scene.interaction, "steps") or getattr(scene.impact, "conserves_energy", False),
         )
 
     @staticmethod

@@ -12,6 +12,7 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.models import obstacles as _obstacles
+from carom.models.contacts.rough import Rough
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned
 from carom.models.interactions.pinned import mask as pinned_mask
@@ -46,7 +47,7 @@ def from_frame(
     impact: Impact | None = None,
     drive: Drive | None = None,
 ) -> S:
-    """Make a scene from a frame, without its images and time.
+    """Make a scene from a frame, without its images and time; its spins need ``impact=Rough(...)``.
 
     Parameters
     ----------
@@ -78,6 +79,8 @@ def from_frame(
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
         given = interaction.which if isinstance(interaction, Pinned) else pinned
         arguments["positions"] = parted(arguments["positions"], room, contacts, pinned_mask(given, frame.n))
+    if isinstance(impact, Rough):
+        arguments["spins"] = frame.spins
     return cls(**arguments, interaction=interaction, motion=motion, impact=impact, drive=drive)
 
 

@@ -53,6 +53,9 @@ class Scene(Fields):
         Mass m, one for all or one for each [mass].
     velocities : (n, d) array_like, optional
         Velocities [length / time]; by default the simulation draws them (Maxwell).
+    spins : (n,) or (n, 3) array_like, optional
+        Angular velocities of rough particles, a number each in the plane, a vector in space; by default they
+        do not spin [1 / time]. Only with ``impact=carom.models.Rough(...)``.
     species : (n,) array_like of int, optional
         Species of each component, counted from 0.
     contact : (K, K) array_like, optional
@@ -135,6 +138,7 @@ class Scene(Fields):
         diameter: float | ArrayLike = 1.0,
         mass: float | ArrayLike = 1.0,
         velocities: ArrayLike | None = None,
+        spins: ArrayLike | None = None,
         species: ArrayLike | None = None,
         contact: ArrayLike | None = None,
         periodic: bool | Sequence[bool] | np.ndarray = True,
@@ -160,7 +164,7 @@ class Scene(Fields):
         kinds = _species.labels(species, n)
         if isinstance(interaction, HardCores):  # the same as the keyword
             contact, interaction = interaction.contact, None
-        if isinstance(impact, Restitution):
+        if type(impact) is Restitution:
             restitution, elastic_below, impact = impact.restitution, impact.elastic_below, None
         if isinstance(interaction, Pinned):
             pinned, interaction = interaction.which, None
@@ -190,6 +194,7 @@ class Scene(Fields):
             diameters=diameters,
             masses=masses,
             velocities=None if velocities is None else checking.speeds(velocities, places.shape, fixed),
+            spins=None if spins is None else checking.checked_spins(spins, n, dimension, impact, fixed),
             equal=bool(one_diameter and one_mass and matrix is None and fixed is None),
             species=kinds,
             species_names=_species.names(species_names, kinds),
@@ -242,6 +247,7 @@ class Scene(Fields):
             "diameter": self.diameters,
             "mass": self.masses,
             "velocities": self.velocities,
+            "spins": self.spins,
             "species": self.species,
             "contact": self.contact,
             "periodic": self.periodic,
@@ -285,7 +291,7 @@ class Scene(Fields):
                 attributes[name] = float(values[0])
             else:
                 arrays[name] = values
-        for name in ("velocities", "species", "contact"):
+        for name in ("velocities", "spins", "species", "contact"):
             if getattr(self, name) is not None:
                 arrays[name] = getattr(self, name)
         if self.pinned is not None:
@@ -334,6 +340,7 @@ class Scene(Fields):
                 diameter=arrays["diameter"] if "diameter" in arrays else attributes["diameter"],
                 mass=arrays["mass"] if "mass" in arrays else attributes["mass"],
                 velocities=arrays.get("velocities"),
+                spins=arrays.get("spins"),
                 species=arrays.get("species"),
                 contact=arrays.get("contact"),
                 periodic=tuple(attributes["periodic"]),

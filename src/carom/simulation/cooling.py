@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def cools(sim: Running) -> bool:
     """Return whether contacts lose energy, and growth adds none."""
     system = sim.machine.system
-    return not system.elastic and system.rates is None
+    return not system.conserves_energy and system.rates is None
 
 
 class Blocks:

@@ -131,7 +131,7 @@ def drifts(sim: Any) -> str | None:
         return "equilibrate() needs a temperature that lasts, and growing diameters heat: leave out growth."
     conserves = getattr(scene.interaction, "conserves", None)
     hysteretic = conserves is not None and not conserves(scene.diameter)
-    if not system.elastic or hysteretic or sim.machine.engine.model.rules is not None:
+    if not system.conserves_energy or hysteretic or sim.machine.engine.model.rules is not None:
         return "equilibrate() needs a temperature that lasts, and here contacts or rules change the energy."
     if system.drive is not None:
         return f"{type(system.drive).__name__} sets the temperature: run() instead of equilibrate()."

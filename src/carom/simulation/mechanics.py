@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,10 @@ from carom.scene.temperature import kept_by_motion
 from carom.simulation.depths import folded
 from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.pair_steps import potential_at_start, potential_energy
+from carom.simulation.run_state import spins_of
 
 if TYPE_CHECKING:
+    from carom.scene.scene import Scene
     from carom.simulation.run_state import RunState
 
 
@@ -146,6 +148,8 @@ def _energy_drift(machine: RunState, present: EnergyMomentum) -> float:
     if machine.engine.model.rules is not None or machine.system.drive is not None:
         return math.nan
     scene, before, after = machine.scene, machine.start.energy, present.energy
+    before += rotational_energy(scene, scene.spins)
+    after += rotational_energy(scene, spins_of(machine.engine.model, machine.unit))
     if machine.system.stepped:
         after += potential_energy(machine) - potential_at_start(machine)
     if hasattr(scene.motion, "potential_energy"):
@@ -156,6 +160,25 @@ def _energy_drift(machine: RunState, present: EnergyMomentum) -> float:
         before += scene.motion.potential_energy(scene.masses, scene.positions, scene.box)
         after += scene.motion.potential_energy(scene.masses, places, scene.box)
     return abs(after - before) / before if before else 0.0
+
+
+def rotational_energy(scene: Scene, spins: np.ndarray | None) -> float:
+    """Return the energy of rotation of all particles with ``spins`` (n, 1) or (n, 3), or None [energy]."""
+    if spins is None:
+        return 0.0
+    impact: Any = scene.impact
+    inertias = impact.inertias(scene.masses, scene.dimension) * (0.5 * scene.diameters) ** 2
+    return 0.5 * float(inertias @ (spins**2).sum(axis=1))
+
+
+def kT_rotational(machine: RunState) -> float:
+    """Return twice the energy of rotation over its degrees of freedom [energy]."""
+    spins = spins_of(machine.engine.model, machine.unit)
+    if spins is None:
+        raise InputError("The particles are smooth and do not spin: give the scene impact=Rough(...).")
+    scene = machine.scene
+    free = scene.n if scene.pinned is None else int(np.count_nonzero(~scene.pinned))
+    return 2.0 * rotational_energy(scene, spins) / (free * spins.shape[1])
 
 
 def sizes(machine: RunState, diameters: np.ndarray, duration: float) -> Sizes | None:

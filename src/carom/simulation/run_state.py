@@ -121,7 +121,14 @@ def frame_of(
         species=scene.species,
         species_names=scene.species_names,
         periodic=scene.periodic,
+        spins=spins_of(model, clock.unit),
     )
+
+
+def spins_of(model: Any, unit: TimeUnit) -> np.ndarray | None:
+    """Return the spins of rough particles now, (n, 1) or (n, 3) [1 / time]; None where they are smooth."""
+    spins = getattr(model.impact, "spins", None)
+    return None if spins is None else np.asarray(unit.to_scene(spins[:-1], -1))
 
 
 class RunState:
@@ -450,6 +457,11 @@ class RunState:
         keep_tallies(old, self.engine, unit.exponent - before.exponent)
         present = unit.to_kernel(instant, 1)
         take_over_all(self.engine.model, old.model, present, passed_in_epoch, unit.exponent - before.exponent)
+        if rescaled and frame.spins is not None:  # by the factor of the velocities
+            earlier, after = (
+                float(np.sum(peculiar(self.scene, v) ** 2)) for v in (frame.velocities, velocities)
+            )
+            self.engine.model.impact.spins[:] *= math.sqrt(after / earlier)
         images = self.engine.state.images
         if frame.images is not None and images is not None:
             images[:] = frame.images

@@ -79,6 +79,18 @@ class Running:
 
     @property
     @exclusive
+    def kT_rotational(self) -> float:
+        """Temperature of the spins of rough particles: twice their energy over the number of spins [energy].
+
+        Raises
+        ------
+        InputError
+            If the particles are smooth (``carom.models.Rough``).
+        """
+        return mechanics.kT_rotational(self.machine)
+
+    @property
+    @exclusive
     def potential_energy(self) -> float:
         """Potential energy now, of all pairs on steps and of all components in a field [energy].
 

@@ -12,6 +12,7 @@ from carom.densities import CLOSEST_PACKING
 from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.contacts.restitution import Restitution
+from carom.models.contacts.rough import Rough
 from carom.models.interactions.growing_cores import Growing
 from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.obstacles import faces
@@ -138,6 +139,8 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         raise InputError("growth is not defined for a scene with pinned components; leave one of them out.")
     if scene.contact is not None:
         raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
+    if isinstance(scene.impact, Rough):
+        raise InputError("growth is not defined for rough particles, which spin; leave one of them out.")
     if model_checks.is_own(scene.interaction) and rates.any():
         raise InputError(
             f"growth is of Carom's hard cores, and the interaction is a {type(scene.interaction).__name__}, "
@@ -381,7 +384,14 @@ def system_of(
         single=single,
         drive=scene.drive,
         pinned=scene.pinned,
+        spins=None if scene.spins is None else unit.to_kernel(scene.spins, -1),
     )
+    rough = next((each for each in scene.obstacles if getattr(each, "rough", False)), None)
+    if rough is not None and not isinstance(scene.impact, Rough):
+        raise InputError(
+            f"The surface of {rough.name} is rough, and the particles do not spin: give the scene "
+            "impact=Rough(...); with tangential=-1 their own contacts are smooth."
+        )
     if system.drive is not None:
         refuse_drive(system, scene)
     if system.curved and single:

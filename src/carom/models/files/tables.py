@@ -20,7 +20,10 @@ KINDS: dict[str, dict[str, tuple[str, str]]] = {
         "gravity": ("carom.models.motions.gravity", "Gravity"),
         "great-circles": ("carom.models.motions.great_circles", "GreatCircles"),
     },
-    "impact": {"loss": ("carom.models.contacts.losses", "Loss")},
+    "impact": {
+        "loss": ("carom.models.contacts.losses", "Loss"),
+        "rough": ("carom.models.contacts.rough", "Rough"),
+    },
     "drive": {
         "andersen": ("carom.models.drives", "Andersen"),
         "langevin": ("carom.models.drives", "Langevin"),

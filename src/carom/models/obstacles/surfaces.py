@@ -13,6 +13,7 @@ import numpy as np
 from carom import checks, seeds
 from carom.errors import InputError
 from carom.models.contacts.losses import Law, Loss, kept, never_touched
+from carom.models.contacts.rough import Rough
 from carom.models.files.to_tables import obstacle_to_table
 from carom.models.mathematics.counter_random import normal as draw_normal
 from carom.models.mathematics.counter_random import uniform
@@ -96,13 +97,14 @@ class Surface(_Covered):
     ----------
     obstacle : obstacle
         A plane, a ball, a container, or one that is ``carom.models.obstacles.shaken.Shaken``.
-    loss : Loss
+    loss : Loss or Rough
         What a contact loses, in the frame of the surface.
 
     Raises
     ------
     InputError
-        If ``loss`` is not a Loss, or the obstacle has a surface already.
+        If ``loss`` is neither, is a ``Rough`` that loses without ``elastic_below``, or the obstacle has a
+        surface already.
 
     Notes
     -----
@@ -117,26 +119,45 @@ class Surface(_Covered):
     """
 
     obstacle: Any
-    loss: Loss
+    loss: Loss | Rough
 
     def __post_init__(self) -> None:
-        if not isinstance(self.loss, Loss):
-            raise InputError(f"The loss of a Surface must be a Loss, found {checks.describe(self.loss)}.")
+        if not isinstance(self.loss, Loss | Rough):
+            raise InputError(
+                f"The loss of a Surface must be a Loss or Rough, found {checks.describe(self.loss)}."
+            )
+        if self.loss.elastic_below is None and isinstance(self.loss, Rough):
+            raise InputError("A rough surface that loses energy needs elastic_below.")
         self._refuse_covered()
+
+    @property
+    def rough(self) -> bool:
+        """Whether contacts turn particles."""
+        return isinstance(self.loss, Rough)
 
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""
-        return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
+        return not self.rough and hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
         return {"kind": "surface", "obstacle": obstacle_to_table(self.obstacle), "loss": self.loss.to_table()}
 
-    def live(self, particles: Particles) -> Lossy:
+    def live(self, particles: Particles) -> Any:
         """Return the model that the engine compiles."""
-        return Lossy(
-            self._body(particles), self.loss.law(particles), never_touched(particles), np.zeros(2, np.int64)
+        loss = self.loss
+        if isinstance(loss, Rough):
+            normal = Loss(loss.restitution, elastic_below=loss.elastic_below or None)
+        else:
+            normal = loss
+        body = Lossy(
+            self._body(particles), normal.law(particles), never_touched(particles), np.zeros(2, np.int64)
         )
+        if not isinstance(loss, Rough):
+            return body
+        from carom.models.obstacles.rough_surfaces import RoughSurface
+
+        return RoughSurface(body, loss.tangential, loss.largest_friction)
 
 
 @dataclass(frozen=True)
@@ -239,7 +260,7 @@ class Thermostat(NamedTuple):
     """Numbers that each component has drawn, (n + 1,) int64."""
 
 
-def _passed_on(kind: type) -> None:
+def pass_on(kind: type) -> None:
     """Register answers of a surface that are those of its body."""
 
     @encounter.register(kind)
@@ -275,8 +296,8 @@ def _passed_on(kind: type) -> None:
         return surface_speed(obstacle.body, normal, now)
 
 
-_passed_on(Lossy)
-_passed_on(Thermostat)
+pass_on(Lossy)
+pass_on(Thermostat)
 
 
 @shift_epoch.register
