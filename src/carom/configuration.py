@@ -24,6 +24,7 @@ class Configuration:
     species_names: tuple[str, ...] = ()
     periodic: tuple[bool, ...] = ()
     spins: np.ndarray | None = None
+    tilt: float = 0.0
 
     def __post_init__(self) -> None:
         box = np.array(self.box, dtype=np.float64)
@@ -53,4 +54,7 @@ class Configuration:
         """
         if self.images is None:
             raise ValueError("This frame holds no image counts; sample with Simulation(..., images=True).")
-        return self.positions + self.images * self.box
+        moved = self.positions + self.images * self.box
+        if self.tilt:
+            moved[:, 0] += self.tilt * self.images[:, 1] * self.box[1]
+        return moved

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from carom.compiling.registry import optional
-from carom.engine.boundary import separation
+from carom.engine.lattice import contact_vector, contact_velocity
 from carom.engine.observers.interface import gain
 from carom.models.contacts.rough import Rubbing, add_spin, slip_to_impulse, turn
 from carom.models.interactions.pinned import PinnedCores
@@ -30,9 +30,9 @@ def _(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
     dimension = len(model.boundary.edges)
     distance = math.sqrt(rr)
     for axis in range(dimension):
-        r = separation(model.boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+        r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
         impact.normal[axis] = r / distance
-        impact.slip[axis] = np.float64(other.v[axis]) - np.float64(me.v[axis])
+        impact.slip[axis] = contact_velocity(model.motion, model.boundary, i, ref, axis, me, other)
     # The distance is the sum of the radii, but for rounding: angular momentum is kept to the last digit.
     mine = distance * (impact.radii[i] / (impact.radii[i] + impact.radii[j]))
     add_spin(impact, i, mine)

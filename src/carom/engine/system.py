@@ -128,6 +128,12 @@ class System:
         return bool(getattr(self.motion, "straight", True))
 
     @property
+    def stretch(self) -> tuple[float, ...]:
+        """How much longer a vector may be along each axis of a lattice that tilts than it is."""
+        stretch = getattr(self.motion, "stretch", None)
+        return (1.0,) * self.dimension if stretch is None else stretch(self.box)
+
+    @property
     def stepped(self) -> bool:
         """Whether pairs have steps (:mod:`carom.engine.pair_steps`)."""
         return hasattr(self.interaction, "steps")

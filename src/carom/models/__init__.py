@@ -35,6 +35,7 @@ _SHELF = {
     "FreeFlight": "motions.free_flight",
     "Gravity": "motions.gravity",
     "GreatCircles": "motions.great_circles",
+    "Shear": "motions.shear",
     # impact=
     "Restitution": "contacts.restitution",
     "Loss": "contacts.losses",

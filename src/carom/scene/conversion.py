@@ -16,6 +16,7 @@ from carom.models.contacts.rough import Rough
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned
 from carom.models.interactions.pinned import mask as pinned_mask
+from carom.models.motions.shear import Shear
 from carom.scene import box, overlaps
 from carom.scene.fields import S
 from carom.scene.overlaps import Room
@@ -68,7 +69,7 @@ def from_frame(
         moved apart by this small amount.
     """
     arguments = of_frame(frame) | {"contact": contact, "obstacles": obstacles, "pinned": pinned}
-    if frame.positions.size and not getattr(interaction, "penetrable", False):
+    if frame.positions.size and not frame.tilt and not getattr(interaction, "penetrable", False):
         sizes = per_component(arguments["diameter"], "diameter", frame.n)
         edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
         periodic = box.periodicity(frame.periodic, frame.dimension)
@@ -79,6 +80,13 @@ def from_frame(
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
         given = interaction.which if isinstance(interaction, Pinned) else pinned
         arguments["positions"] = parted(arguments["positions"], room, contacts, pinned_mask(given, frame.n))
+    if frame.tilt:
+        if not isinstance(motion, Shear):
+            raise InputError(
+                f"The frame is of a sheared box, with a tilt of {frame.tilt:g}: give "
+                "motion=carom.models.Shear(rate)."
+            )
+        motion = motion.tilted(frame.tilt)
     if isinstance(impact, Rough):
         arguments["spins"] = frame.spins
     return cls(**arguments, interaction=interaction, motion=motion, impact=impact, drive=drive)

@@ -17,6 +17,7 @@ from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned
 from carom.models.interactions.pinned import mask as pinned_mask
 from carom.models.motions.free_flight import FreeFlight
+from carom.models.motions.shear import Shear
 from carom.models.obstacles import Obstacle, faces
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
@@ -177,7 +178,8 @@ class Scene(Fields):
         edges = _box.edges(box, dimension, float(diameters.max()), float(diameters.min()))
         repeats = _box.periodicity(periodic, dimension)
         standing = _obstacles.checked(obstacles, edges, repeats)
-        room = Room(np.asarray(edges), np.asarray(repeats), standing)
+        tilt = motion.tilt if isinstance(motion, Shear) and dimension > 1 else 0.0
+        room = Room(np.asarray(edges), np.asarray(repeats), standing, tilt)
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)
         faces.refuse_hidden(standing, edges, repeats, 0.5 * float(diameters.min()))

@@ -41,6 +41,8 @@ class State(NamedTuple):
     """(n,) [length]."""
     now: float
     """The time in the epoch, as models are told it."""
+    tilt: float = 0.0
+    """Tilt of the lattice (``carom.models.Shear``)."""
 
 
 class Depths:
@@ -83,9 +85,9 @@ def _present(machine: Any) -> State:
         rows = machine.engine.state.rows[: system.n]
         x, v, t = (np.asarray(rows[name], np.float64) for name in ("x", "v", "t"))
         positions = x + v * (now - t)[:, None]
-    else:
-        positions = machine.frame().positions
-    return State(machine.clock.instant, positions, machine.diameters, now)
+        return State(machine.clock.instant, positions, machine.diameters, now)
+    frame = machine.frame()
+    return State(machine.clock.instant, frame.positions, machine.diameters, now, frame.tilt)
 
 
 def _forgets(machine: Any) -> bool:
@@ -101,7 +103,7 @@ def _forgets(machine: Any) -> bool:
 def deepest(machine: Any, state: State) -> float:
     """Return the deepest overlap of a state beyond rounding: of two cores, or with a wall or an obstacle."""
     scene, system = machine.scene, machine.system
-    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic), scene.obstacles)
+    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic), scene.obstacles, state.tilt)
     state = state._replace(positions=geometry.wrapped(state.positions))
     rounded = float(np.finfo(np.float32).eps) if system.single else float(np.finfo(np.float64).eps)
     slack = overlaps.FLIGHTS * overlaps.rounding(geometry.box, rounded)

@@ -18,6 +18,7 @@ from carom.simulation.depths import folded
 from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.pair_steps import potential_at_start, potential_energy
 from carom.simulation.run_state import spins_of
+from carom.simulation.temperature import stress_time
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -148,6 +149,9 @@ def _energy_drift(machine: RunState, present: EnergyMomentum) -> float:
     if machine.engine.model.rules is not None or machine.system.drive is not None:
         return math.nan
     scene, before, after = machine.scene, machine.start.energy, present.energy
+    stress = stress_time(machine)
+    if stress is not None:  # less what the stream did
+        after += scene.motion.rate * float(stress[0, 1])
     before += rotational_energy(scene, scene.spins)
     after += rotational_energy(scene, spins_of(machine.engine.model, machine.unit))
     if machine.system.stepped:

@@ -124,6 +124,8 @@ def _advance(
         elif code == constants.NEEDS_NEIGHBORS:
             machine.enlarge_neighbors()
             machine.schedule()
+        elif code == constants.NEEDS_EVENTS:
+            machine.schedule()
         elif code == constants.NEEDS_LOG:
             machine.flush_log()
         if progress is not None:

@@ -11,6 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import BusyError, InputError
 from carom.frame import Frame
+from carom.models.motions.shear import Shear
 from carom.models.questions.steps import start_steps
 from carom.scene.temperature import peculiar
 from carom.simulation.call_budget import CYCLES, MOST_SCHEDULED, CallBudget
@@ -104,11 +105,15 @@ def frame_of(
     diameters : (n,) array
         At present [length].
     """
+    from carom.engine.lattice import tilt_of
     from carom.engine.projection import project
 
     positions, velocities = np.empty((scene.n, scene.dimension)), np.empty((scene.n, scene.dimension))
     images = None if state.images is None else state.images.copy()
     project(model.motion, model.boundary, state, in_epoch, positions, velocities, images)
+    tilt = tilt_of(model.motion, in_epoch)
+    if tilt:
+        positions[:, 0] += tilt * positions[:, 1]
     return Frame(
         time=float(clock.instant),
         step=step,
@@ -122,6 +127,7 @@ def frame_of(
         species_names=scene.species_names,
         periodic=scene.periodic,
         spins=spins_of(model, clock.unit),
+        tilt=tilt,
     )
 
 
@@ -430,6 +436,8 @@ class RunState:
         unit, thermal = unit_of(self.scene, velocities, rates)
         driven_speed = unit.to_kernel(driven_speed_of(self.scene), -1)
         self.system = dataclasses.replace(self.system, unit=unit, driven_speed=driven_speed)
+        if isinstance(self.system.motion, Shear):
+            self.system = dataclasses.replace(self.system, motion=self.system.motion.tilted(frame.tilt))
         refuse_steep(self.system, thermal)
         if rescaled:
             impact = impact_of(self.scene, thermal, rates, unit)

@@ -15,6 +15,7 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.contacts.rough import Rough
 from carom.models.interactions.growing_cores import Growing
 from carom.models.mathematics.parabolas import time_to_moving
+from carom.models.motions.shear import Shear
 from carom.models.obstacles import faces
 from carom.models.obstacles.box_walls import Cushions, cushions
 from carom.models.questions.obstacle import fall, meeting
@@ -105,6 +106,8 @@ def impact_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit: Ti
     if not isinstance(impact, Restitution):
         return impact
     speed = unit.to_scene(math.sqrt(thermal.kT / scene.mass), -1)
+    if isinstance(scene.motion, Shear):  # a cold start is heated by the stream
+        speed = max(speed, driven_speed_of(scene))
     if speed == 0.0:
         speed = max(driven_speed_of(scene), 0.0 if rates is None else 2.0 * float(rates.max()))
     return impact.at(speed)
@@ -139,6 +142,8 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         raise InputError("growth is not defined for a scene with pinned components; leave one of them out.")
     if scene.contact is not None:
         raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
+    if isinstance(scene.motion, Shear):
+        raise InputError("growth is not defined for a sheared box; leave one of them out.")
     if isinstance(scene.impact, Rough):
         raise InputError("growth is not defined for rough particles, which spin; leave one of them out.")
     if model_checks.is_own(scene.interaction) and rates.any():

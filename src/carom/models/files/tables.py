@@ -18,6 +18,7 @@ from carom.models.questions.obstacle import Obstacle
 KINDS: dict[str, dict[str, tuple[str, str]]] = {
     "motion": {
         "gravity": ("carom.models.motions.gravity", "Gravity"),
+        "shear": ("carom.models.motions.shear", "Shear"),
         "great-circles": ("carom.models.motions.great_circles", "GreatCircles"),
     },
     "impact": {
