@@ -24,7 +24,7 @@ class Configuration:
     species_names: tuple[str, ...] = ()
     periodic: tuple[bool, ...] = ()
     spins: np.ndarray | None = None
-    tilt: float = 0.0
+    tilt: float | None = None
 
     def __post_init__(self) -> None:
         box = np.array(self.box, dtype=np.float64)

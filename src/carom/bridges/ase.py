@@ -11,7 +11,7 @@ import numpy as np
 
 from carom.bridges.embedding import (
     about_axes,
-    edges,
+    cell_of,
     embed,
     joined,
     momenta,
@@ -59,7 +59,7 @@ def to_ase(frame: Configuration) -> ase.Atoms:
     atoms = ase.Atoms(
         symbols=symbols[np.zeros(frame.n, dtype=int) if frame.species is None else frame.species].tolist(),
         positions=embed(frame.positions),
-        cell=edges(frame.box),
+        cell=cell_of(frame),
         pbc=periodic(frame.periodic),
         info={"time": float(frame.time), "step": int(frame.step), "dimension": frame.dimension},
     )
@@ -70,6 +70,8 @@ def to_ase(frame: Configuration) -> ase.Atoms:
     atoms.set_array("id", np.arange(1, frame.n + 1))
     if frame.images is not None:
         atoms.set_array("images", embed(frame.images))
+    if frame.tilt is not None:
+        atoms.info["tilt"] = float(frame.tilt)
     if frame.spins is not None:
         atoms.set_array("angular_velocity", about_axes(frame.spins))
     if frame.species is not None:

@@ -48,6 +48,16 @@ def edges(box: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(box) + (max(box),) * (3 - len(box))
 
 
+def cell_of(frame: Configuration) -> np.ndarray:
+    """Return the edges of the cell, a vector a row: (3, 3), or (d, d) of more dimensions. Those of a sheared
+    box have no right angles.
+    """
+    cell = np.diag(np.array(edges(tuple(frame.box))))
+    if frame.tilt:
+        cell[1, 0] = frame.tilt * frame.box[1]
+    return cell
+
+
 def periodic(flags: tuple[bool, ...]) -> tuple[bool, ...]:
     """Return which of the (at least three) axes are periodic, given which of the d are."""
     return (*flags, *(False,) * (3 - len(flags)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.bridges.embedding import about_axes, edges, embed, names_of, periodic, require_at_most_three
+from carom.bridges.embedding import about_axes, cell_of, embed, names_of, periodic, require_at_most_three
 from carom.bridges.palette import colours_of
 from carom.configuration import Configuration
 from carom.errors import InputError
@@ -38,9 +38,12 @@ def to_freud(frame: Configuration) -> tuple[freud.box.Box, np.ndarray]:
         raise InputError(f"freud knows two and three dimensions, and this frame has {frame.dimension}.")
     box = _needed("freud", "freud-analysis").box
     lengths = dict(zip(("Lx", "Ly", "Lz"), frame.box.tolist(), strict=False))
+    if frame.tilt:
+        lengths["xy"] = frame.tilt
     result = box.Box(**lengths, is2D=frame.dimension == 2)
     result.periodic = list(frame.periodic) + [False] * (3 - frame.dimension)
-    return result, embed((frame.positions - 0.5 * frame.box).astype(np.float32))
+    middle = 0.5 * cell_of(frame)[: frame.dimension, : frame.dimension].sum(axis=0)
+    return result, embed((frame.positions - middle).astype(np.float32))
 
 
 def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
@@ -49,7 +52,7 @@ def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
     data = _needed("ovito.data", "ovito")
     result = data.DataCollection()
     cell = data.SimulationCell(pbc=periodic(frame.periodic), is2D=frame.dimension < 3)
-    cell[:, :3] = np.diag(edges(tuple(frame.box)))
+    cell[:, :3] = cell_of(frame).T
     result.objects.append(cell)
     particles = data.Particles()
     particles.create_property("Position", data=embed(frame.positions))

@@ -19,9 +19,9 @@ GRADIENT = np.uint64(1)
 """The axis along which a stream grows; it flows along axis 0."""
 
 
-def tilt_of(motion, now: float) -> float:
-    """Return the tilt of the lattice at a time of the epoch; 0 where none tilts."""
-    return float(tilt_at(motion, now)) if isinstance(motion, Sheared) else 0.0
+def tilt_of(motion, now: float) -> float | None:
+    """Return the tilt of the lattice at a time of the epoch; None where none tilts."""
+    return float(tilt_at(motion, now)) if isinstance(motion, Sheared) else None
 
 
 def in_lattice(motion, positions: np.ndarray) -> np.ndarray:

@@ -100,6 +100,24 @@ def lattice_of(info: Mapping[str, str]) -> np.ndarray | None:
     return cell.reshape(3, 3)
 
 
+def tilt_of(info: Mapping[str, str], lattice: np.ndarray) -> float | None:
+    """Return the tilt of a sheared box, or None of one with right angles.
+
+    Raises
+    ------
+    ValueError
+        If the cell has other angles.
+    """
+    others = lattice - np.diag(np.diag(lattice))
+    sheared = float(others[1, 0])
+    others[1, 0] = 0.0
+    if others.any():
+        raise ValueError("its box is neither rectangular nor sheared along its first axis")
+    if "tilt" in info:  # the cell has lost a digit
+        return float(number_of(info, "tilt"))
+    return sheared / float(lattice[1, 1]) if sheared else None
+
+
 def layout_of(info: Mapping[str, str]) -> tuple[list[Column], int]:
     """Return the columns that ``Properties`` announces, and how many words a line has.
 

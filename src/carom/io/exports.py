@@ -75,8 +75,15 @@ def _dump(frame: Frame, k: int, file: TextIO) -> None:
     flags = [*frame.periodic, *[True] * (3 - frame.dimension)]
     images = np.zeros((frame.n, frame.dimension), np.int32) if frame.images is None else frame.images
     file.write(f"ITEM: TIMESTEP\n{k}\nITEM: TIME\n{frame.time:.17g}\nITEM: NUMBER OF ATOMS\n{frame.n}\n")
-    file.write("ITEM: BOX BOUNDS " + " ".join("pp" if flag else "ff" for flag in flags) + "\n")
-    file.writelines(f"{low:.9g} {high:.9g}\n" for low, high in _bounds(frame))
+    bounds, tilts = _bounds(frame), [""] * 3
+    head = " ".join("pp" if flag else "ff" for flag in flags)
+    if frame.tilt is not None:  # the ends of a tilted cell, not of its edges
+        shift = frame.tilt * float(frame.box[1])
+        low, high = bounds[0]
+        bounds[0] = low + min(shift, 0.0), high + max(shift, 0.0)
+        head, tilts = f"xy xz yz {head}", [f" {shift:.9g}", " 0", " 0"]
+    file.write(f"ITEM: BOX BOUNDS {head}\n")
+    file.writelines(f"{low:.9g} {high:.9g}{tilt}\n" for (low, high), tilt in zip(bounds, tilts, strict=True))
     turns = [] if frame.spins is None else [about_axes(frame.spins)]
     names = " omegax omegay omegaz" if turns else ""
     file.write(f"ITEM: ATOMS id type x y z ix iy iz vx vy vz radius mass{names}\n")
@@ -97,6 +104,8 @@ def _data(frame: Frame, file: TextIO) -> None:
     file.write(f"{frame.n} atoms\n{max(len(names), int(kinds.max()))} atom types\n\n")
     for axis, (low, high) in zip("xyz", _bounds(frame), strict=True):
         file.write(f"{low:.9g} {high:.9g} {axis}lo {axis}hi\n")
+    if frame.tilt is not None:
+        file.write(f"{frame.tilt * float(frame.box[1]):.9g} 0 0 xy xz yz\n")
     labels = [one_word(name) for name in names]
     # LAMMPS refuses labels that begin like a number, a comment or a wildcard.
     if frame.species_names and not any(label[0] in "0123456789#*" for label in labels):

@@ -25,7 +25,7 @@ import numpy as np
 
 from carom.bridges.embedding import (
     about_axes,
-    edges,
+    cell_of,
     embed,
     joined,
     momenta,
@@ -48,6 +48,7 @@ from carom.io.announced import (
     number_of,
     pairs,
     periodic_axes,
+    tilt_of,
     vectors,
     words_of,
 )
@@ -112,11 +113,13 @@ def render(frame: Frame) -> bytes:
             symbols, fixed = names, [colour + " 0" for colour in fixed]
         if frame.species_names:
             more = f'species_names="{joined(frame.species_names)}" '
-    lx, ly, lz = (f"{edge:.17g}" for edge in edges(frame.box))
+    lattice = " ".join(f"{x:.17g}" for x in cell_of(frame).ravel())
+    if frame.tilt is not None:
+        more += f"tilt={float(frame.tilt)!r} "
     pbc = " ".join("T" if flag else "F" for flag in periodic(frame.periodic))
     # repr keeps a time such as 3.0 a float for readers that guess types.
     head = (
-        f'{frame.n}\nLattice="{lx} 0 0 0 {ly} 0 0 0 {lz}" Properties={properties} pbc="{pbc}" '
+        f'{frame.n}\nLattice="{lattice}" Properties={properties} pbc="{pbc}" '
         f"time={float(frame.time)!r} step={int(frame.step)} dimension={frame.dimension} "
         f"{more}carom={__version__}\n"
     )
@@ -288,8 +291,7 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
     lattice = lattice_of(info)
     if lattice is None:
         raise ValueError("its second line has no 'Lattice'")
-    if np.any(lattice != np.diag(np.diag(lattice))):
-        raise ValueError("its box is not rectangular")
+    tilt = tilt_of(info, lattice)
     if any(word.strip("+-0.") for word in words_of(info.get("Origin", ""))):
         raise ValueError(f"the origin of its box is {info['Origin']!r}; expected 0 0 0")
     kinds = columns.get("kind")
@@ -306,6 +308,7 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
         species_names=parted(info.get("species_names", "")) if kinds is not None else (),
         periodic=periodic_axes(info, dimension),
         spins=_spins(columns, dimension),
+        tilt=tilt,
     )
 
 

@@ -121,7 +121,7 @@ class Writer(ABC):
         self.path = path
         self._count = 0
         self._shape: tuple[int, int] | None = None if scene is None else (scene.n, scene.dimension)
-        self._extras: tuple[bool, bool] | None = None
+        self._extras: tuple[bool, ...] | None = None
         self._last: tuple[float, int] | None = None
 
     def __len__(self) -> int:
@@ -167,7 +167,7 @@ class Writer(ABC):
     def _follow(self, frame: Frame) -> None:
         """Expect more frames like this one."""
         self._shape = (frame.n, frame.dimension)
-        self._extras = frame.images is not None, frame.spins is not None
+        self._extras = tuple(each is not None for each in (frame.images, frame.spins, frame.tilt))
         self._last = frame.time, frame.step
 
     def _retain(self, reader: Reader, keep: int | None) -> int:
@@ -200,7 +200,9 @@ class Writer(ABC):
                 f"{self.path} holds {self._shape[0]} components in {self._shape[1]} dimensions, and this "
                 f"frame has {n} in {dimension}; write it to another file."
             )
-        for k, (what, found) in enumerate((("image counts", frame.images), ("spins", frame.spins))):
+        for k, (what, found) in enumerate(
+            (("image counts", frame.images), ("spins", frame.spins), ("tilts", frame.tilt))
+        ):
             if self._extras is not None and self._extras[k] != (found is not None):
                 has, lacks = (
                     ("hold", "this one does not") if self._extras[k] else ("hold no", "this one does")

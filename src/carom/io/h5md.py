@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.bridges.embedding import about_axes, edges, embed, joined, parted, periodic
+from carom.bridges.embedding import about_axes, cell_of, edges, embed, joined, parted, periodic
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.claims import Claim, patiently, under_way
@@ -45,7 +45,7 @@ class _Store:
             "edges": group["box/edges/value"],
             "velocity": group["velocity/value"],
         }
-        for name in ("image", "angular_velocity"):
+        for name in ("image", "angular_velocity", "box/tilt"):
             if name in group:
                 self.columns[name] = group[f"{name}/value"]
         # Not `"value" in ...`: on a data set, this compares every element, each in its own call.
@@ -71,7 +71,8 @@ class _Store:
         rows = {
             "step": ("i8", ()),
             "time": ("f8", ()),
-            "edges": ("f8", (width,)),
+            "edges": ("f8", (width, width) if "box/tilt" in self.columns else (width,)),
+            "box/tilt": ("f8", ()),
             "velocity": ("f8", (self.n, width)),
             "image": ("i4", (self.n, width)),
             "angular_velocity": ("f8", (self.n, 3)),
@@ -102,7 +103,7 @@ class _Store:
             step=int(columns["step"][k]),
             positions=np.ascontiguousarray(columns["position"][k][:, :d], dtype=np.float64),
             velocities=np.ascontiguousarray(columns["velocity"][k][:, :d], dtype=np.float64),
-            box=tuple(float(edge) for edge in columns["edges"][k][:d]),
+            box=tuple(float(edge) for edge in self._edges(k)[:d]),
             diameters=np.array(columns["diameter"][k] if self.diameters is None else self.diameters, float),
             masses=self.masses.copy(),
             images=self._images(k),
@@ -110,7 +111,12 @@ class _Store:
             species_names=self.names,
             periodic=self.boundary[:d],
             spins=self._spins(k),
+            tilt=float(columns["box/tilt"][k]) if "box/tilt" in columns else None,
         )
+
+    def _edges(self, k: int) -> np.ndarray:
+        edges = self.columns["edges"][k]
+        return np.diag(edges) if edges.ndim == 2 else edges
 
     def _spins(self, k: int) -> np.ndarray | None:
         """Return the spins of frame k: in the plane they turn about the third axis."""
@@ -184,8 +190,14 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
     box.attrs["boundary"] = np.array(
         [b"periodic" if flag else b"none" for flag in periodic(frame.periodic)], dtype="S8"
     )
-    grow(box.create_group("edges"), "value", (width,), np.float64, _LENGTH, 512)
+    sheared = frame.tilt is not None
+    grow(
+        box.create_group("edges"), "value", (width, width) if sheared else (width,), np.float64, _LENGTH, 512
+    )
     names = ["velocity", "box/edges"]
+    if sheared:
+        grow(box.create_group("tilt"), "value", (), np.float64, None, 512)
+        names.append("box/tilt")
     if frame.images is not None:
         grow(group.create_group("image"), "value", (n, width), np.int32, None, 1)
         names.append("image")
@@ -341,12 +353,14 @@ class H5mdWriter(Writer):
         row: dict[str, Any] = {
             "step": frame.step,
             "time": frame.time,
-            "edges": edges(frame.box),
+            "edges": edges(frame.box) if frame.tilt is None else cell_of(frame),
             "velocity": padded(frame.velocities),
             "position": padded(frame.positions),
         }
         if frame.images is not None:
             row["image"] = padded(frame.images)
+        if frame.tilt is not None:
+            row["box/tilt"] = frame.tilt
         if frame.spins is not None:
             row["angular_velocity"] = about_axes(frame.spins)
         row["diameter"] = frame.diameters

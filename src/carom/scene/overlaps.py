@@ -167,9 +167,9 @@ class Room:
         """Return the pairs (m, 2) of one of our places and one of theirs that are nearer than ``within``."""
         if self.tilt:
             straight, one, longer = self._straight(ours)
-            pairs = straight.between(one, self._straight(theirs)[1], longer * within)
+            near = straight.between(one, self._straight(theirs)[1], longer * within)
             both = np.concatenate([ours, theirs])
-            return pairs[self.distances(both, pairs + np.array([0, len(ours)])) <= within]
+            return near[self.distances(both, near + np.array([0, len(ours)])) <= within]
         if len(ours) + len(theirs) >= MANY:
             pairs = near_pairs(self.box, self.periodic, ours, theirs, within)
             if pairs is not None:
@@ -185,8 +185,8 @@ class Room:
         """Return the pairs (m, 2) of places (n, d), inside the box, that are nearer than ``within``."""
         if self.tilt:
             straight, along, longer = self._straight(places)
-            pairs = straight.near(along, longer * within)
-            return pairs[self.distances(places, pairs) <= within]
+            near = straight.near(along, longer * within)
+            return near[self.distances(places, near) <= within]
         if len(places) >= MANY:
             pairs = near_pairs(self.box, self.periodic, places, None, within)
             if pairs is not None:

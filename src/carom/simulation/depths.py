@@ -87,7 +87,7 @@ def _present(machine: Any) -> State:
         positions = x + v * (now - t)[:, None]
         return State(machine.clock.instant, positions, machine.diameters, now)
     frame = machine.frame()
-    return State(machine.clock.instant, frame.positions, machine.diameters, now, frame.tilt)
+    return State(machine.clock.instant, frame.positions, machine.diameters, now, frame.tilt or 0.0)
 
 
 def _forgets(machine: Any) -> bool:

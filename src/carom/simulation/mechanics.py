@@ -12,6 +12,7 @@ from carom.arithmetic import power
 from carom.block import Sizes
 from carom.densities import sphere_volume
 from carom.errors import InputError
+from carom.models.motions.shear import Shear
 from carom.notebook import table
 from carom.scene.temperature import kept_by_motion
 from carom.simulation.depths import folded
@@ -150,7 +151,7 @@ def _energy_drift(machine: RunState, present: EnergyMomentum) -> float:
         return math.nan
     scene, before, after = machine.scene, machine.start.energy, present.energy
     stress = stress_time(machine)
-    if stress is not None:  # less what the stream did
+    if stress is not None and isinstance(scene.motion, Shear):  # less what the stream did
         after += scene.motion.rate * float(stress[0, 1])
     before += rotational_energy(scene, scene.spins)
     after += rotational_energy(scene, spins_of(machine.engine.model, machine.unit))

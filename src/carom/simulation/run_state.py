@@ -437,7 +437,9 @@ class RunState:
         driven_speed = unit.to_kernel(driven_speed_of(self.scene), -1)
         self.system = dataclasses.replace(self.system, unit=unit, driven_speed=driven_speed)
         if isinstance(self.system.motion, Shear):
-            self.system = dataclasses.replace(self.system, motion=self.system.motion.tilted(frame.tilt))
+            self.system = dataclasses.replace(
+                self.system, motion=self.system.motion.tilted(frame.tilt or 0.0)
+            )
         refuse_steep(self.system, thermal)
         if rescaled:
             impact = impact_of(self.scene, thermal, rates, unit)

@@ -21,6 +21,7 @@ from carom.engine.observers.interface import (
     before_kick,
     before_pair,
 )
+from carom.models.copies import copied
 from carom.models.questions.interaction import mass
 from carom.models.questions.memory import copy_state
 
@@ -140,6 +141,6 @@ def _(model: StreamSums, before, instant, passed, slower):
 
 def totals(sums: StreamSums, now: float) -> tuple[np.ndarray, np.ndarray]:
     """Return the integral of the moments and the sum of the virial until a time of the epoch, (d, d) each."""
-    present = StreamSums(*(np.array(each) if isinstance(each, np.ndarray) else each for each in sums))
+    present = copied(sums)
     fly(present, now)
     return present.integral, present.virial
