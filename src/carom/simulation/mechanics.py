@@ -152,7 +152,7 @@ def _energy_drift(machine: RunState, present: EnergyMomentum) -> float:
     scene, before, after = machine.scene, machine.start.energy, present.energy
     stress = stress_time(machine)
     if stress is not None and isinstance(scene.motion, Shear):  # less what the stream did
-        after += scene.motion.rate * float(stress[0, 1])
+        after += scene.motion.rate * float(stress[1, 0])
     before += rotational_energy(scene, scene.spins)
     after += rotational_energy(scene, spins_of(machine.engine.model, machine.unit))
     if machine.system.stepped:
