@@ -23,6 +23,8 @@ class Configuration:
     species: np.ndarray | None = None
     species_names: tuple[str, ...] = ()
     periodic: tuple[bool, ...] = ()
+    spins: np.ndarray | None = None
+    tilt: float | None = None
 
     def __post_init__(self) -> None:
         box = np.array(self.box, dtype=np.float64)
@@ -52,4 +54,7 @@ class Configuration:
         """
         if self.images is None:
             raise ValueError("This frame holds no image counts; sample with carom.Tuning(images=True).")
-        return self.positions + self.images * self.box
+        moved = self.positions + self.images * self.box
+        if self.tilt:
+            moved[:, 0] += self.tilt * self.images[:, 1] * self.box[1]
+        return moved

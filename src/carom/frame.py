@@ -42,6 +42,11 @@ class Frame(Configuration):
         Names of the species, or ().
     periodic : tuple of d bools
         Which axes are periodic; the others have walls at 0 and at the edge. By default all are periodic.
+    spins : (n, 1) or (n, 3) float64 array or None
+        Angular velocity of each rough particle, one number in the plane, three in space [1 / time].
+    tilt : float or None
+        Of a sheared box: the image one edge up along axis 1 is shifted by ``tilt`` of that edge along axis 0.
+        Positions are then inside the tilted cell, and velocities are relative to the stream.
     """
 
     def __repr__(self) -> str:
@@ -69,6 +74,8 @@ class Frame(Configuration):
             facts["species"] = ", ".join(
                 f"{visible(name)} {k}" for name, k in zip(names, counts, strict=True)
             )
+        if self.tilt is not None:
+            facts["tilt"] = f"{self.tilt:.6g}"
         if not all(self.periodic):
             axes = (axis_name(axis) for axis, repeats in enumerate(self.periodic) if not repeats)
             facts["walls"] = ", ".join(axes)

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.bridges.embedding import edges, embed, joined, momenta, periodic, require_at_most_three, symbols_of
+from carom.bridges.embedding import (
+    about_axes,
+    cell_of,
+    embed,
+    joined,
+    momenta,
+    periodic,
+    require_at_most_three,
+    symbols_of,
+)
 from carom.bridges.palette import colours_of
 from carom.configuration import Configuration
 
@@ -50,7 +59,7 @@ def to_ase(frame: Configuration) -> ase.Atoms:
     atoms = ase.Atoms(
         symbols=symbols[np.zeros(frame.n, dtype=int) if frame.species is None else frame.species].tolist(),
         positions=embed(frame.positions),
-        cell=edges(frame.box),
+        cell=cell_of(frame),
         pbc=periodic(frame.periodic),
         info={"time": float(frame.time), "step": int(frame.step), "dimension": frame.dimension},
     )
@@ -61,6 +70,10 @@ def to_ase(frame: Configuration) -> ase.Atoms:
     atoms.set_array("id", np.arange(1, frame.n + 1))
     if frame.images is not None:
         atoms.set_array("images", embed(frame.images))
+    if frame.tilt is not None:
+        atoms.info["tilt"] = float(frame.tilt)
+    if frame.spins is not None:
+        atoms.set_array("angular_velocity", about_axes(frame.spins))
     if frame.species is not None:
         atoms.set_array("kind", frame.species)
         atoms.set_tags(frame.species)

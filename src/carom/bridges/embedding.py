@@ -34,9 +34,28 @@ def embed(vectors: np.ndarray) -> np.ndarray:
     return result
 
 
+def about_axes(spins: np.ndarray) -> np.ndarray:
+    """Return spins (n, 1) or (n, 3) as (n, 3): in the plane they turn about the third axis."""
+    if spins.shape[1] == 3:
+        return spins
+    result = np.zeros((len(spins), 3))
+    result[:, 2] = spins[:, 0]
+    return result
+
+
 def edges(box: tuple[float, ...]) -> tuple[float, ...]:
     """Return the box's edges [length], at least three of them, with placeholders where d < 3."""
     return tuple(box) + (max(box),) * (3 - len(box))
+
+
+def cell_of(frame: Configuration) -> np.ndarray:
+    """Return the edges of the cell, a vector a row: (3, 3), or (d, d) of more dimensions. Those of a sheared
+    box have no right angles.
+    """
+    cell = np.diag(np.array(edges(tuple(frame.box))))
+    if frame.tilt:
+        cell[1, 0] = frame.tilt * frame.box[1]
+    return cell
 
 
 def periodic(flags: tuple[bool, ...]) -> tuple[bool, ...]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.bridges.embedding import edges, embed, names_of, periodic, require_at_most_three
+from carom.bridges.embedding import about_axes, cell_of, embed, names_of, periodic, require_at_most_three
 from carom.bridges.palette import colours_of
 from carom.configuration import Configuration
 from carom.errors import InputError
@@ -38,9 +38,12 @@ def to_freud(frame: Configuration) -> tuple[freud.box.Box, np.ndarray]:
         raise InputError(f"freud knows two and three dimensions, and this frame has {frame.dimension}.")
     box = _needed("freud", "freud-analysis").box
     lengths = dict(zip(("Lx", "Ly", "Lz"), frame.box.tolist(), strict=False))
+    if frame.tilt:
+        lengths["xy"] = frame.tilt
     result = box.Box(**lengths, is2D=frame.dimension == 2)
     result.periodic = list(frame.periodic) + [False] * (3 - frame.dimension)
-    return result, embed((frame.positions - 0.5 * frame.box).astype(np.float32))
+    middle = 0.5 * cell_of(frame)[: frame.dimension, : frame.dimension].sum(axis=0)
+    return result, embed((frame.positions - middle).astype(np.float32))
 
 
 def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
@@ -49,7 +52,7 @@ def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
     data = _needed("ovito.data", "ovito")
     result = data.DataCollection()
     cell = data.SimulationCell(pbc=periodic(frame.periodic), is2D=frame.dimension < 3)
-    cell[:, :3] = np.diag(edges(tuple(frame.box)))
+    cell[:, :3] = cell_of(frame).T
     result.objects.append(cell)
     particles = data.Particles()
     particles.create_property("Position", data=embed(frame.positions))
@@ -64,6 +67,8 @@ def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
     particles.create_property("Particle Identifier", data=np.arange(1, frame.n + 1))
     if frame.images is not None:
         particles.create_property("Periodic Image", data=embed(frame.images))
+    if frame.spins is not None:
+        particles.create_property("Angular Velocity", data=about_axes(frame.spins))
     result.objects.append(particles)
     result.attributes["time"], result.attributes["step"] = float(frame.time), int(frame.step)
     return result
@@ -75,6 +80,9 @@ def to_pandas(frame: Configuration) -> pandas.DataFrame:
     axes = AXES[: frame.dimension] if frame.dimension <= 3 else [f"x{k}" for k in range(frame.dimension)]
     columns: dict[str, Any] = dict(zip(axes, frame.positions.T, strict=True))
     columns |= {f"v{axis}": speeds for axis, speeds in zip(axes, frame.velocities.T, strict=True)}
+    if frame.spins is not None:
+        turns = ["w"] if frame.dimension == 2 else [f"w{axis}" for axis in axes]
+        columns |= dict(zip(turns, frame.spins.T, strict=True))
     columns |= {"diameter": frame.diameters, "mass": frame.masses}
     if frame.species is not None:
         columns["species"] = np.array(names_of(frame))[frame.species]
@@ -96,6 +104,9 @@ def to_xarray(frames: Sequence[Configuration]) -> xarray.Dataset:
     }
     if all(frame.images is not None for frame in frames):
         found["unwrapped"] = (vector, np.stack([frame.unwrapped for frame in frames]))
+    spins = [frame.spins for frame in frames if frame.spins is not None]
+    if len(spins) == len(frames):
+        found["spins"] = (("time", "component", "turn"), np.stack(spins))
     axes = list(AXES[: first.dimension]) if first.dimension <= 3 else list(range(first.dimension))
     coordinates: dict[str, Any] = {"time": [frame.time for frame in frames], "axis": axes}
     if first.species is not None:

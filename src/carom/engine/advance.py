@@ -6,8 +6,9 @@ import numpy as np
 
 from carom.compiling.registry import inner
 from carom.engine.boundary import count_images, in_box
+from carom.engine.lattice import position_at, velocity_at
 from carom.engine.neighbors.interface import on_wrap
-from carom.models.questions.motion import carry, position, velocity
+from carom.models.questions.motion import carry
 
 
 @inner
@@ -18,14 +19,14 @@ def advance(model, state, neighbors, i, now):
     me.t = now
     x0, v0, t = carry(model.motion, me.x, me.v, t, me.x, me.v)
     for axis in range(len(model.boundary.edges)):
-        x = position(model.motion, axis, x0[axis], v0[axis], t)
+        x = position_at(model.motion, axis, x0, v0, t, now)
         crossings = np.floor(x * model.boundary.inverse[axis])
         if crossings != 0.0:
             x -= crossings * model.boundary.edges[axis]
             count_images(state.images, i, axis, np.int64(crossings))
             on_wrap(neighbors, i, axis, crossings)
         me.x[axis] = x
-        me.v[axis] = velocity(model.motion, axis, v0[axis], t)
+        me.v[axis] = velocity_at(model.motion, axis, v0, t)
 
 
 @inner
@@ -43,5 +44,5 @@ def place_at(model, state, i, now, x, v):
     me = state.rows[i]
     x0, v0, t = carry(model.motion, me.x, me.v, now - me.t, x, v)
     for axis in range(len(model.boundary.edges)):
-        x[axis] = in_box(model.boundary, i, axis, position(model.motion, axis, x0[axis], v0[axis], t))
-        v[axis] = velocity(model.motion, axis, v0[axis], t)
+        x[axis] = in_box(model.boundary, i, axis, position_at(model.motion, axis, x0, v0, t, now))
+        v[axis] = velocity_at(model.motion, axis, v0, t)

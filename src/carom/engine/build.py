@@ -11,6 +11,7 @@ from carom.engine import agents, obstacle_events  # noqa: F401 (they register th
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.contact_timing import timing_of
 from carom.engine.dynamic_obstacles import is_live, with_work
+from carom.engine.lattice import in_lattice
 from carom.engine.neighbors.all_pairs_curved import Pairs
 from carom.engine.neighbors.all_pairs_straight import Everybody
 from carom.engine.neighbors.build import build_neighbors
@@ -70,12 +71,15 @@ def make_model(system: System) -> Model:
     if system.drive is not None:
         kicks = copied(system.drive.model(particles))
         timers = make_timers(kicks, system.dimension, system.unit.exponent, system.pinned)
+    impact = system.impact.model(particles)
+    if system.spins is not None:
+        impact.spins[:-1] = system.spins
     return Model(
         pair=pair,
         lanes=None,
         motion=system.motion.model(particles),
         boundary=None,
-        impact=system.impact.model(particles),
+        impact=impact,
         obstacles=with_work(obstacles, system.obstacle_models),
         timing=None,
         observers=None,
@@ -87,8 +91,8 @@ def make_model(system: System) -> Model:
 def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine:
     """Return the arrays of a run at time zero, nothing scheduled yet."""
     number = np.float32 if system.single else np.float64
-    state = make_state(positions, velocities, scheme.epoch, system.images, number)
     model = make_model(system)
+    state = make_state(in_lattice(model.motion, positions), velocities, scheme.epoch, system.images, number)
     pair = model.pair
     live = model.obstacles is not None and model.obstacles.live is not None
     changes = model.impact is not None or system.rates is not None or system.stepped or live
@@ -178,7 +182,7 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
 
     for part in ("state", "neighbors", "calendar", "tallies"):
         gather(part, getattr(engine, part))
-    for part in ("pair", "impact", "obstacles", "timers"):
+    for part in ("pair", "motion", "impact", "obstacles", "timers"):
         gather(f"model.{part}", getattr(engine.model, part))
     for observer, its in kept_arrays(engine.model.observers).items():
         found |= {f"observers.{observer}.{field}": array for field, array in its.items()}

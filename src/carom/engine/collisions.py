@@ -7,10 +7,11 @@ import numpy as np
 from carom.compiling.registry import inner, required
 from carom.engine.advance import advance, into_next_epoch
 from carom.engine.agents import on_crossing
-from carom.engine.boundary import NearestImage, SectorImage, index, separation
+from carom.engine.boundary import NearestImage, SectorImage, index
 from carom.engine.constants import LAMBDA
 from carom.engine.dynamic_obstacles import age_obstacles
 from carom.engine.events import retime
+from carom.engine.lattice import contact_vector, contact_velocity, remap
 from carom.engine.observers.interface import (
     PairEvent,
     after_pair,
@@ -19,6 +20,7 @@ from carom.engine.observers.interface import (
     count_pair,
 )
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
+from carom.engine.rubbing import rub
 from carom.engine.tallies import record
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, growth, jump, record_impulse
@@ -81,9 +83,9 @@ def collide(model, state, neighbors, tally, log, i, ref, now):
     rr = 0.0
     rv = 0.0
     for axis in range(len(model.boundary.edges)):
-        r = separation(model.boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+        r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
         rr += r * r
-        rv += r * (np.float64(other.v[axis]) - np.float64(me.v[axis]))
+        rv += r * contact_velocity(model.motion, model.boundary, i, ref, axis, me, other)
     a, b, virial, kind, before, step = outcome(
         model.boundary, model.pair, neighbors, tally, i, ref, rr, rv, now
     )
@@ -96,9 +98,10 @@ def collide(model, state, neighbors, tally, log, i, ref, now):
     event = PairEvent(i, j, ref, now, rr, rv, a, b, virial, kind, before, step)
     before_pair(model.observers, model, state, event)
     for axis in range(len(model.boundary.edges)):
-        r = separation(model.boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+        r = contact_vector(model.motion, model.boundary, i, ref, axis, me, other, now)
         me.v[axis] += a * push_direction(model.motion, axis, me.x[axis], r, rr)
         other.v[axis] += b * push_direction(model.motion, axis, other.x[axis], -r, rr)
+    rub(model.impact, model, state, i, j, ref, rr, virial, now)
     on_crossing(model.rules, model, state, neighbors, i, j, ref, kind, now)
     after_pair(model.observers, model, state, event)
     tally.collisions += 1
@@ -116,7 +119,7 @@ def collide(model, state, neighbors, tally, log, i, ref, now):
 @inner
 def new_epoch(model, state, neighbors):
     """Begin the next epoch: advance every component to its beginning, reduce every time by its length, and
-    compute every contact anew.
+    compute every contact anew. Return whether the lattice was laid anew: then all must be scheduled again.
     """
     clock = state.clock[0]
     length = clock.length
@@ -128,5 +131,8 @@ def new_epoch(model, state, neighbors):
     at_epoch(model.observers, model, state, length)
     clock.epoch += 1
     clock.now = 0.0
+    if remap(model.motion, state, model.boundary.edges, length):
+        return True
     for i in range(np.uint64(len(state.partner))):
         retime(model.timing, model, state, i)
+    return False

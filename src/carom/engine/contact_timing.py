@@ -39,7 +39,7 @@ def timing_of(
         return FarSteps() if scheme.list_range > MOST_DIAMETERS * core else None
     # Half a box away, pairs would be taken for other images.
     growing = 1.0 if system.rates is None else 2.0
-    free_space = 0.49 * system.narrowest - growing * system.diameter
+    free_space = 0.49 * system.narrowest / max(system.stretch) - growing * system.diameter
     size = system.smallest if system.nearest >= ALIKE * system.smallest else system.nearest
     ahead = min(MOST_FLOWN * size, free_space)
     return FromRows(ahead**2) if ahead >= SLIGHT * size else None

@@ -30,6 +30,7 @@ from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import (
     IDLE,
     LAMBDA,
+    NEEDS_EVENTS,
     NEEDS_HEAP,
     NEEDS_LOG,
     NEEDS_NEIGHBORS,
@@ -145,7 +146,8 @@ def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, co
             choose_width(calendar, len(state.partner), clock.length)
             start = control.end
             if start >= clock.length:
-                new_epoch(model, state, neighbors)
+                if new_epoch(model, state, neighbors):
+                    return NEEDS_EVENTS, cycles
                 begin_epoch(neighbors, model, state, tally)
                 start = 0.0
             earliest = fill_window(calendar, state, model.boundary, start, clock.length)

@@ -14,6 +14,7 @@ from carom.compiling import registry
 from carom.compiling.registry import optional
 from carom.engine.observers.interface import listed
 from carom.engine.obstacles import Chain, Crowd, Obstacles, gained, normal_along, reflect
+from carom.engine.rubbing import rub_obstacle
 from carom.models.questions.interaction import growth, mass
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.obstacle import at_time, recoil, surface_speed
@@ -139,7 +140,7 @@ def _(chain: Crowd, number, now):
 
 
 @optional
-def reflect_from(chain, model, i, number, now):
+def reflect_from(chain, model, state, i, number, now):
     """Replace the velocity in the room for it by that after the contact with the obstacle of that number.
 
     Where that is none of a chain of single obstacles (a wall of the box, one of a crowd) it is elastic.
@@ -151,19 +152,20 @@ def reflect_from(chain, model, i, number, now):
 
 
 @reflect_from.register
-def _(chain: Chain, model, i, number, now):
+def _(chain: Chain, model, state, i, number, now):
     k = number - chain.number
     if 0 <= k < len(chain.head):
         there = model.obstacles
         rate = growth(model.pair, i)
         recoil(chain.head[k], model.motion, i, mass(model.pair, i), there.x, there.v, there.image, rate, now)
+        rub_obstacle(chain.head[k], model.impact, model, state, i, now)
     else:
-        reflect_from(chain.tail, model, i, number, now)
+        reflect_from(chain.tail, model, state, i, number, now)
 
 
 @reflect_from.register
-def _(chain: Crowd, model, i, number, now):
-    reflect_from(chain.tail, model, i, number, now)
+def _(chain: Crowd, model, state, i, number, now):
+    reflect_from(chain.tail, model, state, i, number, now)
 
 
 @reflect.register
@@ -171,7 +173,7 @@ def _(live: ObstacleWork, model, state, i, number, now):
     obstacles = model.obstacles
     set_time(obstacles.chain, number, now)
     normal_along(obstacles.chain, obstacles, model.boundary, number)
-    reflect_from(obstacles.chain, model, np.int64(i), number, now)
+    reflect_from(obstacles.chain, model, state, np.int64(i), number, now)
     me = state.rows[i]
     along = 0.0
     energy = 0.0

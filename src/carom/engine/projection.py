@@ -6,7 +6,8 @@ import numpy as np
 
 from carom.compiling.dispatch import entry
 from carom.engine.boundary import count_images
-from carom.models.questions.motion import carry, position, velocity
+from carom.engine.lattice import position_at, velocity_at
+from carom.models.questions.motion import carry
 
 
 @entry
@@ -19,7 +20,7 @@ def project(motion, boundary, state, time, positions, velocities, images):
         x0, v0, t = carry(motion, me.x, me.v, time - me.t, positions[i], velocities[i])
         for axis in range(len(boundary.edges)):
             edge = boundary.edges[axis]
-            x = position(motion, axis, x0[axis], v0[axis], t)
+            x = position_at(motion, axis, x0, v0, t, time)
             crossings = np.floor(x * boundary.inverse[axis])
             x -= crossings * edge
             if x >= edge:
@@ -28,5 +29,5 @@ def project(motion, boundary, state, time, positions, velocities, images):
             elif x < 0.0:  # a division that rounded up: x is a hair below the face
                 x = 0.0
             positions[i, axis] = x
-            velocities[i, axis] = velocity(motion, axis, v0[axis], t)
+            velocities[i, axis] = velocity_at(motion, axis, v0, t)
             count_images(images, i, axis, np.int64(crossings))

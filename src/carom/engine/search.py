@@ -8,14 +8,14 @@ import numpy as np
 
 from carom.compiling.registry import fast, inner, optional, required
 from carom.compiling.simd import LANES, WIDTH, asked_of, pack_fields, spread
-from carom.engine.boundary import NearestImage, SectorImage, index, index_bits, separation
+from carom.engine.boundary import NearestImage, SectorImage, index, index_bits
+from carom.engine.lattice import candidate_at, relative_at
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.pair_steps import SteppedImage, step_of
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
 from carom.models.questions.interaction import contact_time, interaction_time
-from carom.models.questions.motion import position, velocity
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import step_core_square, step_time
 
@@ -70,20 +70,10 @@ def nearest(model, state, i, now, refs, start_index, count, half, avoided):
             rr = 0.0
             rv = 0.0
             vv = 0.0
-            elapsed = now - candidate_block[half_index, dimension, k]
             for axis in range(dimension):
-                x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
-                y = position(
-                    model.motion,
-                    axis,
-                    candidate_block[half_index, axis, k],
-                    candidate_block[half_index, dimension + 1 + axis, k],
-                    elapsed,
+                r, v = candidate_at(
+                    model.motion, model.boundary, i, ref, axis, me, candidate_block, half_index, k, now
                 )
-                r = separation(model.boundary, i, ref, axis, y - x)
-                v = velocity(
-                    model.motion, axis, candidate_block[half_index, dimension + 1 + axis, k], elapsed
-                ) - velocity(model.motion, axis, me.v[axis], now - me.t)
                 rr += r * r
                 rv += r * v
                 vv += v * v
@@ -164,13 +154,7 @@ def relative(model, state, i, ref, now):
     rv = 0.0
     vv = 0.0
     for axis in range(len(model.boundary.edges)):
-        x = position(model.motion, axis, me.x[axis], me.v[axis], now - me.t)
-        y = position(model.motion, axis, other.x[axis], other.v[axis], now - other.t)
-        r = separation(model.boundary, i, ref, axis, y - x)
-        # As the search does, whatever the rows hold: in double precision.
-        v = np.float64(velocity(model.motion, axis, other.v[axis], now - other.t)) - np.float64(
-            velocity(model.motion, axis, me.v[axis], now - me.t)
-        )
+        r, v = relative_at(model.motion, model.boundary, i, ref, axis, me, other, now)
         rr += r * r
         rv += r * v
         vv += v * v

@@ -69,6 +69,8 @@ class System:
         Which components stay where they are.
     observers : tuple of NamedTuples
         Observers of the user's own (``carom.models.questions.observer``); the run adds up in their arrays.
+    spins : (n, 1) or (n, 3) float64 array, optional
+        Those of rough particles at the start; none, if left out.
     """
 
     n: int
@@ -97,6 +99,7 @@ class System:
     drive: Any = None
     pinned: np.ndarray | None = None
     observers: tuple = ()
+    spins: np.ndarray | None = None
 
     @property
     def obstacle_models(self) -> tuple:
@@ -115,9 +118,20 @@ class System:
         return bool(getattr(self.impact, "elastic", False))
 
     @property
+    def conserves_energy(self) -> bool:
+        """Whether contacts keep the energy, which may go to the rotation and come back."""
+        return self.elastic or bool(getattr(self.impact, "conserves_energy", False))
+
+    @property
     def straight(self) -> bool:
         """Whether components move along straight lines, uniformly, between two events."""
         return bool(getattr(self.motion, "straight", True))
+
+    @property
+    def stretch(self) -> tuple[float, ...]:
+        """How much longer a vector may be along each axis of a lattice that tilts than it is."""
+        stretch = getattr(self.motion, "stretch", None)
+        return (1.0,) * self.dimension if stretch is None else stretch(self.box)
 
     @property
     def stepped(self) -> bool:

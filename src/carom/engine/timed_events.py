@@ -10,7 +10,7 @@ import numpy as np
 from carom.compiling.registry import inner, optional
 from carom.engine.advance import advance, place_at
 from carom.engine.constants import TIMER_EVENT
-from carom.engine.observers.interface import gain
+from carom.engine.observers.interface import after_kick, before_kick, gain
 from carom.engine.one_body import earlier_event, run_event
 from carom.engine.tallies import record
 from carom.models.drives import kick, next_time
@@ -79,6 +79,7 @@ def _(source: Timers, model, state, neighbors, log, i, code, now):
     if code != TIMER_EVENT:
         return False
     advance(model, state, neighbors, i, now)
+    before_kick(model.observers, model, state, i, now)
     me = state.rows[i]
     before = 0.0
     for axis in range(len(me.v)):
@@ -94,6 +95,7 @@ def _(source: Timers, model, state, neighbors, log, i, code, now):
         me.v[axis] = math.ldexp(source.v[axis], source.exponent)
         v = np.float64(me.v[axis])
         after += v * v
+    after_kick(model.observers, model, state, i, now)
     gain(model.observers, 0.5 * weight * (after - before), now)
     record(log, state.clock[0], np.int64(i), code, 0.0)
     return True

@@ -14,7 +14,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 _WIDEST = 100  # words of a column, at most
-_WIDTHS = {"pos": 3, "velo": 3, "images": 3, "species": 1, "masses": 1, "radius": 1, "id": 1, "kind": 1}
+_WIDTHS = {
+    "pos": 3,
+    "velo": 3,
+    "images": 3,
+    "angular_velocity": 3,
+    "species": 1,
+    "masses": 1,
+    "radius": 1,
+    "id": 1,
+    "kind": 1,
+}
 """Words, at most, of the columns that are read."""
 _KEYS = ("Lattice", "Properties", "pbc", "Origin", "time", "step", "dimension")
 """Keys of the second line that are read; other programs write some of them in other letters."""
@@ -88,6 +98,24 @@ def lattice_of(info: Mapping[str, str]) -> np.ndarray | None:
     if cell.size != 9 or not np.isfinite(cell).all():
         raise ValueError(f"its Lattice is {info['Lattice']!r}; expected nine numbers")
     return cell.reshape(3, 3)
+
+
+def tilt_of(info: Mapping[str, str], lattice: np.ndarray) -> float | None:
+    """Return the tilt of a sheared box, or None of one with right angles.
+
+    Raises
+    ------
+    ValueError
+        If the cell has other angles.
+    """
+    others = lattice - np.diag(np.diag(lattice))
+    sheared = float(others[1, 0])
+    others[1, 0] = 0.0
+    if others.any():
+        raise ValueError("its box is neither rectangular nor sheared along its first axis")
+    if "tilt" in info:  # the cell has lost a digit
+        return float(number_of(info, "tilt"))
+    return sheared / float(lattice[1, 1]) if sheared else None
 
 
 def layout_of(info: Mapping[str, str]) -> tuple[list[Column], int]:

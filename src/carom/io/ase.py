@@ -42,16 +42,23 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     atoms = _in_order(atoms)
     dimension = _dimension(atoms)
     cell = np.asarray(atoms.cell[:], dtype=np.float64)
-    if np.any(cell != np.diag(np.diag(cell))) or not np.all(np.diag(cell)[:dimension] > 0.0):
-        raise InputError(
-            f"The cell of these atoms is {cell.tolist()}; expected a rectangular one with edges > 0."
-        )
+    tilt = _tilt(atoms, cell)
+    if not np.all(np.diag(cell)[:dimension] > 0.0):
+        raise InputError(f"The cell of these atoms is {cell.tolist()}; expected edges > 0.")
     box = np.diag(cell)[:dimension]
+    places = np.array(atoms.positions[:, :dimension], dtype=np.float64)
+    if tilt:
+        places[:, 0] -= tilt * places[:, 1]
     positions, images = _wrap(
-        np.array(atoms.positions[:, :dimension], dtype=np.float64),
+        places,
         np.where(atoms.pbc[:dimension], box, np.inf),
         atoms.arrays.get("images"),
     )
+    if tilt:
+        # Within the cell nothing has moved: what is there keeps its bits.
+        inside = (positions == places).all(axis=1)
+        positions[:, 0] += tilt * positions[:, 1]
+        positions[inside] = atoms.positions[inside, :dimension]
     kinds = atoms.arrays.get("kind")
     if diameter is not None:
         diameters = np.full(len(atoms), checks.positive(diameter, "diameter"))
@@ -71,6 +78,8 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
         species=None if kinds is None else np.asarray(kinds),
         species_names=() if kinds is None else parted(str(atoms.info.get("species_names", ""))),
         periodic=tuple(bool(flag) for flag in atoms.pbc[:dimension]),
+        spins=_spins(atoms, dimension),
+        tilt=tilt,
     )
     wrong = flaw(frame)
     if wrong is not None:
@@ -80,6 +89,29 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     if frame.species is not None:
         frame = dataclasses.replace(frame, species=frame.species.astype(np.int64))
     return frame
+
+
+def _tilt(atoms: ase.Atoms, cell: np.ndarray) -> float | None:
+    """Return the tilt of a sheared box, or None of one with right angles."""
+    others = cell - np.diag(np.diag(cell))
+    shift = float(others[1, 0])
+    others[1, 0] = 0.0
+    if others.any():
+        raise InputError(
+            f"The cell of these atoms is {cell.tolist()}; expected a rectangular one, or one that is sheared "
+            "along its first axis."
+        )
+    told = atoms.info.get("tilt")
+    return float(told) if told is not None else (shift / float(cell[1, 1]) if shift else None)
+
+
+def _spins(atoms: ase.Atoms, dimension: int) -> np.ndarray | None:
+    """Return the spins in the array ``angular_velocity``: in the plane they turn about the third axis."""
+    about = atoms.arrays.get("angular_velocity")
+    if about is None or dimension == 1:
+        return None
+    about = np.array(about, dtype=np.float64).reshape(len(atoms), -1)
+    return about[:, -1:].copy() if dimension == 2 else about
 
 
 def _in_order(atoms: ase.Atoms) -> ase.Atoms:

@@ -38,6 +38,10 @@ def _numbers(frame: Frame) -> Iterator[np.ndarray]:
         yield np.asarray(values, np.float64)
     if frame.images is not None:
         yield np.asarray(frame.images, np.int32)
+    if frame.tilt is not None:
+        yield np.array([frame.tilt], np.float64)
+    if frame.spins is not None:
+        yield np.asarray(frame.spins, np.float64)
     if frame.species is not None:
         yield np.asarray(frame.species, np.int32)
         yield np.frombuffer("\0".join(frame.species_names).encode(), np.uint8)

@@ -14,7 +14,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from carom.bridges.embedding import embed, names_of, one_word, require_at_most_three, symbols_of
+from carom.bridges.embedding import about_axes, embed, names_of, one_word, require_at_most_three, symbols_of
 from carom.frame import Frame
 from carom.io.formats import EXPORTED
 
@@ -75,14 +75,23 @@ def _dump(frame: Frame, k: int, file: TextIO) -> None:
     flags = [*frame.periodic, *[True] * (3 - frame.dimension)]
     images = np.zeros((frame.n, frame.dimension), np.int32) if frame.images is None else frame.images
     file.write(f"ITEM: TIMESTEP\n{k}\nITEM: TIME\n{frame.time:.17g}\nITEM: NUMBER OF ATOMS\n{frame.n}\n")
-    file.write("ITEM: BOX BOUNDS " + " ".join("pp" if flag else "ff" for flag in flags) + "\n")
-    file.writelines(f"{low:.9g} {high:.9g}\n" for low, high in _bounds(frame))
-    file.write("ITEM: ATOMS id type x y z ix iy iz vx vy vz radius mass\n")
+    bounds, tilts = _bounds(frame), [""] * 3
+    head = " ".join("pp" if flag else "ff" for flag in flags)
+    if frame.tilt is not None:  # the ends of a tilted cell, not of its edges
+        shift = frame.tilt * float(frame.box[1])
+        low, high = bounds[0]
+        bounds[0] = low + min(shift, 0.0), high + max(shift, 0.0)
+        head, tilts = f"xy xz yz {head}", [f" {shift:.9g}", " 0", " 0"]
+    file.write(f"ITEM: BOX BOUNDS {head}\n")
+    file.writelines(f"{low:.9g} {high:.9g}{tilt}\n" for (low, high), tilt in zip(bounds, tilts, strict=True))
+    turns = [] if frame.spins is None else [about_axes(frame.spins)]
+    names = " omegax omegay omegaz" if turns else ""
+    file.write(f"ITEM: ATOMS id type x y z ix iy iz vx vy vz radius mass{names}\n")
     table = np.column_stack(
         [np.arange(1, frame.n + 1), _kinds(frame), embed(frame.positions), embed(images),
-         embed(frame.velocities), 0.5 * frame.diameters, frame.masses]
+         embed(frame.velocities), 0.5 * frame.diameters, frame.masses, *turns]
     )  # fmt: skip
-    np.savetxt(file, table, fmt="%d %d" + " %.9g" * 3 + " %d" * 3 + " %.9g" * 5)
+    np.savetxt(file, table, fmt="%d %d" + " %.9g" * 3 + " %d" * 3 + " %.9g" * (5 + 3 * len(turns)))
 
 
 def _data(frame: Frame, file: TextIO) -> None:
@@ -95,6 +104,8 @@ def _data(frame: Frame, file: TextIO) -> None:
     file.write(f"{frame.n} atoms\n{max(len(names), int(kinds.max()))} atom types\n\n")
     for axis, (low, high) in zip("xyz", _bounds(frame), strict=True):
         file.write(f"{low:.9g} {high:.9g} {axis}lo {axis}hi\n")
+    if frame.tilt is not None:
+        file.write(f"{frame.tilt * float(frame.box[1]):.9g} 0 0 xy xz yz\n")
     labels = [one_word(name) for name in names]
     # LAMMPS refuses labels that begin like a number, a comment or a wildcard.
     if frame.species_names and not any(label[0] in "0123456789#*" for label in labels):
@@ -106,8 +117,8 @@ def _data(frame: Frame, file: TextIO) -> None:
     )
     np.savetxt(file, rows, fmt="%d %d" + " %.9g" * 5)
     file.write("\nVelocities\n\n")
-    still = np.zeros((frame.n, 3))
-    moving = np.column_stack([np.arange(1, frame.n + 1), embed(frame.velocities), still])
+    turns = np.zeros((frame.n, 3)) if frame.spins is None else about_axes(frame.spins)
+    moving = np.column_stack([np.arange(1, frame.n + 1), embed(frame.velocities), turns])
     np.savetxt(file, moving, fmt="%d" + " %.9g" * 6)
 
 

@@ -24,7 +24,8 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from carom.bridges.embedding import (
-    edges,
+    about_axes,
+    cell_of,
     embed,
     joined,
     momenta,
@@ -47,6 +48,7 @@ from carom.io.announced import (
     number_of,
     pairs,
     periodic_axes,
+    tilt_of,
     vectors,
     words_of,
 )
@@ -92,6 +94,10 @@ def render(frame: Frame) -> bytes:
         columns += embed(frame.images).T.tolist()
         properties += ":images:I:3"
         row += " %d %d %d"
+    if frame.spins is not None:
+        columns.append(_triples(about_axes(frame.spins)))
+        properties += ":angular_velocity:R:3"
+        row += " %s"
     more = ""
     symbols, kinds = symbols_of(frame), np.zeros(frame.n, dtype=np.int64)
     fixed = [""] * len(symbols)  # what follows from the species alone
@@ -107,11 +113,13 @@ def render(frame: Frame) -> bytes:
             symbols, fixed = names, [colour + " 0" for colour in fixed]
         if frame.species_names:
             more = f'species_names="{joined(frame.species_names)}" '
-    lx, ly, lz = (f"{edge:.17g}" for edge in edges(frame.box))
+    lattice = " ".join(f"{x:.17g}" for x in cell_of(frame).ravel())
+    if frame.tilt is not None:
+        more += f"tilt={float(frame.tilt)!r} "
     pbc = " ".join("T" if flag else "F" for flag in periodic(frame.periodic))
     # repr keeps a time such as 3.0 a float for readers that guess types.
     head = (
-        f'{frame.n}\nLattice="{lx} 0 0 0 {ly} 0 0 0 {lz}" Properties={properties} pbc="{pbc}" '
+        f'{frame.n}\nLattice="{lattice}" Properties={properties} pbc="{pbc}" '
         f"time={float(frame.time)!r} step={int(frame.step)} dimension={frame.dimension} "
         f"{more}carom={__version__}\n"
     )
@@ -272,7 +280,7 @@ def _check_words(lines: bytes, width: int) -> int:
 
 
 #: The columns that a frame is read from. ``momenta`` and ``species`` repeat them for ASE.
-_READ = frozenset(("pos", "velo", "masses", "radius", "images", "kind", "id"))
+_READ = frozenset(("pos", "velo", "masses", "radius", "images", "kind", "id", "angular_velocity"))
 
 
 def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
@@ -283,8 +291,7 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
     lattice = lattice_of(info)
     if lattice is None:
         raise ValueError("its second line has no 'Lattice'")
-    if np.any(lattice != np.diag(np.diag(lattice))):
-        raise ValueError("its box is not rectangular")
+    tilt = tilt_of(info, lattice)
     if any(word.strip("+-0.") for word in words_of(info.get("Origin", ""))):
         raise ValueError(f"the origin of its box is {info['Origin']!r}; expected 0 0 0")
     kinds = columns.get("kind")
@@ -300,7 +307,17 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
         species=None if kinds is None else np.ascontiguousarray(kinds),
         species_names=parted(info.get("species_names", "")) if kinds is not None else (),
         periodic=periodic_axes(info, dimension),
+        spins=_spins(columns, dimension),
+        tilt=tilt,
     )
+
+
+def _spins(columns: dict[str, np.ndarray], dimension: int) -> np.ndarray | None:
+    """Return the spins that a file holds: in the plane they turn about the third axis."""
+    if "angular_velocity" not in columns or dimension == 1:
+        return None
+    about = np.ascontiguousarray(vectors(columns, "angular_velocity", 3), dtype=np.float64)
+    return about[:, 2:].copy() if dimension == 2 else about
 
 
 _UNREAD = np.empty(0, np.int64)

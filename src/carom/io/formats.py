@@ -113,15 +113,15 @@ class Writer(ABC):
     """A trajectory file open for writing, as :func:`carom.io.open` returns it for a ``path`` and a ``scene``.
 
     A frame is complete when ``write`` returns. All frames of a file have the same numbers of components and
-    dimensions. Either all or none of them have image counts. ``len(writer)`` is the number of frames in the
-    file.
+    dimensions. Either all or none of them have image counts, and spins. ``len(writer)`` is the number of
+    frames in the file.
     """
 
     def __init__(self, path: Path, scene: Any = None):
         self.path = path
         self._count = 0
         self._shape: tuple[int, int] | None = None if scene is None else (scene.n, scene.dimension)
-        self._images: bool | None = None
+        self._extras: tuple[bool, ...] | None = None
         self._last: tuple[float, int] | None = None
 
     def __len__(self) -> int:
@@ -167,7 +167,7 @@ class Writer(ABC):
     def _follow(self, frame: Frame) -> None:
         """Expect more frames like this one."""
         self._shape = (frame.n, frame.dimension)
-        self._images = frame.images is not None
+        self._extras = tuple(each is not None for each in (frame.images, frame.spins, frame.tilt))
         self._last = frame.time, frame.step
 
     def _retain(self, reader: Reader, keep: int | None) -> int:
@@ -200,11 +200,16 @@ class Writer(ABC):
                 f"{self.path} holds {self._shape[0]} components in {self._shape[1]} dimensions, and this "
                 f"frame has {n} in {dimension}; write it to another file."
             )
-        if self._images is not None and self._images != (frame.images is not None):
-            has, lacks = ("hold", "this one does not") if self._images else ("hold no", "this one does")
-            raise InputError(
-                f"The frames of {self.path} {has} image counts and {lacks}; write it to another file."
-            )
+        for k, (what, found) in enumerate(
+            (("image counts", frame.images), ("spins", frame.spins), ("tilts", frame.tilt))
+        ):
+            if self._extras is not None and self._extras[k] != (found is not None):
+                has, lacks = (
+                    ("hold", "this one does not") if self._extras[k] else ("hold no", "this one does")
+                )
+                raise InputError(
+                    f"The frames of {self.path} {has} {what} and {lacks}; write it to another file."
+                )
 
     def __enter__(self) -> Self:
         return self

@@ -67,14 +67,14 @@ def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
 
     result = gsd.hoomd.Frame()
     result.configuration.step = int(frame.step)
-    result.configuration.box = np.array([*edges(frame.box), 0.0, 0.0, 0.0], dtype=np.float32)
+    result.configuration.box = np.array([*edges(frame.box), frame.tilt or 0.0, 0.0, 0.0], dtype=np.float32)
     # GSD knows two and three dimensions; a line is drawn in the plane.
     result.configuration.dimensions = max(2, frame.dimension)
     particles = result.particles
     particles.N = frame.n
     particles.types = [plain(name) for name in names_of(frame)]
     particles.typeid = (np.zeros(frame.n) if frame.species is None else frame.species).astype(np.uint32)
-    particles.position = embed((frame.positions - 0.5 * np.asarray(frame.box)).astype(np.float32))
+    particles.position = embed((frame.positions - _middle(frame.box, frame.tilt)).astype(np.float32))
     particles.velocity = embed(frame.velocities.astype(np.float32))
     particles.mass = frame.masses.astype(np.float32)
     particles.diameter = frame.diameters.astype(np.float32)
@@ -84,6 +84,8 @@ def _to_gsd(frame: Frame) -> gsd.hoomd.Frame:
     result.log["carom/dimension"] = np.array([frame.dimension], dtype=np.int64)
     result.log["carom/images"] = np.array([frame.images is not None], dtype=np.uint8)
     result.log["carom/periodic"] = np.array(frame.periodic, dtype=np.uint8)
+    if frame.tilt is not None:
+        result.log["carom/tilt"] = np.array([frame.tilt])
     if frame.species is not None:
         result.log["carom/species"] = np.array([bool(frame.species_names)], dtype=np.uint8)
     return result
@@ -95,11 +97,16 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
     d = int(stored.log["carom/dimension"][0])
     box = np.asarray(stored.configuration.box[:d], dtype=np.float64)
     particles = stored.particles
-    positions = particles.position[:, :d].astype(np.float64) + 0.5 * box
+    tilt = float(stored.log["carom/tilt"][0]) if "carom/tilt" in stored.log else None
+    positions = particles.position[:, :d].astype(np.float64) + _middle(box, tilt)
+    if tilt:  # along the axes of the cell
+        positions[:, 0] -= tilt * positions[:, 1]
     periodic = np.array(stored.log.get("carom/periodic", np.ones(d)), dtype=bool)
     # Rounding to float32 can carry a component onto, or just past, a face: that of the next image, or a wall.
     beyond = (positions >= box) & periodic
     positions = np.where(beyond, 0.0, np.clip(positions, 0.0, box))
+    if tilt:
+        positions[:, 0] += tilt * positions[:, 1]
     images = bool(stored.log["carom/images"][0])
     mixture = "carom/species" in stored.log
     if particles.typeid.dtype.kind not in "iu":
@@ -117,7 +124,16 @@ def _to_frame(stored: gsd.hoomd.Frame) -> Frame:
         species=particles.typeid.astype(np.int64) if mixture else None,
         species_names=tuple(unquote(name) for name in particles.types) if named else (),
         periodic=tuple(periodic.tolist()),
+        tilt=tilt,
     )
+
+
+def _middle(box: np.ndarray, tilt: float | None) -> np.ndarray:
+    """Return the middle of a cell, on which GSD centres positions [length]."""
+    middle = 0.5 * np.array(box, dtype=np.float64)
+    if tilt:
+        middle[0] += 0.5 * tilt * box[1]
+    return middle
 
 
 def as_held(frame: Frame) -> Frame:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.bridges.embedding import edges, embed, joined, parted, periodic
+from carom.bridges.embedding import about_axes, cell_of, edges, embed, joined, parted, periodic
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.claims import Claim, patiently, under_way
@@ -45,8 +45,9 @@ class _Store:
             "edges": group["box/edges/value"],
             "velocity": group["velocity/value"],
         }
-        if "image" in group:
-            self.columns["image"] = group["image/value"]
+        for name in ("image", "angular_velocity", "box/tilt"):
+            if name in group:
+                self.columns[name] = group[f"{name}/value"]
         # Not `"value" in ...`: on a data set, this compares every element, each in its own call.
         fixed = file.get(f"{_GROUP}/diameter", getclass=True) is not type(file[_GROUP])
         if not fixed:
@@ -70,9 +71,11 @@ class _Store:
         rows = {
             "step": ("i8", ()),
             "time": ("f8", ()),
-            "edges": ("f8", (width,)),
+            "edges": ("f8", (width, width) if "box/tilt" in self.columns else (width,)),
+            "box/tilt": ("f8", ()),
             "velocity": ("f8", (self.n, width)),
             "image": ("i4", (self.n, width)),
+            "angular_velocity": ("f8", (self.n, 3)),
             "diameter": ("f8", (self.n,)),
             "position": ("f8", (self.n, width)),
         }
@@ -100,14 +103,27 @@ class _Store:
             step=int(columns["step"][k]),
             positions=np.ascontiguousarray(columns["position"][k][:, :d], dtype=np.float64),
             velocities=np.ascontiguousarray(columns["velocity"][k][:, :d], dtype=np.float64),
-            box=tuple(float(edge) for edge in columns["edges"][k][:d]),
+            box=tuple(float(edge) for edge in self._edges(k)[:d]),
             diameters=np.array(columns["diameter"][k] if self.diameters is None else self.diameters, float),
             masses=self.masses.copy(),
             images=self._images(k),
             species=self.species,
             species_names=self.names,
             periodic=self.boundary[:d],
+            spins=self._spins(k),
+            tilt=float(columns["box/tilt"][k]) if "box/tilt" in columns else None,
         )
+
+    def _edges(self, k: int) -> np.ndarray:
+        edges = self.columns["edges"][k]
+        return np.diag(edges) if edges.ndim == 2 else edges
+
+    def _spins(self, k: int) -> np.ndarray | None:
+        """Return the spins of frame k: in the plane they turn about the third axis."""
+        if "angular_velocity" not in self.columns:
+            return None
+        about = self.columns["angular_velocity"][k]
+        return np.ascontiguousarray(about[:, 2:] if self.dimension == 2 else about, dtype=np.float64)
 
     def _images(self, k: int) -> np.ndarray | None:
         if "image" not in self.columns:
@@ -174,11 +190,20 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
     box.attrs["boundary"] = np.array(
         [b"periodic" if flag else b"none" for flag in periodic(frame.periodic)], dtype="S8"
     )
-    grow(box.create_group("edges"), "value", (width,), np.float64, _LENGTH, 512)
+    sheared = frame.tilt is not None
+    grow(
+        box.create_group("edges"), "value", (width, width) if sheared else (width,), np.float64, _LENGTH, 512
+    )
     names = ["velocity", "box/edges"]
+    if sheared:
+        grow(box.create_group("tilt"), "value", (), np.float64, None, 512)
+        names.append("box/tilt")
     if frame.images is not None:
         grow(group.create_group("image"), "value", (n, width), np.int32, None, 1)
         names.append("image")
+    if frame.spins is not None:
+        grow(group.create_group("angular_velocity"), "value", (n, 3), np.float64, "ps-1", 1)
+        names.append("angular_velocity")
     for name in names:  # hard links: one step and one time for all
         group[name]["step"], group[name]["time"] = position["step"], position["time"]
     for name, values, unit in (("mass", frame.masses, None), ("diameter", frame.diameters, _LENGTH)):
@@ -328,12 +353,16 @@ class H5mdWriter(Writer):
         row: dict[str, Any] = {
             "step": frame.step,
             "time": frame.time,
-            "edges": edges(frame.box),
+            "edges": edges(frame.box) if frame.tilt is None else cell_of(frame),
             "velocity": padded(frame.velocities),
             "position": padded(frame.positions),
         }
         if frame.images is not None:
             row["image"] = padded(frame.images)
+        if frame.tilt is not None:
+            row["box/tilt"] = frame.tilt
+        if frame.spins is not None:
+            row["angular_velocity"] = about_axes(frame.spins)
         row["diameter"] = frame.diameters
         for name, data in store.columns.items():
             data.resize(k + 1, axis=0)

@@ -39,7 +39,7 @@ from MDAnalysis.lib.mdamath import triclinic_box
 from MDAnalysis.lib.util import store_init_arguments
 from MDAnalysis.topology.base import TopologyReaderBase
 
-from carom.bridges.embedding import edges, embed, names_of, parted, require_at_most_three
+from carom.bridges.embedding import cell_of, embed, names_of, parted, require_at_most_three
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.announced import dimension_of, in_order, lattice_of, number_of, periodic_axes, vectors
@@ -136,9 +136,10 @@ class FramesReader(_SequenceReader):
         source, ts = self._frames[frame], self.ts
         if source.n != self.n_atoms:
             raise InputError(f"Frame {frame} has {source.n} components and frame 0 has {self.n_atoms}.")
-        self._place(source.positions, source.images, np.diag(source.box))
+        d, cell = source.dimension, cell_of(source)
+        self._place(source.positions, source.images, cell[:d, :d])
         ts.velocities = embed(source.velocities)
-        ts.dimensions = [*edges(source.box), 90.0, 90.0, 90.0]
+        ts.dimensions = triclinic_box(*cell) if source.tilt else [*np.diag(cell), 90.0, 90.0, 90.0]
         ts.time = source.time
         ts.data["step"] = source.step
         ts.data["velocities"] = source.velocities

@@ -72,6 +72,8 @@ def _shape(frame: Frame) -> str | None:
     }
     if frame.images is not None:
         expected["images"] = (n, dimension)
+    if frame.spins is not None:
+        expected["spins"] = (n, 1 if dimension == 2 else 3)
     if frame.species is not None:
         expected["species"] = (n,)
     for name, shape in expected.items():
@@ -93,6 +95,10 @@ def _values(frame: Frame) -> str | None:
             return f"{_WORDS.get(name, name)} hold {low:g}; expected {expected}"
     if not isinstance(frame.step, numbers.Integral) or not 0 <= frame.step <= _INTEGERS.max:
         return f"step is {frame.step}; expected an integer from 0 to {_INTEGERS.max}"
+    if frame.tilt is not None and (frame.positions.shape[1] < 2 or not np.isfinite(frame.tilt)):
+        return f"tilt is {frame.tilt!r}; expected a finite number, of two dimensions or more"
+    if frame.spins is not None and not finite(frame.spins):
+        return "spins hold NaN or infinite values"
     if frame.images is not None and not whole(frame.images, _IMAGES.min, _IMAGES.max):
         return f"images hold what is no integer from {_IMAGES.min} to {_IMAGES.max}"
     kinds = len(frame.species_names) or MOST_SPECIES

@@ -35,9 +35,11 @@ _SHELF = {
     "FreeFlight": "motions.free_flight",
     "Gravity": "motions.gravity",
     "GreatCircles": "motions.great_circles",
+    "Shear": "motions.shear",
     # impact=
     "Restitution": "contacts.restitution",
     "Loss": "contacts.losses",
+    "Rough": "contacts.rough",
     # walls=
     "Wall": "obstacles.named_walls",
     # obstacles=

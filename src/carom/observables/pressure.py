@@ -71,7 +71,7 @@ class Pressure:
             mass=scene.mass,
             packing_fraction=scene.packing_fraction,
             simple=is_simple(scene),
-            exchanges=hasattr(scene.interaction, "steps"),
+            exchanges=hasattr(scene.interaction, "steps") or getattr(scene.impact, "conserves_energy", False),
         )
 
     @staticmethod

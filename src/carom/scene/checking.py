@@ -9,6 +9,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError, OverlapError
+from carom.models.contacts.rough import Rough, spin_axes
 from carom.models.questions.obstacle import is_periodic
 from carom.scene import box, overlaps
 from carom.scene.overlaps import Room
@@ -84,6 +85,35 @@ def _asked(obstacle: Any, name: str) -> Any:
     while obstacle is not None and not hasattr(obstacle, name):
         obstacle = getattr(obstacle, "obstacle", None)
     return getattr(obstacle, name, None)
+
+
+def checked_spins(
+    spins: Any, n: int, dimension: int, impact: Any, pinned: np.ndarray | None
+) -> np.ndarray | None:
+    """Return the spins of n particles, (n, 1) in the plane and (n, 3) in space, read-only; None if none are
+    given.
+
+    Raises
+    ------
+    InputError
+        If contacts are not rough, or these are not finite numbers of this shape, zero where ``pinned``.
+    """
+    if spins is None:
+        return None
+    if not isinstance(impact, Rough):
+        raise InputError(
+            "spins are of rough particles: give impact=carom.models.Rough(...), or leave out spins."
+        )
+    shape = (n, spin_axes(dimension))
+    found = np.array(spins, dtype=np.float64)
+    if found.shape == (n,) and dimension == 2:
+        found = found[:, None]
+    if found.shape != shape or not (np.abs(found) <= checks.FASTEST).all():
+        raise InputError(f"spins must be {shape} finite numbers, found {checks.describe(spins)}.")
+    if pinned is not None and found[pinned].any():
+        raise InputError("Pinned particles do not spin: set their spins to 0.")
+    found.setflags(write=False)
+    return found
 
 
 def refuse_unlike(contacts: Contacts) -> None:

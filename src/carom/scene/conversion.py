@@ -13,9 +13,11 @@ from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.models import obstacles as _obstacles
+from carom.models.contacts.rough import Rough
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned
 from carom.models.interactions.pinned import mask as pinned_mask
+from carom.models.motions.shear import Shear
 from carom.models.obstacles import named_walls
 from carom.scene import box, overlaps
 from carom.scene.fields import Fields, S
@@ -39,7 +41,7 @@ def from_frame(
     frame: Frame,
     **keywords: Unpack[Keywords],
 ) -> S:
-    """Make a scene from a frame, without its images and time.
+    """Make a scene from a frame, without its images and time; its spins need ``impact=Rough(...)``.
 
     Parameters
     ----------
@@ -63,7 +65,7 @@ def from_frame(
     refuse_unknown("Scene.from_frame", keywords)
     interaction = keywords.get("interaction")
     arguments = of_frame(frame)
-    if frame.positions.size and not getattr(interaction, "penetrable", False):
+    if frame.positions.size and not frame.tilt and not getattr(interaction, "penetrable", False):
         sizes = per_component(arguments["diameter"], "diameter", frame.n)
         edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
         walls = named_walls.named(keywords.get("walls", arguments["walls"]), frame.dimension)
@@ -76,6 +78,16 @@ def from_frame(
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
         given = interaction.which if isinstance(interaction, Pinned) else keywords.get("pinned")
         arguments["positions"] = parted(arguments["positions"], room, contacts, pinned_mask(given, frame.n))
+    if frame.tilt:
+        motion = keywords.get("motion")
+        if not isinstance(motion, Shear):
+            raise InputError(
+                f"The frame is of a sheared box, with a tilt of {frame.tilt:g}: give "
+                "motion=carom.models.Shear(rate)."
+            )
+        keywords["motion"] = motion.tilted(frame.tilt)
+    if isinstance(keywords.get("impact"), Rough):
+        arguments["spins"] = frame.spins
     return cls(**{**arguments, **keywords})
 
 

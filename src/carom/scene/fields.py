@@ -29,6 +29,7 @@ class Fields:
     diameters: np.ndarray
     masses: np.ndarray
     velocities: np.ndarray | None
+    spins: np.ndarray | None
     species: np.ndarray | None
     species_names: tuple[str, ...]
     contact: np.ndarray | None

@@ -71,23 +71,49 @@ class Room:
         Which axes are.
     obstacles : tuple of obstacles
         Without the walls of the axes that are not periodic.
+    tilt : float
+        Of a box that is periodic along all axes: the image one edge up along axis 1 is shifted by ``tilt`` of
+        that edge along axis 0 (``carom.models.Shear``).
     """
 
     box: np.ndarray
     periodic: np.ndarray
     obstacles: Sequence[Obstacle] = ()
+    tilt: float = 0.0
 
     def wrapped(self, positions: np.ndarray) -> np.ndarray:
-        """Return positions (n, d) moved by whole edges into ``0 <= x < edge`` along the periodic axes."""
+        """Return positions (n, d) moved by whole edges into ``0 <= x < edge`` along the periodic axes, or
+        into the tilted cell.
+        """
+        if self.tilt:
+            return self._tilted(wrapped(self._along(positions), self.box), 1.0)
         if self.periodic.all():
             return wrapped(positions, self.box)
         inside = positions.copy()
         inside[:, self.periodic] = wrapped(positions[:, self.periodic], self.box[self.periodic])
         return inside
 
+    def _tilted(self, positions: np.ndarray, sign: float) -> np.ndarray:
+        """Return positions along the axes of the lattice as those in space, or with ``sign = -1`` back."""
+        found = positions.copy()
+        found[:, 0] += sign * self.tilt * positions[:, 1]
+        return found
+
+    def _along(self, positions: np.ndarray) -> np.ndarray:
+        """Return positions as coordinates along the axes of the lattice."""
+        return self._tilted(positions, -1.0) if self.tilt else positions
+
+    def _straight(self, places: np.ndarray) -> tuple[Room, np.ndarray, float]:
+        """Return the same room as one with right angles, the places in it, and how much longer than in space
+        a vector may be there: the norm of the map.
+        """
+        longer = 0.5 * (abs(self.tilt) + math.hypot(self.tilt, 2.0))
+        return Room(self.box, self.periodic), wrapped(self._along(places), self.box), longer
+
     def separations(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
         """Return the vectors (m, d) from i to the nearest image of j, for ``pairs`` (m, 2)."""
         i, j = pairs.T
+        positions = self._along(positions)
         result = np.empty((len(pairs), len(self.box)))
         # One axis at a time takes half as long as all axes at once, which gathers rows of few numbers.
         for axis, (edge, periodic) in enumerate(zip(self.box, self.periodic, strict=True)):
@@ -96,6 +122,8 @@ class Room:
             if periodic:
                 separation -= edge * np.rint(separation / edge)
             result[:, axis] = separation
+        if self.tilt:
+            result[:, 0] += self.tilt * result[:, 1]
         return result
 
     def distances(self, positions: np.ndarray, pairs: np.ndarray) -> np.ndarray:
@@ -137,6 +165,11 @@ class Room:
 
     def between(self, ours: np.ndarray, theirs: np.ndarray, within: float) -> np.ndarray:
         """Return the pairs (m, 2) of one of our places and one of theirs that are nearer than ``within``."""
+        if self.tilt:
+            straight, one, longer = self._straight(ours)
+            near = straight.between(one, self._straight(theirs)[1], longer * within)
+            both = np.concatenate([ours, theirs])
+            return near[self.distances(both, near + np.array([0, len(ours)])) <= within]
         if len(ours) + len(theirs) >= MANY:
             pairs = near_pairs(self.box, self.periodic, ours, theirs, within)
             if pairs is not None:
@@ -150,6 +183,10 @@ class Room:
 
     def near(self, places: np.ndarray, within: float) -> np.ndarray:
         """Return the pairs (m, 2) of places (n, d), inside the box, that are nearer than ``within``."""
+        if self.tilt:
+            straight, along, longer = self._straight(places)
+            near = straight.near(along, longer * within)
+            return near[self.distances(places, near) <= within]
         if len(places) >= MANY:
             pairs = near_pairs(self.box, self.periodic, places, None, within)
             if pairs is not None:

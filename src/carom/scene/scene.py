@@ -16,6 +16,7 @@ from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned
 from carom.models.interactions.pinned import mask as pinned_mask
 from carom.models.motions.free_flight import FreeFlight
+from carom.models.motions.shear import Shear
 from carom.models.obstacles import Obstacle, faces, named_walls
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
@@ -45,6 +46,7 @@ ARGUMENTS = (
     "diameter",
     "mass",
     "velocities",
+    "spins",
     "species",
     "contact",
     "walls",
@@ -77,6 +79,9 @@ class Scene(Fields):
         Mass m, one for all or one for each [mass].
     velocities : (n, d) array_like, optional
         Velocities [length / time]; by default the simulation draws them (Maxwell).
+    spins : (n,) or (n, 3) array_like, optional
+        Angular velocities of rough particles, a number each in the plane, a vector in space; by default they
+        do not spin [1 / time]. Only with ``impact=carom.models.Rough(...)``.
     species : (n,) array_like of int, optional
         Species of each component, counted from 0.
     contact : (K, K) array_like, optional
@@ -157,6 +162,7 @@ class Scene(Fields):
         diameter: float | ArrayLike = 1.0,
         mass: float | ArrayLike = 1.0,
         velocities: ArrayLike | None = None,
+        spins: ArrayLike | None = None,
         species: ArrayLike | None = None,
         contact: ArrayLike | None = None,
         walls: Walls = False,
@@ -192,7 +198,8 @@ class Scene(Fields):
         sides = named_walls.named(walls, dimension)
         repeats = named_walls.periodic_axes(sides, dimension)
         standing = _obstacles.checked(obstacles, edges, repeats, named_walls.standing(sides, edges))
-        room = Room(np.asarray(edges), np.asarray(repeats), standing)
+        tilt = motion.tilt if isinstance(motion, Shear) and dimension > 1 else 0.0
+        room = Room(np.asarray(edges), np.asarray(repeats), standing, tilt)
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)
         faces.refuse_hidden(standing, edges, repeats, 0.5 * float(diameters.min()))
@@ -208,6 +215,7 @@ class Scene(Fields):
             diameters=diameters,
             masses=masses,
             velocities=None if velocities is None else checking.speeds(velocities, places.shape, fixed),
+            spins=checking.checked_spins(spins, n, dimension, impact, fixed),
             species=kinds,
             species_names=_species.names(species_names, kinds),
             contact=matrix,

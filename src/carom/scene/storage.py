@@ -42,7 +42,7 @@ def to_arrays(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
             attributes[name] = float(values[0])
         else:
             arrays[name] = values
-    for name in ("velocities", "species", "contact"):
+    for name in ("velocities", "spins", "species", "contact"):
         if getattr(scene, name) is not None:
             arrays[name] = getattr(scene, name)
     if scene.pinned is not None:
@@ -88,6 +88,7 @@ def from_arrays(
             diameter=arrays["diameter"] if "diameter" in arrays else attributes["diameter"],
             mass=arrays["mass"] if "mass" in arrays else attributes["mass"],
             velocities=arrays.get("velocities"),
+            spins=arrays.get("spins"),
             species=arrays.get("species"),
             contact=arrays.get("contact"),
             walls=tables.walls_from_table(attributes["walls"]),

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def cools(sim: InMotion) -> bool:
     """Return whether contacts lose energy, and growth adds none."""
     system = sim._state.system
-    return not system.elastic and system.rates is None
+    return not system.conserves_energy and system.rates is None
 
 
 class Blocks:

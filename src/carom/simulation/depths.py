@@ -42,6 +42,8 @@ class State(NamedTuple):
     """(n,) [length]."""
     now: float
     """The time in the epoch, as models are told it."""
+    tilt: float = 0.0
+    """Tilt of the lattice (``carom.models.Shear``)."""
 
 
 class Depths:
@@ -84,9 +86,9 @@ def _present(run_state: Any) -> State:
         rows = run_state.engine.state.rows[: system.n]
         x, v, t = (np.asarray(rows[name], np.float64) for name in ("x", "v", "t"))
         positions = x + v * (now - t)[:, None]
-    else:
-        positions = run_state.frame().positions
-    return State(run_state.clock.instant, positions, run_state.diameters, now)
+        return State(run_state.clock.instant, positions, run_state.diameters, now)
+    frame = run_state.frame()
+    return State(run_state.clock.instant, frame.positions, run_state.diameters, now, frame.tilt or 0.0)
 
 
 def _forgets(run_state: Any) -> bool:
@@ -102,7 +104,7 @@ def _forgets(run_state: Any) -> bool:
 def deepest(run_state: Any, state: State) -> float:
     """Return the deepest overlap of a state beyond rounding: of two cores, or with a wall or an obstacle."""
     scene, system = run_state.scene, run_state.system
-    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic), standing(scene))
+    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic), standing(scene), state.tilt)
     state = state._replace(positions=geometry.wrapped(state.positions))
     rounded = float(np.finfo(np.float32).eps) if system.single else float(np.finfo(np.float64).eps)
     slack = overlaps.FLIGHTS * overlaps.rounding(geometry.box, rounded)

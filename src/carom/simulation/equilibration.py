@@ -236,7 +236,7 @@ def drifts(sim: InMotion) -> str | None:
         return "equilibrate(kT=...) needs a temperature that lasts, and growing diameters heat."
     conserves = getattr(scene.interaction, "conserves", None)
     hysteretic = conserves is not None and not conserves(scene.diameter)
-    if not system.elastic or hysteretic or sim._state.engine.model.rules is not None:
+    if not system.conserves_energy or hysteretic or sim._state.engine.model.rules is not None:
         return (
             "equilibrate(kT=...) needs a temperature that lasts, and here contacts or rules change the "
             "energy: leave out kT."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -12,14 +12,18 @@ from carom.arithmetic import power
 from carom.block import Sizes
 from carom.densities import sphere_volume
 from carom.errors import InputError
+from carom.models.motions.shear import Shear
 from carom.models.species import species_count
 from carom.notebook import table
 from carom.scene.temperature import kept_by_motion
 from carom.simulation.depths import folded
 from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.pair_steps import potential_at_start, potential_energy
+from carom.simulation.run_state import spins_of
+from carom.simulation.temperature import stress_time
 
 if TYPE_CHECKING:
+    from carom.scene.scene import Scene
     from carom.simulation.run_state import RunState
 
 
@@ -159,6 +163,11 @@ def _energy_drift(run_state: RunState, present: EnergyMomentum) -> float:
     if run_state.engine.model.rules is not None or run_state.system.drive is not None:
         return math.nan
     scene, before, after = run_state.scene, run_state.start.energy, present.energy
+    stress = stress_time(run_state)
+    if stress is not None and isinstance(scene.motion, Shear):  # less what the stream did
+        after += scene.motion.rate * float(stress[1, 0])
+    before += rotational_energy(scene, scene.spins)
+    after += rotational_energy(scene, spins_of(run_state.engine.model, run_state.unit))
     if run_state.system.stepped:
         after += potential_energy(run_state) - potential_at_start(run_state)
     if hasattr(scene.motion, "potential_energy"):
@@ -169,6 +178,25 @@ def _energy_drift(run_state: RunState, present: EnergyMomentum) -> float:
         before += scene.motion.potential_energy(scene.masses, scene.positions, scene.box)
         after += scene.motion.potential_energy(scene.masses, places, scene.box)
     return abs(after - before) / before if before else 0.0
+
+
+def rotational_energy(scene: Scene, spins: np.ndarray | None) -> float:
+    """Return the energy of rotation of all particles with ``spins`` (n, 1) or (n, 3), or None [energy]."""
+    if spins is None:
+        return 0.0
+    impact: Any = scene.impact
+    inertias = impact.inertias(scene.masses, scene.dimension) * (0.5 * scene.diameters) ** 2
+    return 0.5 * float(inertias @ (spins**2).sum(axis=1))
+
+
+def kT_rotational(run_state: RunState) -> float:
+    """Return twice the energy of rotation over its degrees of freedom [energy]."""
+    spins = spins_of(run_state.engine.model, run_state.unit)
+    if spins is None:
+        raise InputError("The particles are smooth and do not spin: give the scene impact=Rough(...).")
+    scene = run_state.scene
+    free = scene.n if scene.pinned is None else int(np.count_nonzero(~scene.pinned))
+    return 2.0 * rotational_energy(scene, spins) / (free * spins.shape[1])
 
 
 def sizes(run_state: RunState, diameters: np.ndarray, duration: float) -> Sizes | None:

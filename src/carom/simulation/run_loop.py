@@ -139,6 +139,8 @@ def _advance(
         elif code == constants.NEEDS_NEIGHBORS:
             run_state.enlarge_neighbors()
             run_state.schedule()
+        elif code == constants.NEEDS_EVENTS:
+            run_state.schedule()
         elif code == constants.NEEDS_LOG:
             run_state.flush_log()
         if progress is not None:

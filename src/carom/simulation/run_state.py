@@ -10,6 +10,7 @@ import numpy as np
 
 from carom.errors import BusyError, InputError
 from carom.frame import Frame
+from carom.models.motions.shear import Shear
 from carom.models.questions.steps import start_steps
 from carom.scene.temperature import peculiar
 from carom.simulation.call_budget import CYCLES, MOST_SCHEDULED, CallBudget
@@ -57,7 +58,7 @@ class Log(Protocol):
 
 
 class Workers(Protocol):
-    """Several threads for one machine: :class:`carom.simulation.workers.executive.Executive`."""
+    """Several threads for one run: :class:`carom.simulation.workers.executive.Executive`."""
 
     def window(self, stop: tuple[np.int64, float], target: int) -> bool:
         """Run one window; False if the plain cycle is to go on."""
@@ -86,11 +87,15 @@ def frame_of(
     diameters : (n,) array
         At present [length].
     """
+    from carom.engine.lattice import tilt_of
     from carom.engine.projection import project
 
     positions, velocities = np.empty((scene.n, scene.dimension)), np.empty((scene.n, scene.dimension))
     images = None if state.images is None else state.images.copy()
     project(model.motion, model.boundary, state, in_epoch, positions, velocities, images)
+    tilt = tilt_of(model.motion, in_epoch)
+    if tilt:
+        positions[:, 0] += tilt * positions[:, 1]
     return Frame(
         time=float(clock.instant),
         step=step,
@@ -103,7 +108,15 @@ def frame_of(
         species=scene.species,
         species_names=scene.species_names,
         periodic=scene.periodic,
+        spins=spins_of(model, clock.unit),
+        tilt=tilt,
     )
+
+
+def spins_of(model: Any, unit: TimeUnit) -> np.ndarray | None:
+    """Return the spins of rough particles now, (n, 1) or (n, 3) [1 / time]; None where they are smooth."""
+    spins = getattr(model.impact, "spins", None)
+    return None if spins is None else np.asarray(unit.to_scene(spins[:-1], -1))
 
 
 class RunState:
@@ -410,6 +423,10 @@ class RunState:
         unit, thermal = unit_of(self.scene, velocities, rates)
         driven_speed = unit.to_kernel(driven_speed_of(self.scene), -1)
         self.system = dataclasses.replace(self.system, unit=unit, driven_speed=driven_speed)
+        if isinstance(self.system.motion, Shear):
+            self.system = dataclasses.replace(
+                self.system, motion=self.system.motion.tilted(frame.tilt or 0.0)
+            )
         refuse_steep(self.system, thermal)
         if rescaled:
             losses = losses_at(self.scene, slow_speed_of(self.scene, thermal, rates, unit))
@@ -437,6 +454,11 @@ class RunState:
         keep_tallies(old, self.engine, unit.exponent - before.exponent)
         present = unit.to_kernel(instant, 1)
         take_over_all(self.engine.model, old.model, present, passed_in_epoch, unit.exponent - before.exponent)
+        if rescaled and frame.spins is not None:  # by the factor of the velocities
+            earlier, after = (
+                float(np.sum(peculiar(self.scene, v) ** 2)) for v in (frame.velocities, velocities)
+            )
+            self.engine.model.impact.spins[:] *= math.sqrt(after / earlier)
         images = self.engine.state.images
         if frame.images is not None and images is not None:
             images[:] = frame.images

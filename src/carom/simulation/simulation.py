@@ -179,6 +179,18 @@ class Simulation:
 
     @property
     @exclusive
+    def kT_rotational(self) -> float:
+        """Temperature of the spins of rough particles: twice their energy over the number of spins [energy].
+
+        Raises
+        ------
+        InputError
+            If the particles are smooth (``carom.models.Rough``).
+        """
+        return mechanics.kT_rotational(self._state)
+
+    @property
+    @exclusive
     def potential_energy(self) -> float:
         """Potential energy now, of all pairs on steps and of all particles in a field [energy].
 

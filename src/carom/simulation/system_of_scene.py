@@ -14,8 +14,10 @@ from carom.densities import CLOSEST_PACKING
 from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.contacts.restitution import Restitution
+from carom.models.contacts.rough import Rough
 from carom.models.interactions.growing_cores import Growing
 from carom.models.mathematics.parabolas import time_to_moving
+from carom.models.motions.shear import Shear
 from carom.models.obstacles import faces
 from carom.models.obstacles.box_walls import Cushions, cushions
 from carom.models.obstacles.surfaces import Surface
@@ -106,6 +108,8 @@ def slow_speed_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit
     ``rates`` of the radii give to particles that rest. ``thermal`` is in the engine's unit of time.
     """
     speed = unit.to_scene(math.sqrt(thermal.kT / scene.mass), -1)
+    if isinstance(scene.motion, Shear):  # a cold start is heated by the stream
+        speed = max(speed, driven_speed_of(scene))
     if speed == 0.0:
         speed = max(driven_speed_of(scene), 0.0 if rates is None else 2.0 * float(rates.max()))
     return speed
@@ -177,6 +181,10 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         raise InputError("growth is not defined for a scene with pinned components; leave one of them out.")
     if scene.contact is not None:
         raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
+    if isinstance(scene.motion, Shear):
+        raise InputError("growth is not defined for a sheared box; leave one of them out.")
+    if isinstance(scene.impact, Rough):
+        raise InputError("growth is not defined for rough particles, which spin; leave one of them out.")
     if model_checks.is_own(scene.interaction) and rates.any():
         raise InputError(
             f"growth is of Carom's hard cores, and the interaction is a {type(scene.interaction).__name__}, "
@@ -415,7 +423,14 @@ def system_of(
         single=single,
         drive=scene.drive,
         pinned=scene.pinned,
+        spins=None if scene.spins is None else unit.to_kernel(scene.spins, -1),
     )
+    rough = next((each for each in scene.obstacles if getattr(each, "rough", False)), None)
+    if rough is not None and not isinstance(scene.impact, Rough):
+        raise InputError(
+            f"The surface of {rough.name} is rough, and the particles do not spin: give the scene "
+            "impact=Rough(...); with tangential=-1 their own contacts are smooth."
+        )
     if system.drive is not None:
         refuse_drive(system, scene)
     if system.curved and single:

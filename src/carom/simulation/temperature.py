@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from carom.scene.temperature import degrees_of_freedom
 from carom.scene.temperature import temperature as temperature_of
 
@@ -19,9 +21,27 @@ def temperature(run_state: RunState) -> float:
 def kT_time(run_state: RunState) -> float | None:
     """Return the integral of kT since the start [energy time], or None where no contact changes it."""
     from carom.engine.observers.energy import Balance
+    from carom.engine.observers.stream import StreamSums, totals
 
+    stream = run_state.observer(StreamSums)
+    if stream is not None:
+        twice = float(np.trace(totals(stream, run_state.in_epoch())[0]))
+        return run_state.unit.to_scene(twice / degrees_of_freedom(run_state.scene), -1)
     balance = run_state.observer(Balance)
     if balance is None:
         return None
     action = float(balance.action[0] + balance.energy[0] * (run_state.in_epoch() - balance.since[0]))
     return run_state.unit.to_scene(2.0 * action / degrees_of_freedom(run_state.scene), -1)
+
+
+def stress_time(run_state: RunState) -> np.ndarray | None:
+    """Return the integral of the pressure tensor times the volume since the start, (d, d) [energy time], of a
+    sheared box; None elsewhere.
+    """
+    from carom.engine.observers.stream import StreamSums, totals
+
+    stream = run_state.observer(StreamSums)
+    if stream is None:
+        return None
+    flown, virial = totals(stream, run_state.in_epoch())
+    return np.asarray(run_state.unit.to_scene(flown + virial, -1))

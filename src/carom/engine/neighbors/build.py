@@ -93,7 +93,8 @@ def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
     if _is_wide(scheme, system) and system.rates is None:
         for axis, (edge, size) in enumerate(zip(system.box, scheme.shape, strict=True)):
             if system.periodic[axis]:
-                free = 0.5 * (edge / size - system.diameter * (1.0 + ROUNDING_MARGIN))
+                contact = system.diameter * system.stretch[axis]
+                free = 0.5 * (edge / size - contact * (1.0 + ROUNDING_MARGIN))
                 # The images of neighbours must be told apart as before.
                 slacks[axis] = max(SLACK * min(free, 0.25 * edge - edge / size), 0.0)
     return slacks

@@ -42,6 +42,9 @@ def lengths_of(system: System, speed: float, rate: float, alone: bool) -> tuple[
         epoch = min(epoch, power_of_two(LONGEST_PLUNGE * system.smallest / system.plunge))
     if alone and speed > 0.0:
         epoch = cost_model.epoch_of(system, speed, rate)
+    longest = getattr(system.motion, "longest_epoch", lambda: math.inf)()
+    if longest < math.inf:
+        epoch = min(epoch, power_of_two(float(system.unit.to_kernel(longest, 1))))
     width = epoch
     if speed > 0.0 and rate > 0.0:
         width = min(power_of_two(4.0 / (system.n * rate)), epoch)

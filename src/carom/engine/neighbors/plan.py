@@ -158,7 +158,10 @@ def choose(
         if requested == "auto" and cost_model.prefers_everybody(system, side, speed, rate):
             neighbors = "all"
     alone = neighbors == "all"
-    shape = tuple(1 if alone else max(int(edge / side), 1) for edge in system.box)
+    sides = [side * stretch for stretch in system.stretch]
+    shape = tuple(
+        1 if alone else max(int(edge / side), 1) for edge, side in zip(system.box, sides, strict=True)
+    )
     epoch, width = lengths_of(system, speed, rate, alone)
     horizon = short(horizon_of(system, neighbors, shape, ranges))
     return NeighborPlan(

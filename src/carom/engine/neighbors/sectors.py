@@ -12,6 +12,7 @@ from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner, optional
 from carom.compiling.simd import LANES, copy_words, replace_words
 from carom.engine.boundary import index, index_bits, mirror, separation
+from carom.engine.lattice import exit_time_at, position_at
 from carom.engine.neighbors.interface import build, candidates, cross, on_wrap, rebin, transit_time
 from carom.engine.neighbors.prefetch import (
     leaves_first,
@@ -21,7 +22,7 @@ from carom.engine.neighbors.prefetch import (
     stages,
 )
 from carom.engine.state import aligned
-from carom.models.questions.motion import exit_time, position, velocity
+from carom.models.questions.motion import position
 from carom.models.questions.particles import NEVER
 
 PREFETCH_FROM = 50_000
@@ -271,12 +272,9 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     best = NEVER
     exit_face = np.int64(0)
     for axis in range(len(neighbors.sides)):
-        v = np.float64(strip.v[axis])
-        x = position(motion, axis, strip.x[axis], v, now - strip.t)
-        v = velocity(motion, axis, v, now - strip.t)
         cell, side = unwrapped(neighbors, i, axis), neighbors.sides[axis]
         beyond = slack(neighbors.extra_slack, neighbors, i, axis)
-        t, up = exit_time(motion, axis, x, v, side * cell - beyond, side * (cell + 1) + beyond)
+        t, up = exit_time_at(motion, axis, strip, now, side * cell - beyond, side * (cell + 1) + beyond)
         exit_face = 2 * axis + up if t < best else exit_face
         best = min(t, best)
     neighbors.exit_face[i] = exit_face
@@ -302,7 +300,7 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     changed = False
     for axis in range(len(neighbors.sides)):
         v = np.float64(strip.v[axis])
-        x = position(motion, axis, strip.x[axis], v, now - strip.t)
+        x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
         way = best_cell(neighbors, i, axis, x, v)
         new = new * neighbors.shape[axis] + wrap(neighbors, axis, np.int64(neighbors.cell[i, axis]) + way)
         changed |= way != 0
@@ -311,7 +309,7 @@ def _(neighbors: Sectors, motion, boundary, state, i, now):
     remove_member(neighbors, sector_of(neighbors, i), np.uint32(i))
     for axis in range(len(neighbors.sides)):
         v = np.float64(strip.v[axis])
-        x = position(motion, axis, strip.x[axis], v, now - strip.t)
+        x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
         move(neighbors, i, axis, best_cell(neighbors, i, axis, x, v))
 
 
@@ -486,7 +484,7 @@ def _(neighbors: Sectors, motion, boundary, state):
     for i in range(np.uint64(len(state.partner))):
         strip = state.rows[i]
         for axis in range(len(neighbors.sides)):
-            x = position(motion, axis, strip.x[axis], strip.v[axis], now - strip.t)
+            x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
             cell = np.int64(np.floor(x / neighbors.sides[axis]))
             wraps = cell // neighbors.shape[axis]
             neighbors.cell[i, axis] = cell - wraps * neighbors.shape[axis]

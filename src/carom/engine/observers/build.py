@@ -12,9 +12,11 @@ from carom.engine.observers.flights import make_flights
 from carom.engine.observers.interface import Observers, chained
 from carom.engine.observers.own import Own, make_own
 from carom.engine.observers.species import make_by_species
+from carom.engine.observers.stream import make_stream_sums
 from carom.engine.obstacles import numbers_of
 from carom.engine.system import System
 from carom.models.interactions.pinned import PinnedCores
+from carom.models.motions.shear import Shear
 
 
 def make_observers(system: System, pair: Any, velocities: np.ndarray, lossy: bool) -> Observers | None:
@@ -27,6 +29,9 @@ def make_observers(system: System, pair: Any, velocities: np.ndarray, lossy: boo
     kinds = None if system.kinds is None else particles.with_ghost(system.kinds, np.int64)
     if system.straight and lossy:
         made.append(make_balance(particles.masses, velocities, system.still))
+    if isinstance(system.motion, Shear):
+        rate = float(system.unit.to_kernel(system.motion.rate, -1))
+        made.append(make_stream_sums(rate, particles.masses, velocities))
     if kinds is not None:
         made.append(make_by_species(kinds))
     if system.currents:

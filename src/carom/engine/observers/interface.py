@@ -114,6 +114,18 @@ def after_obstacle(observer, model, state, event):
 
 
 @optional
+def before_kick(observer, model, state, i, now):
+    """Observe component i, which is at the time at which a drive kicks it, before its velocity changes."""
+    return
+
+
+@optional
+def after_kick(observer, model, state, i, now):
+    """Observe component i when a drive has kicked it."""
+    return
+
+
+@optional
 def gain(observer, energy, now):
     """Observe the energy that a component gains alone: at an obstacle, or by its rule."""
     return
@@ -186,6 +198,18 @@ def _(observer: Observers, model, state, i, now):
 def _(observer: Observers, model, state, event):
     after_obstacle(observer.head, model, state, event)
     after_obstacle(observer.tail, model, state, event)
+
+
+@before_kick.register
+def _(observer: Observers, model, state, i, now):
+    before_kick(observer.head, model, state, i, now)
+    before_kick(observer.tail, model, state, i, now)
+
+
+@after_kick.register
+def _(observer: Observers, model, state, i, now):
+    after_kick(observer.head, model, state, i, now)
+    after_kick(observer.tail, model, state, i, now)
 
 
 @gain.register

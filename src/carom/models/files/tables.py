@@ -21,11 +21,13 @@ from carom.models.questions.obstacle import Obstacle
 KINDS: dict[str, dict[str, tuple[str, str]]] = {
     "motion": {
         "gravity": ("carom.models.motions.gravity", "Gravity"),
+        "shear": ("carom.models.motions.shear", "Shear"),
         "great-circles": ("carom.models.motions.great_circles", "GreatCircles"),
     },
     "impact": {
         "restitution": ("carom.models.contacts.restitution", "Restitution"),
         "loss": ("carom.models.contacts.losses", "Loss"),
+        "rough": ("carom.models.contacts.rough", "Rough"),
     },
     "drive": {
         "andersen": ("carom.models.drives", "Andersen"),

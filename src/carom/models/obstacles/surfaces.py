@@ -17,6 +17,7 @@ from carom import checks, seeds
 from carom.errors import InputError
 from carom.models.contacts.losses import Law, Loss, kept, never_touched
 from carom.models.contacts.restitution import Restitution
+from carom.models.contacts.rough import Rough
 from carom.models.mathematics.counter_random import normal as draw_normal
 from carom.models.mathematics.counter_random import uniform
 from carom.models.obstacles.outlines import shapes
@@ -129,19 +130,29 @@ class Surface(_Covered):
             )
         self._refuse_covered()
 
+    @property
+    def rough(self) -> bool:
+        """Whether contacts turn particles."""
+        return isinstance(self.loss, Rough)
+
     def glides(self, axis: int) -> bool:
         """Return whether the obstacle exchanges no momentum along an axis."""
-        return hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
+        return not self.rough and hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def at(self, speed: float) -> Surface:
         """Return the surface with the threshold of its restitution, for a thermal ``speed``."""
         return replace(self, loss=self.loss.at(speed)) if isinstance(self.loss, Restitution) else self
 
-    def live(self, particles: Particles) -> Lossy:
+    def live(self, particles: Particles) -> Any:
         """Return the model that the engine compiles."""
-        return Lossy(
+        body = Lossy(
             self._body(particles), self.loss.law(particles), never_touched(particles), np.zeros(2, np.int64)
         )
+        if not isinstance(self.loss, Rough):
+            return body
+        from carom.models.obstacles.rough_surfaces import RoughSurface
+
+        return RoughSurface(body, self.loss.tangential, self.loss.largest_friction)
 
 
 @dataclass(frozen=True)
@@ -235,7 +246,7 @@ class Thermostat(NamedTuple):
     """Numbers that each component has drawn, (n + 1,) int64."""
 
 
-def _passed_on(kind: type) -> None:
+def pass_on(kind: type) -> None:
     """Register answers of a surface that are those of its body."""
 
     @encounter.register(kind)
@@ -271,8 +282,8 @@ def _passed_on(kind: type) -> None:
         return surface_speed(obstacle.body, normal, now)
 
 
-_passed_on(Lossy)
-_passed_on(Thermostat)
+pass_on(Lossy)
+pass_on(Thermostat)
 
 
 @shift_epoch.register

@@ -104,6 +104,7 @@ def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFil
     frame = Frame(
         0.0, 0, scene.positions, velocities, scene.box, scene.diameters, scene.masses,
         species=scene.species, species_names=scene.species_names, periodic=scene.periodic,
+        spins=scene.spins, tilt=getattr(scene.motion, "tilt", None),
     )  # fmt: skip
     with replacing(folder.start) as temporary, io.open(temporary, "w", scene) as writer:
         assert isinstance(writer, io.Writer)

@@ -1,0 +1,226 @@
+"""Where components are, alone and relative to each other: in the box, or in a lattice that tilts.
+
+Of most motions a coordinate depends on itself alone, and relative to each other components fly as their
+coordinates differ. Under shear (``carom.models.motions.shear``) coordinates depend on each other. These
+functions are the only ones that know.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from carom.compiling.registry import inner, optional
+from carom.engine.boundary import count_images, separation
+from carom.models.motions.shear import Sheared, tilt_at
+from carom.models.questions.motion import exit_time, position, velocity
+from carom.models.questions.particles import NEVER
+
+GRADIENT = np.uint64(1)
+"""The axis along which a stream grows; it flows along axis 0."""
+
+
+def tilt_of(motion, now: float) -> float | None:
+    """Return the tilt of the lattice at a time of the epoch; None where none tilts."""
+    return float(tilt_at(motion, now)) if isinstance(motion, Sheared) else None
+
+
+def in_lattice(motion, positions: np.ndarray) -> np.ndarray:
+    """Return positions (n, d) at the start as coordinates along the axes of the lattice, in the box."""
+    if not isinstance(motion, Sheared) or motion.tilt[0] == 0.0:
+        return positions
+    found = positions.copy()
+    found[:, 0] -= motion.tilt[0] * positions[:, 1]
+    return found
+
+
+@optional
+def position_at(motion, axis, x, v, t, now):
+    """Return a coordinate at the time ``now``, a time ``t`` after the state was x, v (d,)."""
+    return position(motion, axis, x[axis], v[axis], t)
+
+
+@optional
+def velocity_at(motion, axis, v, t):
+    """Return a coordinate of the velocity a time ``t`` after it was v (d,)."""
+    return velocity(motion, axis, v[axis], t)
+
+
+@optional
+def relative_at(motion, boundary, i, ref, axis, me, other, now):
+    """Return a coordinate at the time ``now`` of the image that ``ref`` names relative to i, and of its
+    velocity; ``me`` and ``other`` are their old events.
+    """
+    x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+    y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
+    r = separation(boundary, i, ref, axis, y - x)
+    # As the search does, whatever the rows hold: in double precision.
+    v = np.float64(velocity(motion, axis, other.v[axis], now - other.t)) - np.float64(
+        velocity(motion, axis, me.v[axis], now - me.t)
+    )
+    return r, v
+
+
+@optional
+def candidate_at(motion, boundary, i, ref, axis, me, block, half, k, now):
+    """Return the same of a candidate whose old event is in a column of the block."""
+    dimension = len(boundary.edges)
+    elapsed = now - block[half, dimension, k]
+    x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+    y = position(motion, axis, block[half, axis, k], block[half, dimension + 1 + axis, k], elapsed)
+    r = separation(boundary, i, ref, axis, y - x)
+    v = velocity(motion, axis, block[half, dimension + 1 + axis, k], elapsed) - velocity(
+        motion, axis, me.v[axis], now - me.t
+    )
+    return r, v
+
+
+@optional
+def contact_vector(motion, boundary, i, ref, axis, me, other, now):
+    """Return a coordinate of the image relative to i, where the old events of both are those of now."""
+    return separation(boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+
+
+@optional
+def contact_velocity(motion, boundary, i, ref, axis, me, other):
+    """Return a coordinate of its velocity relative to i, where the old events of both are those of now."""
+    return np.float64(other.v[axis]) - np.float64(me.v[axis])
+
+
+@optional
+def exit_time_at(motion, axis, me, now, low, high):
+    """Return the time from now until a coordinate leaves an interval, and at which end: ``exit_time``."""
+    v = np.float64(me.v[axis])
+    x = position(motion, axis, me.x[axis], v, now - me.t)
+    return exit_time(motion, axis, x, velocity(motion, axis, v, now - me.t), low, high)
+
+
+@optional
+def remap(motion, state, edges, length):
+    """At the end of an epoch of this length, lay the lattice anew if it must be; tell whether it was.
+
+    Then everything has to be scheduled again.
+    """
+    return False
+
+
+@position_at.register
+def _(motion: Sheared, axis, x, v, t, now):
+    speed = v[axis] - tilt_at(motion, now) * v[GRADIENT] if axis == 0 else np.float64(v[axis])
+    return x[axis] + speed * t
+
+
+@velocity_at.register
+def _(motion: Sheared, axis, v, t):
+    return v[axis] - motion.rate * v[GRADIENT] * t if axis == 0 else np.float64(v[axis])
+
+
+@inner
+def _apart(motion, boundary, i, ref, axis, me, other, now):
+    x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+    y = position_at(motion, axis, other.x, other.v, now - other.t, now)
+    return separation(boundary, i, ref, axis, y - x)
+
+
+@relative_at.register
+def _(motion: Sheared, boundary, i, ref, axis, me, other, now):
+    r = _apart(motion, boundary, i, ref, axis, me, other, now)
+    v = np.float64(velocity_at(motion, axis, other.v, now - other.t)) - np.float64(
+        velocity_at(motion, axis, me.v, now - me.t)
+    )
+    if axis == 0:
+        up = _apart(motion, boundary, i, ref, 1, me, other, now)
+        r += tilt_at(motion, now) * up
+        v += motion.rate * up
+    return r, v
+
+
+@inner
+def _candidate_apart(motion, boundary, i, ref, axis, me, block, half, k, now):
+    dimension = len(boundary.edges)
+    elapsed = now - block[half, np.uint64(dimension), k]
+    x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+    speed = np.float64(block[half, np.uint64(dimension + 1 + axis), k])
+    if axis == 0:
+        speed -= tilt_at(motion, now) * block[half, np.uint64(dimension + 2), k]
+    return separation(boundary, i, ref, axis, block[half, np.uint64(axis), k] + speed * elapsed - x)
+
+
+@candidate_at.register
+def _(motion: Sheared, boundary, i, ref, axis, me, block, half, k, now):
+    dimension = len(boundary.edges)
+    r = _candidate_apart(motion, boundary, i, ref, axis, me, block, half, k, now)
+    v = np.float64(block[half, np.uint64(dimension + 1 + axis), k])
+    if axis == 0:
+        elapsed = now - block[half, np.uint64(dimension), k]
+        up = _candidate_apart(motion, boundary, i, ref, 1, me, block, half, k, now)
+        r += tilt_at(motion, now) * up
+        v += motion.rate * (up - block[half, np.uint64(dimension + 2), k] * elapsed)
+    return r, v - velocity_at(motion, axis, me.v, now - me.t)
+
+
+@inner
+def _gradient_apart(boundary, i, ref, me, other):
+    difference = np.float64(other.x[GRADIENT]) - np.float64(me.x[GRADIENT])
+    return separation(boundary, i, ref, 1, difference)
+
+
+@contact_vector.register
+def _(motion: Sheared, boundary, i, ref, axis, me, other, now):
+    r = separation(boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
+    if axis == 0:
+        r += tilt_at(motion, now) * _gradient_apart(boundary, i, ref, me, other)
+    return r
+
+
+@contact_velocity.register
+def _(motion: Sheared, boundary, i, ref, axis, me, other):
+    v = np.float64(other.v[axis]) - np.float64(me.v[axis])
+    if axis == 0:
+        v += motion.rate * _gradient_apart(boundary, i, ref, me, other)
+    return v
+
+
+@exit_time_at.register
+def _(motion: Sheared, axis, me, now, low, high):
+    x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+    v = np.float64(velocity_at(motion, axis, me.v, now - me.t))
+    g = 0.0
+    if axis == 0:  # along the tilting axis a flight is a parabola
+        v -= tilt_at(motion, now) * me.v[GRADIENT]
+        g = -2.0 * motion.rate * me.v[GRADIENT]
+    up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
+    root = v * v + 2.0 * g * ((high if up else low) - x)
+    if root < 0.0:  # it turns round before, and leaves at the other end
+        up = np.int64(1) - up
+        back = np.sqrt(max(v * v + 2.0 * g * ((high if up else low) - x), 0.0))
+        return (abs(v) + back) / abs(g), up
+    way = abs(v) + np.sqrt(root)
+    return (max(2.0 * abs((high if up else low) - x) / way, 0.0) if way > 0.0 else NEVER), up
+
+
+@remap.register
+def _(motion: Sheared, state, edges, length):
+    motion.tilt[0] += motion.rate * length
+    turns = np.rint(motion.tilt[0] / motion.ratio)
+    if turns == 0.0:
+        return False
+    motion.tilt[0] -= turns * motion.ratio
+    for i in range(np.uint64(len(state.partner))):
+        me = state.rows[i]
+        x = me.x[np.uint64(0)] + turns * motion.ratio * me.x[GRADIENT]
+        crossings = np.floor(x / edges[0])
+        me.x[np.uint64(0)] = x - crossings * edges[0]
+        count_images(state.images, i, 0, np.int64(crossings))
+        shift_images(state.images, i, np.int64(turns))
+    return True
+
+
+@optional
+def shift_images(images, i, turns):
+    """Refer the images of component i to a lattice whose tilt is less by so many boxes."""
+    return
+
+
+@shift_images.register
+def _(images: np.ndarray, i, turns):
+    images[i, 0] += turns * images[i, 1]

@@ -1,0 +1,146 @@
+"""Energy and pressure tensor of a sheared box (``carom.models.motions.shear``), exact between contacts.
+
+Of peculiar velocities u the sums ``M_ab = sum m u_a u_b`` change in flight, too, since u_0 falls by ``rate
+u_1`` a time: ``M_0b`` is linear in time, and ``M_00`` a parabola. So their integrals are sums over contacts,
+as that of the kinetic energy is elsewhere.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner
+from carom.engine.lattice import contact_vector
+from carom.engine.observers.interface import (
+    after_kick,
+    after_pair,
+    at_epoch,
+    at_rest,
+    before_kick,
+    before_pair,
+)
+from carom.models.copies import copied
+from carom.models.questions.interaction import mass
+from carom.models.questions.memory import copy_state
+
+
+class StreamSums(NamedTuple):
+    """Sums over the peculiar velocities of all components."""
+
+    rate: float
+    """Shear rate."""
+    moments: np.ndarray
+    """``sum m u_a u_b`` at the time ``since``, (d, d)."""
+    integral: np.ndarray
+    """Its integral from the start of the run to ``since``, (d, d)."""
+    virial: np.ndarray
+    """``sum r_a dp_b`` over contacts: r to the partner, dp what the partner gained, (d, d)."""
+    since: np.ndarray
+    """Time of the last change, in the epoch, (1,)."""
+    r: np.ndarray
+    """Room for the vector to a partner, (d,)."""
+
+
+def make_stream_sums(rate: float, masses: np.ndarray, velocities: np.ndarray) -> StreamSums:
+    """Return the sums of components (n,) with peculiar velocities (n, d), before anything has happened."""
+    d = velocities.shape[1]
+    moments = np.einsum("i,ia,ib->ab", masses, velocities, velocities)
+    return StreamSums(rate, moments, np.zeros((d, d)), np.zeros((d, d)), np.zeros(1), np.zeros(d))
+
+
+@inner
+def fly(sums, now):
+    """Let the time until now pass."""
+    moments, integral, d = sums.moments, sums.integral, len(sums.r)
+    t = now - sums.since[0]
+    sums.since[0] = now
+    strain = sums.rate * t
+    for a in range(d):
+        for b in range(d):
+            integral[a, b] += moments[a, b] * t
+    integral[0, 0] += (moments[1, 1] * strain / 3.0 - moments[0, 1]) * strain * t
+    moments[0, 0] += (moments[1, 1] * strain - 2.0 * moments[0, 1]) * strain
+    for b in range(1, d):
+        integral[0, b] -= 0.5 * moments[1, b] * strain * t
+        moments[0, b] -= moments[1, b] * strain
+        integral[b, 0] = integral[0, b]
+        moments[b, 0] = moments[0, b]
+
+
+@inner
+def enter(sums, weight, v, sign):
+    """Add a velocity of a mass to the sums, or take it out."""
+    for a in range(len(sums.r)):
+        for b in range(len(sums.r)):
+            sums.moments[a, b] += sign * weight * np.float64(v[a]) * np.float64(v[b])
+
+
+@inner
+def enter_pair(sums, model, state, event, sign):
+    """Add the velocities of a pair and the momentum of the partner, or take them out."""
+    me, other = state.rows[event.i], state.rows[event.j]
+    enter(sums, mass(model.pair, np.int64(event.i)), me.v, sign)
+    weight = mass(model.pair, np.int64(event.j))
+    enter(sums, weight, other.v, sign)
+    for a in range(len(sums.r)):
+        for b in range(len(sums.r)):
+            sums.virial[a, b] += sign * sums.r[a] * weight * np.float64(other.v[b])
+
+
+@before_pair.register
+def _(observer: StreamSums, model, state, event):
+    fly(observer, event.now)
+    me, other = state.rows[event.i], state.rows[event.j]
+    for axis in range(len(observer.r)):
+        observer.r[axis] = contact_vector(
+            model.motion, model.boundary, event.i, event.ref, axis, me, other, event.now
+        )
+    enter_pair(observer, model, state, event, -1.0)
+
+
+@after_pair.register
+def _(observer: StreamSums, model, state, event):
+    enter_pair(observer, model, state, event, 1.0)
+
+
+@before_kick.register
+def _(observer: StreamSums, model, state, i, now):
+    fly(observer, now)
+    enter(observer, mass(model.pair, np.int64(i)), state.rows[i].v, -1.0)
+
+
+@after_kick.register
+def _(observer: StreamSums, model, state, i, now):
+    enter(observer, mass(model.pair, np.int64(i)), state.rows[i].v, 1.0)
+
+
+@at_epoch.register
+def _(observer: StreamSums, model, state, length):
+    # From the velocities again: rounding errors do not accumulate.
+    fly(observer, length)
+    observer.moments[:] = 0.0
+    for i in range(len(state.rows) - 1):  # the last row is the ghost
+        enter(observer, mass(model.pair, i), state.rows[i].v, 1.0)
+    observer.since[0] = 0.0
+
+
+@at_rest.register
+def _(observer: StreamSums, now, since):
+    fly(observer, now)
+    observer.since[0] = since
+
+
+@copy_state.register
+def _(model: StreamSums, before, instant, passed, slower):
+    integral, virial = totals(before, passed)
+    model.integral[:] = np.ldexp(integral, slower)
+    model.virial[:] = np.ldexp(virial, slower)
+
+
+def totals(sums: StreamSums, now: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the integral of the moments and the sum of the virial until a time of the epoch, (d, d) each."""
+    present = copied(sums)
+    fly(present, now)
+    return present.integral, present.virial

@@ -1,0 +1,134 @@
+"""Uniform shear: a periodic lattice that tilts with the flow (Lees and Edwards, J. Phys. C 5 (1972) 1921).
+
+The stream is along axis 0 and grows along axis 1. The engine keeps coordinates along the axes of the tilted
+lattice, and *peculiar* velocities, those relative to the stream. In these the box is an ordinary torus: who
+crosses a face keeps its velocity, and no image moves. With the tilt s, the strain since the lattice was
+rectangular, the coordinates are ``y_0 = x_0 - s x_1`` and ``y_a = x_a``. The velocities are ``u_0 = v_0 -
+rate x_1`` and ``u_a = v_a``.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.compiling.registry import inner
+from carom.errors import InputError
+from carom.models.questions.motion import position, velocity
+from carom.models.questions.particles import Particles
+
+LONGEST_STRAIN = 0.125
+"""Strain of an epoch, at most: sectors are wide enough for the tilt at its end."""
+
+
+@dataclass(frozen=True)
+class Shear:
+    """A uniform shear flow, in two dimensions or more, in a box that is periodic along all axes.
+
+    Parameters
+    ----------
+    rate : float
+        Shear rate [1 / time]: the stream is ``rate x_1`` along axis 0.
+    tilt : float
+        Strain of the lattice at the start: the image of a particle one edge up along axis 1 is shifted by
+        ``tilt`` of that edge along axis 0.
+
+    Raises
+    ------
+    InputError
+        If a value is not a finite number.
+
+    Notes
+    -----
+    Velocities of scenes and frames are peculiar ones, relative to the stream. No force acts: the stream is
+    kept by the images that move (Lees and Edwards). The energy of the peculiar motion grows by ``-rate P_01
+    V`` a time.
+
+    Examples
+    --------
+    >>> Shear(0.5).rate
+    0.5
+    """
+
+    rate: float
+    tilt: float = 0.0
+
+    straight = False
+
+    def __post_init__(self) -> None:
+        rate = checks.number(self.rate, "rate of Shear", low=-checks.FASTEST, high=checks.FASTEST)
+        object.__setattr__(self, "rate", rate)
+        object.__setattr__(self, "tilt", checks.number(self.tilt, "tilt of Shear"))
+
+    def check(self, scene: Any) -> None:
+        """Raise InputError if a ``scene`` cannot be sheared."""
+        if scene.dimension < 2:
+            raise InputError("Shear is a flow along one axis that grows along another; found one dimension.")
+        if not all(scene.periodic):
+            raise InputError("Shear needs a box that is periodic along all axes; leave out the walls.")
+        if scene.obstacles or scene.pinned is not None:
+            raise InputError(
+                "Obstacles and pinned particles would hold the stream; leave them out, or Shear."
+            )
+        if hasattr(scene.interaction, "steps") or getattr(scene.interaction, "decides", False):
+            name = type(scene.interaction).__name__
+            raise InputError(f"Shear is for hard cores, and {name} keeps pairs in lists; leave out one.")
+
+    def stretch(self, box: tuple[float, ...]) -> tuple[float, ...]:
+        """Return how much longer a vector may be along each axis of the lattice than it is."""
+        most = 0.5 * box[0] / box[1] + LONGEST_STRAIN
+        return (math.hypot(1.0, most), *(1.0,) * (len(box) - 1))
+
+    def longest_epoch(self) -> float:
+        """Return the longest time in which the tilt changes little [time]."""
+        return LONGEST_STRAIN / abs(self.rate) if self.rate else math.inf
+
+    def pace(self, diameter: float) -> float:
+        """Return the difference of the stream over a ``diameter`` [length / time]."""
+        return abs(self.rate) * diameter
+
+    def tilted(self, tilt: float) -> Shear:
+        """Return the same flow in a lattice of another tilt."""
+        return dataclasses.replace(self, tilt=tilt)
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the arguments, for a file."""
+        return {"type": "shear", "rate": self.rate, "tilt": self.tilt}
+
+    def model(self, particles: Particles) -> Sheared:
+        """Return the model that the engine compiles."""
+        ratio = particles.box[0] / particles.box[1]
+        tilt = self.tilt - ratio * round(self.tilt / ratio)
+        return Sheared(float(particles.unit.to_kernel(self.rate, -1)), ratio, np.array([tilt]))
+
+
+class Sheared(NamedTuple):
+    """A tilting lattice."""
+
+    rate: float
+    """Shear rate."""
+    ratio: float
+    """Edge along the stream over that along its gradient: lattices whose tilts differ by it are the same."""
+    tilt: np.ndarray
+    """Tilt at the beginning of the epoch, (1,) float64."""
+
+
+@inner
+def tilt_at(motion, now):
+    """Return the tilt at a time of the epoch."""
+    return motion.tilt[0] + motion.rate * now
+
+
+@position.register
+def _(motion: Sheared, axis, x, v, t):
+    return x + v * t
+
+
+@velocity.register
+def _(motion: Sheared, axis, v, t):
+    return v

@@ -1,0 +1,241 @@
+"""Uniform shear: against all pairs and images, exact balances, published steady states, and files."""
+
+import ase.io
+import MDAnalysis
+import numpy as np
+import pytest
+from helpers.sheared import Naive
+
+import carom
+from carom.models import Andersen, Ball, Rough, Shear
+from carom.models.contacts.restitution import Restitution
+from carom.scene.overlaps import Room
+from carom.simulation.replay import Replay
+from carom.simulation.temperature import stress_time
+
+
+def gas(d, n=100, packing_fraction=0.2, rate=0.7, seed=1, **given):
+    return carom.Scene.random(n, packing_fraction, d, seed=seed, motion=Shear(rate), **given)
+
+
+@pytest.mark.parametrize(("box", "n", "restitution"), [
+    ((7.0, 6.0), 16, 1.0), ((12.0, 11.0), 40, 0.9), ((6.0, 5.6, 5.8), 20, 0.9),
+    ((5.0, 4.0, 4.5, 4.2), 16, 1.0),
+], ids=["images of a small box", "wide box", "space", "four dimensions"])  # fmt: skip
+def test_collisions_are_those_of_all_pairs_and_images(box, n, restitution):
+    rng, d = np.random.default_rng(5), len(box)
+    side = int(np.ceil(n ** (1 / d)))
+    places = (np.argwhere(np.ones((side,) * d))[:n] + 0.5) * np.array(box) / side
+    places += rng.uniform(-0.05, 0.05, places.shape)
+    peculiar = rng.normal(size=places.shape)
+    peculiar -= peculiar.mean(axis=0)
+    naive = Naive(places, peculiar, box, 0.7, restitution)
+    scene = carom.Scene(
+        places, box, velocities=peculiar, motion=Shear(0.7), impact=Restitution(restitution, elastic_below=None if restitution == 1.0 else 1e-12),
+    )  # fmt: skip
+    sim = carom.Simulation(scene)
+    for _ in range(4):
+        naive.run(8)
+        sim.run(collisions=8)
+        # Chaos: an error grows about tenfold with a collision of each, of which there are at most four.
+        assert sim.time == pytest.approx(naive.time, rel=1e-9)
+        assert sim.frame().velocities == pytest.approx(naive.peculiar, abs=1e-7)
+    assert sim.statistics.worst_overlap == 0.0 or sim.statistics.worst_overlap < 1e-13
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_no_shear_is_free_flight_to_the_last_bit(d):
+    still = carom.Simulation(gas(d, 400, rate=0.0), seed=1)
+    free = carom.Simulation(
+        carom.Scene.random(400, 0.2, d, seed=1), seed=1, tuning=carom.Tuning(neighbors="sectors")
+    )
+    for sim in (still, free):
+        sim.run(collisions=5000)
+    assert still.frame().positions.tobytes() == free.frame().positions.tobytes()
+
+
+@pytest.mark.parametrize("law", [{}, {"impact": Rough(tangential=1.0)}], ids=["smooth", "rough"])
+@pytest.mark.parametrize(("d", "n"), [(2, 20), (2, 300), (3, 300)])
+def test_energy_grows_by_the_work_of_the_stream(d, n, law):
+    sim = carom.Simulation(gas(d, n, **law), seed=1)
+    start = sim.kT
+    sim.run(collisions_per_particle=40)
+    assert sim.kT > 1.5 * start
+    assert sim.statistics.energy_drift < 1e-12
+    assert sim.statistics.momentum_drift < 1e-13
+    assert sim.statistics.worst_overlap < 1e-12
+
+
+def test_the_balance_holds_for_mixtures_after_rescaling_and_beside_kicks():
+    species = [carom.Species(count=60), carom.Species(count=60, diameter=0.5, mass=0.2)]
+    scene = carom.Scene.random(None, 0.3, 2, species=species, seed=1, motion=Shear(0.5))
+    sim = carom.Simulation(scene, seed=1)
+    sim.run(collisions=2000)
+    stress = stress_time(sim._state)
+    sim.rescale(1.0)
+    assert stress_time(sim._state) == pytest.approx(stress, rel=1e-12)
+    before = stress[1, 0]
+    energy = 0.5 * sim.degrees_of_freedom * sim.kT
+    sim.run(collisions=2000)
+    gained = 0.5 * sim.degrees_of_freedom * sim.kT - energy
+    assert gained == pytest.approx(-0.5 * (stress_time(sim._state)[1, 0] - before), rel=1e-11)
+    bath = carom.Simulation(scene.replace(drive=Andersen(kT=1.0, rate=3.0)), seed=1)
+    bath.run(collisions_per_particle=50)
+    start, since = stress_time(bath._state), bath.time
+    block = bath.run(collisions_per_particle=200)
+    mean = (stress_time(bath._state) - start) / (bath.time - since)
+    # The bath takes what the stream gives; kT is above that of the bath, whose kicks are rare.
+    assert 1.0 < block.kT < 1.3
+    assert mean[0, 1] < 0.0
+    assert mean[0, 1] == pytest.approx(mean[1, 0], rel=1e-9)
+
+
+def test_time_runs_backwards():
+    scene = gas(2, 30)
+    sim = carom.Simulation(scene, seed=1)
+    sim.run(collisions=60)
+    there = sim.frame()
+    assert abs(there.time * 0.7) > 0.4
+    back = carom.Simulation(
+        carom.Scene(there.positions, scene.box, velocities=-there.velocities, motion=Shear(-0.7, there.tilt))
+    )
+    back.run(time=there.time)
+    distance = back.frame().positions - scene.positions
+    distance -= np.rint(distance / scene.box) * scene.box
+    assert np.abs(distance).max() < 1e-6
+
+
+def test_frames_and_checkpoints_leave_no_trace(tmp_path):
+    scene = gas(3, 300)
+    whole = carom.Simulation(scene, seed=1)
+    whole.run(collisions=6000)
+    parts = carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5")
+    for _ in range(30):
+        parts.run(collisions=100)
+        parts.frame()
+    parts.save(tmp_path / "half.h5")
+    resumed = carom.Simulation.load(tmp_path / "half.h5")
+    resumed.run(collisions=6000 - resumed.collisions)
+    resumed.close()
+    for name in ("positions", "velocities", "images"):
+        assert getattr(resumed.frame(), name).tobytes() == getattr(whole.frame(), name).tobytes()
+    assert resumed.frame().tilt == whole.frame().tilt
+    assert stress_time(resumed._state).tobytes() == stress_time(whole._state).tobytes()
+    replay = Replay(tmp_path / "events.h5")
+    while replay.step():
+        pass
+    assert replay.frame().positions.tobytes() == whole.frame().positions.tobytes()
+
+
+def test_unwrapped_paths_are_continuous():
+    sim = carom.Simulation(gas(2, 20, 0.05), seed=1)
+    before = sim.frame()
+    for _ in range(200):
+        sim.run(time=0.02)
+        frame = sim.frame()
+        lab = before.velocities + 0.7 * np.outer(before.unwrapped[:, 1], [1.0, 0.0])
+        moved = frame.unwrapped - before.unwrapped
+        # Nobody collides twice in so short a time, and a collision changes a velocity by some thermal ones.
+        speeds = np.abs(lab).max() + 8.0
+        assert np.abs(moved).max() < 0.02 * speeds
+        before = frame
+    assert sim.time * 0.7 > 2.0
+
+
+def test_uniform_shear_of_inelastic_spheres_has_the_published_rate():
+    scene = carom.Scene.random(1372, density=0.5, seed=1, motion=Shear(1.0), impact=0.9)
+    sim = carom.Simulation(scene, kT=1.3, seed=1)
+    sim.run(time=20.0)
+    start = stress_time(sim._state)
+    block = sim.run(time=60.0)
+    mean = (stress_time(sim._state) - start) / block.duration / scene.volume
+    # DynamO's own test of this system (shearing_test.cpp) says 0.1132, within 1 %.
+    assert 1372 * block.duration / (2 * block.collisions) == pytest.approx(0.1132, rel=0.01)
+    # A naive driver had T = 1.312(5), -P_01 = 0.571(6), p = 2.08(1); three errors of 60 strains each.
+    assert block.kT == pytest.approx(1.312, abs=0.03)
+    assert -mean[0, 1] == pytest.approx(0.571, abs=0.03)
+    assert np.trace(mean) / 3 == pytest.approx(2.08, abs=0.05)
+
+
+def test_distances_in_a_tilted_cell_are_those_of_the_nearest_image():
+    rng = np.random.default_rng(2)
+    box, tilt = np.array([6.0, 5.0, 4.0]), 0.55
+    room = Room(box, np.ones(3, bool), (), tilt)
+    places = room.wrapped(rng.uniform(-9.0, 9.0, (60, 3)))
+    pairs = np.stack(np.triu_indices(60, 1), axis=1)
+    cell = np.diag(box)
+    cell[1, 0] = tilt * box[1]
+    turns = np.stack(np.meshgrid(*[np.arange(-2, 3)] * 3), axis=-1).reshape(-1, 3) @ cell
+    told = np.array([np.linalg.norm(places[j] - places[i] + turns, axis=1).min() for i, j in pairs])
+    close = told < 1.5
+    assert room.distances(places, pairs)[close] == pytest.approx(told[close], rel=1e-12)
+    assert {tuple(sorted(each)) for each in room.near(places, 1.5).tolist()} == {
+        tuple(each) for each in pairs[close].tolist()
+    }
+    found = room.between(places[:30], places[30:], 1.5)
+    assert len(found) == sum(1 for i, j in pairs[close] if i < 30 <= j)
+
+
+@pytest.mark.parametrize("suffix", ["h5md", "extxyz", "gsd"])
+@pytest.mark.parametrize("d", [2, 3])
+def test_files_hold_the_tilted_cell_and_a_run_goes_on_from_them(suffix, d, tmp_path):
+    scene = gas(d)
+    sim = carom.Simulation(scene, seed=1)
+    path = tmp_path / f"run.{suffix}"
+    sim.write(path, every=0.25, count=5)
+    with carom.io.open(path) as frames:
+        last = frames[-1]
+    mine = sim.frame()
+    assert last.tilt == mine.tilt != 0.0
+    rounding = 0.0 if suffix != "gsd" else 1e-6
+    assert last.positions == pytest.approx(mine.positions, abs=rounding * 10.0)
+    again = carom.Scene.from_frame(last, motion=Shear(0.7))
+    more = carom.Simulation(again)
+    more.run(collisions=200)
+    assert more.statistics.worst_overlap < 1e-12
+    universe = carom.io.universe(path)
+    universe.trajectory[-1]
+    cell = np.diag([*scene.box, *[max(scene.box)] * (3 - d)])
+    cell[1, 0] = mine.tilt * scene.box[1]
+    assert universe.trajectory.ts.triclinic_dimensions == pytest.approx(cell, abs=1e-5)
+    if suffix == "extxyz":
+        atoms = ase.io.read(path)
+        assert atoms.cell[:] == pytest.approx(cell)
+        assert carom.io.from_ase(atoms).tilt == mine.tilt
+    if suffix == "h5md":
+        plain = MDAnalysis.Universe(str(path))
+        plain.trajectory[-1]
+        assert plain.trajectory.ts.triclinic_dimensions == pytest.approx(cell, abs=1e-5)
+
+
+def test_lammps_and_ovito_see_the_tilted_cell(tmp_path):
+    sim = carom.Simulation(gas(3), seed=1)
+    sim.run(time=0.5)
+    sim.write(tmp_path / "run.extxyz", every=0.1, count=1)
+    carom.io.convert(tmp_path / "run.extxyz", tmp_path / "run.lammpstrj")
+    path, kind, frame = str(tmp_path / "run.lammpstrj"), "LAMMPSDUMP", sim.frame()
+    universe = MDAnalysis.Universe(path, format=kind, topology_format=kind)
+    universe.trajectory[-1]
+    cell = np.diag(frame.box)
+    cell[1, 0] = frame.tilt * frame.box[1]
+    assert universe.trajectory.ts.triclinic_dimensions == pytest.approx(cell, abs=1e-4)
+    pytest.importorskip("ovito")
+    assert np.asarray(frame.to_ovito().cell)[:, :3] == pytest.approx(cell.T)
+
+
+@pytest.mark.parametrize(("change", "said"), [
+    (lambda: carom.Scene.random(10, 0.2, 1, motion=Shear(1.0)), "found one dimension"),
+    (lambda: gas(2, 10, walls="y"), "leave out the walls"),
+    (lambda: carom.Scene([[5, 5]], 9.0, motion=Shear(1.0), obstacles=[Ball([1, 1], 0.5)]), "hold the stream"),
+    (lambda: carom.Scene.random(
+        20, 0.2, 2, motion=Shear(1.0), interaction=carom.models.SquareWell(1.5, 1.0)), "in lists"),
+    (lambda: carom.Simulation(gas(2), growth=0.1), "growth is not defined for a sheared box"),
+    (lambda: carom.Simulation(gas(2), tuning=carom.Tuning(neighbors="lists")), "use neighbors='sectors'"),
+    (lambda: carom.Simulation(gas(2), tuning=carom.Tuning(precision="single")), "Single precision is for straight flight"),
+    (lambda: carom.Scene.from_frame(next(carom.Simulation(gas(2)).sample(every=0.1))), "sheared box"),
+    (lambda: Shear(float("nan")), "rate of Shear"),
+], ids=range(9))  # fmt: skip
+def test_what_cannot_be_sheared_is_one_sentence(change, said):
+    with pytest.raises(carom.InputError, match=said) as caught:
+        change()
+    assert "\n" not in str(caught.value)
