@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from carom.notebook import table
 
@@ -40,6 +40,29 @@ class Energy(NamedTuple):
     kT: float
 
 
+class MomentumFlux(NamedTuple):
+    """Momentum along each axis that passes through a box along each axis, times its edge, over a stretch.
+
+    Attributes
+    ----------
+    carried : (d, d) array
+        Integral of ``sum m u_a u_b`` over time [energy time].
+    handed_over : (d, d) array
+        ``sum r_a dp_b`` over collisions [energy time].
+    """
+
+    carried: Any
+    handed_over: Any
+
+    def minus(self, other: MomentumFlux) -> MomentumFlux:
+        """Return what came since another."""
+        return MomentumFlux(self.carried - other.carried, self.handed_over - other.handed_over)
+
+    def plus(self, other: MomentumFlux) -> MomentumFlux:
+        """Return the sum with another."""
+        return MomentumFlux(self.carried + other.carried, self.handed_over + other.handed_over)
+
+
 class Block(NamedTuple):
     """Sums over the collisions of one stretch of time.
 
@@ -69,6 +92,8 @@ class Block(NamedTuple):
         Integral of kT over the stretch [energy time], where contacts change it (restitution, growth, steps).
     sizes : Sizes or None
         Averages over the stretch, if diameters grow. Not known of sums since the start.
+    momentum_flux : MomentumFlux or None
+        What makes the pressure tensor of a sheared box; None elsewhere.
     """
 
     duration: float
@@ -81,6 +106,7 @@ class Block(NamedTuple):
     surface_changes: tuple[float, ...] = ()
     works: tuple[float, ...] = ()
     energy: Energy | None = None
+    momentum_flux: MomentumFlux | None = None
 
     def _repr_html_(self) -> str:
         rows = [("duration", f"{self.duration:.6g}"), ("collisions", f"{self.collisions}")]

@@ -11,7 +11,12 @@ from carom.models import Andersen, Ball, Rough, Shear
 from carom.models.contacts.restitution import Restitution
 from carom.scene.overlaps import Room
 from carom.simulation.replay import Replay
-from carom.simulation.temperature import stress_time
+from carom.simulation.temperature import momentum_flux
+
+
+def flux(sim):
+    """Return the integral of the pressure tensor times the volume since the start, (d, d)."""
+    return sum(momentum_flux(sim._state))
 
 
 def gas(d, n=100, packing_fraction=0.2, rate=0.7, seed=1, **given):
@@ -70,19 +75,19 @@ def test_the_balance_holds_for_mixtures_after_rescaling_and_beside_kicks():
     scene = carom.Scene.random(None, 0.3, 2, species=species, seed=1, motion=Shear(0.5))
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions=2000)
-    stress = stress_time(sim._state)
+    stress = flux(sim)
     sim.rescale(1.0)
-    assert stress_time(sim._state) == pytest.approx(stress, rel=1e-12)
+    assert flux(sim) == pytest.approx(stress, rel=1e-12)
     before = stress[1, 0]
     energy = 0.5 * sim.degrees_of_freedom * sim.kT
     sim.run(collisions=2000)
     gained = 0.5 * sim.degrees_of_freedom * sim.kT - energy
-    assert gained == pytest.approx(-0.5 * (stress_time(sim._state)[1, 0] - before), rel=1e-11)
+    assert gained == pytest.approx(-0.5 * (flux(sim)[1, 0] - before), rel=1e-11)
     bath = carom.Simulation(scene.replace(drive=Andersen(kT=1.0, rate=3.0)), seed=1)
     bath.run(collisions_per_particle=50)
-    start, since = stress_time(bath._state), bath.time
+    start, since = flux(bath), bath.time
     block = bath.run(collisions_per_particle=200)
-    mean = (stress_time(bath._state) - start) / (bath.time - since)
+    mean = (flux(bath) - start) / (bath.time - since)
     # The bath takes what the stream gives; kT is above that of the bath, whose kicks are rare.
     assert 1.0 < block.kT < 1.3
     assert mean[0, 1] < 0.0
@@ -119,7 +124,7 @@ def test_frames_and_checkpoints_leave_no_trace(tmp_path):
     for name in ("positions", "velocities", "images"):
         assert getattr(resumed.frame(), name).tobytes() == getattr(whole.frame(), name).tobytes()
     assert resumed.frame().tilt == whole.frame().tilt
-    assert stress_time(resumed._state).tobytes() == stress_time(whole._state).tobytes()
+    assert flux(resumed).tobytes() == flux(whole).tobytes()
     replay = Replay(tmp_path / "events.h5")
     while replay.step():
         pass
@@ -144,16 +149,22 @@ def test_unwrapped_paths_are_continuous():
 def test_uniform_shear_of_inelastic_spheres_has_the_published_rate():
     scene = carom.Scene.random(1372, density=0.5, seed=1, motion=Shear(1.0), impact=0.9)
     sim = carom.Simulation(scene, kT=1.3, seed=1)
-    sim.run(time=20.0)
-    start = stress_time(sim._state)
-    block = sim.run(time=60.0)
-    mean = (stress_time(sim._state) - start) / block.duration / scene.volume
+    sim.run(time=40.0)
+    before = sim.collisions
+    tensor, pressure = sim.measure(carom.PressureTensor(), carom.Pressure(), time=300.0)
     # DynamO's own test of this system (shearing_test.cpp) says 0.1132, within 1 %.
-    assert 1372 * block.duration / (2 * block.collisions) == pytest.approx(0.1132, rel=0.01)
-    # A naive driver had T = 1.312(5), -P_01 = 0.571(6), p = 2.08(1); three errors of 60 strains each.
-    assert block.kT == pytest.approx(1.312, abs=0.03)
-    assert -mean[0, 1] == pytest.approx(0.571, abs=0.03)
-    assert np.trace(mean) / 3 == pytest.approx(2.08, abs=0.05)
+    assert 1372 * 300.0 / (2 * (sim.collisions - before)) == pytest.approx(0.1132, rel=0.01)
+    # A naive driver had T = 1.312(5), viscosity 0.571(6), p = 2.08(1), N1 / p = 0.043(7), N2 / p = 0.029(4).
+    # Here 300 strains, as kT changes over some ten: four errors of both.
+    p = tensor.pressure
+    for found, told, error in (
+        (tensor.viscosity, 0.571, 0.006), (p, 2.08, 0.01),
+        (tensor.normal_stresses[0].scaled(1.0 / p.mean), 0.043, 0.007),
+        (tensor.normal_stresses[1].scaled(1.0 / p.mean), 0.029, 0.004),
+    ):  # fmt: skip
+        assert found.mean == pytest.approx(told, abs=4.0 * np.hypot(error, found.error))
+    assert pressure.kT == pytest.approx(1.312, abs=0.03)
+    assert pressure.pressure.mean == pytest.approx(p.mean, rel=1e-9)
 
 
 def test_distances_in_a_tilted_cell_are_those_of_the_nearest_image():

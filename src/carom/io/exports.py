@@ -70,11 +70,14 @@ def _kinds(frame: Frame) -> np.ndarray:
 
 
 def _dump(frame: Frame, k: int, file: TextIO) -> None:
-    """Write one frame of a dump. Its time step is the number of the frame; the time is an item of its own."""
+    """Write one frame of a dump, with the number of the frame in place of a time step.
+
+    LAMMPS may write the time, too, as an item that MDAnalysis cannot read.
+    """
     # Axes that a frame lacks are periodic, as LAMMPS needs them in two dimensions.
     flags = [*frame.periodic, *[True] * (3 - frame.dimension)]
     images = np.zeros((frame.n, frame.dimension), np.int32) if frame.images is None else frame.images
-    file.write(f"ITEM: TIMESTEP\n{k}\nITEM: TIME\n{frame.time:.17g}\nITEM: NUMBER OF ATOMS\n{frame.n}\n")
+    file.write(f"ITEM: TIMESTEP\n{k}\nITEM: NUMBER OF ATOMS\n{frame.n}\n")
     bounds, tilts = _bounds(frame), [""] * 3
     head = " ".join("pp" if flag else "ff" for flag in flags)
     if frame.tilt is not None:  # the ends of a tilted cell, not of its edges

@@ -13,6 +13,7 @@ import numpy as np
 from carom import theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
+from carom.models.motions.shear import Shear
 from carom.observables.course import Course
 from carom.observables.statistics import Estimate
 from carom.results import Result
@@ -71,7 +72,7 @@ class Pressure:
             mass=scene.mass,
             packing_fraction=scene.packing_fraction,
             simple=is_simple(scene),
-            exchanges=hasattr(scene.interaction, "steps") or getattr(scene.impact, "conserves_energy", False),
+            exchanges=_keeps_its_temperature(scene),
         )
 
     @staticmethod
@@ -321,6 +322,14 @@ class PressureResult(Result):
             n=self.n,
             equation=theory.best(self.dimension) if equation is None else equation,
         )
+
+
+def _keeps_its_temperature(scene: Scene) -> bool:
+    """Tell whether kT only fluctuates, where contacts change it: in exchange with another energy, or as the
+    stream of a sheared box makes up for what is lost.
+    """
+    stepped, sheared = hasattr(scene.interaction, "steps"), isinstance(scene.motion, Shear)
+    return stepped or sheared or bool(getattr(scene.impact, "conserves_energy", False))
 
 
 def without_pressure(scene: Scene) -> str | None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.block import Block
 from carom.errors import InputError
+from carom.models.motions.shear import Shear
 from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure import without_pressure
 from carom.observables.statistics import Estimate, arrays, ratio, shown
@@ -91,6 +92,9 @@ class PressureTensor:
     1)``. All of it is then scaled so that its trace is ``n d kT``. The trace of P is so d times the pressure
     of :class:`carom.Pressure` in the same stretch, where no contact loses energy.
 
+    In a sheared box (``carom.models.Shear``) velocities are those relative to the stream, which fall in
+    flight; the integral is exact. The result then has a ``viscosity`` and ``normal_stresses``.
+
     With walls or obstacles it is the average over the whole box. P_aa is then the force on the walls of axis
     a times the free length of the axis, over the volume of the box.
 
@@ -107,15 +111,17 @@ class PressureTensor:
         """Raise InputError if events do not tell the pressure tensor of a ``scene``."""
         if reason := without_pressure(scene):
             raise InputError(reason)
+        if isinstance(scene.motion, Shear):
+            return  # its blocks have the sums, whatever else changes velocities
         if scene.drive is not None or getattr(scene.interaction, "decides", False):
             raise InputError(
                 "PressureTensor needs velocities that change at events only; here a drive or rules change "
                 "them, so measure carom.Pressure()."
             )
 
-    def begin(self, scene: Scene, frame: Frame) -> TensorSums:
+    def begin(self, scene: Scene, frame: Frame) -> TensorSums | StreamTensor:
         """Return the sums of a stretch that begins with the ``frame``."""
-        return TensorSums(scene, frame)
+        return StreamTensor(scene) if isinstance(scene.motion, Shear) else TensorSums(scene, frame)
 
 
 class TensorSums:
@@ -171,17 +177,67 @@ class TensorSums:
         heat = n * d * np.trace(flown, axis1=1, axis2=2) / degrees_of_freedom(scene)
         carried *= (heat / np.trace(carried, axis1=1, axis2=2))[:, None, None]
         virial = 0.5 * (virial + np.swapaxes(virial, 1, 2))
+        return _averaged(scene, durations, carried, virial)
 
-        def averaged(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            rows = [ratio(column, durations) for column in parts.reshape(len(parts), -1).T / scene.volume]
-            values, errors = arrays(rows)
-            return values.reshape(d, d), errors.reshape(d, d)
 
-        whole = carried + virial
-        pressure = ratio(np.trace(whole, axis1=1, axis2=2) / (d * scene.volume), durations)
-        return PressureTensorResult(
-            *averaged(whole), *averaged(carried), *averaged(virial), pressure, n, d, len(self._blocks)
-        )
+class StreamTensor:
+    """The pressure tensor of each block of a sheared box, whose blocks hold the sums.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene of the run.
+    """
+
+    observer = None
+
+    def __init__(self, scene: Scene):
+        self._scene = scene
+        self._blocks: list[Block] = []
+
+    def add(self, seen: Any, block: Block) -> None:
+        """Add a block."""
+        if block.duration > 0.0:
+            self._blocks.append(block)
+
+    def result(self) -> PressureTensorResult:
+        """Return the tensor with its errors."""
+        if not self._blocks:
+            raise InputError("No block of positive duration was given; run before measuring the pressure.")
+        durations = np.array([block.duration for block in self._blocks])
+        parts = [block.momentum_flux for block in self._blocks if block.momentum_flux is not None]
+        carried, handed_over = (np.array(each) for each in zip(*parts, strict=True))
+        n, motion = self._scene.n, self._scene.motion
+        assert isinstance(motion, Shear)
+        return _averaged(self._scene, durations, carried * (n / (n - 1.0)), handed_over, motion.rate)
+
+
+def _averaged(
+    scene: Scene, durations: np.ndarray, carried: np.ndarray, handed_over: np.ndarray, rate: float = 0.0
+) -> PressureTensorResult:
+    """Return the tensor from its parts in each block, (blocks, d, d) [energy time].
+
+    ``rate``: shear rate [1 / time].
+    """
+    n, d = scene.n, scene.dimension
+
+    def averaged(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        rows = [ratio(column, durations) for column in parts.reshape(len(parts), -1).T / scene.volume]
+        values, errors = arrays(rows)
+        return values.reshape(d, d), errors.reshape(d, d)
+
+    whole = carried + handed_over
+    pressure = ratio(np.trace(whole, axis1=1, axis2=2) / (d * scene.volume), durations)
+    viscosity: Estimate | None = None
+    stresses: tuple[Estimate, ...] = ()
+    if rate:
+        viscosity = ratio(whole[:, 1, 0] / scene.volume, durations).scaled(-1.0 / rate)
+        differences = [whole[:, a, a] - whole[:, a + 1, a + 1] for a in range(min(d, 3) - 1)]
+        stresses = tuple(ratio(each / scene.volume, durations) for each in differences)
+    return PressureTensorResult(
+        *averaged(whole), *averaged(carried), *averaged(handed_over), pressure, n, d, len(durations),
+        viscosity, stresses,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -200,6 +256,10 @@ class PressureTensorResult(Result):
         A d-th of the trace [energy / length^d].
     n, dimension, blocks : int
         Number of particles, of dimensions, and of blocks.
+    viscosity : Estimate or None
+        Of a sheared box: ``-P_10`` over the shear rate [energy time / length^d].
+    normal_stresses : tuple of Estimate
+        Of a sheared box: ``P_00 - P_11``, and ``P_11 - P_22`` in three dimensions [energy / length^d].
     """
 
     tensor: np.ndarray
@@ -212,6 +272,8 @@ class PressureTensorResult(Result):
     n: int
     dimension: int
     blocks: int
+    viscosity: Estimate | None = None
+    normal_stresses: tuple[Estimate, ...] = ()
 
     def _pairs(self) -> list[tuple[int, int]]:
         """Return the diagonal, and then each pair of axes once."""
@@ -239,6 +301,8 @@ class PressureTensorResult(Result):
                 lines.append(
                     f"{name}: " + ", ".join(shown(self.tensor[a], self.error[a], b) for a, b in pairs)
                 )
+        if self.viscosity is not None:
+            lines[0] += f", viscosity = {self.viscosity.value_text}"
         return "\n".join(lines)
 
     def __float__(self) -> float:

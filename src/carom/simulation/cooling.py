@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from carom.block import Block
+from carom.models.motions.shear import Shear
 from carom.simulation import stretches
 
 if TYPE_CHECKING:
@@ -15,7 +16,8 @@ if TYPE_CHECKING:
 def cools(sim: InMotion) -> bool:
     """Return whether contacts lose energy, and growth adds none."""
     system = sim._state.system
-    return not system.conserves_energy and system.rates is None
+    sheared = isinstance(system.motion, Shear)  # the stream makes up for what is lost
+    return not system.conserves_energy and system.rates is None and not sheared
 
 
 class Blocks:

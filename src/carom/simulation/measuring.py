@@ -226,7 +226,9 @@ class _Told(_Part):
 
     def __init__(self, sim: InMotion, observable: Any, stack: ExitStack):
         self._sums = observable.begin(sim.scene, sim.frame())
-        self._seen = stack.enter_context(own_observers.observing(sim._state, self._sums.observer))
+        self._seen = None
+        if self._sums.observer is not None:
+            self._seen = stack.enter_context(own_observers.observing(sim._state, self._sums.observer))
 
     def add(self, block: Block, frame: Frame | None) -> None:
         """Take the sums after a block."""

@@ -20,7 +20,7 @@ from carom.simulation.depths import folded
 from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.pair_steps import potential_at_start, potential_energy
 from carom.simulation.run_state import spins_of
-from carom.simulation.temperature import stress_time
+from carom.simulation.temperature import momentum_flux
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -163,9 +163,10 @@ def _energy_drift(run_state: RunState, present: EnergyMomentum) -> float:
     if run_state.engine.model.rules is not None or run_state.system.drive is not None:
         return math.nan
     scene, before, after = run_state.scene, run_state.start.energy, present.energy
-    stress = stress_time(run_state)
-    if stress is not None and isinstance(scene.motion, Shear):  # less what the stream did
-        after += scene.motion.rate * float(stress[1, 0])
+    flux = momentum_flux(run_state)
+    if flux is not None and isinstance(scene.motion, Shear):
+        # Less what the stream did: momentum along axis 0 that passed along axis 1.
+        after += scene.motion.rate * float(flux.carried[1, 0] + flux.handed_over[1, 0])
     before += rotational_energy(scene, scene.spins)
     after += rotational_energy(scene, spins_of(run_state.engine.model, run_state.unit))
     if run_state.system.stepped:

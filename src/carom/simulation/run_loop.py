@@ -19,7 +19,7 @@ from carom.simulation.agents import refuse_rule
 from carom.simulation.call_budget import CYCLES
 from carom.simulation.mechanics import impulses, sizes
 from carom.simulation.stall_detector import StallDetector
-from carom.simulation.temperature import kT_time
+from carom.simulation.temperature import kT_time, momentum_flux
 
 if TYPE_CHECKING:
     from carom.simulation.callbacks import Callbacks
@@ -76,6 +76,7 @@ def _advance(
     before = run_state.engine.tallies[0].copy()
     impulses_before = impulses(run_state)
     diameters, heat = run_state.diameters, kT_time(run_state)
+    flux = momentum_flux(run_state)
     start = run_state.clock.instant
     target = np.int64(
         UNLIMITED if collisions is None else min(int(before.collisions) + collisions, UNLIMITED)
@@ -177,6 +178,7 @@ def _advance(
     if progress is not None:
         progress(1.0)
     after, later = run_state.engine.tallies[0], kT_time(run_state)
+    flown = momentum_flux(run_state)
     duration = float(run_state.clock.instant - start)
     return Block(
         duration,
@@ -185,6 +187,7 @@ def _advance(
         tuple(b - a for a, b in zip(impulses_before, impulses(run_state), strict=True)),
         kT_time=None if heat is None or later is None else later - heat,
         sizes=sizes(run_state, diameters, duration),
+        momentum_flux=None if flux is None or flown is None else flown.minus(flux),
     )
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from carom.block import MomentumFlux
 from carom.scene.temperature import degrees_of_freedom
 from carom.scene.temperature import temperature as temperature_of
 
@@ -34,14 +35,12 @@ def kT_time(run_state: RunState) -> float | None:
     return run_state.unit.to_scene(2.0 * action / degrees_of_freedom(run_state.scene), -1)
 
 
-def stress_time(run_state: RunState) -> np.ndarray | None:
-    """Return the integral of the pressure tensor times the volume since the start, (d, d) [energy time], of a
-    sheared box; None elsewhere.
-    """
+def momentum_flux(run_state: RunState) -> MomentumFlux | None:
+    """Return what makes the pressure tensor of a sheared box, since the start; None elsewhere."""
     from carom.engine.observers.stream import StreamSums, totals
 
     stream = run_state.observer(StreamSums)
     if stream is None:
         return None
-    flown, virial = totals(stream, run_state.in_epoch())
-    return np.asarray(run_state.unit.to_scene(flown + virial, -1))
+    unit = run_state.unit
+    return MomentumFlux(*(unit.to_scene(each, -1) for each in totals(stream, run_state.in_epoch())))

@@ -169,6 +169,9 @@ def merged(one: Block, other: Block) -> Block:
         tuple(a + b for a, b in zip(one.surface_changes, other.surface_changes, strict=True)),
         tuple(a + b for a, b in zip(one.works, other.works, strict=True)),
         _means(one, other),
+        None
+        if one.momentum_flux is None or other.momentum_flux is None
+        else one.momentum_flux.plus(other.momentum_flux),
     )
 
 
