@@ -249,3 +249,22 @@ def test_what_cannot_be_sheared_is_one_sentence(change, said):
     with pytest.raises(carom.InputError, match=said) as caught:
         change()
     assert "\n" not in str(caught.value)
+
+
+def test_pairs_are_counted_in_the_tilted_cell():
+    species = [carom.Species(count=80), carom.Species(count=80, diameter=0.7)]
+    scene = carom.Scene.random(None, 0.3, 2, species=species, seed=1, motion=Shear(0.5))
+    frames = list(carom.Simulation(scene, seed=1).sample(every=0.4, count=6))
+    found = carom.RDF(pair=(0, 1), rmax=3.0, width=0.25).over(frames)
+    cell = np.diag(scene.box)
+    counts = np.zeros(found.g.size, int)
+    for frame in frames:
+        cell[1, 0] = frame.tilt * scene.box[1]
+        turns = np.stack(np.meshgrid(*[np.arange(-2, 3)] * 2), axis=-1).reshape(-1, 2) @ cell
+        apart = frame.positions[frame.species == 1][:, None] - frame.positions[frame.species == 0][None]
+        counts += np.histogram(np.linalg.norm(apart[:, :, None] + turns, axis=-1), found.edges)[0]
+    assert found.counts.tolist() == counts.tolist()
+    assert abs(frames[-1].tilt) > 0.1
+    for observable in (carom.BondOrder(), carom.Dynamics(), carom.StructureFactor(), carom.DensityProfile(0)):
+        with pytest.raises(carom.InputError, match="sheared"):
+            observable.over(frames)

@@ -27,6 +27,7 @@ LONG = (
     "order_of_disks",
     "rosato_bed",
     "shaken_ball",
+    "sheared_spheres",
     "square_well",
     "study_on_a_cluster",
     "transport",

@@ -23,7 +23,7 @@ from carom.arithmetic import factor
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.observables.neighbors import nearest, pairs_within
-from carom.observables.of_frames import OfFrames
+from carom.observables.of_frames import OfFrames, refuse_tilted
 from carom.observables.statistics import Estimate, arrays, blocking
 from carom.observables.tessellation import voronoi_bonds
 from carom.results import Result
@@ -103,6 +103,7 @@ class BondOrder(OfFrames):
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""
+        refuse_tilted(frame, "BondOrder")
         positions = frame.positions
         if self.species is not None:
             if frame.species is None or not (frame.species == self.species).any():

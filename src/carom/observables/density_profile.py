@@ -11,7 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.observables.of_frames import OfFrames
+from carom.observables.of_frames import OfFrames, refuse_tilted
 from carom.observables.statistics import arrays, blocking, shown
 from carom.results import Result
 
@@ -51,6 +51,7 @@ class DensityProfile(OfFrames):
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""
+        refuse_tilted(frame, "DensityProfile")
         if self.axis >= frame.dimension:
             raise InputError(f"axis is {self.axis}, and a frame has axes 0 to {frame.dimension - 1}.")
         x = frame.positions[:, self.axis]

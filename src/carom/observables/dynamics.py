@@ -20,7 +20,7 @@ import numpy as np
 from carom import checks, jit
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.observables.of_frames import OfFrames
+from carom.observables.of_frames import OfFrames, refuse_tilted
 from carom.observables.statistics import Estimate, arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
@@ -127,6 +127,7 @@ class Dynamics(OfFrames):
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""
+        refuse_tilted(frame, "Dynamics")
         if frame.images is None:
             raise InputError(
                 "Displacements need image counts, which this frame lacks; sample with "

@@ -51,3 +51,12 @@ class OfFrames:
                     raise InputError(f"frames must hold frames, found {checks.describe(frame)}.")
                 mine.update(frame)
         return mine.result()
+
+
+def refuse_tilted(frame: Frame, what: str) -> None:
+    """Raise InputError if a ``frame`` is of a sheared box, as ``what`` needs right angles."""
+    if frame.tilt is not None:
+        raise InputError(
+            f"{what} is for boxes with right angles, and this one is sheared: measure carom.RDF() or "
+            "carom.PressureTensor()."
+        )

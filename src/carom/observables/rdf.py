@@ -13,6 +13,7 @@ from carom.arithmetic import power
 from carom.cells import Grid, SortedCells
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
+from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.contact import contact_value
 from carom.observables.pairs import distance_counts
 from carom.observables.radial import RDFResult
@@ -103,7 +104,7 @@ class Histograms:
             if contact is not None and chosen is None:
                 raise InputError("contact is the distance of two species, and no pair is given.")
             diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
-            self._asked[name] = (chosen, _bin_edges(diameter, min(first.box), *self._binning))
+            self._asked[name] = (chosen, _bin_edges(diameter, _narrowest(first), *self._binning))
 
     def result(self) -> dict[str, RDFResult]:
         """Return g(r) of all frames so far, by name.
@@ -119,6 +120,14 @@ class Histograms:
             name: _distribution(self._first, np.array(self._counts[name]), edges, chosen)
             for name, (chosen, edges) in self._asked.items()
         }
+
+
+def _narrowest(frame: Frame) -> float:
+    """Return the shortest distance of two faces of the box, at any tilt that a sheared one has [length]."""
+    edges = [float(edge) for edge in frame.box]
+    if frame.tilt is not None:
+        edges[0] /= math.hypot(1.0, 0.5 * edges[0] / edges[1] + LONGEST_STRAIN)
+    return min(edges)
 
 
 def _distribution(
@@ -307,6 +316,8 @@ def _histograms(
     frame: Frame, asked: Mapping[str, tuple[tuple[int, int] | None, np.ndarray]]
 ) -> dict[str, np.ndarray]:
     """Return the numbers of pairs (m,) of one frame, or of two of its species, in each bin, by name."""
+    if frame.tilt:
+        return {name: _tilted_histogram(frame, *each) for name, each in asked.items()}
     box = np.asarray(frame.box, dtype=np.float64)
     grid = Grid.of(box, np.ones(len(box), dtype=np.bool_), frame.n, max(e[-1] for _, e in asked.values()))
     rounding = float(np.finfo(np.float32).eps) * float(box.max())
@@ -326,10 +337,25 @@ def _histograms(
     return found
 
 
+def _tilted_histogram(frame: Frame, pair: tuple[int, int] | None, edges: np.ndarray) -> np.ndarray:
+    """Return the numbers of pairs (m,) in each bin in a tilted cell, whose pairs are listed."""
+    box = np.asarray(frame.box, dtype=np.float64)
+    room = Room(box, np.ones(len(box), dtype=np.bool_), (), frame.tilt or 0.0)
+    pairs = room.near(frame.positions, float(edges[-1]))
+    if pair is not None:
+        kinds = np.sort(np.asarray(frame.species)[pairs], axis=1)
+        pairs = pairs[(kinds == sorted(pair)).all(axis=1)]
+    distances = room.distances(frame.positions, pairs)
+    rounding = float(np.finfo(np.float32).eps) * float(box.max())
+    if (distances < edges[0] - rounding).any():
+        _refuse_overlap(frame, pair, float(edges[0]))
+    return np.histogram(np.maximum(distances, edges[0]), edges)[0]
+
+
 def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) -> None:
     """Raise InputError that names the closest pair of a frame, or of two of its species."""
     box = np.asarray(frame.box, dtype=np.float64)
-    room = Room(box, np.ones(len(box), dtype=np.bool_))
+    room = Room(box, np.ones(len(box), dtype=np.bool_), (), frame.tilt or 0.0)
     members = np.arange(frame.n)
     species = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
     if pair is not None:

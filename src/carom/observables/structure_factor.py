@@ -12,7 +12,7 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.observables.of_frames import OfFrames
+from carom.observables.of_frames import OfFrames, refuse_tilted
 from carom.observables.rdf import species_pair
 from carom.observables.statistics import arrays, blocking, shown
 from carom.observables.waves import Waves
@@ -89,6 +89,7 @@ class StructureFactor(OfFrames):
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""
+        refuse_tilted(frame, "StructureFactor")
         waves = self._begin(frame) if self._waves is None else self._waves
         assert self._first is not None
         if frame.n != self._first.n or tuple(frame.box) != tuple(self._first.box):
