@@ -30,7 +30,7 @@ LONG = 20 if args.smoke else 400  # events a particle
 # %% A fluid above its critical point. Wells heat what falls into them: equilibrate() scales several times.
 # What arrives at a step counts g(r) on both of its sides.
 cells = 4 if args.smoke else 8
-scene = carom.Scene.crystal(cells=cells, density=0.4).replace(interaction=SquareWell(width=1.5, depth=1.0))
+scene = carom.Scene.crystal(cells=cells, density=0.4).replace(interaction=SquareWell(range=1.5, depth=1.0))
 sim = carom.Simulation(scene, seed=1)
 sim.equilibrate(kT=1.5, collisions_per_particle=2 * LONG)
 before = sim.interaction

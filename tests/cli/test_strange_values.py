@@ -137,7 +137,7 @@ def scene(**keys):
 
 
 ON_A_SPHERE = {"type": "great-circles", "radius": 1.0}
-WELL = {"type": "square-well", "width": 1.5, "depth": 1.0}
+WELL = {"type": "square-well", "range": 1.5, "depth": 1.0}
 SCENES = {
     "walls": scene(
         dimension=2, walls={"y_low": {"impact": 0.9, "offset": 0.0}}, kT=1.0, pinned=[1, 2],

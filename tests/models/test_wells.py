@@ -329,7 +329,7 @@ kT = 2.0
 @pytest.mark.parametrize(
     ("text", "interaction"),
     [
-        ('type = "square-well"\nwidth = 1.5\ndepth = 1.0', SquareWell(1.5, 1.0)),
+        ('type = "square-well"\nrange = 1.5\ndepth = 1.0', SquareWell(1.5, 1.0)),
         (
             'type = "steps"\ndistances = [1, 1.2, 1.6]\nenergies = [inf, 0.5, -1]',
             StepTable(Steps([1.0, 1.2, 1.6], [INF, 0.5, -1.0])),

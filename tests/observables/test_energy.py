@@ -240,7 +240,7 @@ def test_a_run_of_wells_is_at_its_temperature_and_tells_its_energy(whole):
     # The published fit, as above; 108 spheres.
     assert u["mean"] == pytest.approx(-2.07423 + 0.09186 * (kT["mean"] - 3.0), rel=0.035)
     assert 0.0 < u["error"] < 0.02
-    assert whole["system"] == "spheres with square wells of width 1.5 and depth 1"
+    assert whole["system"] == "spheres with square wells of range 1.5 and depth 1"
     assert whole["energy_drift"] < 1e-12
     assert "was asked for" not in whole["note"]
 
@@ -299,8 +299,8 @@ pictures = false
     ("interaction", "words"),
     [
         (None, "hard disks"),
-        (SquareWell(1.5, 1.0), "disks with square wells of width 1.5 and depth 1"),
-        (SquareWell(1.2, -2.0), "disks with square shoulders of width 1.2 and height 2"),
+        (SquareWell(1.5, 1.0), "disks with square wells of range 1.5 and depth 1"),
+        (SquareWell(1.2, -2.0), "disks with square shoulders of range 1.2 and height 2"),
         (StepTable(Steps([1.0, 1.2, 1.8], [INF, 0.5, -1.0])), "disks with wells and shoulders"),
         (StepTable(Steps([1.0], [INF])), "disks with hard cores"),
         (Bonds(chains(1, 3), inner=1.0, outer=1.2), "disks with bonds"),
@@ -319,7 +319,7 @@ def test_the_screen_shows_wells_with_their_energy_and_temperature(whole, tmp_pat
 
     results(RunResult(tmp_path, whole, new=True), as_json=False)
     shown = " ".join(capsys.readouterr().out.split())
-    assert "108 spheres with square wells of width 1.5 and depth 1 at packing fraction" in shown
+    assert "108 spheres with square wells of range 1.5 and depth 1 at packing fraction" in shown
     assert re.search(rf"U / N {whole['potential_energy']['mean']:.3f}"[:-1] + r"\d* ± 0\.0\d+ kT 3\.", shown)
     assert "hard" not in shown
     json.dumps(whole, allow_nan=False)

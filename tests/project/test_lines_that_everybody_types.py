@@ -8,7 +8,7 @@ import pytest
 from typer.testing import CliRunner
 
 import carom
-from carom import cli
+from carom import Species, cli, models
 from carom.errors import CaromError, FileError, InputError
 from carom.frame import Frame
 from carom.scene_file.scene_file import SceneFile
@@ -261,3 +261,37 @@ def test_studies_go_on_from_their_folder(folder):
     done = CliRunner().invoke(cli.app, ["resume", str(folder / "eos1")])
     assert done.exit_code == 0, done.output
     assert "2 points" in done.output
+
+
+def test_a_fluid_a_mixture_a_crystal_and_walls(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = carom.Scene.random(256, packing_fraction=0.40)
+    sim = carom.Simulation(scene, kT=1.0, seed=1)
+    sim.equilibrate(collisions_per_particle=50)
+    p, g = sim.measure(carom.Pressure(), carom.RDF(), collisions_per_particle=50)
+    assert float(p) == pytest.approx(carom.theory.carnahan_starling(0.40), rel=0.1)
+    g.plot("g.png")
+    large, small = Species("large", fraction=0.2), Species("small", fraction=0.8, diameter=0.5)
+    assert np.bincount(carom.Scene.random(500, 0.40, species=[large, small]).species).tolist() == [100, 400]
+    assert carom.Scene.crystal(500, 0.60).n == 500
+    between = carom.Simulation(carom.Scene.random(100, 0.20, walls="z"))
+    assert between.measure(carom.WallPressure("z_high"), time=5.0, blocks=16).pressure.mean > 0.0
+    sim.write("f.extxyz", every=0.5, count=2)
+    sim.view("f.html")
+    sim.plot("f.png")
+    carom.movie("f.extxyz", "f.gif", color="speed")
+    assert {each.name for each in tmp_path.iterdir()} == {"g.png", "f.extxyz", "f.html", "f.png", "f.gif"}
+
+
+def test_a_square_well_and_a_granular_bed():
+    well = carom.Scene.random(100, density=0.3, interaction=models.SquareWell(range=1.5, depth=1.0))
+    sim = carom.Simulation(well)
+    sim.equilibrate(collisions_per_particle=250, kT=1.5)
+    assert sim.measure(carom.Energy(), collisions_per_particle=200, blocks=16).U.mean < -1.5
+    loss = models.Loss(0.9, contact_time=1e-3)
+    floor = models.Wall(shake=models.Sine(0.3, period=2.0), impact=loss)
+    gravity = models.Gravity((0.0, -1.0))
+    scene = carom.Scene.random(60, 0.2, dimension=2, walls={"y_low": floor}, motion=gravity, impact=loss)
+    bed = carom.Simulation(scene)
+    bed.run(time=3.0)
+    assert next(each for each in bed.obstacles if each.name == "y_low").work > 0.0

@@ -854,7 +854,7 @@ def mixed(record, diameters, **scene):
     return record
 
 
-WELL = {"type": "square-well", "width": 1.5, "depth": 1.0}
+WELL = {"type": "square-well", "range": 1.5, "depth": 1.0}
 
 
 @pytest.mark.parametrize(

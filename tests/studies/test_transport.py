@@ -78,8 +78,8 @@ def test_the_fit_of_erpenbeck_and_wood_has_its_published_digits():
             [1.0],
             [108],
             3,
-            {"interaction": {"type": "square-well", "width": 1.5, "depth": 0.5}},
-            "spheres with square wells of width 1.5 and depth 0.5",
+            {"interaction": {"type": "square-well", "range": 1.5, "depth": 0.5}},
+            "spheres with square wells of range 1.5 and depth 0.5",
         ),
     ],
 )

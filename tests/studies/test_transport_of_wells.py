@@ -25,7 +25,7 @@ kT = 2.0
 
 [scene.interaction]
 type = "square-well"
-width = {WIDTH}
+range = {WIDTH}
 depth = {DEPTH}
 """
 

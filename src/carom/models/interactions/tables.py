@@ -71,7 +71,7 @@ def _bonds_of(pairs: Any = (), others: Any = None, bond: Any = None, **ends: Any
 
 STEPS = ("distances", "energies", "outside", "leaving")
 TYPES: dict[str, tuple[tuple[str, ...], Callable[..., Any]]] = {
-    "square-well": (("width", "depth"), SquareWell),
+    "square-well": (("range", "depth"), SquareWell),
     "steps": (("table", "distances", "energies", "leaving"), _table_of),
     "bonds": (("pairs", "inner", "outer", "bond", "others"), _bonds_of),
     "ranges": (("kinds", "file", "rule", "seed", "sha256"), rule_files.of_table),

@@ -21,7 +21,7 @@ class SquareWell(StepInteraction):
 
     Parameters
     ----------
-    width : float
+    range : float
         Diameter of the well in diameters of the core, lambda > 1.
     depth : float
         Depth of the well, epsilon: a pair in it has the energy ``-depth`` [energy].
@@ -29,7 +29,7 @@ class SquareWell(StepInteraction):
     Raises
     ------
     InputError
-        If the width is not above 1 by more than rounding, or the depth is not a finite number.
+        If the range is not above 1 by more than rounding, or the depth is not a finite number.
 
     Examples
     --------
@@ -37,29 +37,29 @@ class SquareWell(StepInteraction):
     >>> scene = carom.Scene.crystal(256, 0.2, interaction=SquareWell(1.5, 1.0))
     """
 
-    width: float = 1.5
+    range: float = 1.5
     depth: float = 1.0
 
     def __post_init__(self) -> None:
-        width = checks.number(self.width, "width", low=1.0, open_low=True)
-        if not width > 1.0 + CLOSEST:
-            raise InputError(f"width must be above 1 by more than rounding, found {width!r}.")
-        object.__setattr__(self, "width", width)
+        size = checks.number(self.range, "range", low=1.0, open_low=True)
+        if not size > 1.0 + CLOSEST:
+            raise InputError(f"range must be above 1 by more than rounding, found {size!r}.")
+        object.__setattr__(self, "range", size)
         object.__setattr__(self, "depth", checks.number(self.depth, "depth", low=-checks.MAGNITUDE))
 
     @property
     def words(self) -> str:
         """What pairs have, for a title."""
         kind, size = ("shoulders", "height") if self.depth < 0.0 else ("wells", "depth")
-        return f"square {kind} of width {self.width:g} and {size} {abs(self.depth):g}"
+        return f"square {kind} of range {self.range:g} and {size} {abs(self.depth):g}"
 
     def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
-        return {"type": "square-well", "width": self.width, "depth": self.depth}
+        return {"type": "square-well", "range": self.range, "depth": self.depth}
 
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps, ...], ...]:
         """Return the one potential of all pairs, for cores of a ``diameter``."""
-        return ((Steps((diameter, self.width * diameter), (math.inf, -self.depth)),),)
+        return ((Steps((diameter, self.range * diameter), (math.inf, -self.depth)),),)
 
     def check(self, scene: Any) -> None:
         """Raise InputError if the diameters of the ``scene`` differ."""

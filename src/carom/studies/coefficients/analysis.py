@@ -46,6 +46,13 @@ class Coefficient:
     running: tuple[Estimate, ...] = ()
     settled: bool = True
 
+    def __str__(self) -> str:
+        return f"{self.value.value_text} from times of {self.window[0]:.3g} to {self.window[1]:.3g}"
+
+    def __float__(self) -> float:
+        """Return the mean of the coefficient."""
+        return self.value.mean
+
 
 def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], Any]) -> list[Estimate]:
     """Return a function of the mean over blocks, with its jackknife error.
