@@ -287,7 +287,7 @@ def test_a_square_well_and_a_granular_bed():
     well = carom.Scene.random(100, density=0.3, interaction=models.SquareWell(range=1.5, depth=1.0))
     sim = carom.Simulation(well)
     sim.equilibrate(collisions_per_particle=250, kT=1.5)
-    assert sim.measure(carom.Energy(), collisions_per_particle=200, blocks=16).U.mean < -1.5
+    assert sim.measure(carom.Energy(), collisions_per_particle=2000).U.mean < -1.5
     loss = models.Loss(0.9, contact_time=1e-3)
     floor = models.Wall(shake=models.Sine(0.3, period=2.0), impact=loss)
     gravity = models.Gravity((0.0, -1.0))
