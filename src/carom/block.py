@@ -78,13 +78,13 @@ class Block(NamedTuple):
     impulses : tuple of float
         Momentum that each wall and obstacle took up [mass length / time], in the order of their numbers.
     momentum_changes : tuple of float
-        Change of the weighted momentum of the components that belongs to each wall and obstacle [mass length
+        Change of the weighted momentum of the particles that belongs to each wall and obstacle [mass length
         / time] (see ``carom.observables.momentum_balance``). Empty if it was not measured.
     surface_changes : tuple of float
         Changes of two sums for each obstacle that no such momentum belongs to [mass length / time] (see
         ``carom.observables.surface_changes``). Empty if there is none, or if they were not measured.
     works : tuple of float
-        Energy that each wall and obstacle gave to components [energy]. Known of the stretches of
+        Energy that each wall and obstacle gave to particles [energy]. Known of the stretches of
         :func:`carom.run`, else empty.
     energy : Energy or None
         Means over the stretch, where there is a potential energy; None if it was not measured.

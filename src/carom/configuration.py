@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Configuration:
-    """All components at one time. :class:`carom.Frame` explains the fields."""
+    """All particles at one time. :class:`carom.Frame` explains the fields."""
 
     time: float
     step: int
@@ -35,7 +35,7 @@ class Configuration:
 
     @property
     def n(self) -> int:
-        """Number of components."""
+        """Number of particles."""
         return self.positions.shape[0]
 
     @property

@@ -15,7 +15,7 @@ class InputError(CaromError, ValueError):
 
 
 class OverlapError(InputError):
-    """Two components overlap at the start; the text names the pair and the depth."""
+    """Two particles overlap at the start; the text names the pair and the depth."""
 
 
 class FileError(InputError):

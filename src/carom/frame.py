@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Frame(Configuration):
-    """All components at one time: in the paper's words, a global state.
+    """All particles at one time: in the paper's words, a global state.
 
     Parameters
     ----------
@@ -27,17 +27,17 @@ class Frame(Configuration):
     step : int
         Pair collisions realised since the start of the run.
     positions : (n, d) float64 array
-        Centres [length], wrapped into ``0 <= x < edge``.
+        Centers [length], wrapped into ``0 <= x < edge``.
     velocities : (n, d) float64 array
         Velocities [length / time].
     box : (d,) float64 array
         Edges of the box [length]. Any sequence of d numbers is accepted.
     diameters, masses : (n,) float64 arrays
-        Diameter [length] and mass of each component.
+        Diameter [length] and mass of each particle.
     images : (n, d) int32 array or None
-        How many times each component left the box through an upper face, minus those through a lower one.
+        How many times each particle left the box through an upper face, minus those through a lower one.
     species : (n,) int64 array or None
-        Species of each component, counted from 0.
+        Species of each particle, counted from 0.
     species_names : tuple of str
         Names of the species, or ().
     periodic : tuple of d bools
@@ -93,7 +93,7 @@ class Frame(Configuration):
         return to_ase(self)
 
     def to_freud(self) -> tuple[freud.box.Box, np.ndarray]:
-        """Return a freud box and positions (n, 3) float32 centred on the origin: a ``system`` for freud.
+        """Return a freud box and positions (n, 3) float32 centered on the origin: a ``system`` for freud.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Frame(Configuration):
         return to_freud(self)
 
     def to_ovito(self) -> ovito.data.DataCollection:
-        """Return OVITO's data: types, colours, radii, velocities, and the cell with its walls and dimension.
+        """Return OVITO's data: types, colors, radii, velocities, and the cell with its walls and dimension.
 
         Raises
         ------
@@ -117,7 +117,7 @@ class Frame(Configuration):
         return to_ovito(self)
 
     def to_pandas(self) -> pandas.DataFrame:
-        """Return a row for each component: x, y, ..., vx, vy, ..., diameter, mass, and its species' name.
+        """Return a row for each particle: x, y, ..., vx, vy, ..., diameter, mass, and its species' name.
 
         Raises
         ------

@@ -93,22 +93,22 @@ def to_xarray(frames: Sequence[Configuration]) -> xarray.Dataset:
     """Return positions and velocities (time, component, axis) of frames, and the other fields."""
     xarray = _needed("xarray", "xarray")
     first = frames[0]
-    each, vector = ("time", "component"), ("time", "component", "axis")
+    each, vector = ("time", "particle"), ("time", "particle", "axis")
     found = {
         "positions": (vector, np.stack([frame.positions for frame in frames])),
         "velocities": (vector, np.stack([frame.velocities for frame in frames])),
         "diameters": (each, np.stack([frame.diameters for frame in frames])),
         "box": (("time", "axis"), np.stack([frame.box for frame in frames])),
         "step": (("time",), np.array([frame.step for frame in frames])),
-        "masses": (("component",), first.masses),
+        "masses": (("particle",), first.masses),
     }
     if all(frame.images is not None for frame in frames):
         found["unwrapped"] = (vector, np.stack([frame.unwrapped for frame in frames]))
     spins = [frame.spins for frame in frames if frame.spins is not None]
     if len(spins) == len(frames):
-        found["spins"] = (("time", "component", "turn"), np.stack(spins))
+        found["spins"] = (("time", "particle", "turn"), np.stack(spins))
     axes = list(AXES[: first.dimension]) if first.dimension <= 3 else list(range(first.dimension))
     coordinates: dict[str, Any] = {"time": [frame.time for frame in frames], "axis": axes}
     if first.species is not None:
-        coordinates["species"] = ("component", np.array(names_of(first))[first.species])
+        coordinates["species"] = ("particle", np.array(names_of(first))[first.species])
     return xarray.Dataset(found, coords=coordinates)

@@ -88,7 +88,7 @@ class Reader(ABC):
         """Return all frames as an ``xarray.Dataset``, in memory.
 
         Positions, velocities and, where there are image counts, ``unwrapped`` positions have the dimensions
-        time, component and axis; species' names are a coordinate of the components.
+        time, particle and axis; species' names are a coordinate of the particles.
 
         Raises
         ------
@@ -112,7 +112,7 @@ class Reader(ABC):
 class Writer(ABC):
     """A trajectory file open for writing, as :func:`carom.io.open` returns it for a ``path`` and a ``scene``.
 
-    A frame is complete when ``write`` returns. All frames of a file have the same numbers of components and
+    A frame is complete when ``write`` returns. All frames of a file have the same numbers of particles and
     dimensions. Either all or none of them have image counts, and spins. ``len(writer)`` is the number of
     frames in the file.
     """

@@ -109,7 +109,7 @@ def open(
     mode : {"r", "w", "x", "a"}
         Read; write and replace an existing file; write but refuse to replace a file; append.
     scene : Scene, optional
-        Scene of the frames. Each frame must have its numbers of components and dimensions.
+        Scene of the frames. Each frame must have its numbers of particles and dimensions.
     keep : int, optional
         With mode ``"a"``, keep the first `keep` frames and drop later ones. By default all complete frames
         are kept, and an incomplete last frame is dropped; a file without a complete frame is refused, and

@@ -169,7 +169,7 @@ class _Bath:
             )
 
     def pace(self, scene: Any) -> float:
-        """Return the speed of the lightest component of a ``scene`` in the hottest bath [length / time]."""
+        """Return the speed of the lightest particle of a ``scene`` in the hottest bath [length / time]."""
         return math.sqrt(float(np.max(self.kT)) / float(scene.masses.min()))
 
     def _temperatures(self, particles: Particles) -> np.ndarray:
@@ -195,16 +195,16 @@ class _Bath:
 
 @dataclass(frozen=True)
 class Andersen(_Bath):
-    """A thermostat: at random times a component gets a new velocity from Maxwell's distribution.
+    """A thermostat: at random times a particle gets a new velocity from Maxwell's distribution.
 
     Parameters
     ----------
     kT : float or sequence of floats
         Temperature [energy]; one a species, if there are several.
     rate : float
-        Events of each component a time, those of a Poisson process [1 / time].
+        Events of each particle a time, those of a Poisson process [1 / time].
     seed : int
-        Seed of the random numbers; every component has its own stream.
+        Seed of the random numbers; every particle has its own stream.
 
     Raises
     ------
@@ -248,9 +248,9 @@ class Langevin(_Bath):
     friction : float
         Rate at which a velocity is forgotten [1 / time].
     step : float
-        Time between two kicks of a component [time].
+        Time between two kicks of a particle [time].
     seed : int
-        Seed of the random numbers; every component has its own stream.
+        Seed of the random numbers; every particle has its own stream.
 
     Raises
     ------
@@ -260,7 +260,7 @@ class Langevin(_Bath):
     Notes
     -----
     A kick keeps the part ``c = exp(-friction step)`` of the velocity. A free particle diffuses with
-    ``(kT step / 2 m) (1 + c) / (1 - c)``. Components are kicked one after the other.
+    ``(kT step / 2 m) (1 + c) / (1 - c)``. Particles are kicked one after the other.
 
     Examples
     --------
@@ -289,16 +289,16 @@ class Langevin(_Bath):
 
 @dataclass(frozen=True)
 class Brownian(_Bath):
-    """Event-driven Brownian motion: a component gets a new velocity after every step.
+    """Event-driven Brownian motion: a particle gets a new velocity after every step.
 
     Parameters
     ----------
     kT : float or sequence of floats
         Temperature [energy]; one a species, if there are several.
     step : float
-        Time between two kicks of a component [time].
+        Time between two kicks of a particle [time].
     seed : int
-        Seed of the random numbers; every component has its own stream.
+        Seed of the random numbers; every particle has its own stream.
 
     Raises
     ------
@@ -307,8 +307,8 @@ class Brownian(_Bath):
 
     Notes
     -----
-    A free particle diffuses with ``D0 = kT step / (2 m)``. The limit is that of a step in which a component
-    moves by far less than the gaps between components. Scala, Voigtmann, De Michele, J. Chem. Phys. 126
+    A free particle diffuses with ``D0 = kT step / (2 m)``. The limit is that of a step in which a particle
+    moves by far less than the gaps between particles. Scala, Voigtmann, De Michele, J. Chem. Phys. 126
     (2007) 134109.
 
     Examples
@@ -342,9 +342,9 @@ class WhiteNoise:
     power : float
         Variance that the velocity gains along each axis a time, xi^2 [length^2 / time^3].
     rate : float
-        Kicks of each component a time [1 / time]. Take many in a mean free time.
+        Kicks of each particle a time [1 / time]. Take many in a mean free time.
     seed : int
-        Seed of the random numbers; every component has its own stream.
+        Seed of the random numbers; every particle has its own stream.
 
     Raises
     ------
@@ -353,7 +353,7 @@ class WhiteNoise:
 
     Notes
     -----
-    The energy grows by ``d m power / 2`` a component and time. The total momentum is not kept: it wanders,
+    The energy grows by ``d m power / 2`` a particle and time. The total momentum is not kept: it wanders,
     and its velocity squared grows as ``power time / n`` along each axis, which counts for kT. Van Noije and
     Ernst, Granular Matter 1 (1998) 57.
 
@@ -380,7 +380,7 @@ class WhiteNoise:
         return {"type": "white-noise", **asdict(self)}
 
     def pace(self, scene: Any) -> float:
-        """Return the speed that a component gains in a kick, in any ``scene`` [length / time]."""
+        """Return the speed that a particle gains in a kick, in any ``scene`` [length / time]."""
         return math.sqrt(self.power / self.rate)
 
     def model(self, particles: Particles) -> Noise:

@@ -48,25 +48,25 @@ class BondOrder(OfFrames):
     l : int
         Degree: 6 for psi_6 and Q_6.
     nearest : int, optional
-        Number of nearest components that count as neighbours; by default 6, 12 and 24 in 2, 3 and 4
+        Number of nearest particles that count as neighbors; by default 6, 12 and 24 in 2, 3 and 4
         dimensions.
     reach : float, optional
-        Alternatively, neighbours are all components nearer than this [length].
+        Alternatively, neighbors are all particles nearer than this [length].
     voronoi : bool
-        Alternatively, neighbours share a face of the Voronoi tessellation (2D and 3D).
+        Alternatively, neighbors share a face of the Voronoi tessellation (2D and 3D).
     rmax : float, optional
         Largest distance at which the correlation of local orders is measured [length]. By default it is not
         measured.
     width : float
         Width of the bins of the correlation [length].
     species : int, optional
-        Species to measure, with the bonds between its components; by default all components.
+        Species to measure, with the bonds between its particles; by default all particles.
 
     Raises
     ------
     InputError
-        If a number is out of range (l is at most 12), or more than one choice of neighbours is given. From
-        :meth:`update`, if there are too few components, or the box is too small. From :meth:`result`, before
+        If a number is out of range (l is at most 12), or more than one choice of neighbors is given. From
+        :meth:`update`, if there are too few particles, or the box is too small. From :meth:`result`, before
         any frame.
 
     Examples

@@ -79,13 +79,13 @@ class Dynamics(OfFrames):
     Parameters
     ----------
     species : int, optional
-        Species to measure; by default all components.
+        Species to measure; by default all particles.
     shells : int
         Number of lengths of wave vectors at which F(q, t) is measured, from the shortest that the box allows.
     conserved : sequence of bool, optional
-        Axes along which the total momentum is conserved. The motion of the centre of mass is subtracted
+        Axes along which the total momentum is conserved. The motion of the center of mass is subtracted
         there.
-        ``measure`` knows them. Frames alone do not: the periodic axes are taken, of more than one component.
+        ``measure`` knows them. Frames alone do not: the periodic axes are taken, of more than one particle.
 
     Raises
     ------

@@ -66,7 +66,7 @@ class Energy:
         mean of both ends of the block. Without any collision of pairs, a constant energy has an infinite
         error: nothing is known. Without steps and fields it is zero.
 
-        The kinetic energy is that about the motion of the centre of mass: half of kT for each degree of
+        The kinetic energy is that about the motion of the center of mass: half of kT for each degree of
         freedom.
         """
         kept = [block for block in blocks if block.duration > 0.0]

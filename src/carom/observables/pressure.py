@@ -102,7 +102,7 @@ class Pressure:
         diameter : float
             Diameter of every particle, in a mixture the largest [length].
         kT : float
-            Twice the kinetic energy about the motion of the centre of mass over the degrees of freedom,
+            Twice the kinetic energy about the motion of the center of mass over the degrees of freedom,
             d (n - 1) in a periodic box [energy]. Not used for blocks that hold their own kT.
         mass : float
             Mass of every particle, in a mixture any mass [mass].

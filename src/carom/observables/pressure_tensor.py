@@ -87,7 +87,7 @@ class PressureTensor:
     -----
     ``P_ab V t = int sum m v_a v_b dt + sum r_a dp_b``, with the integral over the time t of the stretch and
     the sum over the collisions in it (J. H. Irving and J. G. Kirkwood, J. Chem. Phys. 18, 817 (1950),
-    averaged over the box). Velocities are those about the centre of mass. Its own motion takes part of the
+    averaged over the box). Velocities are those about the center of mass. Its own motion takes part of the
     thermal one: along axes on which the momentum is conserved the kinetic part is multiplied by ``n / (n -
     1)``. All of it is then scaled so that its trace is ``n d kT``. The trace of P is so d times the pressure
     of :class:`carom.Pressure` in the same stretch, where no contact loses energy.

@@ -43,7 +43,7 @@ class Estimate:
         series is too short.
     n_eff : float
         Independent samples that would give the same error: (sample variance) / error^2. It exceeds the
-        number of samples where neighbours are anticorrelated.
+        number of samples where neighbors are anticorrelated.
     tau : float
         Samples per independent sample, ``samples / n_eff``: 1 for independent samples, (1 + a) / (1 - a) for
         an AR(1) series. It is twice the integrated autocorrelation time in Sokal's convention.

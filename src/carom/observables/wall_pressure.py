@@ -35,7 +35,7 @@ class WallPressure:
         "x_high", then walls with properties and the scene's obstacles.
     area : float, optional
         Area by which the force is divided [length^(d-1)]. By default it is that of the wall, or of the
-        surface of the ball or container (not of the surface on which centres turn back); 1 in one dimension.
+        surface of the ball or container (not of the surface on which centers turn back); 1 in one dimension.
         Of a plane that stands for a wall it is that of the wall. It is required for other planes, for
         segments without a radius, and for your own obstacles.
 

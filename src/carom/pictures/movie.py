@@ -72,8 +72,8 @@ def movie(
     size : int
         Length of the longer edge [pixels].
     color : {"species", "speed", "psi_6", "rattlers"}
-        Meaning of the colours. Speeds have one scale for all frames. psi_6 is that of the six nearest
-        neighbours, for d = 2. Rattlers are those of :func:`carom.observables.packing_network` in each frame.
+        Meaning of the colors. Speeds have one scale for all frames. psi_6 is that of the six nearest
+        neighbors, for d = 2. Rattlers are those of :func:`carom.observables.packing_network` in each frame.
     obstacles : sequence of obstacles, optional
         Obstacles to draw; by default those of the run in whose folder the trajectory lies.
     progress : callable or True, optional

@@ -20,7 +20,7 @@ from carom.scene import box as _box
 
 
 class Fields:
-    """Components, box and obstacles. :class:`carom.Scene` says how they are given and checked."""
+    """Particles, box and obstacles. :class:`carom.Scene` says how they are given and checked."""
 
     positions: np.ndarray
     box: tuple[float, ...]
@@ -45,7 +45,7 @@ class Fields:
 
     @property
     def n(self) -> int:
-        """Number of components."""
+        """Number of particles."""
         return self.positions.shape[0]
 
     @property
@@ -60,7 +60,7 @@ class Fields:
 
     @property
     def number_density(self) -> float:
-        """Number of components per volume [length^-d]."""
+        """Number of particles per volume [length^-d]."""
         return self.n / self.volume
 
     @property

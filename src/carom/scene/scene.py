@@ -69,7 +69,7 @@ class Scene(Fields):
     Parameters
     ----------
     positions : (n, d) array_like
-        Centres [length]; along periodic axes they are wrapped into ``0 <= x < edge``. Kept read-only.
+        Centers [length]; along periodic axes they are wrapped into ``0 <= x < edge``. Kept read-only.
     box : float or d floats
         Edges of the box [length]; one number makes a cube. Each must be *greater* than the largest diameter:
         with edge = diameter a sphere would always touch its own image, or both walls.
@@ -83,14 +83,14 @@ class Scene(Fields):
         Angular velocities of rough particles, a number each in the plane, a vector in space; by default they
         do not spin [1 / time]. Only with ``impact=carom.models.Rough(...)``.
     species : (n,) array_like of int, optional
-        Species of each component, counted from 0.
+        Species of each particle, counted from 0.
     contact : (K, K) array_like, optional
-        Distances at which components of two species touch [length]: symmetric, with the species' diameters on
+        Distances at which particles of two species touch [length]: symmetric, with the species' diameters on
         the diagonal. By default contacts are additive: the mean of the two diameters.
     walls : str, True, sequence of str, or mapping of str to Wall
         Axes with walls: "y", "xy", True for all, or a list of names; from the fourth axis on they are called
         axis3, axis4, ... The other axes are periodic. An axis has two walls, at 0 and at the edge, that the
-        *surfaces* cannot pass: centres stay in [radius, edge - radius]. Their names are x_low, x_high,
+        *surfaces* cannot pass: centers stay in [radius, edge - radius]. Their names are x_low, x_high,
         y_low, ... A mapping says of them by name which properties they have, such as ``{"y_low":
         models.Wall(impact=0.9)}``; of an axis of which one wall is named, the other is plain.
     obstacles : sequence of obstacles
@@ -99,18 +99,18 @@ class Scene(Fields):
     species_names : sequence of str, optional
         Names of the species, for files and tables.
     pinned : (n,) array_like of bool, or of indices, optional
-        Components that stay where they are, as if their mass were infinite.
+        Particles that stay where they are, as if their mass were infinite.
         Their velocities are zero, and two of them may overlap. They do not count for the temperature.
     interaction : value, optional
-        How two components act on each other; by default hard cores with these diameters and ``contact``.
+        How two particles act on each other; by default hard cores with these diameters and ``contact``.
     motion : value, optional
-        How components move between events; by default free flight.
+        How particles move between events; by default free flight.
     impact : float or value, optional
         What a contact of two particles loses; by default nothing. A number is the fraction of the normal
         relative velocity that remains, a ``carom.models.Restitution``. The page docs/models explains
         ``interaction``, ``motion`` and ``impact``.
     drive : value, optional
-        What kicks single components at times of its own: a thermostat, noise (``carom.models.drives``).
+        What kicks single particles at times of its own: a thermostat, noise (``carom.models.drives``).
     **unknown
         Refused, with the right word.
 
@@ -119,7 +119,7 @@ class Scene(Fields):
     OverlapError
         If two spheres, or a sphere and an obstacle, overlap by more than rounding explains: 1e-12 of the
         contact distance plus the rounding of coordinates as large as the box
-        (``carom.scene.overlaps.tolerance``). The message names the pair, or the component and the obstacle.
+        (``carom.scene.overlaps.tolerance``). The message names the pair, or the particle and the obstacle.
         Contact is allowed.
     InputError
         If anything else cannot be simulated: a wrong type or shape, NaN, no particle, more than 12
@@ -132,7 +132,7 @@ class Scene(Fields):
     mass : float
         The common mass; the mean where they differ.
     diameters, masses : (n,) arrays
-        Diameter [length] and mass of each component, read-only.
+        Diameter [length] and mass of each particle, read-only.
     species : (n,) int64 array or None
     species_names : tuple of str
     contact : (K, K) array or None

@@ -95,16 +95,16 @@ def check(
     """Test the paper's conditions I to V (Lubachevsky 1991, sec. 7) on a model, and further requirements.
 
     Nothing is compiled: the functions run as plain Python. A :class:`carom.Simulation` tests models that are
-    not Carom's in the same way, on a few pairs of its own components.
+    not Carom's in the same way, on a few pairs of its own particles.
 
     Parameters
     ----------
     value : interaction, motion, impact, drive, obstacle or observer
-        As :class:`carom.Scene` takes it. It is tested with eight components of two species, with diameters
-        from 0.6 to 1.4 and masses from 0.3 to 3; an obstacle with small components near to it. An observer is
+        As :class:`carom.Scene` takes it. It is tested with eight particles of two species, with diameters
+        from 0.6 to 1.4 and masses from 0.3 to 3; an obstacle with small particles near to it. An observer is
         told of made-up events.
     motion : motion, optional
-        How components move: an interaction or an obstacle may be right in one motion only. By default they
+        How particles move: an interaction or an obstacle may be right in one motion only. By default they
         fly freely.
     dimensions : tuple of int, optional
         Dimensions to test; by default those from 1 to 4 in which the model can be. A motion with a value for

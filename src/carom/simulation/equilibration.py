@@ -116,7 +116,7 @@ def equilibrate(
 ) -> None:
     """Continue the run to equilibrium, and bring its mean temperature to ``kT``, if that is given.
 
-    The run goes on until the particles have left their neighbourhoods: in a fluid near freezing, and in a
+    The run goes on until the particles have left their neighborhoods: in a fluid near freezing, and in a
     fluid of hard particles that began on a lattice. It then lasts up to 16 times as long.
 
     Pairs that fall into wells heat, and so do particles that fall in a field. Velocities are therefore scaled
@@ -143,7 +143,7 @@ def equilibrate(
     Warns
     -----
     CaromWarning
-        If the particles have not left their neighbourhoods at the end.
+        If the particles have not left their neighborhoods at the end.
 
     Examples
     --------

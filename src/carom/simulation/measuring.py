@@ -89,7 +89,7 @@ def measure(
     CaromWarning
         If ``walltime`` came first. If the measured quantity drifts, or changes so slowly that there are
         fewer than 8 independent samples. If the stretch is too short near freezing, where the particles
-        hardly leave their neighbourhoods. If species of different masses have different temperatures, or
+        hardly leave their neighborhoods. If species of different masses have different temperatures, or
         exchange energy too slowly for the stretch. One of a thousand runs in equilibrium is flagged as
         drifting, too (``carom.observables.equilibrium``).
     """

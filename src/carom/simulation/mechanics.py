@@ -36,7 +36,7 @@ class Statistics:
     collisions : int
         Pair collisions, each counted once.
     transits : int
-        Sector crossings, or renewals of a neighbour list.
+        Sector crossings, or renewals of a neighbor list.
     advancements : int
         Events that lost their partner to a third party.
     advancement_fraction : float

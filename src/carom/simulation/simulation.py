@@ -173,7 +173,7 @@ class Simulation:
     def kT(self) -> float:
         """Temperature: twice the kinetic energy over the :attr:`degrees_of_freedom` [energy].
 
-        The motion of the centre of mass is subtracted along every axis on which momentum is conserved.
+        The motion of the center of mass is subtracted along every axis on which momentum is conserved.
         """
         return temperature.temperature(self._state)
 
@@ -335,7 +335,7 @@ class Simulation:
         return above.plotted(self.frame(), self.scene.obstacles, path)
 
     def explain(self) -> Any:
-        """Return what this run consists of: models, arrays, the neighbour scheme and the reason for it.
+        """Return what this run consists of: models, arrays, the neighbor scheme and the reason for it.
 
         ``print`` shows it as a page.
         """

@@ -16,14 +16,14 @@ PRECISIONS = ("double", "single")
 
 @dataclass(frozen=True)
 class Tuning:
-    """How a simulation is computed: neighbours, what is counted, and how numbers are stored.
+    """How a simulation is computed: neighbors, what is counted, and how numbers are stored.
 
     Parameters
     ----------
     neighbors : {"auto", "lists", "sectors", "all"}
-        Neighbour scheme; changes the speed, not the physics.
+        Neighbor scheme; changes the speed, not the physics.
     shell : float, optional
-        Reach of the neighbour lists in diameters. It asks for lists; by default it follows from the density.
+        Reach of the neighbor lists in diameters. It asks for lists; by default it follows from the density.
     images : bool
         Count the boxes that each particle crosses, for unwrapped positions.
     precision : {"double", "single"}
@@ -61,7 +61,7 @@ class Tuning:
 
     @property
     def requested(self) -> Requested:
-        """The neighbour scheme and the reach of its lists."""
+        """The neighbor scheme and the reach of its lists."""
         return self.neighbors, self.shell
 
 

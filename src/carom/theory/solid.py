@@ -103,7 +103,7 @@ def hall(packing_fraction: Any) -> Any:
 
 
 def free_volume(packing_fraction: Any, dimension: int) -> Any:
-    """Z of a crystal by the free volume of one particle in the cage of its neighbours at rest.
+    """Z of a crystal by the free volume of one particle in the cage of its neighbors at rest.
 
     Parameters
     ----------

@@ -216,8 +216,8 @@ def normal_speed(speed: Any, *, reduced_mass: float = 0.5, kT: float = 1.0) -> A
 
     Notes
     -----
-    ``(mu u / kT) exp(-mu u^2 / (2 kT))``: the Maxwell distribution of the normal component, times u for the
-    rate of such collisions. At constant energy the speeds of N components are bounded, a correction of order
+    ``(mu u / kT) exp(-mu u^2 / (2 kT))``: the Maxwell distribution of the normal particle, times u for the
+    rate of such collisions. At constant energy the speeds of N particles are bounded, a correction of order
     1 / N.
     """
     u = np.asarray(speed, dtype=np.float64)

@@ -93,7 +93,7 @@ class Loss:
         )
 
     def model(self, particles: Particles) -> Losing:
-        """Return the model that the engine compiles for contacts of two components."""
+        """Return the model that the engine compiles for contacts of two particles."""
         return Losing(self.law(particles), never_touched(particles), np.zeros(1, np.int64))
 
 

@@ -107,14 +107,14 @@ class Bonds(StepInteraction):
 
 
 def chains(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
-    """Return the bonds of ``count`` chains of ``length`` components each, numbered consecutively.
+    """Return the bonds of ``count`` chains of ``length`` particles each, numbered consecutively.
 
     Parameters
     ----------
     count, length : int
-        Number of chains, and of components in each.
+        Number of chains, and of particles in each.
     first : int
-        Index of the first component.
+        Index of the first particle.
 
     Raises
     ------
@@ -127,14 +127,14 @@ def chains(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
 
 
 def rings(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
-    """Return the bonds of ``count`` rings of ``length`` components each, numbered consecutively.
+    """Return the bonds of ``count`` rings of ``length`` particles each, numbered consecutively.
 
     Parameters
     ----------
     count, length : int
-        Number of rings, and of components in each.
+        Number of rings, and of particles in each.
     first : int
-        Index of the first component.
+        Index of the first particle.
 
     Raises
     ------

@@ -69,7 +69,7 @@ def cross(pair, i, j, step, rr, rv, inwards, cost):
     pair : model
         With ``masses``.
     i, j : int
-        The components.
+        The particles.
     step : int
         On which they are.
     rr, rv : float

@@ -44,7 +44,7 @@ def elastic(pair, i, j, rr, approach):
     pair : model
         With ``masses``.
     i, j : int
-        The components.
+        The particles.
     rr, approach : float
         r.r [length^2] and r.v of the surfaces.
     """

@@ -25,7 +25,7 @@ def mixed(bits64):
 
 @inner
 def uniform(seed, i, k):
-    """Return draw k of component i from the stream of a ``seed``, in (0, 1], of 52 bits."""
+    """Return draw k of particle i from the stream of a ``seed``, in (0, 1], of 52 bits."""
     bits64 = mixed(seed & WORD)
     bits64 = mixed(bits64 ^ ((seed >> 32) & WORD))
     bits64 = mixed(bits64 ^ i)
@@ -40,7 +40,7 @@ def uniform(seed, i, k):
 def normal(seed, i, k):
     """Return a normal number of the stream of a ``seed`` (Box and Muller).
 
-    It takes the draws k and k + 1 of component i.
+    It takes the draws k and k + 1 of particle i.
     """
     size = math.sqrt(-2.0 * math.log(uniform(seed, i, k)))
     return size * math.cos(2.0 * math.pi * uniform(seed, i, k + 1))

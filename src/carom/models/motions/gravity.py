@@ -28,7 +28,7 @@ from carom.models.questions.walls import wall_meeting
 
 @dataclass(frozen=True)
 class Gravity:
-    """A uniform field: the same acceleration for all components.
+    """A uniform field: the same acceleration for all particles.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ class Gravity:
 
     Notes
     -----
-    All components have the same acceleration. They therefore meet each other as without the field, and meet
-    walls and obstacles on parabolas. An event-driven run has no lasting contacts: a component that rests on a
+    All particles have the same acceleration. They therefore meet each other as without the field, and meet
+    walls and obstacles on parabolas. An event-driven run has no lasting contacts: a particle that rests on a
     surface rises to 2^-48 of the longest edge after every contact.
 
     Examples

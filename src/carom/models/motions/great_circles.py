@@ -71,7 +71,7 @@ class GreatCircles:
         return {"type": "great-circles", "radius": self.radius}
 
     def conserves(self, axis: int) -> bool:
-        """Return False for every ``axis``: the forces that keep components on the sphere change momentum."""
+        """Return False for every ``axis``: the forces that keep particles on the sphere change momentum."""
         return False
 
     def check(self, scene: Any) -> None:

@@ -16,7 +16,6 @@ from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
-from carom.models.obstacles.dressing import dressed
 from carom.models.obstacles.named_walls import Wall
 from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.segments import Segment, polygon
@@ -63,6 +62,9 @@ def checked(
     InputError
         If one is no obstacle, or does not fit the box.
     """
+    # Obstacles that move are met on parabolas, and these know the obstacles that rest.
+    from carom.models.obstacles.dressing import dressed
+
     if not isinstance(obstacles, Sequence) or isinstance(obstacles, str):
         raise InputError(f"obstacles must be a tuple of obstacles, found {checks.describe(obstacles)}.")
     standing: list[Obstacle] = []

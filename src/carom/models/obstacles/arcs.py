@@ -31,7 +31,7 @@ class Arc(Properties):
     Parameters
     ----------
     center : 2 floats
-        Centre of the circle [length].
+        Center of the circle [length].
     radius : float
         Radius of the circle [length].
     start, angle : float

@@ -24,7 +24,7 @@ class Ball(Properties):
     Parameters
     ----------
     center : d floats
-        Centre [length].
+        Center [length].
     radius : float
         Radius [length].
     name : str

@@ -26,7 +26,7 @@ class SphericalContainer(Properties):
     Parameters
     ----------
     center : d floats
-        Centre [length].
+        Center [length].
     radius : float
         Inner radius [length].
     name : str
@@ -49,7 +49,7 @@ class SphericalContainer(Properties):
         super().__post_init__()
 
     def gap(self, positions, radii, box, periodic):
-        """Return the distance of each component's surface from the container's, (n,) [length]."""
+        """Return the distance of each particle's surface from the container's, (n,) [length]."""
         return self.radius - np.linalg.norm(positions - np.array(self.center), axis=1) - radii
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
@@ -124,7 +124,7 @@ class CylindricalContainer(Properties):
         super().__post_init__()
 
     def gap(self, positions, radii, box, periodic):
-        """Return the distance of each component's surface from the container's, (n,) [length]."""
+        """Return the distance of each particle's surface from the container's, (n,) [length]."""
         across = np.delete(positions - np.array(self.center), self.axis, axis=1)
         return self.radius - np.linalg.norm(across, axis=1) - radii
 

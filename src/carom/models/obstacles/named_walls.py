@@ -43,7 +43,7 @@ class Wall(Properties):
         surface with the seed of another gets a new one.
     offset : float
         How far inside the face of the box a shaken wall swings [length], at most so far that it gets to the
-        face. Its centre then never leaves the box by more than the smallest radius, which is an error.
+        face. Its center then never leaves the box by more than the smallest radius, which is an error.
 
     Raises
     ------

@@ -68,12 +68,12 @@ class Plane(Properties):
         return tuple(x / length for x in self.normal), self.offset / length
 
     def gap(self, positions, radii, box, periodic):
-        """Return the distance of each component's surface from the plane, (n,) [length]."""
+        """Return the distance of each particle's surface from the plane, (n,) [length]."""
         normal, distance = self._unit()
         return positions @ np.array(normal) - distance - radii
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
-        """Raise InputError if the normal has another dimension, or a component along a periodic axis."""
+        """Raise InputError if the normal has another dimension, or a particle along a periodic axis."""
         fields.check_dimensions(self.normal, box, f"normal of {self.name}")
         for axis, (component, repeats) in enumerate(zip(self.normal, periodic, strict=True)):
             if component and repeats:

@@ -25,7 +25,7 @@ class Segment(Body):
     start, end : d floats
         The two ends [length].
     radius : float
-        Distance of the surface from the line [length]. With 0 the segment is a thin wall, which components
+        Distance of the surface from the line [length]. With 0 the segment is a thin wall, which particles
         hit from both sides.
     name : str
         Name, for messages and results.
