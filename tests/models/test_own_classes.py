@@ -13,7 +13,7 @@ import pytest
 import carom
 from carom import seeds
 from carom.errors import FileError, InputError, OverlapError
-from carom.models import Andersen, Gravity, Loss, Plane, Shaken, Sine, SquareWell, own
+from carom.models import Andersen, Gravity, Loss, Plane, Sine, SquareWell, own
 from carom.simulation.replay import Replay
 
 FLUID = carom.Scene.random(60, 0.3, 2, seed=1)
@@ -277,7 +277,7 @@ def test_a_run_with_a_model_of_ones_own_is_loaded_and_goes_on(runs):
 
 def test_a_path_of_ones_own_has_the_bits_of_caroms_sine():
     mine, caroms = (
-        carom.Simulation(floored(Shaken(Plane((0.0, 1.0), 0.5), (0.0, 1.0), path)), seed=1)
+        carom.Simulation(floored(Plane((0.0, 1.0), 0.5, shake=path)), seed=1)
         for path in (Swing(0.25, 3.0), Sine(0.25, 3.0))
     )
     for sim in (mine, caroms):

@@ -13,7 +13,7 @@ from carom.simulation import stretches
 from carom.simulation.run_loop import advance
 
 DOOR = Ball((3.0, 5.0), 1.0, "door")
-SCENE = carom.Scene.random(40, 0.2, 2, seed=1, periodic=[True, False], obstacles=[DOOR])
+SCENE = carom.Scene.random(40, 0.2, 2, seed=1, walls="y", obstacles=[DOOR])
 
 
 def fluid(**settings):
@@ -157,7 +157,7 @@ def test_a_wrong_word_of_a_run_is_one_sentence(keywords, says):
 
 
 def test_where_nothing_moves_nothing_is_hit():
-    still = SCENE.with_(velocities=np.zeros((SCENE.n, 2)))
+    still = SCENE.replace(velocities=np.zeros((SCENE.n, 2)))
     with pytest.warns(CaromWarning, match="Nothing moves"):
         carom.Simulation(still).run(until=carom.hit("door"))
 

@@ -38,7 +38,7 @@ def scenes():
             15, dimension=2, box=7.0, obstacles=[Ball((0.2, 6.8), 1.1), Ball((8.5, 3.0), 0.6, "far")], seed=0
         ),
         "plane": Scene.random(
-            15, dimension=2, box=8.0, periodic=False, obstacles=[Plane((1.0, 2.0), 5.0)], seed=0
+            15, dimension=2, box=8.0, walls=True, obstacles=[Plane((1.0, 2.0), 5.0)], seed=0
         ),
         "jar": Scene.random(
             15,
