@@ -60,9 +60,7 @@ def keys(given: Iterable[str], what: str, known: Iterable[str], *, needed: Itera
 def refuse_unknown(maker: str, given: Iterable[str], meant: Mapping[str, str], known: Iterable[str]) -> None:
     """Raise InputError if there is a keyword that ``maker`` does not know, with the word that is meant."""
     for name in given:
-        hint = (
-            f"; it is called {meant[name]}" if name in meant else suggestion(name, [*known, *meant.values()])
-        )
+        hint = f"; it is called {meant[name]}" if name in meant else suggestion(name, known)
         raise InputError(f"{maker} has no keyword {name!r}{hint}.")
 
 

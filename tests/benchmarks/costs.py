@@ -146,11 +146,11 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
             {"tuning": BARE},
         ),
         "restitution": (
-            plain.with_(restitution=1.0 - 1e-9, elastic_below=1e-3),
+            plain.replace(impact=Restitution(1.0 - 1e-9, elastic_below=1e-3)),
             {"tuning": BARE},
         ),
         "walls": (
-            carom.Scene(shrunk, plain.box, diameter=0.98, periodic=False),
+            carom.Scene(shrunk, plain.box, diameter=0.98, walls=True),
             {"tuning": BARE},
         ),
         "a fixed ball": (

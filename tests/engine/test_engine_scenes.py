@@ -382,4 +382,4 @@ def test_the_threshold_of_elastic_contacts_in_a_log_is_in_the_unit_of_the_scene(
     for kT in (1.0, 1e30):
         sim = carom.Simulation(scene, kT=kT, seed=1)
         assert (sim._state.unit.exponent == 0) == (kT == 1.0)
-        assert _header(sim._state)["threshold"] == pytest.approx(1e-3 * kT**0.5)
+        assert _header(sim._state)["thresholds"] == pytest.approx([1e-3 * kT**0.5])

@@ -123,6 +123,7 @@ sim = carom.Simulation(scene.replace(velocities=velocities))
 def test_collisions_that_come_are_waited_for_however_slow_they_may_get():
     # Contacts count down to a speed of 1e-30, and it would take that long to give up.
     program = """
+from carom.models import Restitution
 scene = carom.Scene.random(4, 0.6, 1, seed=1).replace(impact=Restitution(0.9, elastic_below=1e-30))
 print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
 """

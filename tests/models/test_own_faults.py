@@ -18,7 +18,7 @@ from carom.models.questions.interaction import core_square, interaction_time, ju
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import position, velocity
 from carom.models.questions.particles import NEVER, lanes
-from carom.scene.storage import from_arrays
+from carom.scene.storage import from_arrays, to_arrays
 from carom.simulation.explanation import explain
 from carom.simulation.replay import Replay
 from carom.simulation.run_state import RunState
@@ -276,7 +276,7 @@ class Plastic:
     ],
 )
 def test_a_file_is_not_loaded_with_another_value(before, given, words):
-    arrays, attributes = SCENE.replace(impact=before).to_arrays()
+    arrays, attributes = to_arrays(SCENE.replace(impact=before))
     with pytest.raises(InputError, match="The impact of the file is " + re.escape(words)):
         from_arrays(arrays, attributes, impact=given)
     again = Plastic(before.loss, None if before.table is None else before.table.copy())
@@ -470,7 +470,7 @@ def test_a_pair_model_with_a_memory_runs_on_one_worker(kind):
     scene = carom.Scene.crystal(cells=20, dimension=2, packing_fraction=0.4).replace(
         interaction=Remembering(kind=kind)
     )
-    with pytest.raises(InputError, match="one worker only, because of a pair model with a memory"):
+    with pytest.raises(InputError, match="one core only, because of a pair model with a memory"):
         carom.Simulation(scene, cores=2)
 
 

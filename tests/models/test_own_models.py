@@ -245,7 +245,7 @@ def test_the_usual_models_may_be_given_by_name():
     assert is_usual(scene, "interaction")
     assert is_usual(scene, "motion")
     assert not is_simple(scene)
-    assert SCENE.replace(interaction=HardCores()).simple
+    assert is_simple(SCENE.replace(interaction=HardCores()))
 
 
 class Bent:

@@ -174,7 +174,7 @@ def test_a_shaken_floor_by_name_drives_a_bed_and_bears_it(tmp_path):
     # The floor bears the weight and the change of the momentum; the ceiling is never hit.
     gained = (sim.frame().velocities[:, 1] - sim.scene.velocities[:, 1]).sum()
     assert floor.impulse == pytest.approx(6.0 * sim.time + gained, rel=1e-12)
-    pressure = sim.measure(carom.WallPressure("y_low", blocks=16), time=20.0)
+    pressure = sim.measure(carom.WallPressure("y_low"), time=20.0, blocks=16)
     assert (pressure.name, pressure.area) == ("y_low", 8.5)
     with pytest.raises(InputError, match=r"y_low stands for the wall plain y_low.*measure 'y_low'"):
         carom.WallPressure(0).prepare(sim.scene)

@@ -267,7 +267,7 @@ def test_a_bumpy_floor_of_pinned_particles_turns_those_that_fall_on_it():
 
 
 def test_a_run_is_resumed_and_replayed_with_its_spins(tmp_path):
-    scene = gas(2, n=60, impact=0.9, tangential=0.5, friction=0.3)
+    scene = gas(2, n=60, restitution=0.9, tangential=0.5, friction=0.3)
     whole = carom.Simulation(scene, seed=1)
     whole.run(collisions=1500)
     half = carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5")
@@ -288,7 +288,7 @@ def test_a_run_is_resumed_and_replayed_with_its_spins(tmp_path):
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("suffix", ["h5md", "extxyz"])
 def test_files_hold_spins_to_the_last_bit_and_a_run_goes_on_from_them(d, suffix, tmp_path):
-    scene = gas(d, impact=0.9, tangential=0.5)
+    scene = gas(d, restitution=0.9, tangential=0.5)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions=300)
     sim.write(tmp_path / f"run.{suffix}", every=0.1, count=3)

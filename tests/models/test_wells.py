@@ -424,7 +424,7 @@ def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
     for settings in ({"growth": 0.1}, {"tuning": carom.Tuning(precision="single")}):
         with pytest.raises(InputError, match="is not for pairs on steps"):
             carom.Simulation(scene, **settings)
-    with pytest.raises(InputError, match="restitution is not for pairs on steps"):
+    with pytest.raises(InputError, match="impact is not for pairs on steps"):
         carom.Simulation(scene.replace(impact=0.9), seed=0)
     with pytest.raises(InputError, match="needs box edges above"):
         carom.Simulation(carom.Scene([[0.5] * 3, [2.0] * 3], 3.0, interaction=well), seed=0)

@@ -169,7 +169,7 @@ def test_blocks_without_energies_are_refused():
     well = carom.Simulation(
         carom.Scene.crystal(cells=3, density=0.3).replace(interaction=SquareWell()), seed=0
     )
-    with pytest.raises(InputError, match="use measure"):
+    with pytest.raises(InputError, match="Blocks hold no energies"):
         stretches.estimate(well, carom.Energy(), [well.run(collisions=10)])
 
 
@@ -320,6 +320,6 @@ def test_the_screen_shows_wells_with_their_energy_and_temperature(whole, tmp_pat
     results(RunResult(tmp_path, whole, new=True), as_json=False)
     shown = " ".join(capsys.readouterr().out.split())
     assert "108 spheres with square wells of range 1.5 and depth 1 at packing fraction" in shown
-    assert re.search(rf"U / N {whole['potential_energy']['mean']:.3f}"[:-1] + r"\d* ± 0\.0\d+ kT 3\.", shown)
+    assert re.search(rf"U / N {whole['U']['mean']:.3f}"[:-1] + r"\d* ± 0\.0\d+ kT 3\.", shown)
     assert "hard" not in shown
     json.dumps(whole, allow_nan=False)

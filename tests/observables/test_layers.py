@@ -16,6 +16,7 @@ from carom.frame import Frame
 from carom.models.motions.gravity import Gravity
 from carom.observables.layers import GROUPS, MOST, Layers, weight
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation import stretches
 from carom.simulation.mechanics import Impacts
 from carom.studies.runs.stretch import Stretch
 
@@ -143,7 +144,8 @@ def test_a_run_shows_the_bed_and_a_resumed_one_the_same(tmp_path):
     assert "± ?" not in shown
 
 
-def test_a_block_has_what_each_wall_took_up_and_gave_in_it():
+def test_a_block_has_what_each_wall_took_up_and_gave_in_it(monkeypatch):
+    monkeypatch.setattr(stretches, "tally", lambda sim: sim.tally)
     scene = carom.Scene([[2.0, 2.0]], 4.0, walls="y")
     still = frame_of(scene, scene.positions, np.zeros((1, 2)), np.ones(1))
     stretch = Stretch(1, 1, 1, step=2.0)
@@ -152,7 +154,7 @@ def test_a_block_has_what_each_wall_took_up_and_gave_in_it():
         tally = carom.Block(1.0, k, 0.5 * k, kT_time=None)
         sim = SimpleNamespace(
             tally=tally, scene=scene, obstacles=walls, frame=lambda: still,
-            machine=SimpleNamespace(scene=scene), degrees_of_freedom=2,
+            _state=SimpleNamespace(scene=scene), degrees_of_freedom=2,
         )  # fmt: skip
         stretch.mark(sim)
     (block,) = stretch.blocks(sim)

@@ -31,7 +31,7 @@ SCENES = {
         ),
         seed=1,
     ),
-    "walls": lambda: disks(periodic=False),
+    "walls": lambda: disks(walls=True),
     "an obstacle": lambda: disks(obstacles=[Ball((3.0, 3.0), 1.0)]),
     "wells": lambda: carom.Simulation(
         carom.Scene.crystal(108, density=0.3, interaction=SquareWell(1.5, 1.0)), seed=1
@@ -71,11 +71,11 @@ def test_a_fluid_is_isotropic_and_nothing_changes_the_run():
 
 
 def test_between_walls_it_is_the_force_on_each():
-    sim = disks(periodic=[True, False])
+    sim = disks(walls="y")
     tensor, low, high = sim.measure(
         carom.PressureTensor(),
-        carom.WallPressure("lower wall of axis 1"),
-        carom.WallPressure("upper wall of axis 1"),
+        carom.WallPressure("y_low"),
+        carom.WallPressure("y_high"),
         collisions_per_particle=2000,
     )
     edge = sim.scene.box[1]
@@ -113,6 +113,6 @@ def test_two_disks_on_a_line_press_along_it_alone():
     ],
 )
 def test_it_is_refused_where_events_do_not_tell_it(change, settings, says):
-    scene = carom.Scene([[2.0, 5.0], [6.0, 5.0]], (8.0, 8.0)).with_(**change)
+    scene = carom.Scene([[2.0, 5.0], [6.0, 5.0]], (8.0, 8.0)).replace(**change)
     with pytest.raises(InputError, match=says):
         carom.Simulation(scene, **settings).measure(carom.PressureTensor(), time=1.0)

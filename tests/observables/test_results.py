@@ -38,7 +38,7 @@ def found():
 
 @pytest.fixture(scope="module")
 def walls():
-    sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, seed=1, periodic=False), seed=1)
+    sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, seed=1, walls=True), seed=1)
     return sim.measure(carom.WallPressure(), collisions_per_particle=60, blocks=32)
 
 

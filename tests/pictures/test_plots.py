@@ -243,8 +243,8 @@ def test_every_picture_of_numbers_holds_its_data_within_its_axes():
     assert not outside(figure)
     assert figure.axes[0].lines[0].get_ydata()[-1] == len(network.gaps)
     history = np.zeros(9, dtype=HISTORY)
-    history["pressure"] = np.geomspace(10.0, 1e6, 9)
-    history["packing_fraction"] = 0.64 * (1.0 - 2.0 / history["pressure"])
+    history["Z"] = np.geomspace(10.0, 1e6, 9)
+    history["packing_fraction"] = 0.64 * (1.0 - 2.0 / history["Z"])
     for jammed in (0.64, math.nan):
         figure = plots.compression(history, jammed, 3)
         assert not outside(figure)
@@ -292,7 +292,7 @@ def test_a_compression_is_drawn_at_the_density_in_the_middle_of_each_stretch():
     from carom.studies.packings.packing import HISTORY
 
     history = np.zeros(3, dtype=HISTORY)
-    history["packing_fraction"], history["pressure"] = [0.4, 0.5, 0.56], [10.0, 20.0, 50.0]
+    history["packing_fraction"], history["Z"] = [0.4, 0.5, 0.56], [10.0, 20.0, 50.0]
     dots = plots.compression(history, 0.64, 3).axes[0].lines[0].get_xdata()
     assert dots == pytest.approx(1.0 - np.array([0.4, 0.45, 0.53]) / 0.64, rel=1e-12)
     assert plots.compression(history, math.nan, 3).axes[0].lines[0].get_xdata() == pytest.approx(

@@ -669,9 +669,9 @@ def test_an_obstacle_of_another_dimension_than_the_frame_is_a_sentence(show):
 
 
 def test_the_summary_of_a_packing_names_obstacles_of_its_own_box_only(tmp_path):
-    summary = Packing(crystal(2, 6), np.array([], HISTORY), "", 1, 0.0, (Ball((1.0, 1.0), 0.1),)).save(
-        tmp_path, pictures=False
-    )
+    packing = Packing(crystal(2, 6), np.array([], HISTORY), "", 1, 0.0, (Ball((1.0, 1.0), 0.1),))
+    packing.save(tmp_path, pictures=False)
+    summary = json.loads((tmp_path / "summary.json").read_text())
     summary["obstacles"][0]["center"] = [1.0] * 3
     (tmp_path / "summary.json").write_text(json.dumps(summary))
     with pytest.raises(FileError, match=r"summary\.json: .*center of ball"):

@@ -28,7 +28,7 @@ def test_half_of_close_packing_begins_at_random_in_many_dimensions(d, eta):
 
 
 def test_what_jams_says_how_dense_it_became_and_how_to_go_on():
-    with pytest.raises(InputError, match=r"jam at packing fraction 0\.4.*of 40 random starts.*studies\.pack"):
+    with pytest.raises(InputError, match=r"jam at packing fraction 0\.4.*of 40 random starts.*carom\.pack"):
         carom.Scene.random(5, 0.61, seed=1)
 
 

@@ -31,9 +31,7 @@ def test_without_a_temperature_the_energy_stays():
 def test_a_column_under_gravity_comes_to_the_temperature_within_its_error():
     pulls = []
     for seed in range(6):
-        scene = carom.Scene.random(
-            40, 0.05, 2, seed=seed, periodic=[True, False], motion=Gravity((0.0, -0.3))
-        )
+        scene = carom.Scene.random(40, 0.05, 2, seed=seed, walls="y", motion=Gravity((0.0, -0.3)))
         sim = carom.Simulation(scene, kT=1.0, seed=seed)
         sim.equilibrate(collisions_per_particle=400, kT=2.0)
         kT = sim.measure(carom.Energy(), collisions_per_particle=150).kT
@@ -78,7 +76,7 @@ def test_a_drive_brings_its_own_temperature():
     sim.equilibrate(collisions_per_particle=30, kT=2.0)
     with pytest.raises(InputError, match="Andersen brings the particles to kT = 2"):
         sim.equilibrate(kT=1.0)
-    noisy = carom.Simulation(scene.with_(drive=WhiteNoise(power=1.0, rate=1.0)), seed=1)
+    noisy = carom.Simulation(scene.replace(drive=WhiteNoise(power=1.0, rate=1.0)), seed=1)
     with pytest.raises(InputError, match="WhiteNoise sets it"):
         noisy.equilibrate(kT=1.0)
 

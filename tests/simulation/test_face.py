@@ -30,7 +30,7 @@ def test_the_face_is_no_longer_than_it_was_written():
         "scene", "n", "time", "collisions", "kT", "positions", "velocities", "diameters", "packing_fraction",
         "potential_energy", "degrees_of_freedom", "pinned_impulse", "collisions_by_species", "obstacles",
         "interaction", "drive", "observers", "statistics", "frame", "run", "rescale", "equilibrate", "sample",
-        "measure", "write", "helfand", "free_flights", "view", "plot", "explain", "save", "load", "close",
+        "measure", "write", "helfand", "kT_rotational", "view", "plot", "explain", "save", "load", "close",
     }  # fmt: skip
 
 

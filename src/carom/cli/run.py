@@ -10,7 +10,6 @@ import typer
 
 from carom.cli.options import Cores, Json, Trusted, number_of
 from carom.cli.trouble import friendly
-from carom.simulation.tuning import Tuning
 from carom.texts import visible
 
 _SCENE = "The system (overrides a scene file)"
@@ -149,6 +148,7 @@ def run(
     plan = plan.trusted() if trust_code else plan
     if explain:
         from carom.simulation.explanation import explain as explained
+        from carom.simulation.tuning import Tuning
 
         found = explained(
             plan.build_scene(), tuning=Tuning(neighbors=plan.run.neighbors), event_log=plan.output.event_log

@@ -11,7 +11,7 @@ from carom.engine.lattice import contact_vector, contact_velocity
 from carom.engine.observers.interface import gain
 from carom.models.contacts.rough import Rubbing, add_spin, slip_to_impulse, turn
 from carom.models.interactions.pinned import PinnedCores
-from carom.models.obstacles.rough_surfaces import RoughSurface
+from carom.models.obstacles.surfaces import RoughSurface
 from carom.models.questions.interaction import mass
 from carom.models.questions.obstacle import surface_velocity
 

@@ -280,9 +280,9 @@ class Simulation:
         and the pairs that are on it now. Of particles that follow rules: their present kinds, counters,
         memory and timers (``docs/range-rules``).
         """
-        if self._state.system.stepped:
-            return pair_steps.step_sums(self._state)
-        return None if self._state.engine.model.rules is None else agents.present(self._state)
+        if self._state.engine.model.rules is not None:
+            return agents.present(self._state)
+        return pair_steps.step_sums(self._state) if self._state.system.stepped else None
 
     @property
     @exclusive

@@ -425,7 +425,7 @@ def system_of(
         pinned=scene.pinned,
         spins=None if scene.spins is None else unit.to_kernel(scene.spins, -1),
     )
-    rough = next((each for each in scene.obstacles if getattr(each, "rough", False)), None)
+    rough = next((each for each in standing(scene) if isinstance(getattr(each, "loss", None), Rough)), None)
     if rough is not None and not isinstance(scene.impact, Rough):
         raise InputError(
             f"The surface of {rough.name} is rough, and the particles do not spin: give the scene "

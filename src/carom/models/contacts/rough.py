@@ -122,7 +122,7 @@ class Rough(Restitution):
         return {"type": "rough", **given}
 
     def inertias(self, masses: np.ndarray, dimension: int) -> np.ndarray:
-        """Return the moment of inertia over R^2 of particles of ``masses`` (n,) [mass]."""
+        """Return the moment of inertia over R^2 of particles of ``masses`` (n,) in a ``dimension`` [mass]."""
         part = 2.0 / (dimension + 2.0) if self.inertia is None else np.array(self.inertia)
         return part * masses
 

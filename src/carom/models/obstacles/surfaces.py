@@ -150,8 +150,6 @@ class Surface(_Covered):
         )
         if not isinstance(self.loss, Rough):
             return body
-        from carom.models.obstacles.rough_surfaces import RoughSurface
-
         return RoughSurface(body, self.loss.tangential, self.loss.largest_friction)
 
 
@@ -233,6 +231,22 @@ class Lossy(NamedTuple):
     """Contacts that were elastic, and contacts with a least speed after them, (2,) int64."""
 
 
+class RoughSurface(NamedTuple):
+    """A surface that exchanges momentum along itself, too (``carom.engine.rubbing``)."""
+
+    body: Lossy
+    """What it does along the normal."""
+    tangential: float
+    """beta."""
+    friction: float
+    """Largest ratio of the tangential to the normal impulse."""
+
+    @property
+    def spared(self) -> np.ndarray:
+        """As of :class:`Lossy`."""
+        return self.body.spared
+
+
 class Thermostat(NamedTuple):
     """A body that throws components back with the speeds of a temperature."""
 
@@ -246,7 +260,7 @@ class Thermostat(NamedTuple):
     """Numbers that each component has drawn, (n + 1,) int64."""
 
 
-def pass_on(kind: type) -> None:
+def _passed_on(kind: type) -> None:
     """Register answers of a surface that are those of its body."""
 
     @encounter.register(kind)
@@ -282,8 +296,24 @@ def pass_on(kind: type) -> None:
         return surface_speed(obstacle.body, normal, now)
 
 
-pass_on(Lossy)
-pass_on(Thermostat)
+_passed_on(Lossy)
+_passed_on(RoughSurface)
+_passed_on(Thermostat)
+
+
+@shift_epoch.register
+def _(obstacle: RoughSurface, duration):
+    shift_epoch(obstacle.body, duration)
+
+
+@copy_state.register
+def _(obstacle: RoughSurface, before, instant, passed, slower):
+    copy_state(obstacle.body, before.body, instant, passed, slower)
+
+
+@recoil.register
+def _(obstacle: RoughSurface, motion, i, mass, x, v, normal, growth, now):
+    recoil(obstacle.body, motion, i, mass, x, v, normal, growth, now)
 
 
 @shift_epoch.register
