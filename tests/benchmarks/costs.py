@@ -38,6 +38,7 @@ from rates import rate, size_of
 import carom
 from carom.block import Block
 from carom.models import ENTERED, Kind, Ranges, SquareWell, Steps, StepTable
+from carom.models.contacts.restitution import Restitution
 from carom.models.motions.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics
 from carom.simulation import flying, run_loop, stretches

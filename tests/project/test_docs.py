@@ -37,7 +37,8 @@ def source_of(name: str) -> str:
 
 
 @pytest.mark.parametrize("name", [name for name in MODULES if ">>> " in source_of(name)])
-def test_docstring_examples_run(name):
+def test_docstring_examples_run(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # some write files
     if name in NEEDS:
         pytest.importorskip(NEEDS[name])
     module = importlib.import_module(name)

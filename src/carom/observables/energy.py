@@ -32,7 +32,7 @@ class Energy:
     >>> from carom.models import SquareWell
     >>> scene = carom.Scene.crystal(108, density=0.3, interaction=SquareWell(1.5, 1.0))
     >>> sim = carom.Simulation(scene, seed=1)
-    >>> sim.equilibrate(3.0, collisions_per_particle=100)
+    >>> sim.equilibrate(kT=3.0, collisions_per_particle=100)
     >>> sim.measure(Energy(), collisions_per_particle=2000).U.mean < -1.5
     True
     """

@@ -43,7 +43,7 @@ class Pressure:
     --------
     >>> import carom
     >>> sim = carom.Simulation(carom.Scene.crystal(108, 0.3), seed=1)
-    >>> sim.run(collisions_per_particle=100)
+    >>> block = sim.run(collisions_per_particle=100)
     >>> 2.0 < sim.measure(Pressure(), collisions_per_particle=1000).contact_value.mean < 3.0
     True
     """
