@@ -16,7 +16,7 @@ from sphinx import addnodes
 from sphinx.application import Sphinx
 
 # What several modules offer is shown once, on the page of the first of these.
-ORDER = ("models.own", "models", "errors", "io", "observables", "reference", "studies", "theory", "")
+ORDER = ("", "models.own", "models", "errors", "io", "observables", "reference", "studies", "theory")
 REQUEST = re.compile(r"^\{\{ api (?P<module>[\w.]+) \}\}$", re.MULTILINE)
 
 
@@ -56,10 +56,10 @@ def expanded(request: re.Match[str]) -> str:
     documented = [name for name, x in names.items() if callable(x) and not get_origin(x)]
     lines += [".. autosummary::", "", *(f"   {name}" for name in documented)]
     for name, thing in names.items():
-        if get_origin(thing):  # the annotation of a field
+        if hasattr(thing, "__metadata__"):  # the annotation of a field
             lines += ["", f".. py:data:: {name}", "", f"   {thing.__metadata__[0].text}"]
             continue
-        if not callable(thing):  # a table or a constant: its docstring would be that of dict
+        if get_origin(thing) or not callable(thing):  # its docstring would be that of the type behind it
             lines += ["", f".. py:data:: {name}", f"   :value: {thing!r}"]
             continue
         kind = "class" if inspect.isclass(thing) else "function"

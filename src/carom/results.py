@@ -1,6 +1,6 @@
 """What a measurement gives: one base by which every result prints, draws itself, and goes to files.
 
-A result is a frozen dataclass of numbers, texts, arrays and :class:`~carom.observables.Estimate`. Its
+A result is a frozen dataclass of numbers, texts, arrays and :class:`~carom.Estimate`. Its
 dictionary has the names of its fields; an estimate ``Z`` is there as ``Z`` and ``Z_error``, with ``Z_n_eff``,
 ``Z_tau`` and ``Z_blocks``. The key ``kind`` names the class, by which :func:`loaded` finds it again.
 """
@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 SUFFIXES = (".json", ".csv", ".npz")
 """What :meth:`Result.save` writes."""
 
-_KINDS: dict[str, type] = {}
+KINDS: dict[str, type] = {}
+"""The classes that a file can hold, by the name under the key ``kind``."""
+
 _PARTS = ("error", "n_eff", "tau", "blocks")  # of an estimate, besides its mean
 _NOT_FINITE = ("nan", "inf", "-inf")  # JSON has no such numbers
 _T = TypeVar("_T", bound=type)
@@ -46,7 +48,7 @@ def part(kind: _T) -> _T:
     kind : type
         The dataclass.
     """
-    _KINDS[kind.__name__] = kind
+    KINDS[kind.__name__] = kind
     return kind
 
 
@@ -168,7 +170,7 @@ def from_dict(values: Mapping[str, Any]) -> Any:
         If its kind is not known, or a number is missing.
     """
     above.name_results()
-    kind = _KINDS.get(str(values.get("kind")))
+    kind = KINDS.get(str(values.get("kind")))
     if kind is None:
         raise InputError(f"No kind of result is called {values.get('kind')!r}.")
     made = {}
@@ -177,7 +179,7 @@ def from_dict(values: Mapping[str, Any]) -> Any:
         if f"{name}_n_eff" in values:
             numbers = (values[name], *(values[f"{name}_{each}"] for each in _PARTS))
             mean, error, n_eff, tau, blocks = map(_number, numbers)
-            made[name] = _KINDS["Estimate"](mean, error, n_eff, tau, int(blocks))
+            made[name] = KINDS["Estimate"](mean, error, n_eff, tau, int(blocks))
         elif name in values:
             made[name] = _value(values[name], str(field.type))
         elif field.default is dataclasses.MISSING:
@@ -238,7 +240,7 @@ def _plain(value: Any) -> Any:
         return [_plain(each) for each in value]
     if isinstance(value, dict):
         return {_key(name): _plain(each) for name, each in value.items()}
-    if type(value).__name__ in _KINDS:
+    if type(value).__name__ in KINDS:
         return {"kind": type(value).__name__, **_fields(value)}
     return value
 

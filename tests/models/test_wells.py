@@ -376,8 +376,8 @@ def test_the_page_runs_as_it_stands(capsys):
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: SquareWell(-1.5), "width must be greater than 1"),
-        (lambda: SquareWell(1.0), "width must be greater than 1"),
+        (lambda: SquareWell(-1.5), "range must be greater than 1"),
+        (lambda: SquareWell(1.0), "range must be greater than 1"),
         (lambda: SquareWell(1.5, math.nan), "depth must be finite"),
         (lambda: Steps([], []), "at least one distance"),
         (lambda: Steps([1.0, 0.9], [INF, -1.0]), "rise by more than rounding"),

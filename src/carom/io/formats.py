@@ -32,7 +32,7 @@ EXPORTED = {
 
 
 class Reader(ABC):
-    """A trajectory file as a sequence of Frames, as :func:`carom.io.open` returns it for a ``path``.
+    """A trajectory file as a sequence of Frames, as :func:`carom.open` returns it for a ``path``.
 
     A frame is read when it is accessed. ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for
     frame in reader`` work as for a list.
@@ -110,7 +110,7 @@ class Reader(ABC):
 
 
 class Writer(ABC):
-    """A trajectory file open for writing, as :func:`carom.io.open` returns it for a ``path`` and a ``scene``.
+    """A trajectory file open for writing, as :func:`carom.open` returns it for a ``path`` and a ``scene``.
 
     A frame is complete when ``write`` returns. All frames of a file have the same numbers of particles and
     dimensions. Either all or none of them have image counts, and spins. ``len(writer)`` is the number of

@@ -325,7 +325,7 @@ def universe(
     Parameters
     ----------
     source : path, Reader, Frame or sequence of Frames
-        A trajectory that :func:`carom.io.open` reads (it stays open as long as the Universe), or frames in
+        A trajectory that :func:`carom.open` reads (it stays open as long as the Universe), or frames in
         memory.
     unwrapped : bool
         Whether positions are ``positions + images * box``, as mean squared displacements need them, instead

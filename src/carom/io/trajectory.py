@@ -74,7 +74,7 @@ def open_reader(path: str | os.PathLike[str], *, torn: bool = False) -> Reader:
 def open_writer(
     path: str | os.PathLike[str], mode: str = "w", scene: Any = None, *, keep: int | None = None
 ) -> Writer:
-    """Open a trajectory for writing; see :func:`carom.io.open`."""
+    """Open a trajectory for writing; see :func:`carom.open`."""
     _, writer = _classes(path)
     if mode not in ("w", "x", "a"):
         raise InputError(f"The mode is {mode!r}; expected 'r', 'w', 'x' or 'a'.")

@@ -138,7 +138,7 @@ class Pressure:
         wrong by 1 / n. One particle has Z = 1 exactly. The formula does not depend on diameters or masses,
         and so holds for mixtures as well. Between the walls of a box it is the average over the axes of
         ``force on a wall times free length of the axis / (n kT)``; for the force itself see
-        :class:`~carom.observables.WallPressure`.
+        :class:`~carom.WallPressure`.
 
         If contacts lose energy, or diameters grow, kT changes: its integral over each block replaces ``kT
         t``. While a gas cools, blocks are weighted by their collisions, and Z is that of inelastic spheres at

@@ -204,7 +204,7 @@ def blocking(samples: ArrayLike) -> Estimate:
     and in 57 % with tau 19. Hence r is corrected for its bias, and the squared error is multiplied by ``(1 +
     r) / (1 - r)``, the factor of the AR(1) process with the r of the chosen level. The factor tends to 1 for
     long series; with it the figures are 94 % and 92 %. The uncertainty of r enters
-    :attr:`Estimate.degrees_of_freedom`, with which the figures are 97 % and 95 %.
+    ``degrees_of_freedom`` of the estimate, with which the figures are 97 % and 95 %.
     """
     x = np.asarray(samples, dtype=np.float64)
     if x.ndim != 1 or x.size == 0:

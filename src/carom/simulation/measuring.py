@@ -43,7 +43,7 @@ def measure(
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
 ):
-    """Continue the run and measure :class:`~carom.observables.Pressure`, or other observables, in one pass.
+    """Continue the run and measure :class:`~carom.Pressure`, or other observables, in one pass.
 
     The stretch is cut into blocks of equal *time*, whose scatter gives the error bars. Observables of frames
     see one at the start and one at the end of each block. Blocks that end with a collision would bias the

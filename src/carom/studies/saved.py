@@ -17,7 +17,7 @@ from carom.io import checkpoint, records
 from carom.io.trajectory import open_reader
 from carom.io.validation import flaw
 from carom.models.files.tables import obstacle_from_table
-from carom.results import loaded
+from carom.results import KINDS, loaded
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
 from carom.studies.codes.code import FORMAT as A_CODE
@@ -239,7 +239,7 @@ def _of_json(path: Path) -> Any:
             return _READ[kind](found)
         except (InputError, KeyError, TypeError, ValueError) as error:
             raise FileError(f"{path} is no {kind} that was saved ({error}); name another file.") from None
-    if "kind" in found:
+    if found.get("kind") in KINDS:
         return loaded(path)
     raise InputError(f"{path} is a JSON file of none of these: {KNOWN}.")
 

@@ -22,7 +22,7 @@ class Interaction(Protocol):
       :func:`carom.check` compares them;
     - ``keeps_momentum = False``, if its jumps do not keep the total momentum, nor the energy.
 
-    An interaction whose pairs have steps (:func:`step_time`) also has:
+    An interaction whose pairs have steps (``step_time``) also has:
 
     - ``steps(particles)``, which returns the number of steps, and the step of pairs beyond each other's reach
       for every pair of species, (K, K) ints;
@@ -57,7 +57,7 @@ def interaction_time(pair, i, j, rr, rv, vv, now):
     Notes
     -----
     The compiled function stands in the loop over candidates. The loop is vectorised if the function has no
-    branch and no store, and if :func:`lanes` names the fields that it reads of j. The time is 0 for a pair
+    branch and no store, and if ``lanes`` names the fields that it reads of j. The time is 0 for a pair
     that touches and approaches (Lubachevsky 1991, sec. 6).
     """
 

@@ -25,7 +25,7 @@ def copy_state(model, before, instant, passed, slower):
     """Copy the memory of ``before``, a model of the same type that is replaced; called from Python.
 
     :meth:`carom.Simulation.rescale` and growing diameters replace models. A model that answers
-    :func:`shift_epoch` or :func:`record_impulse` has to answer this, too.
+    :func:`shift_epoch` or ``record_impulse`` has to answer this, too.
 
     Parameters
     ----------

@@ -18,7 +18,7 @@ def step_time(pair, i, j, step, rr, rv, vv, now):
     """Time from now until components i and j, which are on ``step``, reach one of its ends, or NEVER.
 
     The step is an index of the model's arrays, which have ``2**step_bits(count)`` items for ``count`` steps.
-    The other parameters, and the conditions for a vectorised loop, are those of :func:`interaction_time`.
+    The other parameters, and the conditions for a vectorised loop, are those of ``interaction_time``.
     """
 
 
@@ -29,7 +29,7 @@ def step_jump(pair, i, j, step, rr, rv, now):
     Returns
     -------
     a, b, virial : float
-        As from :func:`jump`.
+        As from ``jump``.
     step : int
         The step that the pair is on from now on.
     kind : int
