@@ -527,8 +527,8 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update(target=target, **settings)
                 return PLAN
 
-            def run(spec, **settings):
-                asked.update(spec=spec, **settings)
+            def run(study, **settings):
+                asked.update(spec=study.spec, **settings)
                 raise Asked
 
             def code(n, **settings):
@@ -549,8 +549,7 @@ def type_in(folder, command, *arguments, asked=None):
             patch.setattr("carom.studies.codes.search.spherical_code", code)
             patch.setattr("carom.studies.accuracy.trade.trade", trade)
             patch.setattr("carom.studies.planner.plan.plan", plan)
-            patch.setattr("carom.studies.eos.study.run", run)
-            patch.setattr("carom.studies.coefficients.study.run", run)
+            patch.setattr("carom.studies.study.Study.run", run)
         done = CliRunner().invoke(cli.app, [command, *arguments])
     if done.exception is not None and not isinstance(done.exception, SystemExit | Asked):
         raise done.exception

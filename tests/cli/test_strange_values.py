@@ -25,14 +25,13 @@ from carom.errors import CaromError, FileError, InputError
 from carom.io import records
 from carom.models.obstacles.balls import Ball
 from carom.scene_file.scene_file import SceneFile
-from carom.studies import tasks
+from carom.studies import folder as tasks
 from carom.studies.codes import toml as codes
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.code import load as load_code
-from carom.studies.coefficients.spec import of_scene
-from carom.studies.eos import toml
+from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.study import load as load_study
+from carom.studies.eos.study import EquationOfState
 from carom.studies.packings.packing import HISTORY, Packing
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
@@ -222,11 +221,11 @@ SEARCH = {
 def test_a_strange_value_in_a_study_file_is_a_sentence(tmp_path, all_of_them):
     def transport(text):
         (tmp_path / "study.toml").write_text(text, encoding="utf-8")
-        of_scene(tmp_path / "study.toml")
+        TransportSpec.of_argument(tmp_path / "study.toml")
 
     def eos(text):
-        spec = toml.parse(text)
-        assert toml.parse(toml.text(spec)) == spec
+        spec = StudySpec.from_toml(text)
+        assert StudySpec.from_toml(spec.to_toml()) == spec
 
     for tables, reader in (
         (STUDY, eos),
@@ -245,7 +244,7 @@ def test_a_study_file_holds_every_name(name):
         {"name": "b", "fraction": 0.5, "diameter": 0.6},
     ]
     spec = StudySpec(packing_fraction=(0.1,), n=(32,), scene={"species": kinds})
-    again = toml.parse(toml.text(spec))
+    again = StudySpec.from_toml(spec.to_toml())
     assert again == spec
     assert again.scene["species"][0]["name"] == name
 
@@ -362,12 +361,12 @@ def test_a_strange_value_in_a_plan_is_a_sentence(tmp_path, all_of_them):
 def test_a_strange_value_in_a_study_s_folder_is_a_sentence_or_a_missing_result(tmp_path, all_of_them):
     spec = StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1)
     (task,) = spec.tasks()
-    folder = tasks.TaskFolder(tmp_path)
+    folder = tasks.Folder(tmp_path)
     folder.make()
     settings = {"settings": spec.settings(), "grid": {"packing_fraction": [0.1], "n": [32], "replicas": 1}}
     for changed, *_ in damaged(settings, all_of_them):
         (tmp_path / "study.json").write_text(as_json(changed))
-        sentence(load_study, tmp_path)
+        sentence(EquationOfState.load, tmp_path)
         sentence(folder.check, spec.settings())
 
     record = {"task": task, "result": {"n": 32}, "provenance": {"seconds": 1.0, "host": "here"}}
@@ -410,7 +409,7 @@ def test_what_is_no_json_is_a_sentence_of_every_reader(tmp_path, content):
     for name, read in (
         ("summary.json", lambda: read_summary(tmp_path / "summary.json")),
         ("plan.json", lambda: carom.load(tmp_path)),
-        ("study.json", lambda: load_study(tmp_path)),
+        ("study.json", lambda: EquationOfState.load(tmp_path)),
         ("code.json", lambda: load_code(tmp_path / "code.json")),
     ):
         (tmp_path / name).write_bytes(content)

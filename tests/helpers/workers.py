@@ -15,6 +15,11 @@ def die(value):
     return value["number"]
 
 
+def number_of(value):
+    """The number of the process."""
+    return os.getpid()
+
+
 def rest(value):
     time.sleep(value)
     return os.getpid()

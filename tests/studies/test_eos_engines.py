@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from helpers.commands import CAROM, WAIT, wait_for
 from helpers.commands import carom as command
-from helpers.workers import die, rest
+from helpers.workers import die, number_of, rest
 
 import carom
 from carom.errors import CaromWarning, InputError
@@ -94,27 +94,32 @@ def test_scripts_need_no_main_guard(tmp_path):
 def test_a_killed_worker_costs_its_own_task_only(tmp_path):
     values = [{"number": k, "always": k == 1, "mark": str(tmp_path / str(k))} for k in range(4)]
     done, failed = {}, {}
-    with engines.engine("processes", 2) as where:
-        ended = engines.run(die, values, where, done=done.__setitem__, failed=failed.__setitem__)
+    with engines.opened("processes", 2) as where:
+        ended = engines.run(
+            die,
+            values,
+            where,
+            done=lambda value, found: done.__setitem__(value["number"], found),
+            failed=lambda value, reason: failed.__setitem__(value["number"], reason),
+            stop=lambda: False,
+        )
     assert ended
     # Each killed its first worker; the one that kills all of them is given up after three.
     assert done == {0: 0, 2: 2, 3: 3}
     assert list(failed) == [1]
-    assert "killed" in engines.reason(failed[1])
+    assert "killed" in failed[1]
 
 
 @unix
 def test_a_worker_killed_while_it_is_idle_costs_nothing():
-    with engines.engine(1) as pool:
-        first = pool.submit(os.getpgid, 0)
-        assert first.result() > 0
-        [worker] = pool._busy[first]._processes
+    with engines.opened(1) as place:
+        worker = place.submit(number_of, 0).result()
         os.kill(worker, signal.SIGKILL)
         deadline = time.monotonic() + WAIT
-        while not pool._busy[first]._broken:
+        while alive(worker):
             assert time.monotonic() < deadline
             time.sleep(0.01)
-        assert pool.submit(abs, -3).result() == 3
+        assert place.submit(abs, -3).result() == 3
 
 
 def alive(process):
@@ -132,13 +137,13 @@ def alive(process):
 def test_workers_end_at_once_when_told_to():
     seen = []
     began = time.monotonic()
-    with engines.engine("processes", 2) as where:
+    with engines.opened("processes", 2) as where:
         stop = lambda: bool(seen) and time.monotonic() - began > 1.0  # noqa: E731
         ended = engines.run(
             rest, [0.0, 600.0, 600.0], where, done=lambda k, r: seen.append(r), failed=print, stop=stop
         )
         assert not ended
-        where.close(now=True)
+        where.end(True)
     assert time.monotonic() - began < 60.0
 
 
@@ -299,7 +304,7 @@ def test_the_command_line_uses_a_scheduler(dask, tmp_path):
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr(engines, "PATIENCE", 1.0)
-    with pytest.raises(InputError, match="No Dask scheduler answers"), engines.engine("tcp://127.0.0.1:9"):
+    with pytest.raises(InputError, match="No Dask scheduler answers"), engines.opened("tcp://127.0.0.1:9"):
         pass
 
 
@@ -329,5 +334,5 @@ def test_mpi_gives_the_same_bits(tmp_path):
 
 def test_mpi_without_mpiexec_is_told():
     pytest.importorskip("mpi4py")
-    with pytest.raises(InputError, match="mpiexec"), engines.engine("mpi"):
+    with pytest.raises(InputError, match="mpiexec"), engines.opened("mpi"):
         pass

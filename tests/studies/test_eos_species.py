@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from carom.studies import worker
-from carom.studies.eos import simulate as simulating
+from carom.studies import scenes
+from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.table import table
+from carom.studies.eos.table import row as row_of
+from carom.studies.study import perform
 
 SPECIES = [
     {"diameter": 1.0, "fraction": 0.5, "mass": 1000.0},
@@ -33,21 +34,21 @@ def heavy_at_rest(start):
 
 
 def test_a_row_says_that_the_heavy_species_is_still_cold(tasks, monkeypatch):
-    monkeypatch.setattr(worker, "start", heavy_at_rest(worker.start))
-    (row,) = table([simulating.simulate(task) for task in tasks])
+    monkeypatch.setattr(scenes, "start", heavy_at_rest(scenes.start))
+    row = row_of([perform(measure, task) for task in tasks])
     assert "species differ in temperature" in row.remarks
     assert not row.equilibrated
 
 
 def test_species_that_begin_at_one_temperature_are_not_remarked_upon(tasks):
-    records = [simulating.simulate(task) for task in tasks]
+    records = [perform(measure, task) for task in tasks]
     assert not any(record["result"]["species_differ"] for record in records)
-    (row,) = table(records)
+    row = row_of(records)
     assert "species differ in temperature" not in row.remarks
 
 
 def test_one_doubt_among_several_replicas_is_chance(tasks):
-    records = [simulating.simulate(task) for task in tasks]
+    records = [perform(measure, task) for task in tasks]
     records[0]["result"]["species_differ"] = True
-    (row,) = table(records)
+    row = row_of(records)
     assert "species differ in temperature" not in row.remarks

@@ -27,16 +27,35 @@ from carom.observables import Estimate, drift
 from carom.scene import lattices
 from carom.scene_file.sections import SceneSpec
 from carom.studies import executors as engines
-from carom.studies import tasks
-from carom.studies.eos import fits, pictures, spec, table, toml
+from carom.studies import folder as tasks
+from carom.studies import spec as specs
+from carom.studies.eos import fits, pictures, table
+from carom.studies.eos.measure import Planned, measure
 from carom.studies.eos.order import OrderParameter, psi_6, q_6
-from carom.studies.eos.simulate import Planned, simulate
 from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.start import start as start_of
-from carom.studies.eos.study import load
-from carom.studies.session import Failure
+from carom.studies.eos.study import EquationOfState
+from carom.studies.start import start as start_of
+from carom.studies.study import Failure, perform
 
 SMALL = {"n": 108, "collisions_per_particle": 100, "equilibration": 20, "blocks": 64, "executor": "serial"}
+
+
+load = EquationOfState.load
+
+
+def simulate(task):
+    """The record of a task."""
+    return perform(measure, task)
+
+
+def rows_of_records(records, equation=None):
+    """The rows of all points among records, whatever the study they are of."""
+    points = {}
+    for record in sorted(records, key=lambda record: record["task"]["replica"]):
+        scene = record["task"]["scene"]
+        point = scene["packing_fraction"], scene["n"], record["result"]["dimension"]
+        points.setdefault(point, []).append(record)
+    return [table.row(points[point], equation) for point in sorted(points)]
 
 
 def results(study):
@@ -132,8 +151,8 @@ def test_a_study_is_a_toml_file_and_back():
     spec = StudySpec(
         packing_fraction=(0.1, 0.55), n=(108, 256), relative_error=1e-3, scene={"mass": 2.0, "kT": 0.5}
     )
-    assert toml.parse(toml.text(spec)) == spec
-    assert toml.parse("") == StudySpec()
+    assert StudySpec.from_toml(spec.to_toml()) == spec
+    assert StudySpec.from_toml("") == StudySpec()
     for text, message in (
         ("[study]\nreplica = 2", "did you mean replicas"),
         ("[run]\nseed = 1", "no section"),
@@ -141,7 +160,7 @@ def test_a_study_is_a_toml_file_and_back():
         ("[study", "no valid TOML"),
     ):
         with pytest.raises(InputError, match=message):
-            toml.parse(text)
+            StudySpec.from_toml(text)
 
 
 # The stream of a task.
@@ -189,7 +208,7 @@ def test_a_study_that_was_cut_short_runs_only_what_is_missing(tmp_path, monkeypa
     files[2].write_text(json.dumps(damaged))
     ran = []
     monkeypatch.setattr(
-        "carom.studies.eos.study.simulate", lambda task, stop: ran.append(task) or simulate(task)
+        EquationOfState, "measure", staticmethod(lambda task, look: ran.append(task) or measure(task, look))
     )
     again = carom.equation_of_state([0.1, 0.2], out=out, **SMALL)
     assert len(ran) == 3
@@ -225,7 +244,7 @@ def test_a_changed_study_refuses_to_mix_and_says_what_differs(tmp_path, change, 
 
 def test_another_version_does_not_mix(tmp_path, monkeypatch):
     carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
-    monkeypatch.setattr(spec, "__version__", "99.0.0")
+    monkeypatch.setattr(specs, "__version__", "99.0.0")
     with pytest.raises(FileError, match="version was"):
         carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
 
@@ -248,7 +267,7 @@ def test_folders_that_hold_no_study_are_refused(tmp_path):
 
 
 def test_only_one_study_at_a_time_runs_in_a_folder(tmp_path):
-    from carom.studies.runs.folder import owned
+    from carom.studies.lock import owned
 
     carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
     with owned(tmp_path), pytest.raises(FileError, match="Another process"):
@@ -256,12 +275,12 @@ def test_only_one_study_at_a_time_runs_in_a_folder(tmp_path):
 
 
 def test_a_task_that_raises_is_reported_and_the_rest_goes_on(tmp_path, monkeypatch):
-    def fail(task, stop):
+    def fail(task, look):
         if task["replica"] == 1:
             raise RuntimeError("out of luck")
-        return simulate(task)
+        return measure(task, look)
 
-    monkeypatch.setattr("carom.studies.eos.study.simulate", fail)
+    monkeypatch.setattr(EquationOfState, "measure", staticmethod(fail))
     with pytest.warns(CaromWarning, match=r"2 of 4 runs failed.*RuntimeError: out of luck"):
         study = carom.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL)
     assert len(study.records) == 2
@@ -272,7 +291,7 @@ def test_a_task_that_raises_is_reported_and_the_rest_goes_on(tmp_path, monkeypat
 
 
 def test_a_full_disk_keeps_the_results_in_memory_and_writes_them_when_it_can(tmp_path, monkeypatch):
-    store, calls = tasks.TaskFolder.store, []
+    store, calls = tasks.Folder.store, []
 
     def full(self, record):
         calls.append(record)
@@ -281,7 +300,7 @@ def test_a_full_disk_keeps_the_results_in_memory_and_writes_them_when_it_can(tmp
             raise FileError("disk full")
         store(self, record)
 
-    monkeypatch.setattr(tasks.TaskFolder, "store", full)
+    monkeypatch.setattr(tasks.Folder, "store", full)
     study = carom.equation_of_state([0.1, 0.2], out=tmp_path, **SMALL)
     assert study.complete
     assert len(list((tmp_path / "tasks").glob("*.json"))) == 4
@@ -291,7 +310,7 @@ def test_a_disk_that_stays_full_is_told_and_the_results_are_in_the_table(tmp_pat
     def full(self, record):
         raise FileError("disk full")
 
-    monkeypatch.setattr(tasks.TaskFolder, "store", full)
+    monkeypatch.setattr(tasks.Folder, "store", full)
     with pytest.warns(CaromWarning, match=r"2 results could not be kept: disk full"):
         study = carom.equation_of_state([0.1], out=tmp_path, **SMALL)
     assert study.complete
@@ -303,12 +322,14 @@ def test_a_disk_that_stays_full_is_told_and_the_results_are_in_the_table(tmp_pat
 
 def test_progress_counts_work_and_shows_the_table_so_far():
     seen = []
-    carom.equation_of_state([0.1, 0.2], progress=seen.append, **SMALL)
-    assert [p.done for p in seen] == [0, 1, 2, 3, 4]
-    assert all(p.total == 4 for p in seen)
-    assert seen[-1].fraction == 1.0
-    assert [p.fraction for p in seen] == sorted(p.fraction for p in seen)
-    assert len(seen[-1].so_far.table) == 2
+    so_far = []
+    carom.equation_of_state([0.1, 0.2], progress=lambda *told: seen.append(told), look=so_far.append, **SMALL)
+    fractions, texts = zip(*seen, strict=True)
+    assert texts == tuple(f"{k} of 4 runs" for k in range(5))
+    assert fractions[-1] == 1.0
+    assert list(fractions) == sorted(fractions)
+    assert [len(study.records) for study in so_far] == list(range(5))
+    assert len(so_far[-1].table) == 2
 
 
 # The table.
@@ -348,7 +369,7 @@ def test_replicas_are_weighted_and_their_chi_squared_told():
         made(rng.normal(size=64), z=2.3, error=0.2, replica=1, time=1.0),
     ]
     for several in (records, records[::-1]):
-        (row,) = table.table(several)
+        (row,) = rows_of_records(several)
         assert pytest.approx((2.0 / 0.01 + 2.3 / 0.04) / (100 + 25), rel=1e-15) == row.Z
         assert row.Z_error == pytest.approx(1 / math.sqrt(125), rel=1e-15)
         assert row.chi2 == pytest.approx(0.09 / (0.01 + 0.04), rel=1e-12)
@@ -365,11 +386,11 @@ def test_the_error_of_an_order_parameter_is_that_of_the_mean_of_replicas():
         made(rng.normal(size=64), replica=k, order={"name": "Q_6", "values": [mean - 0.01, mean + 0.01] * 16})
         for k, mean in enumerate(means)
     ]
-    (row,) = table.table(records)
+    (row,) = rows_of_records(records)
     assert row.order == pytest.approx(np.mean(means), rel=1e-14)
     assert row.order_error == pytest.approx(np.std(means, ddof=1) / math.sqrt(4), rel=1e-12)
     assert row.susceptibility == pytest.approx(108 * (np.var(means) + 0.01**2), rel=1e-12)
-    (alone,) = table.table(records[:1])
+    (alone,) = rows_of_records(records[:1])
     assert math.isnan(alone.order_error)
 
 
@@ -386,11 +407,11 @@ def test_what_has_not_equilibrated_is_flagged():
         "replicas disagree": [made(noise, z=2.0), made(noise, z=2.1, replica=1)],
     }
     for remark, records in cases.items():
-        (row,) = table.table(records)
+        (row,) = rows_of_records(records)
         assert row.remarks == (remark,)
         assert not row.equilibrated
     for records in ([made(noise)], [made(noise, eta=0.6, initial="fcc", moved=0.1)]):
-        (row,) = table.table(records)
+        (row,) = rows_of_records(records)
         assert row.equilibrated, row.remarks
 
 
@@ -561,7 +582,7 @@ def rows_of(dimension, etas, error, rng, *, sizes=(10**9,)):
             sigma = error * z
             noisy = z + sigma * rng.normal()
             record = made(rng.normal(size=64), eta=eta, n=n, d=dimension, z=noisy, error=sigma)
-            rows += table.table([record])
+            rows += rows_of_records([record])
     return rows
 
 
@@ -606,15 +627,15 @@ def test_the_slope_by_theory_is_that_of_the_theory_compared_with():
     rng = np.random.default_rng(9)
     sizes = (500, 2000)
     records = [made(rng.normal(size=64), eta=0.3, n=n) for n in sizes]
-    (fit,) = fits.extrapolate(table.table(records, theory.carnahan_starling))
+    (fit,) = fits.extrapolate(rows_of_records(records, theory.carnahan_starling))
     shift = theory.finite_size_shift(0.3, 1, theory.carnahan_starling)
     assert fit.theory_slope == pytest.approx(shift, rel=1e-9)
     crystals = [made(rng.normal(size=64), eta=0.6, n=n, initial="fcc", moved=0.1) for n in sizes]
-    (fit,) = fits.extrapolate(table.table(crystals))
+    (fit,) = fits.extrapolate(rows_of_records(crystals))
     assert fit.theory_slope == theory.crystal_finite_size_shift(0.6, 1, theory.almarza)
     for record in records:
         record["result"]["confined"] = True
-    (fit,) = fits.extrapolate(table.table(records))
+    (fit,) = fits.extrapolate(rows_of_records(records))
     assert math.isnan(fit.theory_slope)
 
 
@@ -647,9 +668,9 @@ def test_an_error_that_came_out_too_small_does_not_decide_the_mean():
 
 def test_engines_that_do_not_exist_are_refused():
     for choice in ("magic", object(), True):
-        with pytest.raises(InputError, match="executor must be"), engines.engine(choice):
+        with pytest.raises(InputError, match="executor must be"), engines.opened(choice):
             pass
-    with pytest.raises(InputError, match="workers"), engines.engine("threads", 0):
+    with pytest.raises(InputError, match="workers"), engines.opened("threads", 0):
         pass
 
 
@@ -833,7 +854,7 @@ def test_mixtures_are_compared_with_the_theory_of_mixtures():
     # An independent simulation, N = 864: tests/data/mixtures.json.
     found = dense.Z_infinite + theory.finite_size_shift(0.3, 864, theory.pieprzyk)
     assert abs(found - 3.5124) < 4.0 * math.hypot(dense.Z_error, 0.0018)
-    assert toml.parse(toml.text(study.spec)) == study.spec
+    assert StudySpec.from_toml(study.spec.to_toml()) == study.spec
     with pytest.raises(InputError, match="need at least 3"):
         study.virials()
 
@@ -864,15 +885,15 @@ WELL = {"type": "square-well", "range": 1.5, "depth": 1.0}
 def test_what_has_no_theory_is_compared_with_none(scene):
     """That of additive mixtures was 20 errors off for one that is not additive."""
     noise = np.random.default_rng(3).normal(size=64)
-    (row,) = table.table([mixed(made(noise), (0.5, 1.0))])
+    (row,) = rows_of_records([mixed(made(noise), (0.5, 1.0))])
     assert row.theory == theory.bmcsl(0.2, [0.5, 0.5], [0.5, 1.0])
     record = mixed(made(noise), (0.5, 1.0), **scene)
-    (row,) = table.table([record])
+    (row,) = rows_of_records([record])
     assert math.isnan(row.theory)
     assert math.isnan(row.deviation)
     study = studies.EquationOfState(StudySpec(packing_fraction=(0.2,)), [record])
     # What the size does to a crystal is known of crystals without walls and the like only.
-    (row,) = table.table([mixed(made(noise, eta=0.6, initial="fcc", moved=0.1), (0.5, 1.0), **scene)])
+    (row,) = rows_of_records([mixed(made(noise, eta=0.6, initial="fcc", moved=0.1), (0.5, 1.0), **scene)])
     assert row.phase == "solid"
     assert math.isnan(row.Z_infinite)
     figure = study.plot()
@@ -911,7 +932,7 @@ def test_the_error_of_a_negative_z_is_relative_to_its_size():
 def test_a_point_at_another_temperature_is_flagged():
     record = made(np.random.default_rng(3).normal(size=64))
     record["task"]["scene"].update(interaction=WELL, kT=0.9)
-    (row,) = table.table([record])
+    (row,) = rows_of_records([record])
     assert (row.equilibrated, row.remarks) == (False, ("kT is 1, not 0.9",))
 
 
@@ -944,8 +965,8 @@ def test_a_result_names_every_diameter():
 
 def test_mixtures_of_disks_do_not_freeze_where_equal_disks_do():
     noise = np.random.default_rng(4).normal(size=64)
-    (equal,) = table.table([made(noise, eta=0.71, d=2)])
-    (unequal,) = table.table([mixed(made(noise, eta=0.71, d=2), (0.7, 1.0))])
+    (equal,) = rows_of_records([made(noise, eta=0.71, d=2)])
+    (unequal,) = rows_of_records([mixed(made(noise, eta=0.71, d=2), (0.7, 1.0))])
     assert (equal.phase, unequal.phase) == ("coexistence", "fluid")
     assert unequal.theory == theory.santos_yuste_lopez_de_haro(0.71, [0.5, 0.5], [0.7, 1.0], 2)
 
@@ -984,7 +1005,7 @@ def test_a_run_goes_on_until_its_error_is_small_enough():
         "result"
     ]
     assert len(limited["block_values"]) == 16 * 32
-    (row,) = table.table(
+    (row,) = rows_of_records(
         [{"task": {**short, "relative_error": 1e-6}, "result": limited, "provenance": {"seconds": 1.0}}]
     )
     assert "the error asked for was not reached" in row.remarks
@@ -1010,10 +1031,10 @@ def test_a_line_through_three_sizes_has_one_degree_of_freedom():
 
 
 def test_densities_of_a_file_are_those_of_its_dimension_only():
-    words = vars(StudySpec(packing_fraction=(0.1, 0.2), n=(32,), replicas=1))
-    kept = StudySpec(**spec.replaced(words, {"dimension": 3, "seed": 2}))
+    words = StudySpec(packing_fraction=(0.1, 0.2), n=(32,), replicas=1)
+    kept = words.replaced(dimension=3, seed=2)
     assert (kept.packing_fraction, kept.seed) == ((0.1, 0.2), 2)
-    other = StudySpec(**spec.replaced(words, {"dimension": 2}))
+    other = words.replaced(dimension=2)
     assert other.packing_fraction == StudySpec(dimension=2).packing_fraction
-    given = StudySpec(**spec.replaced(words, {"dimension": 2, "packing_fraction": (0.3,)}))
+    given = words.replaced(dimension=2, packing_fraction=(0.3,))
     assert given.packing_fraction == (0.3,)

@@ -1,23 +1,25 @@
 """Folders of results hold one kind each, failures have exit codes, and standard streams may be full."""
 
+import dataclasses
 import os
 import subprocess
 import sys
-from types import SimpleNamespace
 
 import pytest
+import typer
 from helpers.commands import CAROM
 from helpers.options import COMMANDS, PLAN
 from typer.testing import CliRunner
 
 import carom
 from carom import cli
-from carom.cli.studies import farewell, reserve
-from carom.errors import FileError, InputError
+from carom.cli.study import finish, reserve
+from carom.errors import FileError
 from carom.io.paths import remnants
 from carom.studies.eos.spec import StudySpec
+from carom.studies.eos.study import EquationOfState
+from carom.studies.folder import Folder
 from carom.studies.places import OWN, of_the_user, title
-from carom.studies.tasks import TaskFolder
 
 INTO = {
     "run": ("a run", ["--n", "32", "--overwrite"]),
@@ -99,10 +101,10 @@ def test_files_that_no_study_wrote_are_not_replaced_by_one(tmp_path):
         folder.mkdir()
         (folder / name).write_text("mine")
         with pytest.raises(FileError, match=f"{name} exists already"):
-            reserve(spec, folder, "eos")
-        TaskFolder(folder).make()
-        TaskFolder(folder).begin(spec.settings(), {})
-        reserve(spec, folder, "eos")
+            reserve(EquationOfState(spec), folder)
+        with Folder(folder).begun(spec.settings(), {}):
+            pass
+        reserve(EquationOfState(spec), folder)
     (tmp_path / "checkpoint.h5").write_text("")
     with pytest.raises(FileError, match="holds a run already"):
         carom.equation_of_state(0.1, n=32, out=tmp_path)
@@ -152,13 +154,25 @@ def test_a_command_that_fails_says_so_in_its_exit_code_with_json_as_well(tmp_pat
             assert (done.exit_code, done.stdout) == (2, ""), (name, options, done.output)
 
 
-@pytest.mark.parametrize("as_json", [False, True])
-def test_a_study_that_is_not_complete_is_a_failure(tmp_path, capsys, as_json):
-    spec = SimpleNamespace(tasks=lambda: [1, 2])
-    with pytest.raises(InputError, match="1 of 2 runs are done"):
-        farewell(SimpleNamespace(complete=False, records=[1], spec=spec), tmp_path, False, as_json)
-    farewell(SimpleNamespace(complete=True, records=[1, 2], spec=spec), tmp_path, False, as_json)
-    assert (capsys.readouterr().out == "") == as_json
+def test_a_study_with_missing_or_flagged_points_has_an_exit_code_of_its_own(capsys):
+    study = EquationOfState(StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1))
+    with pytest.raises(typer.Exit) as ended:
+        finish(study)
+    assert ended.value.exit_code == 3
+    assert "0 of 1 runs are done" in capsys.readouterr().err
+    whole = carom.equation_of_state(
+        0.1, n=32, replicas=1, collisions_per_particle=50, equilibration=200, executor="serial"
+    )
+    good = [dataclasses.replace(row, equilibrated=True) for row in whole.table]
+    for rows in (good, [dataclasses.replace(row, equilibrated=False) for row in good]):
+        whole.__dict__["table"] = dataclasses.replace(whole.table, rows=rows)
+        if rows is good:
+            finish(whole)
+        else:
+            with pytest.raises(typer.Exit) as ended:
+                finish(whole)
+            assert ended.value.exit_code == 3
+    assert capsys.readouterr().err == ""
 
 
 # Streams.

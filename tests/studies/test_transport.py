@@ -17,9 +17,8 @@ from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate, combined
 from carom.studies.coefficients import pictures, windows
 from carom.studies.coefficients.analysis import Coefficient, Point, jackknife, line
-from carom.studies.coefficients.pictures import title_of
-from carom.studies.coefficients.result import Transport
-from carom.studies.coefficients.spec import DENSITIES, of_scene
+from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.coefficients.study import Transport
 
 FIVE = 5.0  # errors: by chance in one of two million
 
@@ -85,8 +84,8 @@ def test_the_fit_of_erpenbeck_and_wood_has_its_published_digits():
 )
 def test_a_report_says_in_its_title_what_was_simulated(diameters, counts, dimension, scene, title):
     result = {"diameters": diameters, "counts": counts, "dimension": dimension}
-    study = SimpleNamespace(records=[{"result": result}], spec=SimpleNamespace(scene=scene))
-    assert title_of(study) == f"Transport coefficients of {title}"
+    study = Transport(SimpleNamespace(scene=scene), ({"result": result},))
+    assert study.title == f"Transport coefficients of {title}"
 
 
 def test_enskog_has_no_coefficient_on_a_line():
@@ -234,7 +233,7 @@ def test_a_study_without_theory_draws_every_species(tmp_path):
         n=100, packing_fraction=0.2, mean_free_time=1.0, exists=True, enskog=None,
         quantities=lambda: dict.fromkeys(names, (curve, math.nan)),
     )  # fmt: skip
-    figure = pictures.study(SimpleNamespace(table=[row]), tmp_path / "t.png")
+    figure = pictures.study(SimpleNamespace(points=[row]), tmp_path / "t.png")
     left, right = figure.axes
     assert [each.get_label() for each in left.containers] == [f"$\\eta$ = 0.2, species {k}" for k in (0, 1)]
     assert len(right.containers) == 1
@@ -300,7 +299,7 @@ def study(tmp_path_factory):
 
 
 def test_a_fluid_of_moderate_density_is_near_enskog(study):
-    (row,) = study[0].table
+    (row,) = study[0].points
     for name, (c, enskog) in row.quantities().items():
         # 64 spheres: what is beyond Enskog, and beyond 64, is some 5 % at this density, for D up to 8 %.
         assert c.value.mean == pytest.approx(enskog, abs=FIVE * c.value.error + 0.1 * enskog), name
@@ -317,16 +316,16 @@ def test_a_fluid_of_moderate_density_is_near_enskog(study):
 
 
 def test_the_row_of_infinitely_many_shows_enskogs_value_and_the_ratio_to_it(study):
-    (row,) = study[0].table
-    finite, infinite = (
-        [c[4:6] for c in study[0].cells() if c[1:3] == (n, "self diffusion")] for n in ("64", "inf")
-    )
-    assert infinite[0][0] == finite[0][0] == f"{row.enskog.self_diffusion:.5g}"
-    assert infinite[0][1] == f"{row.self_diffusion_infinite.mean / row.enskog.self_diffusion:.3f}"
+    (row,) = study[0].points
+    quantities = {each.quantity: each for each in study[0].table}
+    finite, infinite = quantities["self_diffusion"], quantities["self_diffusion_infinite"]
+    assert infinite.enskog == finite.enskog == row.enskog.self_diffusion
+    assert infinite.ratio == row.self_diffusion_infinite.mean / row.enskog.self_diffusion
+    assert "self diffusion, N = inf" in str(study[0].table)
 
 
 def test_infinitely_many_spheres_diffuse_by_the_mass_of_all_over_that_of_the_others_faster(study):
-    (row,) = study[0].table
+    (row,) = study[0].points
     d, infinite, eta = row.self_diffusion[0].value, row.self_diffusion_infinite, row.shear_viscosity.value
     rho = 0.15 * 6.0 / math.pi
     shift = theory.diffusion_shift(64, rho, eta.mean, self_diffusion=infinite.mean)
@@ -336,7 +335,7 @@ def test_infinitely_many_spheres_diffuse_by_the_mass_of_all_over_that_of_the_oth
         dataclasses.replace(row, n=n, edge=edge, at_rest={0: n / (n - 1)})
         for n, edge in ((8, 2.0), (64, 4.0))
     ]
-    with mock.patch.object(Transport, "table", at_two_sizes):
+    with mock.patch.object(Transport, "points", at_two_sizes):
         (line,) = study[0].extrapolate()
     # The same D of both sizes: a line through D 8 / 7 at 1 / 2 and D 64 / 63 at 1 / 4.
     assert line.value.mean == pytest.approx(d.mean * (2 * 64 / 63 - 8 / 7), rel=1e-9)
@@ -349,7 +348,7 @@ def test_the_drift_of_a_mixture_is_that_of_its_masses():
 
 
 def test_z_by_both_routes_has_the_smallest_error(study):
-    (row,) = study[0].table
+    (row,) = study[0].points
     assert row.Z.error <= 1.02 * min(row.by_virial.error, row.by_rate.error)
     shift = theory.finite_size_shift(0.15, 64, theory.best(3))
     right = theory.best(3)(0.15) + shift
@@ -371,7 +370,7 @@ def test_a_study_goes_on_where_it_was_stopped(study):
 def test_identical_species_diffuse_and_conduct_as_one(study):
     species = [{"name": "a", "fraction": 0.5}, {"name": "b", "fraction": 0.5}]
     mixed = carom.transport(0.15, **study[2], scene={"species": species}, executor="serial")
-    (one,), (two,) = study[0].table, mixed.table
+    (one,), (two,) = study[0].points, mixed.points
     for name in ("shear_viscosity", "thermal_conductivity"):
         a, b = getattr(one, name).value, getattr(two, name).value
         assert a.mean == pytest.approx(b.mean, abs=FIVE * math.hypot(a.error, b.error)), name
@@ -389,7 +388,7 @@ def test_in_two_dimensions_no_number_is_given_for_what_does_not_exist():
     found = carom.transport(
         0.3, n=64, replicas=1, dimension=2, collisions_per_particle=1500, equilibration=50, executor="serial"
     )
-    (row,) = found.table
+    (row,) = found.points
     assert not row.exists
     assert "logarithm" in str(found)
     running = row.self_diffusion[0].running
@@ -428,24 +427,28 @@ def test_a_scene_file_of_no_bulk_fluid_is_refused(tmp_path, more, says):
     path = tmp_path / "scene.toml"
     path.write_text(f"[scene]\ncells = 2\npacking_fraction = 0.2\n{more}\n")
     with pytest.raises(InputError, match=says):
-        of_scene(path)
+        TransportSpec.of_argument(path)
     path.write_text('[scene]\ninitial = "file"\nfile = "start.h5md"\n')
     with pytest.raises(InputError, match="another initial than file"):
-        of_scene(path)
+        TransportSpec.of_argument(path)
 
 
 def test_what_is_given_takes_the_place_of_what_a_file_says(tmp_path):
     path = tmp_path / "study.toml"
     path.write_text("[study]\npacking_fraction = [0.1]\n")
-    assert of_scene(path, collisions_per_particle=5.0).relative_error is None
-    assert of_scene(path, dimension=2).packing_fraction == DENSITIES[2]
+    assert TransportSpec.of_argument(path).replaced(collisions_per_particle=5.0).relative_error is None
+    assert (
+        TransportSpec.of_argument(path).replaced(dimension=2).packing_fraction == TransportSpec.densities[2]
+    )
     path.write_text("[study]\npacking_fraction = [0.1]\ncollisions_per_particle = 50\n")
-    spec = of_scene(path, relative_error=0.1)
+    spec = TransportSpec.of_argument(path).replaced(relative_error=0.1)
     assert (spec.relative_error, spec.collisions_per_particle) == (0.1, None)
     assert spec.packing_fraction == (0.1,)
     path.write_text("[scene]\ncells = 2\npacking_fraction = 0.4\n")
-    assert of_scene(path).packing_fraction == pytest.approx((0.4,))
-    assert of_scene(path, dimension=2).packing_fraction == DENSITIES[2]
+    assert TransportSpec.of_argument(path).packing_fraction == pytest.approx((0.4,))
+    assert (
+        TransportSpec.of_argument(path).replaced(dimension=2).packing_fraction == TransportSpec.densities[2]
+    )
 
 
 def test_the_length_follows_from_the_error_asked_for():
@@ -458,7 +461,7 @@ def test_the_length_follows_from_the_error_asked_for():
 def test_published_values_are_met():
     # L. Lue, J. Chem. Phys. 122, 044513 (2005), at rho = 0.5, and Erpenbeck and Wood (1991) for infinite N.
     found = carom.transport(0.5 * math.pi / 6.0, n=500, relative_error=0.02)
-    (row,) = found.table
+    (row,) = found.points
     assert row.mean_free_time == pytest.approx(0.13031, abs=3e-4)
     assert row.shear_viscosity.value.mean == pytest.approx(0.58, abs=0.06)
     assert row.thermal_conductivity.value.mean == pytest.approx(2.3, abs=0.2)
@@ -473,7 +476,7 @@ def test_published_values_are_met():
 def test_thin_and_dense_fluids_diffuse_as_erpenbeck_and_wood_found():
     # Phys. Rev. A 43, 4254 (1991): infinite N, their formula for D over Enskog's.
     etas = [rho * math.pi / 6.0 for rho in (0.1, 0.7, 0.8)]
-    thin, _, dense = rows = carom.transport(etas, replicas=2, relative_error=0.02).table
+    thin, _, dense = rows = carom.transport(etas, replicas=2, relative_error=0.02).points
     for r in rows:
         found, wood = r.self_diffusion_infinite, theory.erpenbeck_wood(r.packing_fraction)
         print(r.packing_fraction, found.value_text, float(wood) * r.enskog.self_diffusion)
@@ -500,7 +503,7 @@ def test_the_viscosity_of_an_isotopic_mixture_is_that_of_erpenbecks_enskog_theor
         {"name": "light", "fraction": 0.5, "mass": 0.1},
     ]
     eta = math.sqrt(2.0) / 3.0 * math.pi / 6.0
-    (r,) = carom.transport(eta, n=256, replicas=2, relative_error=0.02, scene={"species": species}).table
+    (r,) = carom.transport(eta, n=256, replicas=2, relative_error=0.02, scene={"species": species}).points
     print(r.shear_viscosity.value)
     # At this density what is beyond Enskog takes some percent of a pure fluid's viscosity.
     assert r.shear_viscosity.value.mean == pytest.approx(
@@ -513,15 +516,15 @@ def test_error_bars_of_200_short_runs_cover():
     settings = {"n": 32, "collisions_per_particle": 3000, "equilibration": 100}
     many = carom.transport(0.2, replicas=200, **settings)
     records = many.records
-    from carom.studies.coefficients.measured import row
+    from carom.studies.coefficients.points import coefficients_of
 
     def numbers(r):
         return [r.shear_viscosity, r.thermal_conductivity, r.bulk_viscosity, r.self_diffusion[0]]
 
-    truths = [c.value.mean for c in numbers(row(records))]
+    truths = [c.value.mean for c in numbers(coefficients_of(records))]
     inside, deviations = np.zeros(4), []
     for record in records:
-        found = [c.value for c in numbers(row([record]))]
+        found = [c.value for c in numbers(coefficients_of([record]))]
         held = [
             low <= truth <= high
             for truth, (low, high) in zip(truths, (v.confidence() for v in found), strict=True)
@@ -541,19 +544,18 @@ def test_different_masses_conduct_by_enskog_with_and_without_labels():
     eta = math.pi / math.sqrt(18.0) / 3.0
     species = [{"name": "a", "fraction": 0.5, "mass": 1.0}, {"name": "b", "fraction": 0.5, "mass": 0.1}]
     found = carom.transport(eta, n=216, relative_error=0.03, scene={"species": species})
-    value = found.table[0].shear_viscosity.value
+    value = found.points[0].shear_viscosity.value
     assert value.mean == pytest.approx(0.2937862, abs=FIVE * value.error + 0.03 * 0.2937862)
 
 
 def test_a_study_without_a_terminal_says_how_far_it_is(capsys, monkeypatch):
     import time
-    from types import SimpleNamespace
 
-    from carom.cli import heartbeat, transport
+    from carom.cli import heartbeat, study
 
     monkeypatch.setattr(heartbeat, "EVERY", 0.01)
-    with transport._watched() as progress:
-        progress(SimpleNamespace(done=1, total=4, fraction=0.25))
+    with study.watched("runs") as (progress, _):
+        progress(0.25, "1 of 4 runs")
         time.sleep(0.2)
     assert "1 of 4 runs, 25 %" in capsys.readouterr().err
 

@@ -10,8 +10,8 @@ import math
 import numpy as np
 import pytest
 
-from carom.studies.coefficients.spec import of_scene
-from carom.studies.coefficients.study import run
+from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.coefficients.study import Transport
 
 WIDTH, DEPTH = 1.5, 1.0
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(100)
@@ -80,8 +80,10 @@ def test_the_integrals_are_those_of_hard_spheres_where_the_well_is_shallow():
 def test_a_dilute_gas_of_wells_is_that_of_chapman_and_enskog(tmp_path):
     path = tmp_path / "gas.toml"
     path.write_text(FILE)
-    found = run(of_scene(path, replicas=1, relative_error=0.04), executor="serial")
-    (row,) = found.table
+    found = Transport(TransportSpec.of_argument(path).replaced(replicas=1, relative_error=0.04)).run(
+        executor="serial"
+    )
+    (row,) = found.points
     kT = found.records[0]["result"]["kT"]
     density = row.n / row.edge**3
     diffusion, viscosity, conductivity = gas(density, kT)

@@ -7,13 +7,16 @@ that ``--help`` answers at once.
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from carom.cli import code, eos, files, pack, plan, run, trade, transport
+from carom import studies
+from carom.cli import code, files, pack, plan, run, study, trade
 from carom.cli.trouble import told, whole_streams
 from carom.pictures.importing import nobody_reads_docstrings
+from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.eos.spec import StudySpec
 from carom.version import __version__
 
 app = typer.Typer(
@@ -53,21 +56,26 @@ app.command("rdf")(files.rdf)
 app.command("init")(files.init)
 app.command("trade")(trade.trade)
 app.command("plan")(plan.plan)
-app.command("eos")(eos.eos)
+app.command("eos")(study.command_of("eos", StudySpec, lambda: studies.EquationOfState))
 app.command("code")(code.code)
-app.command("transport")(transport.transport)
+app.command("transport")(study.command_of("transport", TransportSpec, lambda: studies.Transport))
 
 
-def main() -> None:
-    """Run the command line."""
+def started(command: Any) -> None:
+    """Run a command to the end of the process, with its exit code."""
     whole_streams()
     nobody_reads_docstrings()
     try:
         with told():
             try:
-                app()
+                command()
             finally:
                 # Here, because a full device may refuse nothing before.
                 sys.stdout.flush()
     except typer.Exit as ended:
         sys.exit(ended.exit_code)
+
+
+def main() -> None:
+    """Run the command line."""
+    started(app)

@@ -77,15 +77,11 @@ def watched() -> Iterator[Callable[[str, float], None]]:
 def staged(progress: Callable[[str, float], None]) -> Callable[..., None]:
     """Return a function that shows whatever a run, a packing, a study or a plan tells of its progress."""
 
-    def told(*present: Any) -> None:
-        if len(present) == 1:  # of a study
-            (state,) = present
-            progress(f"{state.done} of {state.total} runs", state.fraction)
-        elif isinstance(present[0], str):
-            progress(*present)
-        else:  # of a plan
-            fraction, text = present
-            progress(text, fraction)
+    def told(one: Any, other: Any) -> None:
+        if isinstance(one, str):
+            progress(one, other)
+        else:  # of a study or a plan: the fraction first
+            progress(other, one)
 
     return told
 

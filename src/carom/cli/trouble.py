@@ -17,6 +17,9 @@ from carom.errors import CaromError, CaromWarning
 BAD_INPUT = 2
 """Exit code for input that cannot be used and files that cannot be written; also for unknown options."""
 
+PARTLY = 3
+"""Exit code of a study that is finished with points missing or flagged: what is there is printed and kept."""
+
 INTERRUPTED = 130
 """Exit code after Ctrl-C or SIGTERM: 128 plus the number of SIGINT, as in shells."""
 

@@ -22,15 +22,9 @@ from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
 from carom.studies.codes.code import FORMAT as A_CODE
 from carom.studies.codes.code import load as load_code
-from carom.studies.coefficients.result import Transport
-from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.coefficients.study import load as load_transport
-from carom.studies.coefficients.study import run as run_transport
-from carom.studies.eos.result import EquationOfState
-from carom.studies.eos.spec import StudySpec
-from carom.studies.eos.study import load as load_eos
-from carom.studies.eos.study import run as run_eos
-from carom.studies.outcome import of_saved
+from carom.studies.coefficients.study import Transport
+from carom.studies.eos.study import EquationOfState
+from carom.studies.folder import SETTINGS, Folder
 from carom.studies.packings.compression import PackingFolder, holds_packing, resume_packing
 from carom.studies.packings.packing import ARRAYS, HISTORY, Packing
 from carom.studies.places import kind_of
@@ -41,7 +35,7 @@ from carom.studies.runs.execution import resume as resume_run
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import SUMMARY, read_summary
-from carom.studies.tasks import SETTINGS, TaskFolder
+from carom.studies.study import Study
 
 KNOWN = (
     "a scene file (.toml), a checkpoint (.h5), the folder of a run, packing, study or plan, or a result that "
@@ -147,10 +141,7 @@ def resume(
     if kind == "a plan":
         return load_plan(where).run(out=where, cores=cores, progress=progress)
     if kind == "a study":
-        transport = _study(where) == "transport"
-        spec = (load_transport if transport else load_eos)(where).spec
-        run: Callable[..., Any] = run_transport if transport else run_eos
-        return run(spec, out=where, cores=cores, progress=progress)
+        return _study(where).run(out=where, cores=cores, progress=progress)
     return resume_run(
         where,
         progress=progress,
@@ -168,7 +159,7 @@ def _of_folder(folder: Path) -> Any:
     if kind == "a plan":
         return load_plan(folder)
     if kind == "a study":
-        return load_transport(folder) if _study(folder) == "transport" else load_eos(folder)
+        return _study(folder)
     run = RunFolder(folder)
     if kind == "a run" or run.summary.is_file():
         if not run.summary.is_file():
@@ -177,12 +168,21 @@ def _of_folder(folder: Path) -> Any:
     raise FileError(f"{folder} is a folder without results of Carom; expected {KNOWN}.")
 
 
-def _study(folder: Path) -> str:
-    """Return which study a folder holds."""
-    found = TaskFolder(folder).read()
+STUDIES: dict[str, type[Study[Any]]] = {kind.Spec.study: kind for kind in (EquationOfState, Transport)}
+"""The studies by what their folders say that they are."""
+
+
+def _study(folder: Path) -> Study[Any]:
+    """Return the study in a folder."""
+    found = Folder(folder).read()
     if found is None:
         raise FileError(f"{folder} holds no study ({SETTINGS} is missing); name another folder.")
-    return str(found["settings"].get("study"))
+    kind = STUDIES.get(str(found["settings"].get("study")))
+    if kind is None:
+        raise FileError(
+            f"{folder} holds a study of another program ({found['settings'].get('study')!r}); load it there."
+        )
+    return kind.load(folder)
 
 
 _SUMMARY = records.table(
@@ -258,8 +258,8 @@ def _packing_of(words: dict[str, Any]) -> Packing:
 
 
 _READ: dict[str, Callable[[dict[str, Any]], Any]] = {
-    "EquationOfState": lambda words: of_saved(words, StudySpec, EquationOfState),
-    "Transport": lambda words: of_saved(words, TransportSpec, Transport),
+    "EquationOfState": EquationOfState.of_saved,
+    "Transport": Transport.of_saved,
     "Packing": _packing_of,
     "RunResult": lambda words: RunResult(Path(words["folder"]), SUMMARY(words["summary"], "its summary")),
     "RunPlan": lambda words: plan_of_words(words, "its content"),

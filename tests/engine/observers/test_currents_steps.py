@@ -4,16 +4,16 @@ import math
 
 import numpy as np
 import pytest
+from carom.studies.eos.start import start
 
 import carom
 from carom.engine.observers.currents import Currents
 from carom.errors import InputError
 from carom.models import Steps, StepTable
 from carom.simulation import stretches
-from carom.studies.coefficients.spec import TransportSpec, of_scene
+from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos import toml
 from carom.studies.eos.spec import scene_spec
-from carom.studies.eos.start import start
 
 EPS = np.finfo(float).eps
 
@@ -142,6 +142,6 @@ def test_a_scene_file_with_a_well_is_a_transport_study(tmp_path):
         "[scene]\ninitial = 'random'\nn = 100\ndimension = 2\npacking_fraction = 0.3\nkT = 1.5\n"
         "interaction = { type = 'square-well', range = 1.5, depth = 0.5 }\n"
     )
-    spec = of_scene(file, relative_error=0.1)
+    spec = TransportSpec.of_argument(file).replaced(relative_error=0.1)
     assert spec.scene["interaction"] == {"type": "square-well", "range": 1.5, "depth": 0.5}
     assert spec.scene["kT"] == 1.5

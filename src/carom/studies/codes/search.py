@@ -146,23 +146,23 @@ def spherical_code(
         if progress is not None:
             progress("Searching", (len(found) + len(failed)) / len(tasks))
 
-    def done(index: int, record: dict[str, Any]) -> None:
-        found[numbers[index]] = record
+    def done(task: dict[str, Any], record: dict[str, Any]) -> None:
+        found[task["seed"]] = record
         report()
 
-    def lost(index: int, error: BaseException) -> None:
-        failed[numbers[index]] = executors.reason(error)
+    def lost(task: dict[str, Any], reason: str) -> None:
+        failed[task["seed"]] = reason
         report()
 
     with stoppable() as stop:
         report()
         stop.deferred = True
         asked = lambda: stop.asked  # noqa: E731
-        with executors.engine(executor, workers) as where:
-            function = functools.partial(search, stop=asked) if where.local else search
-            ended = executors.run(function, tasks, where, done=done, failed=lost, stop=asked)
+        with executors.opened(executor, workers, len(tasks)) as place:
+            function = functools.partial(search, stop=asked) if place.local else search
+            ended = executors.run(function, tasks, place, done=done, failed=lost, stop=asked)
             if not ended:
-                where.close(now=True)
+                place.end(True)
         stop.deferred = False
         if not ended:
             jammed = any(record["points"] is not None for record in found.values())

@@ -8,7 +8,7 @@ from typing import Any
 from carom import checks
 from carom.errors import InputError
 from carom.io.records import toml_tables
-from carom.studies.eos.toml import read, words_of
+from carom.studies.spec import read
 
 WORDS = ("n", "dimension", "seed", "tries", "rate", "hops", "starts", "digits")
 """Keys of ``[code]``."""
@@ -39,7 +39,10 @@ def parse(content: str) -> dict[str, Any]:
             raise InputError(f"[{name}] is no section of a search for a code; that is [code].")
         if not isinstance(table, dict):
             raise InputError(f"[code] must be a section, found {checks.describe(table)}.")
-    words = words_of(tables, "code", WORDS)
+    words = tables.get("code", {})
+    for name in words:
+        if name not in WORDS:
+            raise InputError(f"[code] {name} is no known key{checks.suggestion(name, WORDS)}.")
     if "n" not in words:
         raise InputError("[code] must have n, the number of points; found none.")
     return words

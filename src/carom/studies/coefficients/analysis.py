@@ -12,7 +12,7 @@ import numpy as np
 from carom.observables.combined import combined
 from carom.observables.statistics import Estimate
 from carom.studies.coefficients import windows
-from carom.studies.tasks import Record
+from carom.studies.folder import Record
 
 UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
 
@@ -116,7 +116,7 @@ class Point:
     Parameters
     ----------
     records : list of dict
-        Of :func:`carom.studies.coefficients.simulate.simulate`, with one scene.
+        Of :func:`carom.studies.coefficients.measure.measure`, with one scene.
     """
 
     def __init__(self, records: list[Record]):

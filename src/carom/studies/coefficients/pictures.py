@@ -1,31 +1,24 @@
-"""Pictures of a transport study, and its page."""
+"""Pictures of a transport study."""
 
 from __future__ import annotations
 
-import base64
-import io
 import math
 import os
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom import theory
 from carom.errors import InputError
-from carom.io.paths import replacing, writing
 from carom.pictures import paper
-from carom.studies.coefficients.measured import Measured, Row
-from carom.studies.eos.html import STYLE, composition
-from carom.studies.eos.pictures import kind
-from carom.studies.eos.toml import text
-from carom.texts import html
+from carom.studies.coefficients.points import Coefficients
 from carom.theory.transport import HIGHEST
-from carom.version import __version__
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from carom.studies.coefficients.study import Transport
 
 
 NAMES = {
@@ -39,7 +32,7 @@ WIDEST = 0.15
 """Relative error beyond which a point of the running coefficient is not drawn."""
 
 
-def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figure:
+def study(result: Transport, path: str | os.PathLike[str] | None = None) -> Figure:
     """Draw the coefficients over Enskog's against packing fraction, and the running shear viscosity.
 
     In two dimensions, and where there is no theory of Enskog, the running self-diffusion replaces the
@@ -47,7 +40,7 @@ def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figur
 
     Parameters
     ----------
-    result : Measured
+    result : Transport
     path : path, optional
         Where to save the picture.
 
@@ -56,7 +49,7 @@ def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figur
     InputError
         If no point is done yet.
     """
-    rows = result.table
+    rows = result.points
     if not rows:
         raise InputError("No point of the study is done yet, so there is nothing to draw.")
     from matplotlib.figure import Figure
@@ -73,7 +66,7 @@ def study(result: Measured, path: str | os.PathLike[str] | None = None) -> Figur
     return paper.saved(figure, path)
 
 
-def _against_density(axes: Axes, rows: list[Row]) -> None:
+def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
     """Draw the coefficients of all points over Enskog's."""
     for marker, (name, label) in zip(MARKERS, NAMES.items(), strict=True):
         points = [
@@ -103,7 +96,7 @@ def _against_density(axes: Axes, rows: list[Row]) -> None:
     axes.legend(fontsize=8, frameon=False)
 
 
-def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
+def _with_time(axes: Axes, rows: list[Coefficients], name: str) -> None:
     """Draw the running coefficient ``name`` of all species, and its value over the window of the slope.
 
     It is divided by Enskog's, where all points have one.
@@ -136,60 +129,3 @@ def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
     axes.set_ylabel(f"running {NAMES[name]}" + (" / Enskog's" if divided else ""))
     if axes.has_data():
         axes.legend(fontsize=8, frameon=False)
-
-
-UNITS = "Units are those of the scene, with k = 1; without a scene file σ = m = kT = 1."
-
-
-def title_of(result: Measured) -> str:
-    """Return a title that says what was simulated."""
-    if not result.records:
-        return "Transport coefficients"
-    found = result.records[0]["result"]
-    species = list(zip(found["diameters"], found["counts"], strict=True))
-    name = kind(found["dimension"], result.spec.scene, mixture=len(species) > 1)
-    article = "a " if len(species) > 1 else ""
-    return f"Transport coefficients of {article}{name}{composition(species)}"
-
-
-def write_report(result: Measured, path: Path) -> None:
-    """Write a self-contained page: no script, no network, pictures inside.
-
-    Raises
-    ------
-    FileError
-        If the file cannot be written.
-    """
-    rows = result.rows()
-    title = html(title_of(result))
-    parts = [
-        f"<h1>{title}</h1>",
-        f"<p>{len(result.records)} of {len(result.spec.tasks())} runs done, by Carom {__version__}. "
-        f"{UNITS} One standard error; slopes between the times given, by the rule in "
-        "<code>carom.studies.coefficients.windows</code>.</p>",
-        '<div class="scroll"><table><tr>',
-    ]
-    head = [name for name in (rows[0] if rows else {}) if name != "remark"]
-    parts += [f"<th>{html(name)}</th>" for name in head] + ["</tr>"]
-    for each in rows:
-        cells = (f"{x:.5g}" if isinstance(x, float) else str(x) for x in (each[name] for name in head))
-        parts.append("<tr>" + "".join(f"<td>{html(cell)}</td>" for cell in cells) + "</tr>")
-    parts.append("</table></div>")
-    remarks = dict.fromkeys(each["remark"] for each in rows if each["remark"])
-    parts += [f"<p>{html(remark)}.</p>" for remark in remarks]
-    if rows:
-        buffer = io.BytesIO()
-        study(result).savefig(buffer, format="png", dpi=110)
-        picture = base64.b64encode(buffer.getvalue()).decode("ascii")
-        parts.append(f'<img alt="coefficients" src="data:image/png;base64,{picture}">')
-    parts += [
-        "<h2>To repeat it</h2><pre>carom transport study.toml</pre>",
-        f"<pre>{html(text(result.spec))}</pre>",
-    ]
-    page = (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{title}</title>"
-        f"<style>{STYLE}</style></head>\n<body>\n" + "\n".join(parts) + "\n</body></html>\n"
-    )
-    with replacing(path) as temporary, writing(path):
-        temporary.write_text(page, encoding="utf-8")

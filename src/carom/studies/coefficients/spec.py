@@ -1,4 +1,4 @@
-"""The parameters of a transport study as a frozen value: the section ``[study]``."""
+"""What a transport study asks for: the section ``[study]``, or a scene file."""
 
 from __future__ import annotations
 
@@ -7,23 +7,11 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
-from carom import checks, theory
 from carom.errors import InputError
-from carom.io.records import toml_tables
-from carom.models.files import to_tables
-from carom.scene.scene import Scene
-from carom.scene_file.scene_file import SceneFile
-from carom.studies.coefficients import windows
-from carom.studies.eos.spec import GRID, StudySpec, replaced, scene_spec
-from carom.studies.tasks import Task
-
-DENSITIES = {2: (0.1, 0.2, 0.3, 0.4, 0.5, 0.6), 3: (0.05, 0.1, 0.2, 0.3, 0.4, 0.45)}
-"""Default packing fractions, by dimension."""
-
-RELATIVE_ERROR = 0.01
-"""Default relative error of shear viscosity and thermal conductivity."""
+from carom.studies.grid import SYSTEM, Blocks, GridSpec, Length, Replicas, Sizes
+from carom.studies.spec import Opt, integer, read
 
 REFUSED = ("walls", "obstacles", "motion", "impact", "pinned")
 """Keys of a scene with which there is no bulk fluid in equilibrium."""
@@ -33,28 +21,8 @@ KEPT = ("diameter", "mass", "kT", "contact", "interaction", *REFUSED)
 
 
 @dataclass(frozen=True)
-class TransportSpec(StudySpec):
-    """A grid of simulations as of :class:`carom.studies.eos.spec.StudySpec`, for transport coefficients.
-
-    Parameters
-    ----------
-    packing_fraction, n, replicas, dimension
-        As in :class:`carom.studies.eos.spec.StudySpec`, but d >= 2; by default 500 particles and 4 replicas.
-    relative_error : float
-        Relative error of shear viscosity and thermal conductivity at each point, all replicas together; 0.01
-        if neither length is given. It sets the length before the run.
-    collisions_per_particle : float
-        Alternatively, the length of each run.
-    equilibration : float
-        Collisions per particle before the measurement.
-    seed, initial
-        As in :class:`carom.studies.eos.spec.StudySpec`.
-    blocks : int
-        Blocks per run, which give the error bars.
-    frames : int
-        Not used: transport needs no order parameter.
-    neighbors, scene
-        As in :class:`carom.studies.eos.spec.StudySpec`.
+class TransportSpec(GridSpec):
+    """A grid of simulations, and the relative error of shear viscosity and conductivity at each point.
 
     Raises
     ------
@@ -68,40 +36,96 @@ class TransportSpec(StudySpec):
     those of hard cores of the scene's diameter.
     """
 
-    n: tuple[int, ...] = (500,)
-    replicas: int = 4
-    equilibration: float = 300.0
-    blocks: int = 16
+    study: ClassVar[str] = "transport"
+    argument: ClassVar[str] = r"Scene file, or study file with \[study] (TOML). Without: six densities."
+    about: ClassVar[str] = """Measure self-diffusion, viscosities and thermal conductivity.
 
-    def __post_init__(self) -> None:
-        d = checks.integer(self.dimension, "dimension", low=2)
-        if not self.packing_fraction and d in DENSITIES:
-            object.__setattr__(self, "packing_fraction", DENSITIES[d])
-        if self.relative_error is None and self.collisions_per_particle is None:
-            object.__setattr__(self, "relative_error", RELATIVE_ERROR)
-        for name in REFUSED:
-            if name in self.scene:
-                raise InputError(f"[scene] {name} leaves no bulk fluid in equilibrium to measure; remove it.")
-        interaction = self.scene.get("interaction")
+    They are compared with Enskog's theory. The folder then holds study.toml, a result file for each run in
+    tasks/, transport.csv and transport.png. Finished runs are not repeated: the same command continues a
+    study that was stopped.
+
+    [bold]Examples[/bold]
+
+    carom transport --eta 0.2618 --relative-error 0.01
+    carom transport scene.toml --replicas 8 --out scene-transport
+    carom transport --eta 0.2618 --n 256,500,1372 --report
+    """
+    error: ClassVar[float] = 0.01
+    refused: ClassVar[Mapping[str, str]] = dict.fromkeys(
+        REFUSED, "leaves no bulk fluid in equilibrium to measure; remove it."
+    )
+    densities: ClassVar[Mapping[int, tuple[float, ...]]] = {
+        2: (0.1, 0.2, 0.3, 0.4, 0.5, 0.6),
+        3: (0.05, 0.1, 0.2, 0.3, 0.4, 0.45),
+    }
+
+    n: Sizes = (500,)
+    replicas: Replicas = 4
+    dimension: Annotated[
+        int, integer(low=2, high=12), Opt("Dimension of space, from 2 on.", SYSTEM, ("--dimension", "-d"))
+    ] = 3
+    equilibration: Length = 300.0
+    blocks: Blocks = 16
+
+    def complete(self) -> None:
+        """Check the grid; an interaction may be a value of Python, too."""
+        interaction = self.scene.get("interaction") if isinstance(self.scene, Mapping) else None
         if interaction is not None and not isinstance(interaction, Mapping):  # as a file has it
-            table = to_tables.to_table(interaction, "interaction")
-            object.__setattr__(self, "scene", {**self.scene, "interaction": table})
-        super().__post_init__()
+            from carom.models.files import to_tables
 
-    def _task(self, eta: float, n: int, replica: int) -> Task:
+            self._put("scene", {**self.scene, "interaction": to_tables.to_table(interaction, "interaction")})
+        super().complete()
+
+    @classmethod
+    def of_argument(cls, path: str | Path) -> TransportSpec:
+        """Return the study of a file; one without ``[study]`` is a scene file, whose size is the grid.
+
+        Raises
+        ------
+        InputError
+            If the scene starts from a file, or is not a bulk fluid in equilibrium.
+        """
+        from carom.io.records import toml_tables
+        from carom.scene_file.scene_file import SceneFile
+
+        if "study" in toml_tables(read(path)):
+            return cls.load(path)
+        file = SceneFile.load(path)
+        scene = file.scene
+        if scene.initial == "file":
+            raise InputError(
+                "Transport needs [scene] that says what there is, with another initial than file: every "
+                "replica has a start of its own."
+            )
+        made = file.build_scene()
+        kept = {
+            f.name: getattr(scene, f.name)
+            for f in dataclasses.fields(scene)
+            if f.name in KEPT and getattr(scene, f.name) not in (None, ())
+        }
+        if scene.species:
+            kept["species"] = [
+                {k: v for k, v in dataclasses.asdict(s).items() if v is not None and k != "count"}
+                | {"fraction": float(s.count if s.count is not None else s.fraction or 0.0)}
+                for s in scene.species
+            ]
+        return cls((made.packing_fraction,), n=(made.n,), dimension=made.dimension, scene=kept)
+
+    def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
+        """Return one run, with the time between its samples."""
+        from carom import theory
+
         if not theory.is_stable_fluid(self.dimension, eta):
             freezing = theory.FREEZING[self.dimension]
             raise InputError(f"packing_fraction {eta:g} is beyond freezing ({freezing:g}); expected a fluid.")
-        task = super()._task(eta, n, replica)
-        task["study"] = "transport"
-        task["every"] = self._every(task)
-        task["blocks"] = self.blocks
-        for name in ("relative_error", "frames"):
-            del task[name]
-        return task
+        task = super().task(eta, n, replica)
+        return {**task, "every": self._every(task)}
 
-    def _every(self, task: Task) -> float:
+    def _every(self, task: dict[str, Any]) -> float:
         """Return the time between samples, rounded to four digits."""
+        from carom.studies.coefficients import windows
+        from carom.studies.scenes import scene_spec
+
         scene = scene_spec(task["scene"])
         species = scene.species
         kT = 1.0 if scene.kT is None else scene.kT
@@ -116,67 +140,13 @@ class TransportSpec(StudySpec):
         )
         return float(f"{time / windows.PER_FREE_TIME:.4g}")
 
-    def _length(self, eta: float, n: int) -> float:
+    def length(self, eta: float, n: int) -> float:
         """Return the collisions per particle of a run that reaches the error, rounded to four digits."""
-        if self.collisions_per_particle is not None:
-            return self.collisions_per_particle
+        from carom.studies.coefficients import windows
+
         assert self.relative_error is not None
         d = self.dimension
         components = min(d, (d - 1) * (d + 2) // 2)
         free_times = windows.relative_variance(components, 1.0) / self.relative_error**2 / self.replicas
         fewest = self.blocks * windows.SHORTEST * windows.LAGS[-1] / windows.PER_FREE_TIME
         return float(f"{max(free_times, fewest):.4g}")
-
-    def settings(self) -> dict[str, Any]:
-        """Return the settings that all tasks share, which must be the same for all studies in one folder."""
-        return {**super().settings(), "study": "transport"}
-
-
-def of_scene(path: str | Path, **given: Any) -> TransportSpec:
-    """Return the study of a file.
-
-    A file without ``[study]`` is a scene file; its size and density are then the grid.
-
-    Parameters
-    ----------
-    path : path
-        TOML.
-    **given
-        Fields of :class:`TransportSpec` that replace those of the file. A length replaces the other one, and
-        a new dimension the densities.
-
-    Raises
-    ------
-    InputError
-        If the scene starts from a file, or is not a bulk fluid in equilibrium.
-    """
-    from carom.studies.eos import toml
-
-    text = toml.read(path)
-    if "study" in toml_tables(text):
-        return TransportSpec(**replaced(vars(toml.load(path, TransportSpec)), given))
-    plan = SceneFile.load(path)
-    words: dict[str, Any] = {"initial": "auto"}
-    scene = plan.scene
-    if scene.initial == "file":
-        raise InputError(
-            "Transport needs [scene] that says what there is, with another initial than file: every replica "
-            "has a start of its own."
-        )
-    made: Scene = plan.build_scene()
-    words |= {"packing_fraction": (made.packing_fraction,), "n": (made.n,), "dimension": made.dimension}
-    kept = {
-        f.name: getattr(scene, f.name)
-        for f in dataclasses.fields(scene)
-        if f.name in KEPT and getattr(scene, f.name) not in (None, ())
-    }
-    if scene.species:
-        kept["species"] = [
-            {k: v for k, v in dataclasses.asdict(s).items() if v is not None and k != "count"}
-            | {"fraction": float(s.count if s.count is not None else s.fraction or 0.0)}
-            for s in scene.species
-        ]
-    return TransportSpec(**replaced({**words, "scene": kept}, given))
-
-
-__all__ = ["GRID", "TransportSpec", "of_scene"]

@@ -1,147 +1,258 @@
-"""Running a transport study: missing tasks run on the chosen engine, and every result is kept."""
+"""Transport coefficients: diffusion, viscosities, thermal conductivity, compared with Enskog's theory."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Iterable, Mapping
-from os import PathLike
-from pathlib import Path
-from typing import Any
+import functools
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from carom.notebook import watchable
-from carom.studies.arguments import refuse_unknown
-from carom.studies.coefficients.result import Transport
-from carom.studies.coefficients.simulate import simulate
+import numpy as np
+
+from carom.errors import InputError
+from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Extrapolation, line
+from carom.studies.coefficients.measure import measure
+from carom.studies.coefficients.points import Coefficients, coefficients_of
 from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.outcome import Progress, carry_out, held
+from carom.studies.documented import documented
+from carom.studies.eos.study import composition
+from carom.studies.grid_study import GridStudy
+from carom.studies.results import value_with_error
+from carom.table import Column, Table, error
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from carom.observables.statistics import Estimate
+
+UNITS = "Units are those of the scene, with k = 1; without a scene file σ = m = kT = 1."
 
 
-def _by_runs(shown: Callable[..., None]) -> Callable[[Progress[Transport]], object]:
-    """Return a function that shows the number of finished runs."""
-    return lambda present: shown(present.fraction, f"{present.done} of {present.total} runs")
+def _slope(begin: float, row: Row) -> str:
+    return f"{begin:.4g} and {row.end:.4g}"
 
 
-@watchable("Transport", _by_runs)
+def _name(name: str, row: Row) -> str:
+    return name.replace("_infinite", ", N = inf").replace("_", " ")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One coefficient of one point.
+
+    Attributes
+    ----------
+    packing_fraction : float
+    n : int
+        The point.
+    quantity : str
+        Its name.
+    value, error : float
+        The coefficient and its standard error; nan in the plane, where it grows with the window.
+    enskog, ratio : float
+        Enskog's value by the best equation of state, and value / Enskog's; nan where there is none.
+    begin, end : float
+        Times between which the slope was taken.
+    remark : str
+        Doubts about the point.
+    """
+
+    packing_fraction: Annotated[float, Column("η", ".4g")]
+    n: Annotated[int, Column("N")]
+    quantity: Annotated[str, Column("", _name, left=True)]
+    value: Annotated[float, Column("value", error("error", told=True), missing="unknown")]
+    error: float
+    enskog: Annotated[float, Column("Enskog", ".5g")]
+    ratio: Annotated[float, Column("ratio", ".3f")]
+    begin: Annotated[float, Column("slope between", _slope, missing="blocks too short for a slope")]
+    end: float
+    remark: str
+
+
+@dataclass(frozen=True, repr=False)
+class Transport(GridStudy[TransportSpec]):
+    """Transport coefficients at every point of a study.
+
+    Attributes
+    ----------
+    spec : TransportSpec
+        The requested study.
+    records, failures, folder, engine, seconds
+        As in ``carom.studies.study.Study``.
+    """
+
+    Spec: ClassVar[type[TransportSpec]] = TransportSpec
+    name: ClassVar[str] = "transport"
+    measure = staticmethod(measure)
+
+    @functools.cached_property
+    def points(self) -> list[Coefficients]:
+        """The coefficients of each point, with the data behind them, by packing fraction and n."""
+        return [coefficients_of(records) for records in self.by_point()]
+
+    @functools.cached_property
+    def table(self) -> Table:
+        """One :class:`Row` for each coefficient of each point."""
+        rows = []
+        for each in self.points:
+            quantities = each.quantities()
+            if math.isfinite(each.self_diffusion_infinite.mean):
+                at = each.self_diffusion[0].window
+                enskog = each.enskog.self_diffusion if each.enskog else math.nan
+                quantities["self_diffusion_infinite"] = Coefficient(each.self_diffusion_infinite, at), enskog
+            for name, (c, enskog) in quantities.items():
+                value = c.value if each.exists else UNKNOWN
+                rows.append(
+                    Row(
+                        each.packing_fraction, each.n, name, value.mean, value.error, enskog,
+                        value.mean / enskog, *c.window, "; ".join(each.remarks),
+                    )
+                )  # fmt: skip
+        return Table(Row, rows, notes=[*self.remarks(), UNITS])
+
+    @property
+    def self_diffusion(self) -> Coefficient:
+        """Self-diffusion of a study of one point and one species [length^2 / time].
+
+        Raises
+        ------
+        InputError
+            If there are several species, or not one point.
+        """
+        found = self._only("self_diffusion").self_diffusion
+        if len(found) > 1:
+            raise InputError(f"Each of {len(found)} species has its own: study.points[0].self_diffusion.")
+        return found[min(found)]
+
+    @property
+    def shear_viscosity(self) -> Coefficient:
+        """Shear viscosity of a study of one point."""
+        return self._only("shear_viscosity").shear_viscosity
+
+    @property
+    def bulk_viscosity(self) -> Coefficient:
+        """Bulk viscosity of a study of one point."""
+        return self._only("bulk_viscosity").bulk_viscosity
+
+    @property
+    def thermal_conductivity(self) -> Coefficient:
+        """Thermal conductivity of a study of one point."""
+        return self._only("thermal_conductivity").thermal_conductivity
+
+    def _only(self, name: str) -> Coefficients:
+        """Return the one point of a study; InputError if there are others, or none is done."""
+        if len(self.points) != 1:
+            raise InputError(
+                f"This study has {len(self.points)} points, each with its {name}: take it from one of them, "
+                f"as in study.points[0].{name}."
+            )
+        return self.points[0]
+
+    def extrapolate(self) -> list[Extrapolation]:
+        """Return self-diffusion of the infinite system by a line in 1 / L, for densities with several sizes.
+
+        Its points are D of each size times ``at_rest`` of the point. Nothing is assumed about its slope,
+        which :func:`carom.theory.diffusion_shift` predicts. Only in d = 3.
+        """
+        groups: dict[float, list[Coefficients]] = {}
+        for each in self.points:
+            first = each.self_diffusion[min(each.self_diffusion)]
+            if each.dimension == 3 and math.isfinite(first.value.mean):
+                groups.setdefault(each.packing_fraction, []).append(each)
+        found = []
+        for eta, rows in groups.items():
+            if len(rows) > 1:
+                k = min(rows[0].self_diffusion)
+                values: list[Estimate] = [r.self_diffusion[k].value.scaled(r.at_rest[k]) for r in rows]
+                value, slope, chi2 = line(
+                    np.array([1.0 / r.edge for r in rows]),
+                    np.array([v.mean for v in values]),
+                    np.array([v.error for v in values]),
+                )
+                found.append(Extrapolation(eta, value, slope, tuple(r.n for r in rows), chi2))
+        return found
+
+    def remarks(self) -> list[str]:
+        """Return what else is known of the points, and the remarks about them, one line each."""
+        said: dict[str, None] = {}
+        for each in self.points:
+            eta = f"* eta = {each.packing_fraction:g}"
+            if math.isfinite(each.erpenbeck_wood):
+                known = f"{each.erpenbeck_wood:.5g} by Erpenbeck and Wood's fit to simulations"
+                said[f"{eta}, N = inf: D is {known}"] = None
+            said |= dict.fromkeys(f"{eta}, N = {each.n}: {remark}" for remark in each.remarks)
+        return list(said)
+
+    @property
+    def title(self) -> str:
+        """What was simulated."""
+        from carom.studies.eos.pictures import kind
+
+        if not self.records:
+            return "Transport coefficients"
+        found = self.records[0]["result"]
+        species = list(zip(found["diameters"], found["counts"], strict=True))
+        name = kind(found["dimension"], self.spec.scene, mixture=len(species) > 1)
+        article = "a " if len(species) > 1 else ""
+        return f"Transport coefficients of {article}{name}{composition(species)}"
+
+    def _lines(self) -> list[str]:
+        """Return what is printed: the grid, the coefficients of one point, and the remarks."""
+        rows = self.points
+        what = f"{len(rows)} points"
+        if len(rows) == 1:
+            what = f"N = {rows[0].n} at packing fraction {rows[0].packing_fraction:g}"
+        lines = [f"Transport coefficients in {self.spec.dimension}D: {what}, {self._done()}"]
+        if len(rows) == 1:
+            values = [
+                f"{name.replace('_', ' ')} {value_with_error(c.value.mean, c.value.error)}"
+                for name, (c, _) in rows[0].quantities().items()
+            ]
+            lines.append(f"{', '.join(values)} (units of the scene, k = 1)")
+        if remarks := self.remarks():
+            lines.append(remarks[0] if len(remarks) == 1 else f"{len(remarks)} remarks: remarks()")
+        return lines
+
+    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
+        """Yield the picture of the page."""
+        if self.records:
+            yield "Results", self.plot()
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+        """Draw the coefficients divided by Enskog's, and their convergence in time; save them to ``path``.
+
+        Raises
+        ------
+        FileError
+            If the picture cannot be saved.
+        """
+        from carom.studies.coefficients import pictures
+
+        return pictures.study(self, path)
+
+
+@documented(Transport)
 def transport(
-    packing_fraction: Iterable[float] | float | None = None,
-    *,
-    n: int | Iterable[int] | None = None,
-    replicas: int | None = None,
-    dimension: int | None = None,
-    relative_error: float | None = None,
-    collisions_per_particle: float | None = None,
-    equilibration: float | None = None,
-    seed: int | None = None,
-    blocks: int | None = None,
-    scene: Mapping[str, Any] | None = None,
-    executor: Any = None,
-    cores: int | str | None = None,
-    out: str | PathLike[str] | None = None,
-    progress: Callable[[Progress[Transport]], object] | None = None,
-    **settings: Any,
+    packing_fraction: Iterable[float] | float | None = None, *, how: Mapping[str, Any], **given: Any
 ) -> Transport:
     """Measure self-diffusion, shear and bulk viscosity and thermal conductivity of fluids.
 
     For mixtures, mutual and thermal diffusion are measured, too.
 
-    Parameters
-    ----------
-    packing_fraction : float or iterable of float
-        Packing fractions; six of the fluid if left out.
-    n : int or iterable of int
-        Numbers of particles; 500 if left out.
-    replicas : int
-        Independent runs of each point; 4 if left out.
-    dimension : int
-        d; 3 if left out. In two dimensions the coefficients diverge with the size of the system.
-    relative_error : float
-        Relative error of shear viscosity and thermal conductivity at each point; 0.01 if no length is given.
-    collisions_per_particle : float
-        Alternatively, the length of each run.
-    equilibration : float
-        Collisions per particle before the measurement; 300 if left out.
-    seed : int
-        Seed; 1 if left out. Each task has its own random stream.
-    blocks : int
-        Blocks per run; 16 if left out.
-    scene : mapping
-        Further keys of a scene, as in the section ``[scene]`` of a file: diameter, mass, kT, species.
-    executor : optional
-        Where the runs take place: "processes" (default), "threads", "serial", "mpi", the address of a Dask
-        scheduler, a Dask Client, or any Executor; see :func:`carom.studies.executors.engine`.
-    cores : int or "auto", optional
-        Processes or threads; as many as there are cores if left out.
-    out : path, optional
-        Folder with a result file for each task. If the same study left results there, only missing tasks run.
-    progress : callable, optional
-        Called with a :class:`Progress` at the start and after every task; True shows a bar.
-    **settings
-        Further fields of a study: initial, neighbors. Any other is an error that names the right one.
+    @
 
     Returns
     -------
     Transport
         The coefficients at every point.
 
-    Raises
-    ------
-    InputError
-        If the study cannot be run as it is.
-    FileError
-        If `out` holds another study, is in use, or cannot be written to at the start.
-    Interrupted
-        After Ctrl-C or SIGTERM; with `out`, finished tasks are kept.
-
-    Warns
-    -----
-    CaromWarning
-        If tasks failed, or results could not be written.
-
     Notes
     -----
-    Helfand's moments are exact between collisions, so that no result depends on a time step. The rule for the
-    times of the slopes is in ``carom.studies.coefficients.windows``.
+    In two dimensions the coefficients diverge with the size of the system. Helfand's moments are exact
+    between collisions, so that no result depends on a time step. The rule for the times of the slopes is in
+    ``carom.studies.coefficients.windows``.
     """
-    given = {
-        "packing_fraction": packing_fraction,
-        "n": n,
-        "replicas": replicas,
-        "dimension": dimension,
-        "relative_error": relative_error,
-        "collisions_per_particle": collisions_per_particle,
-        "equilibration": equilibration,
-        "seed": seed,
-        "blocks": blocks,
-        "scene": scene,
-        **settings,
-    }
-    known = tuple(f.name for f in dataclasses.fields(TransportSpec))
-    refuse_unknown("transport()", settings, (*known, "executor", "cores", "out", "progress"))
-    spec = TransportSpec(**{name: value for name, value in given.items() if value is not None})
-    return run(spec, executor=executor, cores=cores, out=out, progress=progress)
-
-
-@watchable("Transport", _by_runs)
-def run(
-    spec: TransportSpec,
-    *,
-    executor: Any = None,
-    cores: int | str | None = None,
-    out: str | PathLike[str] | None = None,
-    progress: Callable[[Progress[Transport]], object] | None = None,
-) -> Transport:
-    """Run a study that is given as a value; parameters as for :func:`transport`."""
-    nothing_yet = Transport(spec, folder=None if out is None else Path(out))
-    return carry_out(nothing_yet, simulate, executor=executor, cores=cores, progress=progress)
-
-
-def load(out: str | PathLike[str]) -> Transport:
-    """Return the finished part of the study in a folder, without running anything.
-
-    Raises
-    ------
-    FileError
-        If the folder holds no study of this version of Carom.
-    """
-    spec, records, folder = held(out, TransportSpec)
-    return Transport(spec, records, folder=folder)
+    spec = TransportSpec(**given) if packing_fraction is None else TransportSpec(packing_fraction, **given)  # type: ignore[arg-type]
+    return Transport(spec).run(**how)

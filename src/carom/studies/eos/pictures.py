@@ -14,13 +14,14 @@ from carom.errors import InputError
 from carom.models.interactions.tables import from_table
 from carom.pictures import paper
 from carom.scene import description
-from carom.studies.eos.measured import Measured
 from carom.studies.eos.table import Row, compared, finite_size_shift, usual_equation
 from carom.theory import Equation
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+    from carom.studies.eos.study import EquationOfState
 
 
 STYLES = ("-", "--", ":", "-.")
@@ -31,7 +32,7 @@ CURVE = 200
 
 
 def study(
-    result: Measured,
+    result: EquationOfState,
     *,
     equations: Mapping[str, Equation] | None = None,
     path: str | os.PathLike[str] | None = None,
@@ -40,7 +41,7 @@ def study(
 
     Parameters
     ----------
-    result : Measured
+    result : EquationOfState
     equations : mapping of str to callable, optional
         Equations of state to draw, by label; the first is compared with the data.
     path : path, optional
@@ -89,7 +90,7 @@ def kind(dimension: int, scene: Mapping[str, Any], *, mixture: bool) -> str:
     return f"mixture of {name}" if mixture else name
 
 
-def order(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
+def order(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
     """Draw order parameter and susceptibility against packing fraction; None where none was measured."""
     rows = [row for row in result.table if math.isfinite(row.order)]
     if not rows:
@@ -123,7 +124,7 @@ def order(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Fi
     return paper.saved(figure, path)
 
 
-def sizes(result: Measured, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
+def sizes(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
     """Draw Z against 1 / N with the fitted line and theory's, a panel for each density; None for one size."""
     fits = result.extrapolate()
     if not fits:
@@ -175,7 +176,7 @@ def _figure(width: float, height: float) -> Figure:
     return picture()(width, height, paper.DPI)
 
 
-def _equations(result: Measured, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
+def _equations(result: EquationOfState, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
     """Return the equations of state to draw, by name; the first is compared with the data."""
     own, first = result.equation, result.records[0]
     if given is not None:

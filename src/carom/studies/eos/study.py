@@ -1,160 +1,233 @@
-"""Running a study: missing tasks run on the chosen engine, and every result is kept."""
+"""The equation of state: Z over packing fractions, sizes and replicas, compared with theory."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping
-from os import PathLike
-from pathlib import Path
-from typing import Any
+import functools
+import math
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from carom.notebook import watchable
-from carom.studies.arguments import refuse_unknown
-from carom.studies.eos.result import EquationOfState
-from carom.studies.eos.simulate import simulate
+from carom import theory
+from carom.errors import InputError
+from carom.studies.documented import documented
+from carom.studies.eos import fits
+from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec
-from carom.studies.outcome import Progress, carry_out, held
+from carom.studies.eos.table import Row, row
+from carom.studies.grid_study import GridStudy
+from carom.studies.results import value_with_error
+from carom.table import Column, Table, error
 from carom.theory import Equation
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
-def _by_runs(shown: Callable[..., None]) -> Callable[[Progress[EquationOfState]], object]:
-    """Return a function that shows the number of finished runs."""
-    return lambda present: shown(present.fraction, f"{present.done} of {present.total} runs")
+MOST_NAMED = 6
+"""Largest number of diameters in the title of a mixture."""
 
 
-@watchable("Study", _by_runs)
+@dataclass(frozen=True)
+class Virial:
+    """A virial coefficient fitted to the dilute points, as the page shows it."""
+
+    k: Annotated[int, Column("k")]
+    value: Annotated[float, Column("B_k / v^(k-1)", error("error", told=True))]
+    error: float
+    known: Annotated[float, Column("published", ".7g")]
+
+
+@dataclass(frozen=True, repr=False)
+class EquationOfState(GridStudy[StudySpec]):
+    """Z at every point of a study, and derived results.
+
+    Attributes
+    ----------
+    spec : StudySpec
+        The requested study.
+    records, failures, folder, engine, seconds
+        As in ``carom.studies.study.Study``.
+    equation : callable or None
+        Equation of state to compare with, instead of the usual one.
+    """
+
+    equation: Equation | None = None
+
+    Spec: ClassVar[type[StudySpec]] = StudySpec
+    name: ClassVar[str] = "eos"
+    measure = staticmethod(measure)
+
+    @functools.cached_property
+    def table(self) -> Table:
+        """One :class:`Row` for each point, in the order of packing fraction and n."""
+        rows = [row(records, self.equation) for records in self.by_point()]
+        units = (
+            f"P* = P σ^{self.spec.dimension}/kT, σ the largest diameter. dev. = (infinite - theory) / "
+            "standard error."
+        )
+        remarks = [
+            f"* η = {each.packing_fraction:.5g}, N = {each.n}: {'; '.join(each.remarks)}"
+            for each in rows
+            if each.remarks
+        ]
+        return Table(Row, rows, notes=[units, *remarks], flagged=lambda each: not each.equilibrated)
+
+    @property
+    def chi2_per_point(self) -> float:
+        """Mean square of the deviations from theory, over the fluid's points in equilibrium; nan if none."""
+        fluid = (each for each in self.table if each.equilibrated and each.phase == "fluid")
+        squares = [each.deviation**2 for each in fluid if math.isfinite(each.deviation)]
+        return math.fsum(squares) / len(squares) if squares else math.nan
+
+    def _species(self) -> Sequence[Sequence[float]]:
+        """Return the diameters, and the number of particles with each."""
+        return self.records[0]["result"]["species"] if self.records else []
+
+    def virials(self, *, up_to: float | None = None, order: int = 4) -> fits.Virials:
+        """Fit virial coefficients; see :func:`carom.studies.eos.fits.virials`."""
+        known = None
+        if len(species := self._species()) > 1:
+            diameters, total = [s for s, _ in species], sum(c for _, c in species)
+            fractions = [c / total for _, c in species]
+            known = [theory.mixture_second_virial(fractions, diameters, self.spec.dimension)]
+        return fits.virials(self.table, up_to=up_to, order=order, known=known)
+
+    def extrapolate(self) -> list[fits.Extrapolation]:
+        """Extrapolate to infinite size; see :func:`carom.studies.eos.fits.extrapolate`."""
+        return fits.extrapolate(self.table)
+
+    def with_theory(self, equation: Equation) -> EquationOfState:
+        """Return the study compared with another ``equation`` of state, e.g. ``theory.henderson``."""
+        return dataclasses.replace(self, equation=equation)
+
+    def sentences(self) -> list[str]:
+        """Return the comparison with theory, and how many points are flagged."""
+        said, flagged = [], sum(not each.equilibrated for each in self.table)
+        if math.isfinite(chi2 := self.chi2_per_point):
+            said.append(f"Mean squared deviation of the fluid from theory, in standard errors: {chi2:.2f}.")
+        if flagged:
+            said.append(f"{flagged} point{'s' * (flagged > 1)} flagged, and left out of fits.")
+        return said
+
+    @property
+    def title(self) -> str:
+        """What was studied, with the diameters of a mixture."""
+        from carom.studies.eos.pictures import kind
+
+        mixed = len(species := self._species()) > 1
+        name = kind(self.spec.dimension, self.spec.scene, mixture=mixed)
+        return f"Equation of state of {'a ' * mixed}{name}{composition(species)}"
+
+    def __repr__(self) -> str:
+        return f"<EquationOfState: {len(self.table)} points, {self.progress} done>"
+
+    def _lines(self) -> list[str]:
+        """Return what is printed: the grid, the range of Z, the comparison with theory."""
+        rows = self.table
+        lines = [f"Equation of state in {self.spec.dimension}D: {len(rows)} points, {self._done()}"]
+        if rows:
+            ends = rows[:1] if len(rows) == 1 else [rows[0], rows[-1]]
+            lines.append(
+                ", ".join(
+                    f"Z = {value_with_error(each.Z, each.Z_error)} at packing fraction "
+                    f"{each.packing_fraction:g}"
+                    for each in ends
+                )
+            )
+        said = []
+        if math.isfinite(self.chi2_per_point):
+            said.append(f"chi squared per point against theory {self.chi2_per_point:.2f}")
+        if flagged := sum(not each.equilibrated for each in rows):
+            said.append(f"{flagged} flagged, and left out of fits")
+        return [*lines, *([", ".join(said)] if said else [])]
+
+    def more(self) -> dict[str, Any]:
+        """Return the fits in 1 / N, and the comparison with theory."""
+        fitted = [dataclasses.asdict(fit) for fit in self.extrapolate()]
+        return {"extrapolation": fitted, "chi2_per_point": self.chi2_per_point}
+
+    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
+        """Yield the pictures and fits of the page."""
+        from carom.studies.eos import pictures
+
+        if self.table:
+            yield "Results", self.plot()
+        if (figure := pictures.order(self)) is not None:
+            yield "Order parameter", figure
+        if (figure := pictures.sizes(self)) is not None:
+            yield "Size of the system", Table(fits.Extrapolation, self.extrapolate())
+            yield "Size of the system", figure
+        try:
+            found = self.virials()
+        except InputError:
+            return
+        each = zip(found.values, found.errors, found.known, strict=True)
+        lines = [Virial(k, *numbers) for k, numbers in enumerate(each, start=2)]
+        said = f"From {found.points} points, χ² = {found.chi2:.1f}."
+        yield "Virial coefficients", Table(Virial, lines, notes=[said])
+
+    def plot(
+        self,
+        path: str | os.PathLike[str] | None = None,
+        *,
+        equations: Mapping[str, Equation] | None = None,
+    ) -> Figure:
+        """Draw Z, its deviation from theory in standard errors, and the pressure.
+
+        Parameters
+        ----------
+        path : path, optional
+            Where to save the picture; the suffix is the format.
+        equations : mapping of str to callable, optional
+            Equations of state to draw; the first is compared with the data. By default the usual ones.
+
+        Raises
+        ------
+        FileError
+            If the picture cannot be saved.
+        """
+        from carom.studies.eos import pictures
+
+        return pictures.study(self, equations=equations, path=path)
+
+
+def composition(species: Sequence[Sequence[float]]) -> str:
+    """Return the diameters of a mixture and their fractions, at most six; "" for one diameter."""
+    if len(species) < 2:
+        return ""
+    total = sum(count for _, count in species)
+    sizes = [f"{count / total:.3g} of diameter {diameter:.4g}" for diameter, count in species[:MOST_NAMED]]
+    more = f" and {len(species) - MOST_NAMED} sizes more" if len(species) > MOST_NAMED else ""
+    return ": " + ", ".join(sizes) + more
+
+
+@documented(EquationOfState, equation="Equation of state to compare with, instead of the usual one.")
 def equation_of_state(
     packing_fraction: Iterable[float] | float | None = None,
     *,
-    n: int | Iterable[int] | None = None,
-    replicas: int | None = None,
-    dimension: int | None = None,
-    relative_error: float | None = None,
-    collisions_per_particle: float | None = None,
-    equilibration: float | None = None,
-    seed: int | None = None,
-    initial: str | None = None,
-    scene: Mapping[str, Any] | None = None,
-    executor: Any = None,
-    cores: int | str | None = None,
-    out: str | PathLike[str] | None = None,
     equation: Equation | None = None,
-    progress: Callable[[Progress[EquationOfState]], object] | None = None,
-    **settings: Any,
+    how: Mapping[str, Any],
+    **given: Any,
 ) -> EquationOfState:
     """Measure Z over packing fractions, numbers of particles and replicas.
 
-    Parameters
-    ----------
-    packing_fraction : float or iterable of float
-        Packing fractions; twelve of the fluid if left out.
-    n : int or iterable of int
-        Numbers of particles; 4000 if left out.
-    replicas : int
-        Independent runs of each point; 2 if left out.
-    dimension : int
-        d; 3 if left out.
-    relative_error : float
-        Relative error of Z at each point; 7e-5 if no length is given.
-    collisions_per_particle : float
-        Alternatively, the length of each run.
-    equilibration : float
-        Collisions per particle before the measurement; 1000 if left out.
-    seed : int
-        Seed; 1 if left out. Each task has its own random stream, independent of the other tasks and of the
-        executor.
-    initial : str
-        "auto", "random", or the name of a lattice.
-    scene : mapping
-        Further keys of a scene, as in the section ``[scene]`` of a file.
-    executor : optional
-        Where the runs take place: "processes" (default), "threads", "serial", "mpi", the address of a Dask
-        scheduler, a Dask Client, or any Executor; see :func:`carom.studies.executors.engine`.
-    cores : int or "auto", optional
-        Processes or threads; as many as there are cores if left out.
-    out : path, optional
-        Folder with a result file for each task. If the same study left results there, only missing tasks run.
-        The grid may differ; all other settings must be the same.
-    equation : callable, optional
-        Equation of state for the comparison and for the finite-size correction.
-    progress : callable, optional
-        Called with a :class:`Progress` at the start and after every task; True shows a bar.
-    **settings
-        Further fields of a study: blocks, frames, neighbors. Any other is an error that names the right one.
+    @
 
     Returns
     -------
     EquationOfState
-        Z at every point, and derived results.
-
-    Raises
-    ------
-    InputError
-        If the study cannot be run as it is.
-    FileError
-        If `out` holds another study, is in use, or cannot be written to at the start.
-    Interrupted
-        After Ctrl-C or SIGTERM; with `out`, finished tasks are kept.
-
-    Warns
-    -----
-    CaromWarning
-        If tasks failed, or results could not be written. The other tasks were run; run again to complete the
-        missing ones.
+        Z at every point.
 
     Examples
     --------
     >>> import carom
     >>> study = carom.equation_of_state(
-    ...     [0.1, 0.2], n=108, replicas=1, collisions_per_particle=200, equilibration=50, executor="serial"
+    ...     [0.1, 0.2], n=100, collisions_per_particle=200, equilibration=50, executor="serial"
     ... )
     >>> [row.equilibrated for row in study.table]
     [True, True]
     """
-    given = {
-        "packing_fraction": packing_fraction,
-        "n": n,
-        "replicas": replicas,
-        "dimension": dimension,
-        "relative_error": relative_error,
-        "collisions_per_particle": collisions_per_particle,
-        "equilibration": equilibration,
-        "seed": seed,
-        "initial": initial,
-        "scene": scene,
-        **settings,
-    }
-    known = tuple(f.name for f in dataclasses.fields(StudySpec))
-    refuse_unknown(
-        "equation_of_state()", settings, (*known, "executor", "cores", "out", "equation", "progress")
-    )
-    spec = StudySpec(**{name: value for name, value in given.items() if value is not None})
-    return run(spec, executor=executor, cores=cores, out=out, equation=equation, progress=progress)
-
-
-@watchable("Study", _by_runs)
-def run(
-    spec: StudySpec,
-    *,
-    executor: Any = None,
-    cores: int | str | None = None,
-    out: str | PathLike[str] | None = None,
-    equation: Equation | None = None,
-    progress: Callable[[Progress[EquationOfState]], object] | None = None,
-) -> EquationOfState:
-    """Run a study that is given as a value; parameters as for :func:`equation_of_state`."""
-    folder = None if out is None else Path(out)
-    nothing_yet = EquationOfState(spec, folder=folder, equation=equation)
-    return carry_out(nothing_yet, simulate, executor=executor, cores=cores, progress=progress)
-
-
-def load(out: str | PathLike[str], equation: Equation | None = None) -> EquationOfState:
-    """Return the finished part of the study in a folder, without running anything.
-
-    Raises
-    ------
-    FileError
-        If the folder holds no study of this version of Carom.
-    """
-    spec, records, folder = held(out, StudySpec)
-    return EquationOfState(spec, records, folder=folder, equation=equation)
+    spec = StudySpec(**given) if packing_fraction is None else StudySpec(packing_fraction, **given)  # type: ignore[arg-type]
+    return EquationOfState(spec, equation=equation).run(**how)

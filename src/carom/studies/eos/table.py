@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from carom import theory
 from carom.errors import InputError
 from carom.observables import drift
 from carom.observables.quantiles import chi_squared_tail
-from carom.studies.tasks import Record
+from carom.studies.folder import Record
+from carom.table import Column, error
 from carom.theory import Equation
 
 LEVEL = 1e-3
@@ -70,52 +71,28 @@ class Row:
         Pair collisions of all replicas.
     """
 
-    packing_fraction: float
-    n: int
+    packing_fraction: Annotated[float, Column("η", ".6g")]
+    n: Annotated[int, Column("N")]
     dimension: int
     phase: str
-    replicas: int
-    Z: float
+    replicas: Annotated[int, Column("runs")]
+    Z: Annotated[float, Column("Z", error("Z_error", told=True))]
     Z_error: float
-    Z_infinite: float
-    reduced_pressure: float
+    Z_infinite: Annotated[float, Column("infinite", error("Z_error"))]
+    reduced_pressure: Annotated[float, Column("P*", error("reduced_pressure_error"))]
     reduced_pressure_error: float
     kT: float
-    theory: float
-    deviation: float
-    chi2: float
-    drift: float
+    theory: Annotated[float, Column("theory", error("Z_error"))]
+    deviation: Annotated[float, Column("dev.", "+.1f")]
+    chi2: Annotated[float, Column("χ²", ".1f")]
+    drift: Annotated[float, Column("drift", "+.1f")]
     order: float
     order_error: float
     susceptibility: float
     moved: float
     equilibrated: bool
-    remarks: tuple[str, ...]
+    remarks: Annotated[tuple[str, ...], Column("", lambda said, row: "*" * bool(said))]
     collisions: int
-
-
-def table(records: Sequence[Record], equation: Equation | None = None) -> list[Row]:
-    """Return one row for each point, in the order of packing fraction and number of particles.
-
-    Parameters
-    ----------
-    records : sequence of dict
-        Results of single runs, in any order.
-    equation : callable, optional
-        Equation of state to compare with and to correct for the finite size. By default it follows from phase
-        and dimension.
-    """
-    points: dict[tuple[float, int, int], list[Record]] = {}
-    for record in records:
-        scene = record["task"]["scene"]
-        point = (scene["packing_fraction"], scene["n"], record["result"]["dimension"])
-        points.setdefault(point, []).append(record)
-    rows = []
-    for point in sorted(points):
-        # Sorted, so that sums are bit-identical whatever the order in which replicas finished.
-        several = sorted(points[point], key=lambda record: int(record["task"]["replica"]))
-        rows.append(_row(several, equation))
-    return rows
 
 
 def combined(
@@ -230,13 +207,23 @@ def finite_size_shift(state: str, packing_fraction: float, n: int, equation: Equ
         return math.nan
 
 
-def _row(records: list[Record], equation: Equation | None) -> Row:
+def row(records: Sequence[Record], equation: Equation | None = None) -> Row:
+    """Return the row of a point.
+
+    Parameters
+    ----------
+    records : sequence of dict
+        Its runs, in the order of the replicas.
+    equation : callable, optional
+        Equation of state to compare with and to correct for the finite size. By default it follows from phase
+        and dimension.
+    """
     results = [record["result"] for record in records]
     task, first = records[0]["task"], results[0]
     # The requested value: that of the scene differs by rounding, which depends on n.
     eta, n, d = float(task["scene"]["packing_fraction"]), int(first["n"]), int(first["dimension"])
     state = phase(eta, d, task["scene"]["initial"], mixture=len(first["species"]) > 1)
-    z, error, chi2 = _quantity(results, "Z")
+    z, z_error, chi2 = _quantity(results, "Z")
     pressure, pressure_error, _ = _quantity(results, "reduced_pressure")
     chosen, beside = equation, equation is not None or compared(records[0])
     if chosen is None and beside:
@@ -267,13 +254,13 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         remarks.append("the crystal has melted")
     if _improbable(chi2, len(results) - 1):
         remarks.append("replicas disagree")
-    few = any((r["Z"]["n_eff"] or 0.0) < FEW for r in results if error > 0.0)
+    few = any((r["Z"]["n_eff"] or 0.0) < FEW for r in results if z_error > 0.0)
     if few or not all(r.get("relaxed", True) for r in results):
         remarks.append("too short for an error bar")
     equilibrated = not remarks
     goal = task.get("relative_error")
     # The goal is that of one replica, the error that of their mean. A tenth more is not worth a remark.
-    if goal is not None and error > 1.1 * goal / math.sqrt(len(results)) * abs(z):
+    if goal is not None and z_error > 1.1 * goal / math.sqrt(len(results)) * abs(z):
         remarks.append("the error asked for was not reached")
     return Row(
         packing_fraction=eta,
@@ -282,13 +269,13 @@ def _row(records: list[Record], equation: Equation | None) -> Row:
         phase=state,
         replicas=len(results),
         Z=z,
-        Z_error=error,
+        Z_error=z_error,
         Z_infinite=infinite,
         reduced_pressure=pressure,
         reduced_pressure_error=pressure_error,
         kT=kT,
         theory=known,
-        deviation=(infinite - known) / error if error > 0.0 else math.nan,
+        deviation=(infinite - known) / z_error if z_error > 0.0 else math.nan,
         chi2=chi2,
         drift=drift.together(drifts),
         order=order,

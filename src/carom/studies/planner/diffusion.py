@@ -8,20 +8,22 @@ import time as clock
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from carom import theory
 from carom.errors import CaromWarning, InputError
 from carom.observables.statistics import Estimate
 from carom.studies.coefficients import windows
 from carom.studies.coefficients.analysis import Point
-from carom.studies.coefficients.measured import infinite_diffusion
-from carom.studies.coefficients.simulate import simulate
+from carom.studies.coefficients.measure import measure as measure_transport
+from carom.studies.coefficients.points import infinite_diffusion
 from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.folder import Record, Task
 from carom.studies.planner import pilot as trial
 from carom.studies.planner.choice import Costs, slowed
 from carom.studies.planner.measures import REPLICA, once
 from carom.studies.planner.system import System
-from carom.studies.tasks import Record, Task
+from carom.studies.study import Look, perform
 
 SIZE = 64
 """Spheres of the first pilot."""
@@ -47,13 +49,12 @@ ESTIMATORS = {
 }
 
 
-def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
+def measure(task: Task, look: Look) -> dict[str, Any]:
     """Run a task of a transport study, and note its CPU time."""
     load(task)
     began = clock.thread_time()
-    record = simulate(task, stop)
-    record["provenance"]["cpu_seconds"] = {"all": clock.thread_time() - began}
-    return record
+    result = measure_transport(task, look)
+    return {**result, "timings": {"cpu_seconds": {"all": clock.thread_time() - began}}}
 
 
 def load(task: Task) -> None:
@@ -61,7 +62,7 @@ def load(task: Task) -> None:
     brief = {
         **task, "equilibration": 1.0, "collisions_per_particle": SHORT, "blocks": FEWEST, "replica": REPLICA,
     }  # fmt: skip
-    once("D " + json.dumps(task["scene"], sort_keys=True), lambda: simulate(brief))
+    once("D " + json.dumps(task["scene"], sort_keys=True), lambda: measure_transport(brief, Look()))
 
 
 def missed(n: int) -> float:
@@ -103,7 +104,7 @@ class DiffusionMethod:
         If an infinite system has no D, or its correction to infinite size is not known.
     """
 
-    simulate = staticmethod(measure)
+    measure = staticmethod(measure)
     first_size = SIZE
     estimators = tuple(ESTIMATORS)
     sampling = f"moments every {1 / windows.PER_FREE_TIME:g}, frames every " + (
@@ -146,7 +147,7 @@ class DiffusionMethod:
                 watch.look()
                 return False
 
-            record = measure({**task, "replica": REPLICA}, stop)
+            record = perform(measure, {**task, "replica": REPLICA}, stop)
         point = Point([record])
         collisions = sum(block["collisions"] for block in record["result"]["blocks"])
         seconds = record["provenance"]["cpu_seconds"]["all"]

@@ -19,9 +19,9 @@ from carom.scene.fields import is_usual
 from carom.scene.scene import Scene
 from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
-from carom.studies.executors import Stopped
-from carom.studies.tasks import Record, Task
-from carom.studies.worker import Stopwatch, refuse_other_version, simulation_of
+from carom.studies.folder import Task
+from carom.studies.scenes import simulation_of
+from carom.studies.study import Look
 
 BLOCKS = 512
 """Blocks of a run. Their error bar is known to 3 %; each costs a call of the engine."""
@@ -42,30 +42,23 @@ ESTIMATORS = ("virial", "collision rate", "both")
 """Sources of Z: the virial of collisions, their number, or the best combination."""
 
 
-def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
+def measure(task: Task, look: Look) -> dict[str, Any]:
     """Equilibrate and measure one run.
 
     Parameters
     ----------
     task : dict
         As :meth:`carom.studies.planner.pressure.PressureMethod.tasks` makes it.
-    stop : callable, optional
-        Called from time to time; if true, the run ends with :class:`carom.studies.executors.Stopped`.
+    look : callable
+        Called from time to time; it may end the run.
 
     Returns
     -------
     dict
-        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``, with the CPU seconds
-        of each stage.
+        Values whose bits depend on the task alone; and ``timings``, with the CPU seconds of each stage.
     """
-    refuse_other_version(task)
     load(task)
-    watch, began = Stopwatch(), clock.thread_time()
-
-    def look(_: object = None) -> None:
-        if stop():
-            raise Stopped
-
+    began = clock.thread_time()
     sim = simulation_of(task, refuse_unusual)
     made = clock.thread_time()
     sim.run(collisions_per_particle=task["equilibration"], progress=look)
@@ -77,13 +70,8 @@ def measure(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         look()
         blocks.go_on(duration, 1)
     done = clock.thread_time()
-    record = watch.record(task, {**of_scene(sim.scene), **blocks.result()}, sim)
-    record["provenance"]["cpu_seconds"] = {
-        "setup": made - began,
-        "equilibration": ready - made,
-        "measurement": done - ready,
-    }
-    return record
+    seconds = {"setup": made - began, "equilibration": ready - made, "measurement": done - ready}
+    return {**of_scene(sim.scene), **blocks.result(), "timings": {"cpu_seconds": seconds}}
 
 
 def load(task: Task) -> None:

@@ -8,15 +8,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from carom.errors import InputError
 from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
+from carom.studies.folder import Record, Task
+from carom.studies.grid_study import GridStudy
 from carom.studies.planner.choice import Design, duration
 from carom.studies.planner.target import Target
-from carom.studies.session import Failure, Job
-from carom.studies.tasks import Record
+from carom.studies.spec import Spec
 
 NAME = "outcome.json"
 """File of the outcome, in the folder of a plan."""
@@ -147,22 +148,45 @@ def carry_out(
     InputError
         If a run failed.
     """
-    one = plan.design
-    tasks = how.tasks(one.n, one.replicas, one.equilibration, one.collisions_per_particle, plan.seed)
-
-    def summary(records: list[Record], failures: list[Failure]) -> tuple[list[Record], list[Failure]]:
-        return records, failures
-
-    def report(done: int, total: int, fraction: float, _: object) -> None:
-        if progress is not None:
-            progress(fraction, f"{done} of {total} runs")
-
-    job = Job(tasks, how.simulate, summary, report)
-    settings = {key: tasks[0][key] for key in ("study", "version", "seed", "scene")}
-    (records, failures), _ = job.run(executor, workers, out, settings, {"replicas": one.replicas})
-    if failures:
-        raise InputError(f"{len(failures)} of {len(tasks)} runs failed: {failures[0].reason}.")
-    records = sorted(records, key=lambda record: int(record["task"]["replica"]))
+    asked = _Runs(how, plan.design, plan.seed)
+    done = _Planned(asked).run(executor=executor, cores=workers, out=out, progress=progress)
+    if done.failures:
+        raise InputError(f"{len(done.failures)} of {len(done.tasks)} runs failed: {done.failures[0].reason}.")
+    records = sorted(done.records, key=lambda record: int(record["task"]["replica"]))
     value, bias, remarks = how.reached(records, plan.estimator)
     seconds = math.fsum(s for record in records for s in record["provenance"]["cpu_seconds"].values())
     return Outcome(plan, value, bias, seconds, records, tuple(remarks))
+
+
+@dataclass(frozen=True)
+class _Runs(Spec):
+    """The runs of a plan: ``how`` to measure, the design, and the seed."""
+
+    grid: ClassVar[tuple[str, ...]] = ("replicas",)
+
+    how: Any
+    design: Design
+    seed: int
+
+    def tasks(self) -> list[Task]:
+        one = self.design
+        found: list[Task] = self.how.tasks(
+            one.n, one.replicas, one.equilibration, one.collisions_per_particle, self.seed
+        )
+        return found
+
+    def words(self) -> dict[str, Any]:
+        return {"replicas": self.design.replicas}
+
+    def settings(self) -> dict[str, Any]:
+        first = self.tasks()[0]
+        return {name: first[name] for name in ("study", "version", "seed", "scene")}
+
+
+@dataclass(frozen=True, repr=False)
+class _Planned(GridStudy[Any]):
+    """The runs of a plan, which the method of its quantity measures."""
+
+    @property
+    def measure(self) -> Any:
+        return self.spec.how.measure

@@ -16,7 +16,7 @@ from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.planner.measures import BLOCKS, REPLICA, Blocks, estimates, load, of_scene, refuse_unusual
 from carom.studies.planner.system import System
-from carom.studies.worker import simulation_of
+from carom.studies.scenes import simulation_of
 
 SIZE = 256
 """Spheres of the first pilot: for larger N the variance per collision hardly depends on N."""

@@ -8,13 +8,13 @@ import numpy as np
 
 from carom.observables.equilibrium import doubts
 from carom.observables.statistics import Estimate
+from carom.studies.folder import Record, Task
 from carom.studies.planner import pilot as trial
 from carom.studies.planner.choice import Costs, slowed
 from carom.studies.planner.measures import BLOCKS, estimates, measure
 from carom.studies.planner.pilot import SIZE, Pilot
 from carom.studies.planner.sizes import residual
 from carom.studies.planner.system import System
-from carom.studies.tasks import Record, Task
 
 SHORTEST = 16.0
 """Least length of a run over that of its equilibration. An equilibration is some four blocks long that are
@@ -37,7 +37,7 @@ class PressureMethod:
         "Z", "P" or "g(contact)".
     """
 
-    simulate = staticmethod(measure)
+    measure = staticmethod(measure)
     first_size = SIZE
     estimators = tuple(ESTIMATORS)
     sampling = "no frames: every collision counts by itself"

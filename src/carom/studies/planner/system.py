@@ -14,8 +14,9 @@ from carom import checks, densities, theory
 from carom.errors import InputError
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
-from carom.studies.eos.spec import StudySpec, nearest_filling
+from carom.studies.eos.spec import StudySpec
 from carom.studies.planner.target import Scale
+from carom.studies.scenes import nearest_filling
 from carom.theory.mixture_size import mixture_finite_size_shift
 
 KEPT = ("diameter", "mass", "kT")

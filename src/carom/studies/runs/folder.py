@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 from carom.errors import CaromError, FileError
@@ -13,6 +13,7 @@ from carom.io.paths import reason, remnants, replacing, writing
 from carom.io.trajectory import open_reader
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import FORMATS
+from carom.studies.lock import owned
 from carom.studies.places import of_the_user, refuse_others, title
 
 PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
@@ -146,7 +147,7 @@ class RunFolder:
                 remnant.unlink(missing_ok=True)
 
     def owned(self) -> contextlib.AbstractContextManager[None]:
-        """Keep other processes from running in the folder; see :func:`owned`."""
+        """Keep other processes from running in the folder."""
         return owned(self.path)
 
 
@@ -190,35 +191,3 @@ def existing_run(path: Path) -> RunFolder:
     except OSError as error:
         raise FileError(f"{path} cannot be read: {reason(error)}.") from error
     return folder
-
-
-@contextlib.contextmanager
-def owned(path: Path) -> Iterator[None]:
-    """Lock a folder against other processes; the lock ends with the process.
-
-    Raises
-    ------
-    FileError
-        If a run is under way there.
-    """
-    try:
-        import fcntl
-    except ImportError:  # Windows has no such locks; there a folder is not protected.
-        yield
-        return
-    with writing(path):
-        descriptor = os.open(path, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        os.close(descriptor)
-        raise FileError(
-            f"Another process is running in {path}; wait for it or choose another folder."
-        ) from None
-    except OSError:
-        # Some network drives have no locks.
-        pass
-    try:
-        yield
-    finally:
-        os.close(descriptor)

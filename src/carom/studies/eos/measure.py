@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import math
-import threading
-import warnings
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from carom.block import Block
-from carom.errors import CaromWarning
 from carom.frame import Frame
 from carom.observables import Estimate, Pressure
 from carom.observables.precision import lengthen
@@ -20,9 +16,9 @@ from carom.simulation import stretches
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import StructuralRelaxation
 from carom.studies.eos.order import OrderParameter
-from carom.studies.executors import Stopped
-from carom.studies.tasks import Record, Task
-from carom.studies.worker import Stopwatch, equilibrate, refuse_other_version, simulation_of
+from carom.studies.folder import Task
+from carom.studies.scenes import equilibrate, simulation_of
+from carom.studies.study import Look
 
 MOST = 16
 """Largest length of a run on its way to the requested error, over the planned length."""
@@ -34,62 +30,54 @@ ROOM = 1.05
 """Factor by which a run is longer than its error bar demands, as the error bar is known to some 5 % only."""
 
 
-def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
+def measure(task: Task, look: Look) -> dict[str, Any]:
     """Equilibrate and measure one run.
 
     Parameters
     ----------
     task : dict
         As :meth:`StudySpec.tasks` makes it.
-    stop : callable, optional
-        Called from time to time; if it returns true, the run ends with :class:`Stopped`.
+    look : callable
+        Called from time to time; it may end the run.
 
     Returns
     -------
     dict
-        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: machine and times.
+        Values whose bits depend on the task alone, but for ``timings``.
 
     Raises
     ------
     InputError
-        If the scene cannot be made, or the worker has another version of Carom than the task asks for.
+        If the scene cannot be made.
     """
-    watch = Stopwatch()
-    refuse_other_version(task)
+    sim = simulation_of(task)
+    scene = sim.scene
+    began_at = sim.frame().unwrapped
+    equilibrate(sim, task, look)
+    equilibration = sim.time
+    moved = _moved(began_at, sim.frame())
+    sampler = OrderParameter(scene.dimension) if task["frames"] else None
+    every = task["blocks"] // task["frames"] if task["frames"] else 0
+    request = Pressure()
+    duration = stretches.time_for(sim, 0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
+    blocks: list[Block] = []
+    thermometer, relaxation = Thermometer(sim._state), StructuralRelaxation(sim._state)
 
-    def look(_: float = 0.0) -> None:
-        if stop():
-            raise Stopped
+    def extend(wanted: int) -> int:
+        for block in stretches.blocks(sim, duration, wanted - len(blocks)):
+            look()
+            blocks.append(block)
+            thermometer.look()
+            if sampler is not None and len(blocks) % every == 0:
+                sampler.add(sim.frame())
+        return wanted
 
-    with _quiet():
-        sim = simulation_of(task)
-        scene = sim.scene
-        began_at = sim.frame().unwrapped
-        equilibrate(sim, task, look)
-        equilibration = sim.time
-        moved = _moved(began_at, sim.frame())
-        sampler = OrderParameter(scene.dimension) if task["frames"] else None
-        every = task["blocks"] // task["frames"] if task["frames"] else 0
-        request = Pressure()
-        duration = stretches.time_for(sim, 0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
-        blocks: list[Block] = []
-        thermometer, relaxation = Thermometer(sim._state), StructuralRelaxation(sim._state)
+    def error_bar() -> Estimate:
+        return stretches.estimate(sim, request, blocks).Z
 
-        def extend(wanted: int) -> int:
-            for block in stretches.blocks(sim, duration, wanted - len(blocks)):
-                look()
-                blocks.append(block)
-                thermometer.look()
-                if sampler is not None and len(blocks) % every == 0:
-                    sampler.add(sim.frame())
-            return wanted
-
-        def error_bar() -> Estimate:
-            return stretches.estimate(sim, request, blocks).Z
-
-        lengthen(Planned(task["relative_error"], task["blocks"]), task["blocks"], extend, error_bar)
-        estimate = stretches.estimate(sim, request, blocks)
-        statistics = sim.statistics
+    lengthen(Planned(task["relative_error"], task["blocks"]), task["blocks"], extend, error_bar)
+    estimate = stretches.estimate(sim, request, blocks)
+    statistics = sim.statistics
     diameters, counts = np.unique(scene.diameters, return_counts=True)
     result = {
         "n": scene.n,
@@ -115,7 +103,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     }
     if sampler is not None and (order := sampler.values()) is not None:
         result["order"] = order
-    return watch.record(task, result, sim)
+    return {**result, "timings": {"engine_seconds": sim._state.seconds}}
 
 
 @dataclass(frozen=True)
@@ -158,15 +146,3 @@ def _plain(estimate: Estimate) -> dict[str, float | None]:
     """Return an estimate as JSON values; numbers that are not finite are None."""
     values = {name: getattr(estimate, name) for name in ("mean", "error", "n_eff", "tau", "blocks")}
     return {name: value if math.isfinite(value) else None for name, value in values.items()}
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress warnings of single runs: the table reports them."""
-    # Filters belong to the whole process, and only the main thread may change them.
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
-        yield

@@ -1,19 +1,14 @@
-"""The coefficients of every point of a transport study, as its picture and its page read them."""
+"""The coefficients of one point of a transport study."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
-
-import numpy as np
 
 from carom import theory
 from carom.observables.statistics import Estimate
-from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Extrapolation, Point, line
-from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.outcome import Outcome
-from carom.studies.tasks import Record
+from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Point
+from carom.studies.folder import Record
 from carom.theory.transport import HIGHEST
 
 PLANE = (
@@ -23,7 +18,7 @@ PLANE = (
 
 
 @dataclass(frozen=True)
-class Row:
+class Coefficients:
     """The coefficients of one point.
 
     Attributes
@@ -110,7 +105,7 @@ class Row:
         return found
 
 
-def row(records: list[Record]) -> Row:
+def coefficients_of(records: list[Record]) -> Coefficients:
     """Return the coefficients of one point from the records of its replicas."""
     point = Point(records)
     first = point.first
@@ -147,7 +142,7 @@ def row(records: list[Record]) -> Row:
     ]
     collisions = sum(block["collisions"] for block in point.blocks)
     duration = sum(block["duration"] for block in point.blocks)
-    return Row(
+    return Coefficients(
         packing_fraction=eta,
         n=n,
         dimension=d,
@@ -196,82 +191,3 @@ def _pressures(point: Point) -> tuple[Estimate, Estimate, Estimate]:
     """Return Z with the smallest error, by the virial, and by the collision rate."""
     by_virial, by_rate, both = point.compressibility_factors()
     return both, by_virial, by_rate
-
-
-@dataclass(frozen=True, repr=False)
-class Measured(Outcome):
-    """Transport coefficients at every point of a study.
-
-    Attributes
-    ----------
-    spec : TransportSpec
-        The requested study.
-    """
-
-    spec: TransportSpec
-
-    @property
-    def table(self) -> list[Row]:
-        """One :class:`Row` for each point, in the order of packing fraction and n."""
-        points: dict[tuple[float, int], list[Record]] = {}
-        for record in self.records:
-            scene = record["task"]["scene"]
-            points.setdefault((scene["packing_fraction"], scene["n"]), []).append(record)
-        return [
-            row(sorted(points[point], key=lambda record: record["task"]["replica"]))
-            for point in sorted(points)
-        ]
-
-    def extrapolate(self) -> list[Extrapolation]:
-        """Return self-diffusion of the infinite system by a line in 1 / L, for densities with several sizes.
-
-        Its points are D of each size times ``Row.at_rest``. Nothing is assumed about its slope, which
-        :func:`carom.theory.diffusion_shift` predicts. Only in d = 3.
-        """
-        groups: dict[float, list[Row]] = {}
-        for each in self.table:
-            if each.dimension == 3 and math.isfinite(
-                each.self_diffusion[min(each.self_diffusion)].value.mean
-            ):
-                groups.setdefault(each.packing_fraction, []).append(each)
-        found = []
-        for eta, rows in groups.items():
-            if len(rows) > 1:
-                first = min(rows[0].self_diffusion)
-                values = [r.self_diffusion[first].value.scaled(r.at_rest[first]) for r in rows]
-                value, slope, chi2 = line(
-                    np.array([1.0 / r.edge for r in rows]),
-                    np.array([v.mean for v in values]),
-                    np.array([v.error for v in values]),
-                )
-                found.append(Extrapolation(eta, value, slope, tuple(r.n for r in rows), chi2))
-        return found
-
-    def rows(self) -> list[dict[str, Any]]:
-        """Return a dictionary for each coefficient, with the columns of ``transport.csv``.
-
-        Unknown numbers are None.
-        """
-        found = []
-        for each in self.table:
-            quantities = each.quantities()
-            if math.isfinite(each.self_diffusion_infinite.mean):
-                at = each.self_diffusion[0].window
-                enskog = each.enskog.self_diffusion if each.enskog else math.nan
-                quantities["self_diffusion_infinite"] = Coefficient(each.self_diffusion_infinite, at), enskog
-            for name, (c, enskog) in quantities.items():
-                value = c.value if each.exists else UNKNOWN
-                numbers = {
-                    "value": value.mean,
-                    "error": value.error,
-                    "enskog": enskog,
-                    "ratio": value.mean / enskog,
-                    "from": c.window[0],
-                    "to": c.window[1],
-                }
-                found.append(
-                    {"packing_fraction": each.packing_fraction, "n": each.n, "quantity": name}
-                    | {k: x if math.isfinite(x) else None for k, x in numbers.items()}
-                    | {"remark": "; ".join(each.remarks)}
-                )
-        return found

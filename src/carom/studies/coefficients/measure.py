@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -18,38 +17,31 @@ from carom.scene.scene import Scene
 from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
-from carom.studies.executors import Stopped
-from carom.studies.tasks import Record, Task
-from carom.studies.worker import Stopwatch, equilibrate, refuse_other_version, simulation_of
+from carom.studies.folder import Task
+from carom.studies.scenes import equilibrate, simulation_of
+from carom.studies.study import Look
 
 
-def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
+def measure(task: Task, look: Look) -> dict[str, Any]:
     """Equilibrate and measure one run.
 
     Parameters
     ----------
     task : dict
         As :meth:`TransportSpec.tasks` makes it.
-    stop : callable, optional
-        Called from time to time; if it returns true, the run ends with :class:`Stopped`.
+    look : callable
+        Called from time to time; it may end the run.
 
     Returns
     -------
     dict
-        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: machine and times.
+        Values whose bits depend on the task alone, but for ``timings``.
 
     Raises
     ------
     InputError
-        If the scene cannot be made, or the worker has another version of Carom than the task asks for.
+        If the scene cannot be made.
     """
-    watch = Stopwatch()
-    refuse_other_version(task)
-
-    def look(_: object = None) -> None:
-        if stop():
-            raise Stopped
-
     sim = simulation_of(task, _refuse_other_interactions, currents=True)
     scene = sim.scene
     every, stepped = task["every"], sim._state.system.stepped
@@ -62,7 +54,7 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
     count = max(int(duration / every), windows.SHORTEST)
     blocks = [_block(sim, every, count, look) for _ in range(task["blocks"])]
     statistics = sim.statistics
-    result = {
+    return {
         "n": scene.n,
         "dimension": scene.dimension,
         "box": list(scene.box),
@@ -79,8 +71,8 @@ def simulate(task: Task, stop: Callable[[], bool] = lambda: False) -> Record:
         "blocks": blocks,
         "worst_overlap": statistics.worst_overlap,
         "energy_drift": statistics.energy_drift,
+        "timings": {"engine_seconds": sim._state.seconds},
     }
-    return watch.record(task, result, sim)
 
 
 def _refuse_other_interactions(scene: Scene) -> None:
@@ -95,13 +87,13 @@ def _mean(blocks: list[dict[str, Any]], name: str) -> float:
     return math.fsum(block[name] for block in blocks) / len(blocks)
 
 
-def _block(sim: Simulation, every: float, count: int, look: Callable[[object], None]) -> dict[str, Any]:
+def _block(sim: Simulation, every: float, count: int, look: Look) -> dict[str, Any]:
     """Run one block, and return its mean squares, displacements and collisions as plain values."""
     kinds = species_count(sim.scene) if sim.scene.species is not None else 0
     dynamics = [Dynamics(species=k if kinds else None) for k in range(max(kinds, 1))]
 
     def see(frame: Frame) -> None:
-        look(None)
+        look()
         for each in dynamics:
             each.update(frame)
 

@@ -1,4 +1,4 @@
-"""The tasks of a study: plain values, each with its own key, and a folder with one result file for each.
+"""The tasks of a study: plain values, each with its own key; and the folder with one file for each result.
 
 A task is a dictionary of JSON values that determines every bit of its result. Its key is a digest of that
 content, and its random stream depends only on the content, too. So results are found again in any study, and
@@ -10,10 +10,12 @@ appears complete or not at all.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +24,7 @@ from numpy.random import SeedSequence
 from carom.errors import FileError
 from carom.io import records
 from carom.io.paths import remnants, replacing, writing
+from carom.studies.lock import owned
 from carom.studies.places import refuse_others
 
 Task = dict[str, Any]
@@ -62,13 +65,13 @@ def stream(seed: int, identity: Any) -> SeedSequence:
     return SeedSequence(seed, spawn_key=words)
 
 
-class TaskFolder:
+class Folder:
     """The folder with the settings of a study and the results of its tasks.
 
     Parameters
     ----------
     path : Path
-        The folder; :meth:`make` makes it.
+        The folder; :meth:`begun` makes it.
     """
 
     def __init__(self, path: Path):
@@ -97,13 +100,9 @@ class TaskFolder:
         if before is not None:
             _check_same(before["settings"], settings, self.path)
 
-    def make(self) -> None:
-        """Make the folder, unless it exists."""
-        with writing(self.path):
-            (self.path / RESULTS).mkdir(parents=True, exist_ok=True)
-
-    def begin(self, settings: dict[str, Any], grid: dict[str, Any]) -> None:
-        """Remove incomplete files of a killed process, and write settings and grid.
+    @contextlib.contextmanager
+    def begun(self, settings: dict[str, Any], grid: dict[str, Any]) -> Iterator[None]:
+        """Make the folder, keep other processes out while the body runs, and note what is asked for.
 
         Parameters
         ----------
@@ -114,10 +113,16 @@ class TaskFolder:
         """
         self.check(settings)
         with writing(self.path):
-            old = remnants(self.path, WRITTEN.__contains__) + remnants(self.path / RESULTS, _RESULT.fullmatch)
-            for remnant in old:
-                remnant.unlink(missing_ok=True)
-        self._write(self.settings, {"settings": settings, "grid": grid})
+            (self.path / RESULTS).mkdir(parents=True, exist_ok=True)
+        with owned(self.path):
+            self.check(settings)
+            with writing(self.path):
+                # What a killed process left.
+                old = remnants(self.path, WRITTEN.__contains__)
+                for remnant in old + remnants(self.path / RESULTS, _RESULT.fullmatch):
+                    remnant.unlink(missing_ok=True)
+            self._write(self.settings, {"settings": settings, "grid": grid})
+            yield
 
     def read(self) -> dict[str, Any] | None:
         """Return settings and grid of the study that the folder holds; None if there is none.
@@ -159,6 +164,15 @@ class TaskFolder:
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
         self._write(path, {**record, "digest": _digest(record)})
+
+    def kept(self, task: Task) -> Path:
+        """Return the file where a long task keeps its state until it is done."""
+        return self.result(task).with_suffix(".h5")
+
+    def forget(self, task: Task) -> None:
+        """Remove the state that a long task kept on its way."""
+        with writing(self.path):
+            self.kept(task).unlink(missing_ok=True)
 
     @staticmethod
     def _write(path: Path, value: Any) -> None:

@@ -1,0 +1,238 @@
+"""The command of any study: its options follow from the fields of its specification."""
+
+from __future__ import annotations
+
+import contextlib
+import inspect
+import json
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, get_args
+
+import typer
+
+from carom.cli.heartbeat import say
+from carom.cli.options import number_of
+from carom.cli.trouble import PARTLY, friendly
+from carom.texts import visible
+
+if TYPE_CHECKING:
+    from carom.studies.spec import Spec, SpecField
+    from carom.studies.study import Study
+
+WHERE, OUTPUT = "Where it runs", "What to write"
+
+
+def command_of(name: str, asked: type[Spec], kind: Callable[[], type[Study[Any]]]) -> Callable[..., None]:
+    """Return the command of a study.
+
+    Parameters
+    ----------
+    name : str
+        Its name, and the stem of its default folder ``carom-NAME``.
+    asked : type
+        The specification: its fields are the options, its ``about`` is the help.
+    kind : callable
+        Returns the class of the study. It is called when the command runs, because the import takes longer than the help.
+    """
+    from carom.studies.spec import fields_of
+
+    def run(
+        study: Path | None, out: Path, engine: str | None, scheduler: str | None, cores: str | None,
+        report: bool, pictures: bool, as_json: bool, **given: Any,
+    ) -> None:  # fmt: skip
+        from carom.cli.compiling import compiling_told
+        from carom.errors import InputError
+
+        if engine is not None and scheduler is not None:
+            raise InputError("--engine and --scheduler contradict each other; give one of them.")
+        fields = fields_of(asked)
+        values = {key: fields[key].of_option(value) for key, value in given.items() if value is not None}
+        spec = asked(**values) if study is None else asked.of_argument(study).replaced(**values)
+        result = kind()(spec)
+        reserve(result, out)
+        with watched(result.unit) as (progress, look), compiling_told():
+            result = result.run(
+                executor=scheduler or engine, cores=number_of(cores), out=out, progress=progress, look=look
+            )
+        # Results are printed before files are written, because a full disk may refuse the files.
+        show(result, as_json)
+        write(result, out, report=report, pictures=pictures)
+        if not as_json:
+            print(visible(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
+        finish(result)
+
+    run.__doc__ = asked.about
+    options = [
+        _option("study", Path, None, argument=asked.argument),
+        _option("out", Path, Path(f"carom-{name}"), "--out", "-o",
+                help="Folder for the results; the same study continues there."),
+        *(_of_field(field) for field in fields_of(asked).values() if field.is_option),
+        _option("engine", str, None, help="processes, threads, serial or mpi.", panel=WHERE),
+        _option("cores", str, None, "--cores", "-j",
+                help="Number of processes or threads; default one per core.", panel=WHERE),
+        _option("scheduler", str, None, help="Address of a Dask scheduler, e.g. tcp://host:8786.",
+                panel=WHERE),
+        _option("report", bool, False, "--report", help="A page with tables and pictures: report.html.",
+                panel=OUTPUT),
+        _option("pictures", bool, True, "--pictures/--no-pictures", help=f"{name}.png.", panel=OUTPUT),
+        _option("as_json", bool, False, "--json",
+                help="Print the results as JSON, and nothing else, to standard output.", panel=OUTPUT),
+    ]  # fmt: skip
+    run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    run.__annotations__ = {option.name: option.annotation for option in options}
+    return friendly(run)
+
+
+def command(kind: type[Study[Any]]) -> None:
+    """Run the command line of a study of one's own: ``carom.studies.command(MyStudy)``.
+
+    Parameters
+    ----------
+    kind : type
+        The study. The fields of its specification are the options.
+    """
+    from carom.cli import started
+
+    app = typer.Typer(
+        add_completion=False,
+        rich_markup_mode="rich",
+        context_settings={"help_option_names": ["-h", "--help"]},
+        pretty_exceptions_show_locals=False,
+    )
+    app.command(kind.name)(command_of(kind.name, kind.Spec, lambda: kind))
+    started(app)
+
+
+def _option(
+    name: str, kind: Any, default: Any, *flags: str, help: str = "", panel: str = "", argument: str = ""
+) -> inspect.Parameter:
+    """Return a parameter that typer understands."""
+    said: Any
+    if argument:
+        said = typer.Argument(help=argument, show_default=False)
+    else:
+        said = typer.Option(*flags, help=help, rich_help_panel=panel or None)
+    hint = Annotated[kind | None if default is None else kind, said]  # type: ignore[valid-type]
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+
+
+def _of_field(field: SpecField) -> inspect.Parameter:
+    """Return the option of a field; its default is that of the specification, or the file's."""
+    assert field.opt is not None
+    kind = (
+        str if field.opt.read else next((k for k in get_args(field.kind) if k is not type(None)), field.kind)
+    )
+    return _option(
+        field.name, kind, None, *(field.opt.flags or ()), help=field.opt.help, panel=field.opt.panel
+    )
+
+
+def finish(study: Study[Any]) -> None:
+    """Exit with a code of its own if points are missing or flagged."""
+    if not study.complete:
+        say(f"Note: {study.progress} are done; the same command tries the rest again.")
+    if not study.complete or any(map(study.table.flagged, study.table)):
+        raise typer.Exit(PARTLY)
+
+
+def reserve(study: Study[Any], out: Path) -> None:
+    """Refuse a folder where :func:`write` would replace files of the user, or mix results; change nothing.
+
+    Raises
+    ------
+    FileError
+        If the folder holds other results; if it is new, and has files by the names of a study's; or if its
+        study.toml was written or annotated by somebody and describes another study.
+    """
+    from carom.errors import FileError
+    from carom.studies import places
+    from carom.studies.folder import SETTINGS
+
+    places.refuse_others(out, "a study")
+    if not (out / SETTINGS).exists():
+        names = (f"{study.name}.csv", f"{study.name}.png", "report.html")
+        places.refuse_to_replace([out / name for name in names], "a study")
+    file = out / "study.toml"
+    if file.exists() and places.of_the_user(file) and not _describes(file, study.spec):
+        raise FileError(
+            f"{file} was written or annotated by somebody and describes another study, so it was left as it "
+            "is; choose another folder with --out, or move the file."
+        )
+
+
+def _describes(file: Path, spec: Any) -> bool:
+    """Return whether the file of a study describes just this one."""
+    from carom.errors import CaromError
+
+    try:
+        return bool(type(spec).load(file) == spec)
+    except CaromError:
+        return False
+
+
+def write(study: Study[Any], out: Path, *, report: bool, pictures: bool) -> None:
+    """Write the study, its table and its pictures to a folder."""
+    from carom.io.paths import replacing, writing
+    from carom.studies.places import title
+
+    file = out / "study.toml"
+    if not _describes(file, study.spec):  # the user's own, with its comments
+        with replacing(file) as temporary, writing(file):
+            temporary.write_text(
+                f"{title(f'carom {study.name}')}\n\n{study.spec.to_toml()}", encoding="utf-8"
+            )
+    study.to_csv(out / f"{study.name}.csv")
+    if pictures and study.records:
+        with replacing(out / f"{study.name}.png") as temporary:
+            study.plot(temporary)
+    if report:
+        study.report(out / "report.html")
+
+
+def show(study: Study[Any], as_json: bool) -> None:
+    """Print the results on standard output."""
+    if as_json:
+        print(json.dumps(study.to_dict(), indent=2, allow_nan=False))
+    else:
+        from carom.cli.tables import Screen
+
+        console = Screen()
+        console.print(study.table.rich(console))
+        for sentence in study.sentences():
+            console.print(sentence)
+    sys.stdout.flush()
+
+
+@contextlib.contextmanager
+def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[Any], None] | None]]:
+    """Show a bar and the table so far while the body runs; without a terminal, print a line now and then."""
+    if not sys.stderr.isatty():
+        from carom.cli.heartbeat import Heartbeat
+
+        first = f"Compiling, ten seconds or more the first time, and the first {unit}"
+        with Heartbeat(first).beating() as heart:
+            yield (lambda fraction, text: heart.tell(text if fraction else first, fraction)), None
+        return
+    from rich.console import Group
+    from rich.live import Live
+    from rich.progress import Progress
+
+    from carom.cli.screen import columns
+    from carom.cli.tables import Screen
+    from carom.notebook import advance
+
+    bar = Progress(*columns())
+    # The bar moves to and fro until the first task is done, because the total time is not known before.
+    bar.add_task(f"First {unit}", total=None)
+    with Live(bar, console=Screen(stderr=True), transient=True, refresh_per_second=4) as live:
+
+        def progress(fraction: float, text: str) -> None:
+            if fraction:
+                advance(bar, fraction, text)
+
+        def look(study: Any) -> None:
+            live.update(Group(study.table.rich(live.console), bar) if study.records else bar)
+
+        yield progress, look

@@ -1,0 +1,115 @@
+"""The signature and the docstring of a function that takes the fields of a specification."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeVar, get_args, get_origin
+
+from carom.studies.arguments import refuse_unknown
+from carom.studies.spec import SpecField, fields_of
+from carom.studies.study import Study
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+HOW = ("executor", "cores", "out", "progress", "look")
+"""Arguments of :meth:`carom.studies.study.Study.run`."""
+
+
+def documented(kind: type[Study[Any]], **said: str) -> Callable[[F], F]:
+    """Return a decorator of a function ``f(*, how, **given)`` whose ``given`` are the fields of a spec.
+
+    Its signature and docstring then name these fields and the arguments of :meth:`Study.run`, which arrive
+    as the dictionary ``how``. What its other arguments are is ``said`` by name. An argument that is none of
+    these is an error with the word that is meant. ``@`` in the docstring stands for the description of the
+    fields.
+    """
+
+    def decorate(function: F) -> F:
+        fields = fields_of(kind.Spec)
+        own = [
+            p for p in inspect.signature(function).parameters.values()
+            if p.kind is not p.VAR_KEYWORD and p.name != "how"
+        ]  # fmt: skip
+        taken = {p.name for p in own}
+        keyword = inspect.Parameter.KEYWORD_ONLY
+        more = [
+            inspect.Parameter(name, keyword, default=None, annotation=_optional(field.kind))
+            for name, field in fields.items()
+            if name not in taken
+        ]
+        run = inspect.signature(kind.run).parameters
+        how = [run[name] for name in HOW if name != "look"]
+        known = (*taken, *fields, *HOW)
+
+        def _told(name: str) -> str:
+            return said.get(name) or _said(fields[name])
+
+        @functools.wraps(function)
+        def called(*arguments: Any, **given: Any) -> Any:
+            refuse_unknown(f"{function.__name__}()", given, known)
+            ways = {name: given.pop(name) for name in HOW if name in given}
+            return function(*arguments, how=ways, **{k: v for k, v in given.items() if v is not None})
+
+        parameters, _, ends = (inspect.getdoc(kind.run) or "").partition("----------\n")[2].partition("\n\n")
+        head, _, rest = (inspect.getdoc(function) or "").partition("@\n")
+        # Sections in the order of numpydoc: what is returned, raised and warned, then notes and examples.
+        returns, mark, notes = rest.partition("\nNotes\n" if "\nNotes\n" in rest else "\nExamples\n")
+        lines = [f"{p.name} : {_type(p.annotation)}\n    {_told(p.name)}" for p in (*own, *more)]
+        called.__doc__ = "\n".join(
+            [
+                head + "Parameters", "----------", *lines, _without(parameters, "look"), "",
+                returns.rstrip(), "", ends.rstrip(), mark + notes.rstrip(), "",
+            ]
+        )  # fmt: skip
+        called.__signature__ = inspect.Signature([*own, *more, *how])  # type: ignore[attr-defined]
+        return called  # type: ignore[return-value]
+
+    return decorate
+
+
+def _said(field: SpecField) -> str:
+    """Return what a field is, and its default."""
+    assert field.opt is not None
+    default = field.default
+    if default in (None, (), "auto") or isinstance(default, Mapping) or field.needed:
+        return field.opt.help
+    shown = ", ".join(map(str, default)) if isinstance(default, tuple) else f"{default:g}"
+    return f"{field.opt.help} {shown} if left out."
+
+
+def _optional(kind: Any) -> Any:
+    """Return the annotation of an argument that may be left out, or be one value instead of several."""
+    if get_origin(kind) is tuple:
+        return get_args(kind)[0] | Sequence[get_args(kind)[0]] | None  # type: ignore[misc]
+    return kind | None
+
+
+def _type(hint: Any) -> str:
+    """Return an annotation as numpydoc has it: ``float, optional``."""
+    if isinstance(hint, str):
+        parts = [part.strip() for part in hint.split("|")]
+        names = [re.sub(r"(\w+)\[(.*)\]", lambda m: f"{m[1].lower()} of {m[2]}", part) for part in parts]
+    else:
+        kinds = get_args(hint) or (hint,)
+        names = [
+            f"sequence of {get_args(kind)[0].__name__}" if get_origin(kind) is Sequence
+            else "None" if kind is type(None)
+            else "mapping" if get_origin(kind) is Mapping
+            else str(kind.__name__)
+            for kind in kinds
+        ]  # fmt: skip
+    return " or ".join(name for name in names if name != "None") + ", optional"
+
+
+def _without(parameters: str, name: str) -> str:
+    """Return the lines of numpydoc's parameters without those of one."""
+    kept, skip = [], False
+    for line in parameters.splitlines():
+        if not line.startswith(" "):
+            skip = line.partition(" :")[0] == name
+        if not skip:
+            kept.append(line)
+    return "\n".join(kept)

@@ -1,0 +1,208 @@
+"""What studies of bulk fluids ask for: a grid of packing fractions x numbers of particles x replicas.
+
+Scenes are imported when there is one to check: the help of a command reads the fields alone.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Annotated, Any, ClassVar
+
+from carom.errors import InputError
+from carom.studies.spec import Opt, Spec, integer, integers_of, number, numbers_of, several, word
+from carom.version import __version__
+
+SYSTEM, LENGTH = "The system (overrides the study file)", "How long"
+
+_SET_BY_GRID = ("packing_fraction", "n", "density", "cells", "box", "file", "frame", "initial", "dimension")
+
+MOST = 10**8
+"""Most particles of a scene, as in :mod:`carom.scene.lattices`."""
+
+# Fields of which each study has a default of its own.
+Sizes = Annotated[
+    tuple[int, ...],
+    several(integer(low=2, high=MOST)),
+    Opt("Number of particles, or several; as an option 500,1000,2000.", SYSTEM, ("--n",), integers_of("--n")),
+]
+Replicas = Annotated[int, integer(low=1, high=10**6), Opt("Independent runs of each point.", SYSTEM)]
+Length = Annotated[
+    float, number(low=0.0), Opt("Collisions per particle before anything is measured.", LENGTH)
+]
+Blocks = Annotated[
+    int, integer(low=16, high=10**6), Opt("Blocks per run, which give error bars and drift.", flags=None)
+]
+
+
+@dataclass(frozen=True)
+class GridSpec(Spec):
+    """A grid of simulations: packing fractions x numbers of particles x replicas.
+
+    On a lattice, the number of particles that fills it and is nearest to n is taken.
+    """
+
+    tables: ClassVar[tuple[str, ...]] = ("scene",)
+    grid: ClassVar[tuple[str, ...]] = ("packing_fraction", "n", "replicas")
+    rivals: ClassVar[tuple[tuple[str, ...], ...]] = (("relative_error", "collisions_per_particle"),)
+    resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"dimension": ("packing_fraction",)}
+    densities: ClassVar[Mapping[int, tuple[float, ...]]]
+    """Default packing fractions, by dimension."""
+    error: ClassVar[float]
+    """Default relative error."""
+    refused: ClassVar[Mapping[str, str]]
+    """Keys of a scene with which there is nothing to measure, and why."""
+
+    packing_fraction: Annotated[
+        tuple[float, ...],
+        None,
+        Opt(
+            "Packing fractions; as an option 0.1,0.2,0.3 or 0.1:0.4:7 (7 from 0.1 to 0.4).",
+            SYSTEM,
+            ("--packing-fraction", "--eta"),
+            numbers_of("--packing-fraction"),
+        ),
+    ] = ()
+    n: Sizes = (500,)
+    replicas: Replicas = 2
+    dimension: Annotated[
+        int,
+        integer(low=1, high=12),
+        Opt("Dimension of space, 1 to 12.", SYSTEM, ("--dimension", "-d")),
+    ] = 3
+    relative_error: Annotated[
+        float | None, None, Opt("Relative error at every point, all replicas together.", LENGTH)
+    ] = None
+    collisions_per_particle: Annotated[
+        float | None, None, Opt("Instead: length of every run [collisions per particle].", LENGTH)
+    ] = None
+    equilibration: Length = 1000.0
+    seed: Annotated[int, integer(low=0, high=2**63 - 1), Opt("Seed of all random numbers.", SYSTEM)] = 1
+    initial: Annotated[
+        str,
+        word("auto", "random", "fcc", "cubic", "triangular", "dn"),
+        Opt(
+            "How runs start: random, fcc, triangular, cubic or dn; or auto: random up to the middle of the "
+            "coexistence, and the densest lattice above.",
+            SYSTEM,
+        ),
+    ] = "auto"
+    blocks: Blocks = 256
+    neighbors: Annotated[
+        str,
+        word("auto", "lists", "sectors", "all"),
+        Opt("How pairs are found: auto, lists, sectors or all.", flags=None),
+    ] = "auto"
+    scene: Annotated[
+        Mapping[str, Any], None, Opt("Further keys of a scene, e.g. diameter, mass or kT.", flags=None)
+    ] = field(default_factory=dict)
+
+    def complete(self) -> None:
+        """Check the grid as a whole, and set what depends on several fields."""
+        from carom import checks, densities
+
+        self._put("scene", self._template())
+        if self.packing_fraction == () or self.packing_fraction is None:
+            if self.dimension not in self.densities:
+                raise InputError(f"packing_fraction are needed in {self.dimension} dimensions, found none.")
+            self._put("packing_fraction", self.densities[self.dimension])
+        limit = densities.CLOSEST_PACKING.get(self.dimension, 1.0)
+        fractions = several(number(low=0.0, high=limit, open_low=True))
+        self._put("packing_fraction", fractions(self.packing_fraction, "packing_fraction"))
+        if self.relative_error is not None and self.collisions_per_particle is not None:
+            raise InputError("relative_error and collisions_per_particle contradict each other; remove one.")
+        if self.collisions_per_particle is None:
+            error = self.error if self.relative_error is None else self.relative_error
+            self._put("relative_error", checks.number(error, "relative_error", low=1e-9, high=1.0))
+        else:
+            length = checks.number(
+                self.collisions_per_particle, "collisions_per_particle", low=0, open_low=True
+            )
+            self._put("collisions_per_particle", length)
+        # All scenes are checked now, rather than in a worker an hour later.
+        self.tasks()
+
+    def _template(self) -> dict[str, Any]:
+        """Return the keys of ``scene`` as plain values, without those that the grid sets."""
+        from carom import checks
+        from carom.scene_file.sections import SceneSpec
+        from carom.studies.scenes import plain
+
+        if not isinstance(self.scene, Mapping):
+            raise InputError(f"scene must be a table, found {checks.describe(self.scene)}.")
+        known = [f.name for f in dataclasses.fields(SceneSpec)]
+        for name in self.scene:
+            if name not in known:
+                raise InputError(f"[scene] {name} is no known key{checks.suggestion(name, known)}.")
+            if name in _SET_BY_GRID:
+                raise InputError(f"[scene] {name} is for the section [study] to say; move or remove it.")
+            if name in self.refused:
+                raise InputError(f"[scene] {name} {self.refused[name]}")
+        template = {name: plain(value) for name, value in self.scene.items()}
+        species = template.get("species", ())
+        if any(each.get("count") is not None for each in species if isinstance(each, Mapping)):
+            raise InputError(
+                "[[scene.species]] of a study have no count, because n is for [study] to say; "
+                "give each a fraction."
+            )
+        return template
+
+    def tasks(self) -> list[dict[str, Any]]:
+        """Return the tasks, the longest first."""
+        from carom.studies.scenes import nearest_filling
+
+        tasks = [
+            self.task(eta, n, replica)
+            for eta in self.packing_fraction
+            # Two values of n may give one number that fills the lattice; equal runs are no replicas.
+            for n in dict.fromkeys(nearest_filling(self._start(eta), self.dimension, n) for n in self.n)
+            for replica in range(self.replicas)
+        ]
+        return sorted(tasks, key=collisions, reverse=True)
+
+    def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
+        """Return one run; a study adds what else it needs."""
+        from carom.studies.scenes import plain, refuse_other_interactions, scene_spec
+
+        asked = {"initial": self._start(eta), "n": n, "packing_fraction": eta, "dimension": self.dimension}
+        scene = scene_spec({**self.scene, **asked})
+        refuse_other_interactions(scene)
+        values = {f.name: getattr(scene, f.name) for f in dataclasses.fields(scene)}
+        return {
+            "study": self.study,
+            "version": __version__,
+            "scene": {name: plain(value) for name, value in values.items() if value not in (None, ())},
+            "replica": replica,
+            "seed": self.seed,
+            "equilibration": self.equilibration,
+            "collisions_per_particle": self.collisions_per_particle or self.length(eta, n),
+            "blocks": self.blocks,
+            "neighbors": self.neighbors,
+        }
+
+    def length(self, eta: float, n: int) -> float:
+        """Return the collisions per particle of a run that reach the error, rounded to four digits."""
+        raise NotImplementedError
+
+    def _start(self, eta: float) -> str:
+        """Return ``initial`` of a scene; "auto" depends on the density."""
+        from carom import theory
+
+        if self.initial != "auto":
+            return self.initial
+        d = self.dimension
+        middle = 0.5 * (theory.FREEZING.get(d, 1.0) + theory.MELTING.get(d, 1.0))
+        if "species" in self.scene or eta < middle:
+            return "random"
+        return {2: "triangular", 3: "fcc"}.get(d, "dn")
+
+    def settings(self) -> dict[str, Any]:
+        """Return what all tasks share; with an error also the replicas, on which the length then depends."""
+        return super().settings() | ({} if self.relative_error is None else {"replicas": self.replicas})
+
+
+def collisions(task: Mapping[str, Any]) -> float:
+    """Return the work of a task [collisions]."""
+    length = task["equilibration"] + task["collisions_per_particle"]
+    return 0.5 * float(length) * int(task["scene"]["n"])

@@ -1,0 +1,35 @@
+"""A study of a grid of packing fractions, sizes and replicas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from carom.studies.folder import Record, Task
+from carom.studies.grid import GridSpec, collisions
+from carom.studies.study import Study
+
+G = TypeVar("G", bound=GridSpec)
+
+
+@dataclass(frozen=True, repr=False)
+class GridStudy(Study[G], Generic[G]):
+    """A study of a grid: where its tasks are, and what they cost."""
+
+    @staticmethod
+    def cost(task: Task) -> float:
+        """Return the work of a task [collisions]."""
+        return collisions(task)
+
+    def place(self, task: Task) -> str:
+        """Return where a task is, in words."""
+        return f"at packing fraction {task['scene']['packing_fraction']:g} with n = {task['scene']['n']}"
+
+    def by_point(self) -> list[list[Record]]:
+        """Return the records of each point, in the order of packing fraction, n and replica."""
+        found: dict[tuple[float, int], list[Record]] = {}
+        # Sorted, so that sums are bit-identical whatever the order in which replicas finished.
+        for record in sorted(self.records, key=lambda record: int(record["task"]["replica"])):
+            scene = record["task"]["scene"]
+            found.setdefault((scene["packing_fraction"], scene["n"]), []).append(record)
+        return [found[point] for point in sorted(found)]

@@ -1,0 +1,120 @@
+"""A study as one self-contained page: no script, no network, pictures inside."""
+
+from __future__ import annotations
+
+import base64
+import io
+import math
+import platform
+import time as clock
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+from carom.table import Column, Table, facts
+from carom.texts import html
+from carom.version import __version__
+
+if TYPE_CHECKING:
+    from carom.studies.study import Study
+
+STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
+h1 { font-size: 1.6rem; } h2 { font-size: 1.2rem; margin-top: 2.2rem; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; font-size: 0.9rem; }
+th, td { padding: 0.15rem 0.7rem; text-align: right; border-bottom: 1px solid #ddd; }
+th { border-bottom: 2px solid #888; } td.text, th.text { text-align: left; }
+tr.flagged { background: #fdecea; } img { max-width: 100%; }
+pre { background: #f4f4f4; padding: 0.8rem; overflow-x: auto; font-size: 0.85rem; }
+.scroll { overflow-x: auto; }
+@page { size: A4 landscape; margin: 12mm; }
+@media print {
+  body { max-width: none; margin: 0; padding: 0; font-size: 10pt; }
+  /* What scrolls on a screen is cut on paper: so nothing scrolls, and cells break. */
+  .scroll { overflow: visible; }
+  table { font-size: 7.5pt; width: 100%; }
+  th, td { padding: 0.1rem 0.25rem; overflow-wrap: anywhere; }
+  tr, img, pre { break-inside: avoid; } thead { display: table-header-group; } h2 { break-after: avoid; }
+  pre { white-space: pre-wrap; overflow: visible; } img { max-height: 170mm; }
+  tr.flagged { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+}
+"""
+
+
+def page(study: Study[Any]) -> str:
+    """Return the page of a study."""
+    said = " ".join([f"{study.progress[0].upper()}{study.progress[1:]} done.", *study.sentences()])
+    parts: list[tuple[str, Any]] = [("Results", study.table), *study.parts()]
+    if study.failures:
+        parts.append((f"{study.unit.capitalize()} that failed", _failures(study)))
+    parts += [("Provenance", _provenance(study)), ("To repeat it", _repeat(study))]
+    title = html(study.title)
+    # Parts with the heading of the part before them stand below the same one.
+    before, body = "", [f"<h1>{title}</h1>", f"<p>{html(said)}</p>"]
+    for heading, part in parts:
+        body += [f"<h2>{html(heading)}</h2>"] * (heading != before)
+        body.append(_shown(part, heading))
+        before = heading
+    head = f'<head><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style></head>'
+    return f'<!DOCTYPE html>\n<html lang="en">{head}\n<body>\n' + "\n".join(body) + "\n</body></html>\n"
+
+
+def _shown(part: Any, heading: str) -> str:
+    if isinstance(part, Table):
+        return part.html()
+    if isinstance(part, str):
+        return part
+    data = io.BytesIO()
+    part.savefig(data, format="svg")
+    coded = base64.b64encode(data.getvalue()).decode("ascii")
+    return f'<p><img alt="{html(heading)}" src="data:image/svg+xml;base64,{coded}"></p>'
+
+
+@dataclass(frozen=True)
+class _Failed:
+    where: Annotated[str, Column("where", left=True)]
+    reason: Annotated[str, Column("what happened", left=True)]
+
+
+def _failures(study: Study[Any]) -> Table:
+    rows = [_Failed(study.place(failure.task), failure.reason) for failure in study.failures]
+    return Table(_Failed, rows, flagged=lambda row: True)
+
+
+def _provenance(study: Study[Any]) -> Table:
+    notes = [record["provenance"] for record in study.records]
+    began = [note["began"] for note in notes]
+
+    def each(name: str) -> str:
+        return ", ".join(sorted({str(note[name]) for note in notes})) or "-"
+
+    def date(seconds: float) -> str:
+        return clock.strftime("%Y-%m-%d %H:%M:%S UTC", clock.gmtime(seconds))
+
+    collisions = sum(int(record["result"].get("collisions", 0)) for record in study.records)
+    engine = math.fsum(note.get("engine_seconds", 0.0) for note in notes)
+    pairs = [
+        ("Carom", __version__),
+        ("Python, NumPy", f"{each('python')}; {each('numpy')}"),
+        ("seed", str(getattr(study.spec, "seed", "-"))),
+        ("machines", each("host")),
+        ("this machine", f"{platform.system()} {platform.machine()}"),
+        ("engine", study.engine or "results read from the folder"),
+        (f"{study.unit} begun", f"{date(min(began))} to {date(max(began))}" if began else "-"),
+        ("wall time of this session", f"{study.seconds:.1f} s" if study.seconds else "-"),
+        (f"time of all {study.unit}", f"{math.fsum(note['seconds'] for note in notes):.1f} s"),
+    ]
+    if collisions:
+        pairs.append(("collisions", f"{collisions:,}".replace(",", " ")))
+    if collisions and engine:
+        pairs.append(("collisions per second of one worker", f"{collisions / engine:.3g}"))
+    return facts("", pairs)
+
+
+def _repeat(study: Study[Any]) -> str:
+    """Return the file and the command that repeat the study."""
+    command = f"carom {study.name} study.toml --out {study.name} --report"
+    return (
+        f"<p>Save this as <code>study.toml</code> and run <code>{command}</code>. The same version of Carom "
+        "gives the same bits, on every engine and with any number of workers.</p>"
+        f"<pre>{html(study.spec.to_toml())}</pre>"
+    )

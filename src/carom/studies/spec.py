@@ -1,0 +1,347 @@
+"""What is asked for, said once: a frozen value that is also a file, options of a command, and arguments.
+
+A field of a specification is annotated with its check and its :class:`Opt`::
+
+    replicas: Annotated[int, integer(low=1), Opt("Independent runs of each point.")] = 2
+
+The check gets a value and the name of the field, and returns the value as it is used, or raises InputError.
+
+The help of a command reads these fields, so that nothing slow is imported here before a value is checked.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar, Self, get_args, get_type_hints
+
+from carom.errors import InputError
+from carom.version import __version__
+
+LARGEST_FILE = 64 * 1024
+"""Largest size of a file [bytes]; a study is about a page."""
+
+Check = Callable[[Any, str], Any]
+
+
+@dataclass(frozen=True)
+class Opt:
+    """How a field is set.
+
+    Attributes
+    ----------
+    help : str
+        What it is, in a file, on the command line and in the docstring of the function.
+    panel : str
+        Heading of the option in the help of the command.
+    flags : tuple of str or None
+        Names of the option, by default that of the field; None if only files and arguments set it.
+    read : callable or None
+        Returns the value from the text of the option.
+    """
+
+    help: str
+    panel: str = ""
+    flags: tuple[str, ...] | None = ()
+    read: Callable[[str], Any] | None = None
+
+
+@dataclass(frozen=True)
+class Spec:
+    """Base of specifications: frozen dataclasses whose fields have checks.
+
+    Raises
+    ------
+    InputError
+        If a value is refused by its check; a field that is None is not checked.
+    """
+
+    study: ClassVar[str]
+    """What the folder of a study says that it holds."""
+    about: ClassVar[str] = ""
+    """Help of the command."""
+    argument: ClassVar[str] = "Study file (TOML)."
+    """Help of the argument of the command, a file."""
+    section: ClassVar[str] = "study"
+    """Section of the file for all fields but ``tables``, which have sections of their own."""
+    tables: ClassVar[tuple[str, ...]] = ()
+    grid: ClassVar[tuple[str, ...]] = ()
+    """Fields that say which tasks there are; the others are settings that all tasks share."""
+    rivals: ClassVar[tuple[tuple[str, ...], ...]] = ()
+    """Groups of fields of which one that is given takes the place of the others."""
+    resets: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Fields whose new value makes others meaningless."""
+
+    def __post_init__(self) -> None:
+        for name, field in fields_of(type(self)).items():
+            value = getattr(self, name)
+            if value is not None and field.check is not None:
+                self._put(name, field.check(value, name))
+        self.complete()
+
+    def _put(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
+
+    def complete(self) -> None:
+        """Check what concerns several fields, and set those whose default depends on others."""
+
+    def tasks(self) -> list[dict[str, Any]]:
+        """Return the tasks: plain values, each of which determines every bit of its result."""
+        raise NotImplementedError
+
+    def words(self) -> dict[str, Any]:
+        """Return the fields as JSON values, without those that are None."""
+        values = {name: getattr(self, name) for name in fields_of(type(self))}
+        return {
+            name: list(value) if isinstance(value, tuple) else value
+            for name, value in values.items()
+            if value is not None
+        }
+
+    def settings(self) -> dict[str, Any]:
+        """Return what all tasks share: it must be the same for all studies in one folder."""
+        shared = {name: value for name, value in self.words().items() if name not in self.grid}
+        return {"study": self.study, "version": __version__, **shared}
+
+    def replaced(self, **given: Any) -> Self:
+        """Return the specification with some fields replaced; None stands for those not given."""
+        given = {name: value for name, value in given.items() if value is not None}
+        kept = {name: getattr(self, name) for name in fields_of(type(self))}
+        for group in self.rivals:
+            if given.keys() & {*group}:
+                kept = {name: value for name, value in kept.items() if name not in group}
+        for name, others in self.resets.items():
+            if given.get(name, kept.get(name)) != kept.get(name):
+                kept = {other: value for other, value in kept.items() if other not in others}
+        return type(self)(**{**kept, **given})
+
+    @classmethod
+    def of_words(cls, words: Mapping[str, Any]) -> Self:
+        """Return the specification with JSON values.
+
+        Raises
+        ------
+        InputError
+            If a key is unknown or missing, or a value cannot be used.
+        """
+        known = fields_of(cls)
+        for name in words:
+            if name not in known:
+                raise InputError(f"it has no key {name!r}")
+        return cls(**words)
+
+    @classmethod
+    def load(cls, path: str | Path) -> Self:
+        """Read a TOML file.
+
+        Raises
+        ------
+        FileError
+            If it is missing, unreadable, too large or not text in UTF-8.
+        InputError
+            If it is no TOML, or a value cannot be used; the text begins with the name of the file.
+        """
+        content = read(path)
+        try:
+            return cls.from_toml(content)
+        except InputError as error:
+            raise InputError(f"{path}: {error}") from None
+
+    @classmethod
+    def of_argument(cls, path: str | Path) -> Self:
+        """Return what the argument of the command names: a file."""
+        return cls.load(path)
+
+    @classmethod
+    def from_toml(cls, content: str) -> Self:
+        """Read a TOML text; missing keys have their defaults.
+
+        Raises
+        ------
+        InputError
+            If it is no TOML, a section or key is unknown, or a value cannot be used.
+        """
+        from carom import checks
+        from carom.io.records import toml_tables
+
+        sections = (cls.section, *cls.tables)
+        found = toml_tables(content)
+        for name, table in found.items():
+            if name not in sections:
+                those = " and ".join(f"[{each}]" for each in sections)
+                verb = "those are" if len(sections) > 1 else "that is"
+                raise InputError(f"[{name}] is no section of a study; {verb} {those}.")
+            if not isinstance(table, dict):
+                raise InputError(f"[{name}] must be a section, found {checks.describe(table)}.")
+        words, known = found.pop(cls.section, {}), [name for name in fields_of(cls) if name not in cls.tables]
+        for name in words:
+            if name not in known:
+                raise InputError(f"[{cls.section}] {name} is no known key{checks.suggestion(name, known)}.")
+        for name, field in fields_of(cls).items():
+            if field.needed and name not in words:
+                raise InputError(f"[{cls.section}] must have {name}; found none.")
+        return cls(**words, **found)
+
+    def to_toml(self) -> str:
+        """Return the specification as TOML, from which :meth:`from_toml` makes an equal one."""
+        from carom.io.records import toml_lines
+
+        words = self.words()
+        own = {name: words.pop(name) for name in self.tables if name in words}
+        lines = [f"[{self.section}]", *toml_lines(words)]
+        for name, table in own.items():
+            if table:
+                lines += ["", f"[{name}]", *toml_lines(table)]
+        return "\n".join(lines) + "\n"
+
+
+@dataclass(frozen=True)
+class SpecField:
+    """A field of a specification: its name, type, check and option, and whether it has no default."""
+
+    name: str
+    kind: Any
+    default: Any
+    check: Check | None
+    opt: Opt | None
+
+    @property
+    def needed(self) -> bool:
+        """Whether a value must be given."""
+        return self.default is dataclasses.MISSING
+
+    @property
+    def is_option(self) -> bool:
+        """Whether an option of the command sets it."""
+        return self.opt is not None and self.opt.flags is not None
+
+    def of_option(self, value: Any) -> Any:
+        """Return the value of the option, of which some are texts that a field reads in its own way."""
+        return value if self.opt is None or self.opt.read is None else self.opt.read(value)
+
+
+_FIELDS: dict[type, dict[str, SpecField]] = {}
+
+
+def fields_of(kind: type) -> dict[str, SpecField]:
+    """Return the fields of a class of specifications by name."""
+    if kind in _FIELDS:
+        return _FIELDS[kind]
+    hints = get_type_hints(kind, include_extras=True)
+    found = {}
+    for field in dataclasses.fields(kind):
+        hint = hints[field.name]
+        marks = getattr(hint, "__metadata__", ())
+        check = next((mark for mark in marks if callable(mark)), None)
+        opt = next((mark for mark in marks if isinstance(mark, Opt)), None)
+        default = field.default
+        if field.default_factory is not dataclasses.MISSING:
+            default = field.default_factory()
+        found[field.name] = SpecField(field.name, get_args(hint)[0] if marks else hint, default, check, opt)
+    _FIELDS[kind] = found
+    return found
+
+
+def read(path: str | Path) -> str:
+    """Return the text of the file of a study.
+
+    Raises
+    ------
+    FileError
+        If it is missing, unreadable, too large or not text in UTF-8.
+    """
+    from carom.io.records import read_text
+
+    return read_text(Path(path), "a study (TOML) of about a page", LARGEST_FILE)
+
+
+def number(**limits: Any) -> Check:
+    """Return the check of a number; see :func:`carom.checks.number`."""
+
+    def test(value: Any, name: str) -> float:
+        from carom import checks
+
+        return checks.number(value, name, **limits)
+
+    return test
+
+
+def integer(**limits: Any) -> Check:
+    """Return the check of an integer; see :func:`carom.checks.integer`."""
+
+    def test(value: Any, name: str) -> int:
+        from carom import checks
+
+        return checks.integer(value, name, **limits)
+
+    return test
+
+
+def word(*known: str) -> Check:
+    """Return the check of a word that is one of those known."""
+
+    def test(value: Any, name: str) -> str:
+        from carom import checks
+
+        if isinstance(value, str) and value in known:
+            return value
+        raise InputError(f"{name} must be one of {', '.join(known)}; found {checks.describe(value)}.")
+
+    return test
+
+
+def several(one: Check) -> Check:
+    """Return the check of one value or of several different ones, which are sorted."""
+
+    def test(value: Any, name: str) -> tuple[Any, ...]:
+        listed = isinstance(value, Iterable) and not isinstance(value, str | Mapping)
+        many = list(value) if listed else [value]
+        found = [one(each.item() if hasattr(each, "item") else each, name) for each in many]
+        if not found:
+            raise InputError(f"{name} must hold at least one value, found none.")
+        if len(set(found)) < len(found):
+            raise InputError(f"{name} names a value twice; replicas= repeats a point.")
+        return tuple(sorted(found))
+
+    return test
+
+
+MOST_POINTS = 10_000
+"""Largest number of values from first to last."""
+
+
+def numbers_of(flag: str) -> Callable[[str], list[float]]:
+    """Return what reads the text of an option: numbers with commas, or first:last:count."""
+
+    def read(text: str) -> list[float]:
+        try:
+            if ":" not in text:
+                return [float(part) for part in text.split(",")]
+            low, high, count = text.split(":")
+            points, first, last = int(count), float(low), float(high)
+            if points < 2:
+                raise ValueError
+        except ValueError:
+            raise InputError(
+                f"{flag} {text!r} must be numbers with commas (0.1,0.2), or first:last:count (0.1:0.4:7)."
+            ) from None
+        if points > MOST_POINTS:
+            raise InputError(f"The count of {flag} must be at most {MOST_POINTS}, found {points}.")
+        # Rounded, so that 0.1:0.4:7 and 0.1,0.15,... are the same study.
+        return [float(f"{first + (last - first) * k / (points - 1):.12g}") for k in range(points)]
+
+    return read
+
+
+def integers_of(flag: str) -> Callable[[str], list[int]]:
+    """Return what reads the text of an option: integers with commas."""
+
+    def read(text: str) -> list[int]:
+        try:
+            return [int(part) for part in text.split(",")]
+        except ValueError:
+            raise InputError(f"{flag} {text!r} must be integers with commas, e.g. 500,1000.") from None
+
+    return read

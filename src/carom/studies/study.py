@@ -1,0 +1,477 @@
+"""A study as a value: what is asked for, and what is known so far. To run it is to know more.
+
+A study is a :class:`~carom.studies.spec.Spec`, which makes tasks; a function ``measure``, which turns a task
+into a result, anywhere; and what follows from the results: a table, figures, a page. All of this is in one
+file per study. What is common is here: the folder, Ctrl-C and resume, where tasks run, progress, files.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import functools
+import os
+import platform
+import threading
+import time as clock
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
+
+import numpy as np
+
+from carom.errors import CaromWarning, FileError, InputError
+from carom.io.paths import replacing, writing
+from carom.notebook import watchable
+from carom.studies import executors
+from carom.studies.arguments import processes
+from carom.studies.executors import Stopped
+from carom.studies.folder import SETTINGS, Folder, Record, Task, key
+from carom.studies.results import Result, plain
+from carom.studies.signals import Interrupted, stoppable
+from carom.studies.spec import Spec
+from carom.table import Table
+from carom.version import __version__
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+S = TypeVar("S", bound=Spec)
+
+
+@dataclass(frozen=True)
+class Look:
+    """What a task calls from time to time; it ends the task if the study is to stop.
+
+    Attributes
+    ----------
+    stop : callable or None
+        Whether to stop; None in a process of its own, which is ended from outside.
+    kept : Path or None
+        Where a long task keeps its state from time to time, and finds it again; None where it cannot.
+    """
+
+    stop: Callable[[], bool] | None = None
+    kept: Path | None = None
+
+    def __call__(self, *_: object) -> None:
+        """End the task if it is asked to."""
+        if self.stop is not None and self.stop():
+            raise Stopped
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A task that failed in this session, and the reason in one clause."""
+
+    task: Task
+    reason: str
+
+
+@dataclass(frozen=True, repr=False)
+class Study(Result, Generic[S]):
+    """What is asked for, and what is known so far.
+
+    Attributes
+    ----------
+    spec : Spec
+        What is asked for.
+    records : sequence of dict
+        Results of the finished tasks, in the order of the tasks.
+    failures : sequence of Failure
+        Tasks that failed in this session; they run again when the study does.
+    folder : Path or None
+        Where the records are kept.
+    engine : str
+        Where this session ran.
+    seconds : float
+        Wall time of this session [s].
+    """
+
+    spec: S
+    records: tuple[Record, ...] = ()
+    failures: tuple[Failure, ...] = ()
+    folder: Path | None = None
+    engine: str = ""
+    seconds: float = 0.0
+
+    # What each study says.
+
+    Spec: ClassVar[type[Any]]
+    name: ClassVar[str]
+    """The command, and the stem of its files."""
+    unit: ClassVar[str] = "runs"
+    """What tasks are called on the screen."""
+    long: ClassVar[bool] = False
+    """Whether a task keeps its state from time to time, and goes on from there."""
+
+    @staticmethod
+    def measure(task: Task, look: Look) -> dict[str, Any]:
+        """Return the result of a task, as JSON values; what is not reproducible is under ``timings``."""
+        raise NotImplementedError
+
+    @staticmethod
+    def cost(task: Task) -> float:
+        """Return the work of a task, in any unit."""
+        return 1.0
+
+    def place(self, task: Task) -> str:
+        """Return where a task is, in words: ``at packing fraction 0.1 with n = 108``."""
+        raise NotImplementedError
+
+    @property
+    def title(self) -> str:
+        """What was studied."""
+        raise NotImplementedError
+
+    @property
+    def table(self) -> Table:
+        """The results."""
+        raise NotImplementedError
+
+    def sentences(self) -> list[str]:
+        """Return what is said below the table and at the top of the page."""
+        return []
+
+    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
+        """Yield headings and tables or figures of the page, after the table of the results."""
+        yield from ()
+
+    def more(self) -> dict[str, Any]:
+        """Return further results by name, for files and ``--json``."""
+        return {}
+
+    # What all studies can do.
+
+    @functools.cached_property
+    def tasks(self) -> list[Task]:
+        """All tasks, finished or not."""
+        return self.spec.tasks()
+
+    @property
+    def complete(self) -> bool:
+        """Whether every task is done."""
+        return len(self.records) == len(self.tasks)
+
+    @property
+    def fraction(self) -> float:
+        """Finished fraction of the work."""
+        total = sum(map(self.cost, self.tasks))
+        return sum(self.cost(record["task"]) for record in self.records) / total if total else 1.0
+
+    @property
+    def progress(self) -> str:
+        """How far the study is, in words."""
+        return f"{len(self.records)} of {len(self.tasks)} {self.unit}"
+
+    def _done(self) -> str:
+        """Return how much of the study is done, in words."""
+        done = len(self.records)
+        if done == len(self.tasks):
+            return f"{done} {self.unit if done != 1 else self.unit.removesuffix('s')}"
+        return f"{self.progress} done"
+
+    @classmethod
+    def load(cls, out: str | os.PathLike[str], **given: Any) -> Self:
+        """Return the finished part of the study in a folder, without running anything.
+
+        Raises
+        ------
+        FileError
+            If the folder holds no such study of this version of Carom.
+        """
+        folder = Folder(Path(out))
+        held = folder.read()
+        if held is None:
+            raise FileError(f"{folder.path} holds no study ({SETTINGS} is missing); name another folder.")
+        words = {k: v for k, v in held["settings"].items() if k not in ("study", "version")}
+        try:
+            spec = cls.Spec.of_words({**words, **held["grid"]})
+        except InputError as error:
+            raise FileError(
+                f"{folder.settings} does not describe a study: {str(error).rstrip('.')}."
+            ) from None
+        folder.check(spec.settings())
+        study = cls(spec, folder=folder.path, **given)
+        return study._with({key(t): r for t in study.tasks if (r := folder.load(t)) is not None}, [])
+
+    @classmethod
+    def of_saved(cls, words: Mapping[str, Any]) -> Self:
+        """Return the study in the JSON values that :meth:`save` wrote; InputError if they are none."""
+        return cls(cls.Spec.of_words(words["study"]), tuple(words["records"]))
+
+    @watchable("Study", lambda shown: shown)
+    def run(
+        self,
+        *,
+        executor: Any = None,
+        cores: int | str | None = None,
+        out: str | os.PathLike[str] | None = None,
+        progress: Callable[[float, str], object] | None = None,
+        look: Callable[[Self], object] | None = None,
+    ) -> Self:
+        """Run the missing tasks, and return the study with their results.
+
+        Parameters
+        ----------
+        executor : optional
+            Where the tasks run: "processes" (default), "threads", "serial", "mpi", the address of a Dask
+            scheduler, a Dask Client, or any Executor; see :func:`carom.studies.executors.opened`.
+        cores : int or "auto", optional
+            Processes or threads; as many as there are cores if left out.
+        out : path, optional
+            Folder with a file for each task. If the same study left results there, only missing tasks run.
+            The grid may differ; all settings must be the same.
+        progress : callable, optional
+            Called with the finished fraction and a text at the start and after every task; True shows a bar.
+        look : callable, optional
+            Called at the same times with the study so far.
+
+        Raises
+        ------
+        InputError
+            If the study cannot be run as it is.
+        FileError
+            If `out` holds another study, is in use, or cannot be written to at the start.
+        Interrupted
+            After Ctrl-C or SIGTERM; its ``so_far`` is what is known. With `out`, finished tasks are kept.
+
+        Warns
+        -----
+        CaromWarning
+            If tasks failed, or results could not be written. Run again to complete the missing ones.
+        """
+        began = clock.perf_counter()
+        workers = processes(cores)
+        executors.check(executor, workers)
+        folder = None if out is None else Folder(Path(out))
+        words = self.spec.words()
+        grid = {name: words[name] for name in self.spec.grid if name in words}
+        begun = folder.begun(self.spec.settings(), grid) if folder else contextlib.nullcontext()
+        with begun, stoppable() as stop:
+            session = _Session(self, folder, progress, look)
+            session.report()
+            name, ended = "", True
+            if missing := session.missing:
+                stop.deferred = True
+                with executors.opened(executor, workers, len(missing)) as place:
+                    name = place.name
+                    asked = (lambda: stop.asked) if place.local else None
+                    kept = folder.path if folder and self.long and place.here else None
+                    ended = executors.run(
+                        functools.partial(perform, self.measure, stop=asked, kept=kept),
+                        missing,
+                        place,
+                        done=session.done,
+                        failed=session.failed,
+                        stop=lambda: stop.asked,
+                    )
+                    if not ended:
+                        place.end(True)
+                stop.deferred = False
+            session.write_again()
+            if not ended:
+                raise session.interrupted()
+        session.warn()
+        return dataclasses.replace(session.so_far(), engine=name, seconds=clock.perf_counter() - began)
+
+    def _with(self, known: dict[str, Record], failures: list[Failure]) -> Self:
+        found = tuple(known[key(task)] for task in self.tasks if key(task) in known)
+        return dataclasses.replace(self, records=found, failures=tuple(failures))
+
+    def rows(self) -> list[dict[str, Any]]:
+        """Return the lines of the table, each a dictionary with the same keys."""
+        return self.table.dictionaries()
+
+    def columns(self) -> tuple[str, ...]:
+        """Return the names of the columns of the table."""
+        return self.table.names()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the study, its table and how much of it is done, as JSON values."""
+        return {
+            "study": self.spec.words(),
+            "table": plain(self.rows()),
+            "runs": len(self.records),
+            "runs_asked_for": len(self.tasks),
+            "failures": [{"task": each.task, "reason": each.reason} for each in self.failures],
+            **plain(self.more()),
+        }
+
+    def _saved(self) -> dict[str, Any]:
+        """Return what :meth:`of_saved` needs beside the dictionary."""
+        return {"records": list(self.records)}
+
+    def report(self, path: str | os.PathLike[str]) -> None:
+        """Write a self-contained page (HTML) of tables, pictures and provenance to the file ``path``.
+
+        Raises
+        ------
+        FileError
+            If the file cannot be written.
+        """
+        from carom.studies.report import page
+
+        path, text = Path(path), page(self)
+        with replacing(path) as temporary, writing(path):
+            temporary.write_text(text, encoding="utf-8")
+
+    def _writers(self) -> dict[str, Callable[..., object]]:
+        """Return the function that writes a file, by its suffix."""
+        return {**super()._writers(), ".html": self.report}
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.progress} done>"
+
+    def _repr_html_(self) -> str:
+        from carom.texts import html
+
+        return self.table.html() + "".join(f"<p>{html(said)}</p>" for said in self.sentences())
+
+
+def perform(
+    measure: Callable[[Task, Look], dict[str, Any]],
+    task: Task,
+    stop: Callable[[], bool] | None = None,
+    kept: Path | None = None,
+) -> Record:
+    """Run a task, in any process, and return its record.
+
+    Parameters
+    ----------
+    measure : callable
+        Of a study.
+    task : dict
+        The task.
+    stop : callable, optional
+        Asked from time to time; if it returns true, the task ends with :class:`Stopped`.
+    kept : Path, optional
+        Folder of the study, where a long task keeps its state.
+
+    Returns
+    -------
+    dict
+        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: machine and times.
+
+    Raises
+    ------
+    InputError
+        If the worker has another version of Carom than the task asks for, or the task cannot be done.
+    """
+    began, day = clock.perf_counter(), clock.time()
+    if task["version"] != __version__:
+        raise InputError(
+            f"This worker has Carom {__version__} and the study is of {task['version']}; "
+            "install the same version everywhere."
+        )
+    with _quiet():
+        result = measure(task, Look(stop, kept and Folder(kept).kept(task)))
+    timings = result.pop("timings", {})
+    return {
+        "task": task,
+        "result": result,
+        "provenance": {
+            "began": day,
+            "seconds": clock.perf_counter() - began,
+            **timings,
+            "host": platform.node(),
+            "process": os.getpid(),
+            "python": platform.python_version(),
+            "numpy": np.__version__,
+        },
+    }
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Suppress warnings of single runs: the table reports them."""
+    # Filters belong to the whole process, and only the main thread may change them.
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)
+        yield
+
+
+class _Session:
+    """One session of a study: what is known, what failed, and what could not be written."""
+
+    def __init__(self, study: Any, folder: Folder | None, progress: Any, look: Any):
+        self.study = dataclasses.replace(study, folder=folder.path if folder else None)
+        self.folder, self.progress, self.look = folder, progress, look
+        self.known: dict[str, Record] = {key(record["task"]): record for record in study.records}
+        if folder is not None:
+            stored = {key(task): folder.load(task) for task in study.tasks}
+            self.known |= {name: record for name, record in stored.items() if record is not None}
+        self.failures: list[Failure] = []
+        self.unwritten: list[Record] = []
+        self.problem = ""
+
+    @property
+    def missing(self) -> list[Task]:
+        return [task for task in self.study.tasks if key(task) not in self.known]
+
+    def so_far(self) -> Any:
+        return self.study._with(self.known, self.failures)
+
+    def done(self, task: Task, record: Record) -> None:
+        self.known[key(task)] = record
+        self._keep(record)
+        self.report()
+
+    def failed(self, task: Task, reason: str) -> None:
+        self.failures.append(Failure(task, reason))
+
+    def report(self) -> None:
+        if self.progress is None and self.look is None:
+            return
+        now = self.so_far()
+        if self.progress is not None:
+            self.progress(now.fraction, now.progress)
+        if self.look is not None:
+            self.look(now)
+
+    def _keep(self, record: Record) -> None:
+        if self.folder is None:
+            return
+        try:
+            self.folder.store(record)
+            self.folder.forget(record["task"])
+        except FileError as error:
+            # The record stays in memory; at the end a full disk may have room again.
+            self.unwritten.append(record)
+            self.problem = str(error)
+
+    def write_again(self) -> None:
+        again, self.unwritten = self.unwritten, []
+        for record in again:
+            self._keep(record)
+
+    def interrupted(self) -> Interrupted:
+        count = f"{len(self.known)} of {len(self.study.tasks)} {self.study.unit} are done"
+        if self.folder is None:
+            text = f"Stopped; {count}, and lost, because no folder was given to keep them."
+        else:
+            text = f"Stopped; {count}, and the same command goes on with the study in {self.folder.path}."
+        return Interrupted(text, self.so_far())
+
+    def warn(self) -> None:
+        if self.failures:
+            first = self.failures[0]
+            warnings.warn(
+                f"{len(self.failures)} of {len(self.study.tasks)} {self.study.unit} failed, the first one "
+                f"{self.study.place(first.task)}: {first.reason}. The rest is done; run the study again to "
+                "try these.",
+                CaromWarning,
+                stacklevel=4,
+            )
+        if self.unwritten:
+            warnings.warn(
+                f"{len(self.unwritten)} results could not be kept: {self.problem} "
+                "They are in the table now; run the study again to have them on the disk.",
+                CaromWarning,
+                stacklevel=4,
+            )

@@ -1,0 +1,234 @@
+"""One table, declared once: a dataclass whose fields say how they are shown, and every way to show it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
+
+from carom.errors import InputError
+from carom.texts import html, visible
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+WIDE = 200
+"""Characters of a line of a table as plain text."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """How a field is shown: ``Z: Annotated[float, Column("Z", error("Z_error"))]``.
+
+    A field without one is in files only.
+
+    Attributes
+    ----------
+    head : str
+        Heading, with the unit.
+    form : str or callable
+        Format, or what makes the text of a value and its row.
+    left : bool
+        Whether it is text, which stands on the left.
+    missing : str
+        What is shown for a number that is unknown.
+    """
+
+    head: str
+    form: str | Callable[[Any, Any], str] = ""
+    left: bool = False
+    missing: str = ""
+
+    def text(self, row: Any, name: str) -> str:
+        """Return a value of a row as text."""
+        value = getattr(row, name)
+        if value is None or (isinstance(value, float) and not math.isfinite(value)):
+            return self.missing
+        return visible(self.form(value, row) if callable(self.form) else format(value, self.form))
+
+
+def decimals(error: float | None) -> int:
+    """Return the number of decimals that show one digit of an error, or two if it begins with 1."""
+    if not error or not math.isfinite(error):
+        return 6
+    exponent = math.floor(math.log10(error))
+    return max((1 if error / 10.0**exponent < 1.95 else 0) - exponent, 0)
+
+
+def error(name: str, *, told: bool = False) -> Callable[[float, Any], str]:
+    """Return a form with the decimals of the error in the field ``name``; it is added if it is ``told``."""
+
+    def form(value: float, row: Any) -> str:
+        known = getattr(row, name)
+        places = decimals(known)
+        return f"{value:.{places}f}" + (f" ± {known:.{places}f}" if told and math.isfinite(known) else "")
+
+    return form
+
+
+@dataclass(frozen=True)
+class Table(Sequence[Any]):
+    """Rows of one dataclass: a sequence that knows how it is shown.
+
+    Attributes
+    ----------
+    kind : type
+        The dataclass of the rows.
+    rows : sequence
+        The rows.
+    title : str
+        Heading of the whole.
+    notes : sequence of str
+        Sentences below the table.
+    flagged : callable
+        Whether a row is marked.
+    """
+
+    kind: type
+    rows: Sequence[Any]
+    title: str = ""
+    notes: Sequence[str] = ()
+    flagged: Callable[[Any], bool] = lambda row: False
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __getitem__(self, k: Any) -> Any:
+        return self.rows[k]
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of all fields: the keys in files."""
+        return tuple(get_type_hints(self.kind))
+
+    def dictionaries(self) -> list[dict[str, Any]]:
+        """Return the rows as dictionaries with the names of all fields."""
+        names = self.names()
+        return [{name: getattr(row, name) for name in names} for row in self.rows]
+
+    def csv(self) -> str:
+        """Return the rows as CSV; numbers that are not finite are empty."""
+        out = io.StringIO()
+        writer = csv.writer(out, lineterminator="\n")
+        writer.writerow(self.names())
+        writer.writerows([_cell(value) for value in row.values()] for row in self.dictionaries())
+        return out.getvalue()
+
+    def to_dataframe(self) -> Any:
+        """Return the rows as a pandas DataFrame; InputError without pandas."""
+        try:
+            import pandas
+        except ImportError:
+            raise InputError(
+                "A DataFrame needs the package pandas; pip install pandas, or save the table as .csv."
+            ) from None
+        return pandas.DataFrame(self.dictionaries(), columns=list(self.names()))
+
+    def _cells(self) -> tuple[list[Column], list[list[str]]]:
+        """Return the columns that are shown, and their texts row by row."""
+        hints = get_type_hints(self.kind, include_extras=True)
+        found = list(_columns(hints))
+        return [mark for _, mark in found], [[mark.text(row, n) for n, mark in found] for row in self.rows]
+
+    def html(self) -> str:
+        """Return the table in HTML."""
+        columns, rows = self._cells()
+        side = [' class="text"' if column.left else "" for column in columns]
+
+        def line(tag: str, texts: Iterable[str], mark: str = "") -> str:
+            inside = (f"<{tag}{s}>{html(text)}</{tag}>" for text, s in zip(texts, side, strict=True))
+            return f"<tr{mark}>{''.join(inside)}</tr>"
+
+        heads = [column.head for column in columns]
+        head = line("th", heads) if any(heads) else ""
+        marks = [' class="flagged"' * self.flagged(row) for row in self.rows]
+        body = "\n".join(line("td", texts, mark) for texts, mark in zip(rows, marks, strict=True))
+        caption = f"<caption>{html(self.title)}</caption>" if self.title else ""
+        notes = "".join(f"<p>{html(note)}</p>" for note in self.notes)
+        return f'<div class="scroll"><table>{caption}{head}\n{body}</table></div>{notes}'
+
+    _repr_html_ = html
+
+    def rich(self, console: Console) -> Any:
+        """Return the table for a terminal, with one value per line if it is too wide."""
+        from rich import box
+        from rich.measure import Measurement
+        from rich.table import Table as Rich
+        from rich.text import Text
+
+        columns, rows = self._cells()
+        headed = any(column.head for column in columns)
+        made = Rich(
+            box=box.SIMPLE_HEAD if headed else box.SIMPLE,
+            pad_edge=False,
+            collapse_padding=True,
+            show_header=headed,
+        )
+        for column in columns:
+            made.add_column(Text(column.head), justify="left" if column.left else "right", no_wrap=True)
+        for row, texts in zip(self.rows, rows, strict=True):
+            made.add_row(*map(Text, texts), style="red" if self.flagged(row) else None)
+        notes = [visible(note) for note in self.notes]
+        if Measurement.get(console, console.options.update(max_width=10_000), made).maximum <= console.width:
+            made.title, made.title_justify = (Text(self.title, "bold") if self.title else None), "left"
+            # The caption of Rich is as wide as the table, and sentences are longer.
+            return _Above(made, [Text(note) for note in notes])
+        lines = [self.title] if self.title else []
+        for first, *rest in rows:
+            lines.append(f"{columns[0].head} {first}".strip())
+            named = zip(columns[1:], rest, strict=True)
+            lines += [f"  {c.head}: {text}" if c.head else f"  {text}" for c, text in named if text]
+        return Text("\n".join([*lines, *notes]))
+
+    def __str__(self) -> str:
+        from rich.console import Console
+
+        out = io.StringIO()
+        console = Console(file=out, width=WIDE, color_system=None, highlight=False)
+        console.print(self.rich(console))
+        return "\n".join(line.rstrip() for line in out.getvalue().splitlines()).strip("\n")
+
+
+@dataclass(frozen=True)
+class _Above:
+    """A table for a terminal above its notes."""
+
+    table: Any
+    notes: list[Any]
+
+    def __rich_console__(self, console: Any, options: Any) -> Iterator[Any]:
+        yield self.table
+        yield from self.notes
+
+
+@dataclass(frozen=True)
+class Fact:
+    """A line of a table of names and values."""
+
+    name: Annotated[str, Column("", left=True)]
+    value: Annotated[str, Column("", left=True)]
+
+
+def facts(title: str, pairs: Iterable[tuple[str, str]], notes: Sequence[str] = ()) -> Table:
+    """Return a table of names and values, without heads."""
+    return Table(Fact, [Fact(*pair) for pair in pairs], title, notes)
+
+
+def _columns(hints: dict[str, Any]) -> Iterator[tuple[str, Column]]:
+    for name, hint in hints.items():
+        for mark in getattr(hint, "__metadata__", ()):
+            if isinstance(mark, Column):
+                yield name, mark
+
+
+def _cell(value: Any) -> Any:
+    """Return a value as CSV has it."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, float):
+        return repr(float(value)) if math.isfinite(value) else ""
+    return "; ".join(map(str, value)) if isinstance(value, list | tuple) else value
