@@ -32,7 +32,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from carom.studies.eos.simulate import simulate
+from carom.studies.eos.measure import measure
 from carom.studies.eos.start import start as begin
 from helpers.mixtures import mixture
 from rates import rate, size_of
@@ -45,7 +45,8 @@ from carom.models.motions.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics
 from carom.simulation import flying, run_loop, stretches
 from carom.simulation.run_state import RunState
-from carom.studies.eos.spec import StudySpec, scene_spec
+from carom.studies.eos.spec import StudySpec
+from carom.studies.scenes import scene_spec
 
 BARE = carom.Tuning(images=False)
 

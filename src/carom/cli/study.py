@@ -34,7 +34,7 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], type[Study[Any]]
     asked : type
         The specification: its fields are the options, its ``about`` is the help.
     kind : callable
-        Returns the class of the study. It is called when the command runs, because the import takes longer than the help.
+        Returns the class of the study when the command runs: its import takes longer than the help.
     """
     from carom.studies.spec import fields_of
 

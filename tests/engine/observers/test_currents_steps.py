@@ -13,7 +13,7 @@ from carom.models import Steps, StepTable
 from carom.simulation import stretches
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos import toml
-from carom.studies.eos.spec import scene_spec
+from carom.studies.scenes import scene_spec
 
 EPS = np.finfo(float).eps
 
