@@ -172,7 +172,7 @@ class Processes(Engine):
         """Report in this process that workers compile, if they do."""
         while self._news.poll():
             self._news.recv_bytes()
-            compile_listeners.tell()
+            compile_listeners.notify()
 
     def close(self, now: bool) -> None:
         """End all workers, ``now`` or after their tasks."""
