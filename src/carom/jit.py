@@ -27,6 +27,6 @@ def compiled_on_call(function: Callable[..., Any], **options: Any) -> Any:
     """Return a function compiled for whatever it is called with, by Numba's ``options``; stored as well."""
     from numba import njit
 
-    from carom.compiling.cache import kept
+    from carom.compiling.cache import cached
 
-    return kept(function, options) or njit(**options)(function)
+    return cached(function, options) or njit(**options)(function)

@@ -33,8 +33,8 @@ trials = list(numba_features.TRIALS)
 numba_features.try_out()
 with warnings.catch_warnings(record=True) as said:
     warnings.simplefilter("always")
-    numba_features.tell()
-    numba_features.tell()
+    numba_features.warn_of_missing()
+    numba_features.warn_of_missing()
 print(list(numba_features.MISSING), len(trials))
 for each in said:
     print(each.category.__name__, each.message)

@@ -17,7 +17,7 @@ from carom.models import Ball, Cuboid, Plane, Segment, SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.steps import Steps
 from carom.models.interactions.wells import StepTable
-from carom.models.mathematics.contact import elastic, first_contact, leave_round
+from carom.models.mathematics.contact import elastic, exit_sphere, first_contact
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.obstacles.paths import Sine, pace, place
@@ -140,7 +140,7 @@ class Ledge(NamedTuple):
 
 @step_time.register
 def _(pair: Ledge, i, j, step, rr, rv, vv, now):
-    return leave_round(rr - 1.0, rv, vv) if step == 1 else first_contact(rr - 1.0, rv, vv)
+    return exit_sphere(rr - 1.0, rv, vv) if step == 1 else first_contact(rr - 1.0, rv, vv)
 
 
 @step_jump.register

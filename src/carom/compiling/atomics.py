@@ -102,9 +102,9 @@ def _try() -> bool:
     from numba import njit
 
     @njit(error_model="numpy")
-    def change(times, locks):
+    def change(times, counters):
         store(times, 1, 2.5)
-        return take(locks, 0) + take(locks, 0) + load(times, 1)
+        return take(counters, 0) + take(counters, 0) + load(times, 1)
 
     return change(np.zeros(2), np.zeros(1, np.int64)) == 3.5
 
@@ -114,8 +114,8 @@ def _try_yielding() -> bool:
     from numba import njit
 
     @njit(error_model="numpy")
-    def wait():
+    def spin():
         yield_thread()
         return 1
 
-    return wait() == 1
+    return spin() == 1

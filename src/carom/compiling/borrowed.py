@@ -157,8 +157,8 @@ def _try() -> bool:
 
     @njit(error_model="numpy")
     def total(pair):
-        (first, number), second = borrowed(pair)
-        return first[1] + number + second["x"][0, 1] + len(first)
+        (values, number), records = borrowed(pair)
+        return values[1] + number + records["x"][0, 1] + len(values)
 
     rows = np.zeros(1, [("x", np.float64, 2)])
     rows["x"] = 0.5

@@ -24,7 +24,7 @@ CHECKED = hashlib.sha256().digest_size
 """Bytes at the beginning of a file: the SHA-256 of the others."""
 
 
-def kept(function, options):
+def cached(function, options):
     """Return a compiled function whose code is kept on disk, or None where that cannot be."""
     try:
         return keep(numba.njit(**options, cache=True)(function))

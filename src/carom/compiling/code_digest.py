@@ -32,7 +32,7 @@ INLINED: dict = {}
 TRUSTED = frozenset(sys.stdlib_module_names) | {"numba", "numpy", "llvmlite"}
 """Packages whose code is known by their versions."""
 
-ROOM = __name__.rpartition(".")[0]
+PACKAGE = __name__.rpartition(".")[0]
 """This package, whose code is known by its files."""
 
 FOREIGN_TO_ALL = ("__main__", "__mp_main__")
@@ -100,7 +100,7 @@ def room_digest() -> str:
 def is_trusted(module: str | None) -> bool:
     """Tell whether the code of a module is known without following it."""
     name = module or ""
-    return name.partition(".")[0] in TRUSTED or name.startswith(f"{ROOM}.")
+    return name.partition(".")[0] in TRUSTED or name.startswith(f"{PACKAGE}.")
 
 
 def _importable(cls) -> bool:
@@ -124,19 +124,19 @@ class Walk:
 
     def __init__(self, function, kinds):
         self.digest = hashlib.sha256(room_digest().encode())
-        self.functions, self.classes, self.faces, self.seen = {}, {}, {}, set()
+        self.functions, self.classes, self.generics, self.seen = {}, {}, {}, set()
         self.waiting: deque = deque()
         self.visit(function)
         for cls in (type(None), np.ndarray, *classes_in(kinds)):  # the first two occur everywhere
             self.visit_class(cls)
         while self.waiting:
-            self.follow(self.waiting.popleft())
+            self.visit_body(self.waiting.popleft())
 
     def add(self, *words):
         """Add words to the digest."""
         self.digest.update(repr(words).encode())
 
-    def follow(self, function):
+    def visit_body(self, function):
         """Note what a function reads: its code, and what is bound to it."""
         self.add("body", self.functions[function])
         self.visit_code(function.__code__, function.__globals__)
@@ -202,28 +202,28 @@ class Walk:
                 self.visit(tuple((each.name, each.value) for each in cls))
             elif not issubclass(cls, BaseException):
                 raise Unknown(cls)
-        for face in self.faces:
-            self.visit_answers(face, cls)
+        for generic in self.generics:
+            self.visit_answers(generic, cls)
 
-    def visit_generic(self, face):
+    def visit_generic(self, generic):
         """Note a generic function, and what is registered for the classes that occur.
 
         What is registered for others must not count, nor the order: both depend on which modules a process
         has imported. A resumed run imports others than a new one, and both run the same code.
         """
-        self.add("generic", face.__module__, face.__qualname__)
-        if face not in self.faces:
-            self.faces[face] = None
-            self.visit_function(face.registry[object])
+        self.add("generic", generic.__module__, generic.__qualname__)
+        if generic not in self.generics:
+            self.generics[generic] = None
+            self.visit_function(generic.registry[object])
             for cls in self.classes:
-                self.visit_answers(face, cls)
+                self.visit_answers(generic, cls)
 
-    def visit_answers(self, face, cls):
+    def visit_answers(self, generic, cls):
         """Note what a class may be answered: what is registered for it and for its bases."""
-        bases = [base for base in face.registry if base is not object and issubclass(cls, base)]
+        bases = [base for base in generic.registry if base is not object and issubclass(cls, base)]
         for base in sorted(bases, key=lambda base: (base.__module__, base.__qualname__)):
-            self.add("answer", face.__qualname__, cls.__qualname__)
-            self.visit_function(face.registry[base])
+            self.add("answer", generic.__qualname__, cls.__qualname__)
+            self.visit_function(generic.registry[base])
 
     def visit_function(self, function):
         """Note a function, to be followed."""

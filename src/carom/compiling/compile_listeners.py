@@ -26,14 +26,14 @@ def running() -> float:
     return time.perf_counter() - _taken
 
 
-def tell() -> None:
+def notify() -> None:
     """Tell all who listen in this process that something is being compiled."""
     for listener in [*_LISTENERS]:
         listener()
 
 
 def listen(listener: Callable[[], object]) -> Callable[[], None]:
-    """Call a function whenever something is compiled, or :func:`tell` is called; return how to end that.
+    """Call a function whenever something is compiled, or :func:`notify` is called; return how to end that.
 
     What is found in the cache is not compiled, and nobody is told of it. Who listens until the process ends
     need not end it.

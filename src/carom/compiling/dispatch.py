@@ -14,7 +14,7 @@ from numba import njit
 from numba.core import config
 
 from carom.compiling import numba_features, registry
-from carom.compiling.cache import KEEPING, kept
+from carom.compiling.cache import KEEPING, cached
 from carom.compiling.code_digest import FACES, INLINED, Unknown, class_of, classes_in
 from carom.compiling.compile_errors import of_models
 from carom.compiling.compile_listeners import compiling
@@ -86,21 +86,21 @@ IN_USE: set = set()
 """Classes of models for which an entry point has been compiled, or loaded."""
 
 
-def _in_time(face):
-    """Return ``face.register``, which raises a RuntimeError rather than replace what is compiled already."""
-    register = face.register
+def _in_time(generic):
+    """Return its ``register``, which raises a RuntimeError rather than replace what is compiled already."""
+    register = generic.register
 
     def register_in_time(*args):
         if len(args) == 1 and isinstance(args[0], type):
             return partial(register_in_time, args[0])
-        before = dict(face.registry)
+        before = dict(generic.registry)
         function = register(*args)
-        for cls in IN_USE & face.registry.keys():
-            if face.registry[cls] is not before.get(cls):
+        for cls in IN_USE & generic.registry.keys():
+            if generic.registry[cls] is not before.get(cls):
                 register(cls, before.get(cls, before[object]))
                 raise RuntimeError(
-                    f"{face.__name__} is compiled for {cls.__name__}: another function would not be asked. "
-                    f"Define {cls.__name__} anew, too (in a notebook: run its cell again)."
+                    f"{generic.__name__} is compiled for {cls.__name__}: another function would not be "
+                    f"asked. Define {cls.__name__} anew, too (in a notebook: run its cell again)."
                 )
         return function
 
@@ -122,7 +122,7 @@ def entry(function):
     def chosen(*args):
         classes = tuple(_classes_of(args))
         if classes not in compiled:
-            compiled[classes] = watched(kept(function, ENTRY) or njit(**ENTRY)(function))
+            compiled[classes] = watched(cached(function, ENTRY) or njit(**ENTRY)(function))
         return compiled[classes](*args)
 
     return chosen
@@ -164,7 +164,7 @@ def watched(compiled):
         finally:
             if collecting:
                 gc.enable()
-            numba_features.tell()
+            numba_features.warn_of_missing()
             with suppress(Unknown):
                 IN_USE.update(cls for cls in classes_in(signature) if issubclass(cls, tuple))
 

@@ -32,8 +32,8 @@ def _share(function) -> None:
     """Let all callers of a function that has just been registered use the same code."""
     from numba.core.typing.templates import builtin_registry
 
-    face, kind = builtin_registry.globals[-1]
-    if face is not function:
+    registered, kind = builtin_registry.globals[-1]
+    if registered is not function:
         raise LookupError("the last function registered is another")
     for template in kind.templates:
         if not isinstance(template._impl_cache, dict):

@@ -65,7 +65,7 @@ def try_out(*parts: str) -> None:
                 leave_out(part, error)
 
 
-def tell() -> None:
+def warn_of_missing() -> None:
     """Say once what is left out."""
     missing = sorted(MISSING.keys() - _TOLD)
     if missing:

@@ -24,9 +24,9 @@ def _prefetch(typingctx, array, index):
         base = builder.bitcast(data, byte.as_pointer())
         address = builder.gep(base, [builder.mul(args[1], ir.Constant(ir.IntType(64), size))])
         signature = ir.FunctionType(ir.VoidType(), [address.type, int_type, int_type, int_type])
-        ask = cgutils.get_or_insert_function(builder.module, signature, "llvm.prefetch.p0")
+        intrinsic = cgutils.get_or_insert_function(builder.module, signature, "llvm.prefetch.p0")
         read, second_level, data_cache = (ir.Constant(int_type, value) for value in (0, 2, 1))
-        builder.call(ask, [address, read, second_level, data_cache])
+        builder.call(intrinsic, [address, read, second_level, data_cache])
         return context.get_dummy_value()
 
     return types.void(array, types.int64), codegen

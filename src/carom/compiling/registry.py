@@ -77,16 +77,16 @@ def optional(function):
     return _note(_strict(singledispatch(function), function), "optional")
 
 
-def _strict(face, question):
-    """Let ``face.register`` refuse an answer that has not the parameters of the question."""
-    register, wanted = face.register, question.__code__
+def _strict(generic, question):
+    """Let ``generic.register`` refuse an answer that has not the parameters of the question."""
+    register, wanted = generic.register, question.__code__
 
     def register_alike(*args):
         answer = args[-1]
         code = getattr(answer, "__code__", None)
         if isinstance(answer, type) and len(args) == 1:  # the answer comes next
             return lambda answer: register_alike(*args, answer)
-        if code is None or code.co_flags & CO_VARARGS or answer is face.registry[object]:
+        if code is None or code.co_flags & CO_VARARGS or answer is generic.registry[object]:
             return register(*args)
         if len(args) == 1 and not getattr(answer, "__annotations__", None):
             raise InputError(
@@ -102,8 +102,8 @@ def _strict(face, question):
             )
         return register(*args)
 
-    face.register = register_alike
-    return face
+    generic.register = register_alike
+    return generic
 
 
 def is_noted(function: Any) -> bool:

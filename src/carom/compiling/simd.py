@@ -3,7 +3,7 @@
 The compiler leaves these loops as they are. It gathers element by element, and a store into one array might
 change what the next load from another finds, so it goes one by one. Here
 
-- whole rows are loaded and shuffled into columns (:func:`spread`): a third of the instructions;
+- whole rows are loaded and shuffled into columns (:func:`gather_rows`): a third of the instructions;
 - single values are loaded one by one and stored side by side (:func:`pack`, :func:`pack_fields`): gathers
   take several times as long;
 - members of a cell are copied and replaced in one go (:func:`copy_words`, :func:`replace_words`).
@@ -52,8 +52,8 @@ def _data(context, builder, kind, value):
 def _named(builder, words, start_index, bits):
     """Yield the components that eight words name."""
     for k in range(LANES):
-        word = builder.load(builder.gep(words, [builder.add(start_index, ir.Constant(INT, k))]))
-        yield builder.lshr(builder.zext(word, INT), bits)
+        ref = builder.load(builder.gep(words, [builder.add(start_index, ir.Constant(INT, k))]))
+        yield builder.lshr(builder.zext(ref, INT), bits)
 
 
 def _in_vectors(function):
@@ -70,7 +70,7 @@ def _in_vectors(function):
 
 
 @intrinsic
-def _spread(typingctx, rows, words, start_index, bits, block, half, lane):
+def _gather_rows(typingctx, rows, words, start_index, bits, candidate_block, block_half, lane):
     number = rows.dtype.fields["t"].type
     width = number.bitwidth // 8
     columns = rows.dtype.size // width
@@ -78,7 +78,7 @@ def _spread(typingctx, rows, words, start_index, bits, block, half, lane):
     def codegen(context, builder, signature, args):
         base = builder.bitcast(_data(context, builder, rows, args[0]), ir.IntType(8).as_pointer())
         names = _data(context, builder, words, args[1])
-        target = builder.bitcast(_data(context, builder, block, args[4]), DOUBLE.as_pointer())
+        target = builder.bitcast(_data(context, builder, candidate_block, args[4]), DOUBLE.as_pointer())
         four = ir.VectorType(DOUBLE, 4)
         stored_four = ir.VectorType(context.get_value_type(number), 4)
         eight = ir.VectorType(DOUBLE, LANES)
@@ -97,7 +97,8 @@ def _spread(typingctx, rows, words, start_index, bits, block, half, lane):
                 builder.store(vector, builder.bitcast(address, eight.as_pointer()), align=8)
         return context.get_dummy_value()
 
-    return types.void(rows, words, types.int64, types.int64, block, types.int64, types.int64), codegen
+    arguments = (rows, words, types.int64, types.int64, candidate_block, types.int64, types.int64)
+    return types.void(*arguments), codegen
 
 
 def _transpose(builder, rows):
@@ -118,7 +119,7 @@ def _transpose(builder, rows):
     ]
 
 
-def spread(rows, words, start_index, bits, block, half, lane):
+def gather_rows(rows, words, start_index, bits, candidate_block, block_half, lane):
     """Copy the rows of eight candidates, widened to double precision, into the columns ``lane`` to ``lane +
     7`` of one half of a block.
 
@@ -128,23 +129,23 @@ def spread(rows, words, start_index, bits, block, half, lane):
         All components.
     words : uint32 array
         ``words[start_index : start_index + 8] >> bits`` are the rows meant.
-    block : (2, fields, WIDTH) float64 array
+    candidate_block : (2, fields, WIDTH) float64 array
         One line a field of a row: x, t, v, event_time, padding.
     """
     for k in range(LANES):
-        row = rows[int(words[start_index + k]) >> int(bits)]
-        d = len(row.x)
+        old_event = rows[int(words[start_index + k]) >> int(bits)]
+        d = len(old_event.x)
         for axis in range(d):
-            block[half, axis, lane + k] = row.x[axis]
-            block[half, d + 1 + axis, lane + k] = row.v[axis]
-        block[half, d, lane + k] = row.t
-        block[half, 2 * d + 1, lane + k] = row.event_time
+            candidate_block[block_half, axis, lane + k] = old_event.x[axis]
+            candidate_block[block_half, d + 1 + axis, lane + k] = old_event.v[axis]
+        candidate_block[block_half, d, lane + k] = old_event.t
+        candidate_block[block_half, 2 * d + 1, lane + k] = old_event.event_time
 
 
-@_in_vectors(spread)
-def _spread_compiled(rows, words, start_index, bits, block, half, lane):
+@_in_vectors(gather_rows)
+def _gather_rows_compiled(rows, words, start_index, bits, candidate_block, block_half, lane):
     # Numba supplies the context, here and below
-    _spread(rows, words, start_index, bits, block, half, lane)  # type: ignore[call-arg]
+    _gather_rows(rows, words, start_index, bits, candidate_block, block_half, lane)  # type: ignore[call-arg]
 
 
 def _line_up(context, builder, values, words, start_index, bits, target, offset):
@@ -194,15 +195,15 @@ def _eight(context, builder, kind, value, cell, start):
     """Return a pointer to eight words of a cell."""
     array = cgutils.create_struct_proxy(kind)(context, builder, value)
     columns = cgutils.unpack_tuple(builder, array.shape)[1]
-    first = builder.add(builder.mul(cell, columns), start)
-    return builder.bitcast(builder.gep(array.data, [first]), WORDS.as_pointer())
+    offset = builder.add(builder.mul(cell, columns), start)
+    return builder.bitcast(builder.gep(array.data, [offset]), WORDS.as_pointer())
 
 
 def _filled(builder, value):
     """Return eight times the same word."""
-    word = ir.IntType(32)
+    int32 = ir.IntType(32)
     single = builder.insert_element(
-        ir.Constant(WORDS, ir.Undefined), builder.trunc(value, word), ir.Constant(word, 0)
+        ir.Constant(WORDS, ir.Undefined), builder.trunc(value, int32), ir.Constant(int32, 0)
     )
     return builder.shuffle_vector(single, single, ir.Constant(WORDS, [0] * LANES))
 
@@ -229,10 +230,10 @@ def copy_words(members, cell, start, words, total, bits, code):
     members : (cells, room) uint32 array
     words : uint32 array
     """
-    room = members.shape[1]
-    first = int(cell) * room + int(start)
+    cell_capacity = members.shape[1]
+    offset = int(cell) * cell_capacity + int(start)
     for k in range(LANES):
-        member = members[(first + k) // room, (first + k) % room]
+        member = members[(offset + k) // cell_capacity, (offset + k) % cell_capacity]
         words[int(total) + k] = (member << np.uint32(bits)) | np.uint32(code)
 
 
@@ -301,8 +302,8 @@ def _rooms(builder, pair, kind, value):
     """Yield the places in a model of the fields that have lanes, and the types and values of their rooms."""
     for name in lanes_of(pair.instance_class):
         scratch, rest = kind.types
-        first, value = cgutils.unpack_tuple(builder, value, 2)
-        yield pair.fields.index(name), scratch, first
+        lane, value = cgutils.unpack_tuple(builder, value, 2)
+        yield pair.fields.index(name), scratch, lane
         kind = rest
 
 
@@ -483,8 +484,8 @@ def _getitem(array, j):
 def _try() -> bool:
     from numba import njit
 
-    def copy(rows, words, block, values, target, members):
-        spread(rows, words, 1, 2, block, 1, 8)
+    def copy(rows, words, candidate_block, values, target, members):
+        gather_rows(rows, words, 1, 2, candidate_block, 1, 8)
         pack(values, words, 1, 2, target, 3)
         copy_words(members, 1, 2, words, 3, 4, 5)
         replace_words(members, 2, 0, 33, 7)
@@ -497,7 +498,7 @@ def _try() -> bool:
         words = (np.arange(16, dtype=np.uint32)[::-1] // 2 << 2).copy()
         members = np.arange(48, dtype=np.uint32).reshape(4, 12)
         members[2, 3] = members[2, 9] = 33
-        block, target = np.zeros((2, 8, WIDTH)), np.zeros(16)
-        function(rows.view(np.recarray), words, block, np.arange(9.0), target, members)
-        done.append((words, members, block, target))
+        candidate_block, target = np.zeros((2, 8, WIDTH)), np.zeros(16)
+        function(rows.view(np.recarray), words, candidate_block, np.arange(9.0), target, members)
+        done.append((words, members, candidate_block, target))
     return all((a == b).all() for a, b in zip(*done, strict=True))

@@ -16,8 +16,8 @@ from carom.compiling.registry import optional, required
 
 
 class NearestImage(NamedTuple):
-    """A periodic box in which no component can meet two images of another before one of the two changes
-    sector.
+    """A periodic box with minimum images: no component can meet two images of another before one of the two
+    changes sector.
     """
 
     edges: tuple

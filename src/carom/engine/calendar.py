@@ -1,11 +1,12 @@
-"""The event queue: buckets of time that are only appended to, and a small heap for the present bucket.
+"""The event calendar: a calendar queue of buckets that are only appended to, and a small heap for the present
+bucket (like that of Paul, J. Comput. Phys. 221 (2007) 615).
 
 An entry names a component. Its time is that of its new event or of its sector crossing, whichever comes
 first. Entries are not removed. An entry is valid if the time of its component falls into its bucket, and
 stale otherwise; stale entries are dropped when their bucket becomes the present one. A pair event needs one
-entry, of a component that has it before its sector crossing. The buckets cover a *window* of time. Later
-events are found in the rows by one pass over them at the end of the window. The order is by (time,
-component), for any width of the buckets.
+entry, of a component that has it before its sector crossing. The buckets, the days of the calendar, cover a
+*window* of time, its year. Later events are found in the rows by one pass over them at the end of the window.
+The order is by (time, component), for any width of the buckets.
 
 Whether a new event falls into the window is a coin toss, and its time is the last thing that a collision
 finds out. A branch on it would be mispredicted that late that nothing of the next event could be done

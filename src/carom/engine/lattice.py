@@ -1,4 +1,5 @@
-"""Where components are, alone and relative to each other: in the box, or in a lattice that tilts.
+"""Where components are, alone and relative to each other: in the box, or in the tilting lattice of
+Lees and Edwards.
 
 Of most motions a coordinate depends on itself alone, and relative to each other components fly as their
 coordinates differ. Under shear (``carom.models.motions.shear``) coordinates depend on each other. These
@@ -61,14 +62,20 @@ def relative_at(motion, boundary, i, ref, axis, me, other, now):
 
 
 @optional
-def candidate_at(motion, boundary, i, ref, axis, me, block, half, k, now):
+def candidate_at(motion, boundary, i, ref, axis, me, candidate_block, block_half, k, now):
     """Return the same of a candidate whose old event is in a column of the block."""
     dimension = len(boundary.edges)
-    elapsed = now - block[half, dimension, k]
+    elapsed = now - candidate_block[block_half, dimension, k]
     x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
-    y = position(motion, axis, block[half, axis, k], block[half, dimension + 1 + axis, k], elapsed)
+    y = position(
+        motion,
+        axis,
+        candidate_block[block_half, axis, k],
+        candidate_block[block_half, dimension + 1 + axis, k],
+        elapsed,
+    )
     r = separation(boundary, i, ref, axis, y - x)
-    v = velocity(motion, axis, block[half, dimension + 1 + axis, k], elapsed) - velocity(
+    v = velocity(motion, axis, candidate_block[block_half, dimension + 1 + axis, k], elapsed) - velocity(
         motion, axis, me.v[axis], now - me.t
     )
     return r, v
@@ -135,26 +142,28 @@ def _(motion: Sheared, boundary, i, ref, axis, me, other, now):
 
 
 @inner
-def _candidate_apart(motion, boundary, i, ref, axis, me, block, half, k, now):
+def _candidate_apart(motion, boundary, i, ref, axis, me, candidate_block, block_half, k, now):
     dimension = len(boundary.edges)
-    elapsed = now - block[half, np.uint64(dimension), k]
+    elapsed = now - candidate_block[block_half, np.uint64(dimension), k]
     x = position_at(motion, axis, me.x, me.v, now - me.t, now)
-    speed = np.float64(block[half, np.uint64(dimension + 1 + axis), k])
+    speed = np.float64(candidate_block[block_half, np.uint64(dimension + 1 + axis), k])
     if axis == 0:
-        speed -= tilt_at(motion, now) * block[half, np.uint64(dimension + 2), k]
-    return separation(boundary, i, ref, axis, block[half, np.uint64(axis), k] + speed * elapsed - x)
+        speed -= tilt_at(motion, now) * candidate_block[block_half, np.uint64(dimension + 2), k]
+    return separation(
+        boundary, i, ref, axis, candidate_block[block_half, np.uint64(axis), k] + speed * elapsed - x
+    )
 
 
 @candidate_at.register
-def _(motion: Sheared, boundary, i, ref, axis, me, block, half, k, now):
+def _(motion: Sheared, boundary, i, ref, axis, me, candidate_block, block_half, k, now):
     dimension = len(boundary.edges)
-    r = _candidate_apart(motion, boundary, i, ref, axis, me, block, half, k, now)
-    v = np.float64(block[half, np.uint64(dimension + 1 + axis), k])
+    r = _candidate_apart(motion, boundary, i, ref, axis, me, candidate_block, block_half, k, now)
+    v = np.float64(candidate_block[block_half, np.uint64(dimension + 1 + axis), k])
     if axis == 0:
-        elapsed = now - block[half, np.uint64(dimension), k]
-        up = _candidate_apart(motion, boundary, i, ref, 1, me, block, half, k, now)
+        elapsed = now - candidate_block[block_half, np.uint64(dimension), k]
+        up = _candidate_apart(motion, boundary, i, ref, 1, me, candidate_block, block_half, k, now)
         r += tilt_at(motion, now) * up
-        v += motion.rate * (up - block[half, np.uint64(dimension + 2), k] * elapsed)
+        v += motion.rate * (up - candidate_block[block_half, np.uint64(dimension + 2), k] * elapsed)
     return r, v - velocity_at(motion, axis, me.v, now - me.t)
 
 

@@ -86,53 +86,54 @@ def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | N
 
 
 @optional
-def named(steps, ref):
+def named(pair_steps, ref):
     """Return the component that a word of a list names."""
     return ref
 
 
 @named.register
-def _(steps: PairSteps | SpeciesSteps, ref):
-    return np.uint32(ref >> np.uint32(steps.bits))
+def _(pair_steps: PairSteps | SpeciesSteps, ref):
+    return np.uint32(ref >> np.uint32(pair_steps.bits))
 
 
 @optional
-def fresh_word(steps, i, j):
+def fresh_word(pair_steps, i, j):
     """Return the word under which i lists j, a newcomer from beyond all steps."""
     return np.uint32(j)
 
 
 @fresh_word.register
-def _(steps: PairSteps, i, j):
-    return np.uint32(np.uint64(j) << np.uint64(steps.bits))
+def _(pair_steps: PairSteps, i, j):
+    return np.uint32(np.uint64(j) << np.uint64(pair_steps.bits))
 
 
 @fresh_word.register
-def _(steps: SpeciesSteps, i, j):
-    return stepped_word(steps, j, steps.outside[steps.kinds[i] * steps.species + steps.kinds[j]])
+def _(pair_steps: SpeciesSteps, i, j):
+    pair_of_species = pair_steps.kinds[i] * pair_steps.species + pair_steps.kinds[j]
+    return stepped_word(pair_steps, j, pair_steps.outside[pair_of_species])
 
 
 @optional
-def put_newcomer(steps, newcomers, k, i, j):
+def put_newcomer(pair_steps, newcomers, k, i, j):
     """Put the word of a newcomer in the place of its index."""
     return
 
 
 @put_newcomer.register
-def _(steps: PairSteps | SpeciesSteps, newcomers, k, i, j):
-    newcomers[k] = fresh_word(steps, i, j)
+def _(pair_steps: PairSteps | SpeciesSteps, newcomers, k, i, j):
+    newcomers[k] = fresh_word(pair_steps, i, j)
 
 
 @optional
-def standing(steps):
+def standing(pair_steps):
     """Tell whether the lists stand already, with steps in them; only the first time it is asked."""
     return False
 
 
 @standing.register
-def _(steps: PairSteps | SpeciesSteps):
-    ready = steps.ready[0] != 0
-    steps.ready[0] = 0
+def _(pair_steps: PairSteps | SpeciesSteps):
+    ready = pair_steps.ready[0] != 0
+    pair_steps.ready[0] = 0
     return ready
 
 
@@ -173,9 +174,9 @@ def step_of(boundary, ref):
 
 
 @inner
-def stepped_word(steps, j, step):
+def stepped_word(pair_steps, j, step):
     """Return the word that names component j and a step."""
-    return np.uint32((np.uint64(j) << np.uint64(steps.bits)) | np.uint64(step))
+    return np.uint32((np.uint64(j) << np.uint64(pair_steps.bits)) | np.uint64(step))
 
 
 @required
@@ -195,16 +196,16 @@ def read_steps(lists: Any) -> tuple[np.ndarray, np.ndarray]:
     """Return the pairs (m, 2), i < j, that are not beyond all steps, and the step of each (m,)."""
     entries, owners = _entries(lists)
     refs = lists.refs[entries].astype(np.int64)
-    others, steps = refs >> lists.steps.bits, refs & ((1 << lists.steps.bits) - 1)
+    others, step_numbers = refs >> lists.steps.bits, refs & ((1 << lists.steps.bits) - 1)
     outside: Any = 0
     if isinstance(lists.steps, SpeciesSteps):
         kinds = lists.steps.kinds
         outside = lists.steps.outside[kinds[owners] * lists.steps.species + kinds[others]]
-    inside = (owners < others) & (steps != outside)
-    return np.stack([owners[inside], others[inside]], axis=1), steps[inside]
+    inside = (owners < others) & (step_numbers != outside)
+    return np.stack([owners[inside], others[inside]], axis=1), step_numbers[inside]
 
 
-def write_steps(lists: Any, pairs: np.ndarray, steps: np.ndarray) -> None:
+def write_steps(lists: Any, pairs: np.ndarray, step_numbers: np.ndarray) -> None:
     """Write the steps (m,) of pairs (m, 2) into both lists; pairs that are not listed must be out of reach.
 
     Raises
@@ -227,4 +228,4 @@ def write_steps(lists: Any, pairs: np.ndarray, steps: np.ndarray) -> None:
                 "A pair on a step is in no list of neighbours: the checkpoint that the run comes from was "
                 "changed, or this is a fault of Carom; please report it."
             )
-        lists.refs[entries[found]] = (j << lists.steps.bits | steps).astype(np.uint32)
+        lists.refs[entries[found]] = (j << lists.steps.bits | step_numbers).astype(np.uint32)

@@ -57,7 +57,7 @@ def receive(calendar, state):
 
 @optional
 def publish_time(calendar, state, time):
-    """Tell the others that nothing is due here before ``time``."""
+    """Tell the others that nothing is due here before ``time``, as a null message does."""
     return
 
 

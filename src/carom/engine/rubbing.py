@@ -9,7 +9,7 @@ import numpy as np
 from carom.compiling.registry import optional
 from carom.engine.lattice import contact_vector, contact_velocity
 from carom.engine.observers.interface import gain
-from carom.models.contacts.rough import Rubbing, add_spin, slip_to_impulse, turn
+from carom.models.contacts.rough import Rubbing, add_spin, slip_to_impulse, update_spin
 from carom.models.interactions.pinned import PinnedCores
 from carom.models.obstacles.surfaces import RoughSurface
 from carom.models.questions.interaction import mass
@@ -49,9 +49,9 @@ def _(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
         me.v[axis] -= a * p
         other.v[axis] += b * p
     if turns_a > 0.0:
-        turn(impact, i, mine)
+        update_spin(impact, i, mine)
     if turns_b > 0.0:
-        turn(impact, j, distance - mine)
+        update_spin(impact, j, distance - mine)
     gain(model.observers, energy, now)
 
 
@@ -91,4 +91,4 @@ def _(obstacle: RoughSurface, impact, model, state, i, now):
     slip_to_impulse(impact, obstacle.tangential, obstacle.friction, a + turns, momentum / a, dimension)
     for axis in range(dimension):
         there.v[axis] -= a * impact.slip[axis]
-    turn(impact, i, arm)
+    update_spin(impact, i, arm)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.registry import fast, inner, optional, required
-from carom.compiling.simd import LANES, WIDTH, asked_of, pack_fields, spread
+from carom.compiling.simd import LANES, WIDTH, asked_of, gather_rows, pack_fields
 from carom.engine.boundary import NearestImage, SectorImage, index, index_bits
 from carom.engine.lattice import candidate_at, relative_at
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
@@ -43,7 +43,7 @@ def _(boundary: SteppedImage, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
 
 
 @fast
-def nearest(model, state, i, now, refs, start_index, count, half, avoided):
+def nearest(model, state, i, now, refs, start_index, count, block_half, avoided):
     """Return the word of the candidate that i meets first, ``avoided`` left out, or -1, and the time until
     then, to 47 bits (the paper's line 4).
 
@@ -51,7 +51,7 @@ def nearest(model, state, i, now, refs, start_index, count, half, avoided):
     five bits of the time; the smallest of these integers is the earliest candidate.
     """
     me = state.rows[i]
-    half_index = np.uint64(half)
+    block_index = np.uint64(block_half)
     candidate_block = state.candidate_block
     dimension = len(model.boundary.edges)
     bits = np.int64(index_bits(model.boundary))
@@ -61,9 +61,9 @@ def nearest(model, state, i, now, refs, start_index, count, half, avoided):
         size = min(count - start, WIDTH)
         full = (size + LANES - 1) & ~(LANES - 1)
         for lane in range(0, full, LANES):
-            first = np.int64(start_index) + start + lane
-            spread(state.rows, refs, first, bits, candidate_block, half, np.int64(lane))
-            pack_fields(model.pair, model.lanes, refs, first, bits, half * WIDTH + np.int64(lane))
+            ref_index = np.int64(start_index) + start + lane
+            gather_rows(state.rows, refs, ref_index, bits, candidate_block, block_half, np.int64(lane))
+            pack_fields(model.pair, model.lanes, refs, ref_index, bits, block_half * WIDTH + np.int64(lane))
         earliest = NO_CANDIDATE
         for k in range(np.uint64(full)):
             ref = refs[start_index + np.uint64(start) + k]
@@ -72,16 +72,17 @@ def nearest(model, state, i, now, refs, start_index, count, half, avoided):
             vv = 0.0
             for axis in range(dimension):
                 r, v = candidate_at(
-                    model.motion, model.boundary, i, ref, axis, me, candidate_block, half_index, k, now
+                    model.motion, model.boundary, i, ref, axis, me, candidate_block, block_index, k, now
                 )
                 rr += r * r
                 rv += r * v
                 vv += v * v
-            lane_index = half_index * np.uint64(WIDTH) + k
+            lane_index = block_index * np.uint64(WIDTH) + k
             t = candidate_time(model.boundary, model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now)
-            free = (candidate_block[half_index, 2 * dimension + 1, k] >= now + t) & (np.int64(ref) != avoided)
-            free &= np.int64(k) < size  # what follows the last candidate is somebody's word, but not i's
-            t = t if free else NEVER
+            eligible = candidate_block[block_index, 2 * dimension + 1, k] >= now + t
+            eligible &= np.int64(ref) != avoided
+            eligible &= np.int64(k) < size  # what follows the last candidate is somebody's word, but not i's
+            t = t if eligible else NEVER
             key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | np.int64(k)
             earliest = min(earliest, key)
         if earliest < best:
@@ -91,16 +92,16 @@ def nearest(model, state, i, now, refs, start_index, count, half, avoided):
 
 
 @inner
-def search(model, state, neighbors, i, now, half, avoided):
+def search(model, state, neighbors, i, now, block_half, avoided):
     """Search among all that i can meet, under any word but ``avoided``."""
-    return earliest_partner(neighbors, model, state, i, now, half, avoided)
+    return earliest_partner(neighbors, model, state, i, now, block_half, avoided)
 
 
 @earliest_partner.register(Sectors)
 @earliest_partner.register(Lists)
-def _(neighbors, model, state, i, now, half, avoided):
-    refs, start_index, count = candidates(neighbors, model.boundary, i, half)
-    return nearest(model, state, i, now, refs, start_index, count, half, avoided)
+def _(neighbors, model, state, i, now, block_half, avoided):
+    refs, start_index, count = candidates(neighbors, model.boundary, i, block_half)
+    return nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
 
 
 @earliest_newcomer.register(Sectors)
@@ -199,10 +200,10 @@ def start_before(square, vv, event_time):
     looked at, do not change it.
     """
     # Half the root of the quotient, to its leading bit, and the inverse.
-    half = (((np.float64(square / vv).view(np.int64) >> 52) - 1023) >> 1) - 1
-    step = np.int64((1023 + half) << 52).view(np.float64)
-    steps = np.int64((1023 - half) << 52).view(np.float64)
-    return (np.floor(event_time * steps) - 1.0) * step
+    exponent = (((np.float64(square / vv).view(np.int64) >> 52) - 1023) >> 1) - 1
+    step = np.int64((1023 + exponent) << 52).view(np.float64)
+    inverse_step = np.int64((1023 - exponent) << 52).view(np.float64)
+    return (np.floor(event_time * inverse_step) - 1.0) * step
 
 
 @contact_time_of.register

@@ -37,9 +37,9 @@ class Timers(NamedTuple):
 
 def make_timers(drive, dimension: int, exponent: int, pinned: np.ndarray | None) -> Timers:
     """Return the events of a drive before the first has happened."""
-    rooms = np.zeros(dimension), np.zeros(dimension)
+    scratch = np.zeros(dimension), np.zeros(dimension)
     free = None if pinned is None else ~pinned
-    return Timers(drive, free, np.zeros(1), exponent, *rooms)
+    return Timers(drive, free, np.zeros(1), exponent, *scratch)
 
 
 @optional
@@ -69,8 +69,8 @@ def _(source: Timers, model, state, i, now, t, code):
         source.v[axis] = math.ldexp(source.v[axis], -source.exponent)
     begun = _since(source, state)
     time = math.ldexp(begun + now, source.exponent)
-    due = next_time(source.drive, np.int64(i), source.x, source.v, time)
-    until = max(math.ldexp(np.float64(due), -source.exponent) - begun, now)
+    next_kick = next_time(source.drive, np.int64(i), source.x, source.v, time)
+    until = max(math.ldexp(np.float64(next_kick), -source.exponent) - begun, now)
     return (until, np.int64(TIMER_EVENT)) if until < t else (t, code)
 
 

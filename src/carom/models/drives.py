@@ -106,11 +106,11 @@ def _(drive: Noise, i, x, v, time):
 def _(drive: Noise, i, mass, x, v, time):
     k = drive.drawn[i]
     drive.drawn[i] = k + 1
-    first = k * (2 * len(v) + 1)
+    draw_index = k * (2 * len(v) + 1)
     for axis in range(len(v)):
-        v[axis] = drive.keep * v[axis] + drive.width[i] * normal(drive.seed, i, first + 2 * axis)
+        v[axis] = drive.keep * v[axis] + drive.width[i] * normal(drive.seed, i, draw_index + 2 * axis)
     if drive.random:
-        drive.due[i] -= drive.interval * math.log(uniform(drive.seed, i, first + 2 * len(v)))
+        drive.due[i] -= drive.interval * math.log(uniform(drive.seed, i, draw_index + 2 * len(v)))
     else:  # by counting, so that no rounding adds up; never all at one instant
         drive.due[i] = (np.float64(k + 1) + (np.float64(i) + 0.5) / len(drive.due)) * drive.interval
 
@@ -125,14 +125,14 @@ def _noise(
 ) -> Noise:
     """Return the model of a drive whose noise has a ``variance`` along each axis, one or (n,)."""
     n = len(particles.radii)
-    word = seeds.word(seed, "drives")
+    key = seeds.word(seed, "drives")
     if random:
-        first = [uniform(word, i, (1 << 62)) for i in range(n)]
-        due = -interval * np.log(first)
+        uniforms = [uniform(key, i, (1 << 62)) for i in range(n)]
+        first_kicks = -interval * np.log(uniforms)
     else:
-        due = (np.arange(n) + 0.5) / n * interval
+        first_kicks = (np.arange(n) + 0.5) / n * interval
     width = np.sqrt(np.broadcast_to(variance, n))
-    return Noise(keep, width, interval, random, word, due, np.zeros(n, np.int64))
+    return Noise(keep, width, interval, random, key, first_kicks, np.zeros(n, np.int64))
 
 
 class _Bath:
@@ -181,10 +181,10 @@ class _Bath:
         return np.full(n, self.kT)
 
     def _thermal(
-        self, particles: Particles, keep: float, lost: float, interval: float, random: bool = False
+        self, particles: Particles, keep: float, noise_fraction: float, interval: float, random: bool = False
     ) -> Noise:
         """Return the model of kicks that keep a part of the velocity, and lose one of its variance."""
-        variance = self._temperatures(particles) * lost / particles.masses
+        variance = self._temperatures(particles) * noise_fraction / particles.masses
         return _noise(particles, keep, variance, interval, random, self.seed)
 
     def to_table(self) -> dict[str, Any]:
@@ -278,13 +278,14 @@ class Langevin(_Bath):
 
     def diffusion(self, mass: float = 1.0) -> float:
         """Return the coefficient of diffusion of a free particle of this ``mass`` [length^2 / time]."""
-        kept = math.exp(-self.friction * self.step)
-        return float(0.5 * self.kT * self.step / mass * (1.0 + kept) / (1.0 - kept))
+        decay = math.exp(-self.friction * self.step)
+        return float(0.5 * self.kT * self.step / mass * (1.0 + decay) / (1.0 - decay))
 
     def model(self, particles: Particles) -> Noise:
         """Return the model that the engine compiles."""
-        kept, lost = math.exp(-self.friction * self.step), -math.expm1(-2.0 * self.friction * self.step)
-        return self._thermal(particles, kept, lost, self.step)
+        decay = math.exp(-self.friction * self.step)
+        noise_fraction = -math.expm1(-2.0 * self.friction * self.step)
+        return self._thermal(particles, decay, noise_fraction, self.step)
 
 
 @dataclass(frozen=True)

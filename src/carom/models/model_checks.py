@@ -136,8 +136,8 @@ def answered(kind: str, model: Any) -> Any:
     """
     if model is not None:
         compilable(kind, model)
-    steps = kind == "interaction" and registry.answers(step_time, type(model))
-    for question in STEPPED if steps else REQUIRED[kind]:
+    has_steps = kind == "interaction" and registry.answers(step_time, type(model))
+    for question in STEPPED if has_steps else REQUIRED[kind]:
         if not registry.answers(question, type(model)):
             raise InputError(
                 f"The {kind} {type(model).__name__} does not answer {question.__name__}: give it that method "
@@ -156,7 +156,7 @@ def answers_any(kind: str, model: Any) -> bool:
     return any(registry.answers(question, type(model)) for question in REQUIRED[kind])
 
 
-def recalled(kind: str, kept: Any, given: Any) -> Any:
+def recalled(kind: str, stored: Any, given: Any) -> Any:
     """Return the value for a scene from a file, or None for the usual one.
 
     Raises
@@ -164,15 +164,15 @@ def recalled(kind: str, kept: Any, given: Any) -> Any:
     InputError
         If the file names a class of one's own, and none is given, or one with other parameters.
     """
-    if kept is not None and given is None and "type" in kept:
-        return tables.from_table(kept, kind)
-    if kept is not None and given is None:
+    if stored is not None and given is None and "type" in stored:
+        return tables.from_table(stored, kind)
+    if stored is not None and given is None:
         raise InputError(
-            f"The {kind} of this scene is of the class {kept.get('class')}, which no file holds; "
+            f"The {kind} of this scene is of the class {stored.get('class')}, which no file holds; "
             f"give the value, {kind}=..., where the file is loaded."
         )
-    if kept is not None and "class" in kept:
-        other = parameters.difference(kept, given)
+    if stored is not None and "class" in stored:
+        other = parameters.difference(stored, given)
         if other is not None:
             raise InputError(f"The {kind} of the file is {other}: give the value of the run.")
     return given

@@ -31,11 +31,15 @@ def to_arrays(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     for kind in model_checks.USUAL:
         if not (is_elastic(scene) if kind == "impact" else is_usual(scene, kind)):
             value = getattr(scene, kind)  # files hold no code
-            attributes[kind] = value.to_table() if to_tables.holds(value) else parameters.kept(value)
+            attributes[kind] = (
+                value.to_table() if to_tables.holds(value) else parameters.class_and_parameters(value)
+            )
     if scene.drive is not None:
         holds = to_tables.holds(scene.drive)
         attributes["drive"] = (
-            to_tables.to_table(scene.drive, "drive") if holds else parameters.kept(scene.drive)
+            to_tables.to_table(scene.drive, "drive")
+            if holds
+            else parameters.class_and_parameters(scene.drive)
         )
     for name, values in (("diameter", scene.diameters), ("mass", scene.masses)):
         if np.ptp(values) == 0:

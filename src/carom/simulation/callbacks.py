@@ -122,7 +122,7 @@ class Callbacks:
             call(self._sim)
         return self.holds()
 
-    def between(self) -> bool:
+    def ends_between_events(self) -> bool:
         """Return whether the run ends after some events, where no times are given."""
         return self._step is None and self.holds()
 
@@ -147,13 +147,17 @@ def _stop_at(state: RunState, asked: Hit) -> Any:
     from carom.engine.stop_at_hit import StopAtHit
     from carom.observables.wall_pressure import obstacle_names
 
-    names, numbers, own = obstacle_names(state.scene), state.obstacle_numbers(), state.scene.obstacles
+    names, numbers, obstacles = obstacle_names(state.scene), state.obstacle_numbers(), state.scene.obstacles
     wanted = np.zeros(max(numbers, default=0) + 1, np.bool_)
     for each in asked.obstacles:
         if isinstance(each, str):
             found = [k for name, k in zip(names, numbers, strict=True) if name == each]
         else:
-            places = [len(numbers) - len(own) + k for k, one in enumerate(own) if one is each or one == each]
+            places = [
+                len(numbers) - len(obstacles) + k
+                for k, one in enumerate(obstacles)
+                if one is each or one == each
+            ]
             found = [numbers[k] for k in places]
         if not found:
             what = f"named {each!r}" if isinstance(each, str) else f"such as this {type(each).__name__}"

@@ -306,7 +306,7 @@ def _check_observer(
     value: Any, some: Particles, moving: Setting, pairs: int, rng: np.random.Generator, record: Record
 ) -> None:
     scene = _scene(some)
-    own_observers.tell(value.model(some), scene, some.radii, 1)
+    own_observers.try_events(value.model(some), scene, some.radii, 1)
     record.note("told", scene.dimension, True)
 
 

@@ -80,33 +80,33 @@ class CSVLog:
         now = stretches.tally(sim)
         if not self._open:
             self._begin(now)
-        row = [
+        entries = [
             self._value(name, sim, now) if function is None else function(sim)
             for name, function in self._columns.items()
         ]
         self._before = now
-        _write(self.path, [row], "a")
+        _write(self.path, [entries], "a")
 
     def _begin(self, now: Block) -> None:
         """Begin the file, or go on with it."""
-        kept: list[list[str]] = []
+        earlier_rows: list[list[str]] = []
         head = list(self._columns)
         if self.path.exists():
             if not self._append:
                 raise FileError(
                     f"{self.path} exists already and was left as it is; choose another name, or append=True."
                 )
-            kept = _rows(self.path)
-            if kept and kept[0] != head:
+            earlier_rows = _rows(self.path)
+            if earlier_rows and earlier_rows[0] != head:
                 raise FileError(
-                    f"{self.path} has the columns {', '.join(kept[0])}; expected {', '.join(head)}."
+                    f"{self.path} has the columns {', '.join(earlier_rows[0])}; expected {', '.join(head)}."
                 )
-            kept = kept[1:]
+            earlier_rows = earlier_rows[1:]
             if "time" in head:
-                place = head.index("time")
-                kept = [row for row in kept if float(row[place]) < now.duration]
+                time_column = head.index("time")
+                earlier_rows = [row for row in earlier_rows if float(row[time_column]) < now.duration]
             self._before = now
-        _write(self.path, [head, *kept], "w")
+        _write(self.path, [head, *earlier_rows], "w")
         self._open = True
 
     def _value(self, name: str, sim: InMotion, now: Block) -> float | int | str:

@@ -147,9 +147,11 @@ def _cores_on_steps(run_state: Any) -> tuple[np.ndarray, np.ndarray]:
     from carom.engine.pair_steps import read_steps
 
     pair = run_state.engine.model.pair
-    pairs, steps = read_steps(run_state.engine.neighbors) if run_state.steps is None else run_state.steps
+    pairs, step_numbers = (
+        read_steps(run_state.engine.neighbors) if run_state.steps is None else run_state.steps
+    )
     squares = [max(float(step_core_square(pair, step)), 0.0) for step in range(len(pair.energy))]
-    return pairs, np.sqrt(squares)[steps]
+    return pairs, np.sqrt(squares)[step_numbers]
 
 
 def _at_obstacles(run_state: Any, state: State, geometry: Room, slack: float) -> float:

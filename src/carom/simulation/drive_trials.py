@@ -37,15 +37,15 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
     mass, begun = float(setting.particles.masses[i]), float(rng.uniform()) * setting.size / speed
     time = begun
     for _ in range(AT_ONCE):
-        due = number_of(next_time, drive, i, x, v, time)
-        facts = {"i": i, "x": x.copy(), "v": v.copy(), "time": time, "next_time": due}
-        past = TOLERANCE * max(abs(time), setting.size / speed)
+        next_kick = number_of(next_time, drive, i, x, v, time)
+        facts = {"i": i, "x": x.copy(), "v": v.copy(), "time": time, "next_time": next_kick}
+        tolerance = TOLERANCE * max(abs(time), setting.size / speed)
         # Nobody was asked before ``begun``: what is due since the start of the run comes at once.
-        record.note("due", setting.dimension, time == begun or due >= time - past, **facts)
-        if math.isnan(due) or due == NEVER:
+        record.note("due", setting.dimension, time == begun or next_kick >= time - tolerance, **facts)
+        if math.isnan(next_kick) or next_kick == NEVER:
             return
-        x = np.mod(x + v * max(due - time, 0.0), setting.box)
-        time = max(due, time)
+        x = np.mod(x + v * max(next_kick - time, 0.0), setting.box)
+        time = max(next_kick, time)
         kick(drive, i, mass, x, v, time)
         record.note("kick", setting.dimension, np.isfinite(v).all(), **facts, after=v.copy())
         if not np.isfinite(v).all():

@@ -196,7 +196,7 @@ def _arrays(engine: Engine) -> tuple[Array, ...]:
 
     found: dict[int, Array] = {}
 
-    def collect(name: str, value: Any) -> None:
+    def add_arrays(name: str, value: Any) -> None:
         if isinstance(value, np.ndarray):
             fields = value.dtype.names
             kind = f"({', '.join(fields)}), {value.dtype.itemsize} bytes" if fields else str(value.dtype)
@@ -206,17 +206,17 @@ def _arrays(engine: Engine) -> tuple[Array, ...]:
             )
         elif isinstance(value, tuple) and hasattr(value, "_fields"):
             for field, part in zip(value._fields, value, strict=True):
-                collect(f"{name}.{field}" if name else field, part)
+                add_arrays(f"{name}.{field}" if name else field, part)
         elif isinstance(value, tuple):
             for index, part in enumerate(value):
-                collect(f"{name}[{index}]", part)
+                add_arrays(f"{name}[{index}]", part)
 
     observers = listed(engine.model.observers)
     for part in ("state", "neighbors", "calendar", "tallies"):
-        collect(part, getattr(engine, part))
-    collect("model", engine.model._replace(observers=None))
+        add_arrays(part, getattr(engine, part))
+    add_arrays("model", engine.model._replace(observers=None))
     for each in observers:
-        collect(f"observers.{name_of(each)}", each)
+        add_arrays(f"observers.{name_of(each)}", each)
     return tuple(sorted(found.values(), key=lambda array: -array.nbytes))
 
 
@@ -227,7 +227,7 @@ def _reason(system: System, chosen: NeighborPlan, requested: Requested) -> str:
     cells = " x ".join(map(str, chosen.shape))
     fraction, dimension = system.packing_fraction, system.dimension
     limit = dilute(dimension)
-    widest = (system.narrowest + 2.0 * system.diameter) / 4.0
+    mean_contact = (system.narrowest + 2.0 * system.diameter) / 4.0
     if chosen.kind == "lists":
         what = (
             f"lists with a reach of {chosen.list_range / system.diameter:.3g} diameters, from {cells} cells"
@@ -255,7 +255,7 @@ def _reason(system: System, chosen: NeighborPlan, requested: Requested) -> str:
     elif fraction > limit:
         why = (
             "the box is too small for lists, which could reach no further than "
-            f"{widest / system.diameter:.3g} diameters without confusing images"
+            f"{mean_contact / system.diameter:.3g} diameters without confusing images"
         )
     else:
         why = f"faster below a packing fraction of {limit:g} in d = {dimension}, and this is {fraction:.3g}"

@@ -64,8 +64,8 @@ class Flying:
         bins = _flights(run_state).times.shape[1] - 1
         self._widths = np.array([free, free * speed, speed]) * REACH / bins
         with run_state.alone.changing():
-            unit, flights = run_state.unit, _flights(run_state)
-            flights.widths[:] = (
+            unit, observer = run_state.unit, _flights(run_state)
+            observer.widths[:] = (
                 unit.to_kernel(self._widths[0], 1), self._widths[1], unit.to_kernel(self._widths[2], -1),
             )  # fmt: skip
         self._before = _sums(run_state)
@@ -118,9 +118,9 @@ def _exchange(run_state: RunState, new: Flights | None) -> None:
     from carom.engine.observers.own import Own
 
     there = [each for each in listed(run_state.engine.model.observers) if not isinstance(each, Flights)]
-    own = [each for each in there if isinstance(each, Own)]
+    user_observers = [each for each in there if isinstance(each, Own)]
     run_state.system = dataclasses.replace(run_state.system, flights=new is not None)
-    run_state.observe(chained([*(each for each in there if not isinstance(each, Own)), new, *own]))
+    run_state.observe(chained([*(each for each in there if not isinstance(each, Own)), new, *user_observers]))
 
 
 def _flights(run_state: RunState) -> Flights:
@@ -132,10 +132,10 @@ def _flights(run_state: RunState) -> Flights:
 
 def _sums(run_state: RunState) -> FlightSums:
     """Return a copy of what there is, in the scene's units."""
-    flights, unit = _flights(run_state), run_state.unit
-    flown, met = flights.flown.copy(), flights.met.copy()
-    flown[:, 1] = unit.to_scene(flown[:, 1], 1)
+    observer, unit = _flights(run_state), run_state.unit
+    flight_sums, collision_sums = observer.flown.copy(), observer.met.copy()
+    flight_sums[:, 1] = unit.to_scene(flight_sums[:, 1], 1)
     for power in (1, 2):
-        met[:, :, power] = unit.to_scene(met[:, :, power], -power)
-    histograms = flights.times.copy(), flights.paths.copy(), flights.speeds.copy()
-    return FlightSums(*histograms, flown, met, flights.returns.copy())
+        collision_sums[:, :, power] = unit.to_scene(collision_sums[:, :, power], -power)
+    histograms = observer.times.copy(), observer.paths.copy(), observer.speeds.copy()
+    return FlightSums(*histograms, flight_sums, collision_sums, observer.returns.copy())

@@ -57,9 +57,11 @@ def grown(
     sim.run(collisions_per_particle=melting)
     fraction = start.packing_fraction * (size / float(start.diameters.mean())) ** dimension
     dense = min((placement.random_limit(dimension) / fraction) ** (1.0 / dimension), CLEAR)
-    steps = math.ceil((CLEAR - dense) / STRETCH)
+    n_stretches = math.ceil((CLEAR - dense) / STRETCH)
     # Diameters at the ends of all stretches, as parts of the final ones, and the rate towards each.
-    ends = [(dense, FAST)] + [(dense + (CLEAR - dense) * (k + 1) / steps, SLOW) for k in range(steps)]
+    ends = [(dense, FAST)] + [
+        (dense + (CLEAR - dense) * (k + 1) / n_stretches, SLOW) for k in range(n_stretches)
+    ]
     for end, rate in ends:
         sim.rescale(1.0, growth=rate * unit)
         time = (end * size - float(sim.diameters.mean())) / (rate * float(unit.mean()))

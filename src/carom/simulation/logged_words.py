@@ -75,14 +75,14 @@ class Words:
         self.listed: Listed | None = None
         self._shape, self._box = shape, np.array(edges)
         if system.stepped:
-            first = first_steps(scene)
+            starting_steps = first_steps(scene)
             self.listed = Listed(
                 [{} for _ in range(scene.n)], make_steps(system.interaction, system.particles)
             )
-            for (i, j), step in zip(*(each.tolist() for each in first), strict=True):
+            for (i, j), step in zip(*(each.tolist() for each in starting_steps), strict=True):
                 put_step(self.listed, i, j, step)
                 put_step(self.listed, j, i, step)
-            start_steps(pair, *first)
+            start_steps(pair, *starting_steps)
             self.boundary: Any = SteppedImage(edges, inverse, self.listed.steps.bits)
         elif bits == 0:
             self.boundary = NearestImage(edges, inverse)

@@ -135,10 +135,10 @@ def statistics(run_state: RunState) -> Statistics:
         EnergyMomentum.of(run_state.scene.masses, run_state.speeds, run_state.unit),
     )
     events = 2 * tally.collisions + tally.advancements + tally.transits
-    taken_up = run_state.engine.model.obstacles is not None or run_state.scene.pinned is not None
-    taken_up |= run_state.engine.model.rules is not None or run_state.system.drive is not None
-    taken_up |= not all(kept_by_motion(run_state.scene))
-    spared = getattr(run_state.engine.model.impact, "spared", None)
+    exchanges_momentum = run_state.engine.model.obstacles is not None or run_state.scene.pinned is not None
+    exchanges_momentum |= run_state.engine.model.rules is not None or run_state.system.drive is not None
+    exchanges_momentum |= not all(kept_by_motion(run_state.scene))
+    elastic_contacts = getattr(run_state.engine.model.impact, "spared", None)
     return Statistics(
         collisions=int(tally.collisions),
         transits=int(tally.transits),
@@ -146,12 +146,12 @@ def statistics(run_state: RunState) -> Statistics:
         advancement_fraction=float(tally.advancements / events) if events else 0.0,
         third_party_first=int(tally.returns),
         clamped_roots=int(tally.clamped),
-        spared_contacts=0 if spared is None else int(spared[0]),
+        spared_contacts=0 if elastic_contacts is None else int(elastic_contacts[0]),
         seconds=run_state.seconds,
         collisions_per_second=float(tally.collisions / run_state.seconds) if run_state.seconds else 0.0,
         worst_overlap=1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0,
         energy_drift=_energy_drift(run_state, present),
-        momentum_drift=math.nan if taken_up else present.momentum_drift(start),
+        momentum_drift=math.nan if exchanges_momentum else present.momentum_drift(start),
     )
 
 
@@ -230,10 +230,10 @@ def impacts(run_state: RunState) -> tuple[Impacts, ...]:
     if tally is not None and tally.live is not None:
         from carom.engine.dynamic_obstacles import spared_by_number
 
-        spared = spared_by_number(tally.chain)
-        for place, k in enumerate(numbers):
+        elastic_contacts = spared_by_number(tally.chain)
+        for index, k in enumerate(numbers):
             work = run_state.unit.to_scene(float(tally.live.work[k]), -2)
-            found[place] = Impacts(*found[place][:3], work, *spared.get(k, (0, 0)))
+            found[index] = Impacts(*found[index][:3], work, *elastic_contacts.get(k, (0, 0)))
     return tuple(found)
 
 
@@ -264,8 +264,8 @@ def pinned_impulse(run_state: RunState) -> np.ndarray:
     pinned = run_state.scene.pinned
     if pinned is None:
         raise InputError("The scene has no pinned components: give it pinned=.")
-    taken = run_state.unit.to_scene(run_state.engine.model.pair.impulse[:-1], -1)
-    return np.where(pinned, taken, 0.0)
+    impulse = run_state.unit.to_scene(run_state.engine.model.pair.impulse[:-1], -1)
+    return np.where(pinned, impulse, 0.0)
 
 
 def collisions_by_species(run_state: RunState) -> np.ndarray:

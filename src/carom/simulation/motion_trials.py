@@ -27,21 +27,21 @@ def try_flight(setting: Setting, record: Record, rng: np.random.Generator, relat
         x = rng.uniform(0.0, 1.0, (2, d)) * setting.box
     # To go nowhere is to be put where the motion has its components.
     x, v = setting.moved(x, rng.normal(size=(2, d)) * setting.speed, 0.0)
-    first, second = rng.uniform(0.0, 2.0, 2) * time
-    places, speeds = setting.moved(*setting.moved(x, v, first), second)
-    at_once, then = setting.moved(x, v, first + second)
+    first_time, second_time = rng.uniform(0.0, 2.0, 2) * time
+    places, speeds = setting.moved(*setting.moved(x, v, first_time), second_time)
+    at_once, then = setting.moved(x, v, first_time + second_time)
     size = np.abs(x).max() + np.abs(at_once).max() + np.abs(then).max() * time
-    facts = {"x": x[0], "v": v[0], "first": first, "second": second}
+    facts = {"x": x[0], "v": v[0], "first": first_time, "second": second_time}
     off = max(np.abs(places - at_once).max(), np.abs(speeds - then).max() * time)
     record.note("III", d, off <= TOLERANCE * size, **facts, off=off)
     if setting.curved:
         return
     if relative:
-        straight = (x[1] - x[0]) + (first + second) * (v[1] - v[0])
+        straight = (x[1] - x[0]) + (first_time + second_time) * (v[1] - v[0])
         off = np.abs((at_once[1] - at_once[0]) - straight).max()
         record.note("relative", d, off <= TOLERANCE * size, **facts, off=off)
     if setting.straight:
-        off = np.abs(at_once - x - (first + second) * v).max()
+        off = np.abs(at_once - x - (first_time + second_time) * v).max()
         record.note("uniform", d, off <= TOLERANCE * size, **facts, off=off)
     for axis in range(d):
         low, high = x[0, axis] + setting.size * (rng.uniform(0.01, 2.0, 2) * (-1.0, 1.0))

@@ -104,7 +104,7 @@ def check_user_models(scene: Scene, system: System) -> None:
 
 def refuse_pair_and_motion(scene: Scene, system: System) -> None:
     """Raise InputError where an interaction, a motion or both together do not keep a condition."""
-    pair, record, flights = system.interaction.model(system.particles), Record(), Record()
+    pair, record, flight_record = system.interaction.model(system.particles), Record(), Record()
     if scene.drive is not None and model_checks.is_own(scene.drive):
         with in_plain_python(scene.drive):
             refuse_wrong_drive(scene, system)
@@ -134,9 +134,9 @@ def refuse_pair_and_motion(scene: Scene, system: System) -> None:
     rng, met = np.random.default_rng(0), 0
     if own_motion:
         for _ in range(TRIED):
-            try_flight(setting, flights, rng)
-        if not own_pair or any(name != "relative" for name, _ in flights.failures):
-            refuse(type(system.motion).__name__, flights)
+            try_flight(setting, flight_record, rng)
+        if not own_pair or any(name != "relative" for name, _ in flight_record.failures):
+            refuse(type(system.motion).__name__, flight_record)
     if pairs:
         trial = PairTrial(system.interaction, copied(pair), setting, record, system.diameter)
         for k, (i, j) in zip(range(ATTEMPTS), itertools.cycle(pairs), strict=False):
@@ -144,7 +144,7 @@ def refuse_pair_and_motion(scene: Scene, system: System) -> None:
             if record.failures or (k + 1 >= len(pairs) and met >= TRIED):
                 break
     if met == 0 or record.failures:  # else the interaction computes its times along the motion
-        refuse(type(system.motion).__name__, flights)
+        refuse(type(system.motion).__name__, flight_record)
     if own_motion:
         if system.curved and not record.failures:
             try_images(setting, record, rng)
@@ -393,9 +393,9 @@ def kinds_of(model: Any, system: System) -> np.ndarray:
 
 def _unlike_pairs(kinds: np.ndarray, radii: np.ndarray) -> Iterator[tuple[int, int]]:
     """Yield pairs of components of different kinds, and of one."""
-    _, first = np.unique(kinds, return_index=True)
-    spread = first[np.unique(np.linspace(0, len(first) - 1, KINDS).astype(int))]
-    some = np.unique([radii.argmin(), radii.argmax(), *spread]).tolist()
+    _, indices = np.unique(kinds, return_index=True)
+    chosen = indices[np.unique(np.linspace(0, len(indices) - 1, KINDS).astype(int))]
+    some = np.unique([radii.argmin(), radii.argmax(), *chosen]).tolist()
     yield from itertools.combinations(some, 2)
     for i in some:
         others = np.flatnonzero(kinds == kinds[i])
@@ -409,8 +409,8 @@ def by_kind(kinds: np.ndarray, pairs: np.ndarray, question: Callable[[int, int],
         return np.zeros(0)
     sorted_kinds = np.sort(kinds[pairs], axis=1)
     names = sorted_kinds[:, 0] * (int(kinds.max()) + 1) + sorted_kinds[:, 1]
-    _, first, which = np.unique(names, return_index=True, return_inverse=True)
-    return np.array([float(question(i, j)) for i, j in pairs[first].tolist()])[which.ravel()]
+    _, indices, which = np.unique(names, return_index=True, return_inverse=True)
+    return np.array([float(question(i, j)) for i, j in pairs[indices].tolist()])[which.ravel()]
 
 
 def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, system: System) -> None:

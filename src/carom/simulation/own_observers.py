@@ -71,12 +71,12 @@ def checked(observers: Sequence[Any], scene: Scene, system: System) -> tuple[Any
             observer = compiled(each, system.particles)
             model_checks.compilable("observer", observer)
             fixed = len(scene.obstacles) + 2 * int(np.sum(~np.asarray(scene.periodic)))
-            tell(copied(observer), scene, system.particles.radii, fixed)
+            try_events(copied(observer), scene, system.particles.radii, fixed)
         found.append(copied(observer))
     return tuple(found)
 
 
-def tell(observer: Any, scene: Scene, radii: np.ndarray, fixed: int) -> None:
+def try_events(observer: Any, scene: Scene, radii: np.ndarray, fixed: int) -> None:
     """Tell an observer of events that might happen in a scene, in plain Python.
 
     Parameters
@@ -91,20 +91,20 @@ def tell(observer: Any, scene: Scene, radii: np.ndarray, fixed: int) -> None:
         How many walls and obstacles there are.
     """
     rng, n, d = np.random.default_rng(4), scene.n, scene.dimension
-    pace = 1.0 if scene.velocities is None else float(np.sqrt(np.mean(scene.velocities**2))) or 1.0
+    speed = 1.0 if scene.velocities is None else float(np.sqrt(np.mean(scene.velocities**2))) or 1.0
     for _ in range(TRIED):
         i, j = (int(k) for k in rng.integers(0, n, 2))
         normal = rng.normal(size=d)
         normal /= np.sqrt(np.sum(normal**2))
-        v = pace * rng.normal(size=(2, d))
+        v = speed * rng.normal(size=(2, d))
         if normal @ (v[1] - v[0]) > 0.0:  # they would fly apart
             v = v[::-1].copy()
         approach = float(normal @ (v[1] - v[0]))
-        thrown = v + approach * np.array([normal, -normal])
+        reflected = v + approach * np.array([normal, -normal])
         r, virial = (radii[i] + radii[j]) * normal, -approach * scene.mass * (radii[i] + radii[j])
         places, time = scene.positions[[i, j]], float(rng.uniform())
         if i != j:
-            at_pair(observer, PairEvent(i, j, time, r, places, v, thrown, virial, CORE))
+            at_pair(observer, PairEvent(i, j, time, r, places, v, reflected, virial, CORE))
         if fixed:
             momentum = -2.0 * float(normal @ v[0])
             bounced, number = v[0] + momentum * normal, int(rng.integers(0, fixed))
@@ -112,12 +112,12 @@ def tell(observer: Any, scene: Scene, radii: np.ndarray, fixed: int) -> None:
                 observer,
                 ObstacleEvent(i, number, time, normal, places[0], v[0], bounced, scene.mass * momentum, 0.0),
             )
-    at_epoch(observer, Epoch(0.0, scene.positions.copy(), pace * rng.normal(size=(n, d))))
+    at_epoch(observer, Epoch(0.0, scene.positions.copy(), speed * rng.normal(size=(n, d))))
 
 
 def described(observer: Any) -> dict[str, Any]:
     """Return what a file keeps of an observer beside its arrays: its class, and its numbers."""
-    return parameters.kept(_bare(observer))
+    return parameters.class_and_parameters(_bare(observer))
 
 
 def _bare(value: Any) -> Any:
@@ -131,13 +131,13 @@ def _bare(value: Any) -> Any:
 
 
 def recalled(
-    kept: Sequence[Mapping[str, Any]], values: Sequence[Any], particles: Particles
+    stored: Sequence[Mapping[str, Any]], values: Sequence[Any], particles: Particles
 ) -> tuple[Any, ...]:
     """Return the observers of a run from a file, whose arrays are not filled yet.
 
     Parameters
     ----------
-    kept : sequence of tables
+    stored : sequence of tables
         What the file keeps of each.
     values : sequence of observers
         Those that are given.
@@ -150,13 +150,13 @@ def recalled(
         If those that are given are not those of the run.
     """
     given = [compiled(each, particles) for each in values]
-    if len(kept) != len(given):
-        names = ", ".join(str(each.get("class")) for each in kept) or "none"
+    if len(stored) != len(given):
+        names = ", ".join(str(each.get("class")) for each in stored) or "none"
         raise InputError(
             f"The observers of your own that the run has are {names}, which no file holds, and {len(given)} "
             "are given: give them, observers=[...], where the file is loaded."
         )
-    for before, value in zip(kept, given, strict=True):
+    for before, value in zip(stored, given, strict=True):
         other = parameters.difference(before, _bare(value))
         if other is not None:
             raise InputError(f"An observer of the file is {other}: give those of the run.")

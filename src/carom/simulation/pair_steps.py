@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 def potential_at_start(run_state: RunState) -> float:
     """Return the potential energy at the start of a run [energy]."""
-    _, steps = first_steps(run_state.scene)
-    return _energy(run_state, steps)
+    _, step_numbers = first_steps(run_state.scene)
+    return _energy(run_state, step_numbers)
 
 
 def potential_energy(run_state: RunState) -> float:
@@ -30,8 +30,8 @@ def potential_energy(run_state: RunState) -> float:
     InputError
         If pairs have no steps.
     """
-    _, steps = _present(run_state)
-    return _energy(run_state, steps)
+    _, step_numbers = _present(run_state)
+    return _energy(run_state, step_numbers)
 
 
 def step_sums(run_state: RunState) -> StepSums:
@@ -42,7 +42,7 @@ def step_sums(run_state: RunState) -> StepSums:
     InputError
         If pairs have no steps.
     """
-    _, steps = _present(run_state)
+    _, step_numbers = _present(run_state)
     pair = run_state.engine.model.pair
     count, _ = run_state.system.interaction.steps(run_state.system.particles)  # type: ignore[attr-defined]
     heat = kT_time(run_state)
@@ -56,7 +56,7 @@ def step_sums(run_state: RunState) -> StepSums:
         inner=np.sqrt(np.maximum(pair.inner[:count], 0.0)),
         outer=np.sqrt(pair.outer[:count]),
         energies=np.asarray(run_state.unit.to_scene(pair.energy[:count], -2)),
-        pairs=np.bincount(steps, minlength=count)[:count],
+        pairs=np.bincount(step_numbers, minlength=count)[:count],
         events=pair.events[:count].copy(),
     )
 
@@ -70,8 +70,8 @@ def _present(run_state: RunState) -> tuple[np.ndarray, np.ndarray]:
     return read_steps(run_state.engine.neighbors) if run_state.steps is None else run_state.steps
 
 
-def _energy(run_state: RunState, steps: np.ndarray) -> float:
+def _energy(run_state: RunState, step_numbers: np.ndarray) -> float:
     pair = run_state.engine.model.pair
     energies = run_state.unit.to_scene(pair.energy, -2)
-    counts = np.bincount(steps, minlength=len(energies))
+    counts = np.bincount(step_numbers, minlength=len(energies))
     return float(counts[counts > 0] @ energies[counts > 0])

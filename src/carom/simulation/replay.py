@@ -268,14 +268,14 @@ class Replay:
             )
 
 
-def _scene(initial: Mapping[str, np.ndarray], own: Mapping[str, Any]) -> Scene:
+def _scene(initial: Mapping[str, np.ndarray], user_models: Mapping[str, Any]) -> Scene:
     """Return the scene from the arrays of a log."""
     arrays = {
         "diameter": initial["diameters"],
         "mass": initial["masses"],
         **{name: initial[name] for name in ("positions", "species", "contact", "pinned") if name in initial},
     }
-    return from_arrays(arrays, json.loads(bytes(initial["scene"]).decode()), **own)
+    return from_arrays(arrays, json.loads(bytes(initial["scene"]).decode()), **user_models)
 
 
 def replay(path: str | PathLike[str], *, time: float, **own: Any) -> Frame:

@@ -153,7 +153,7 @@ def _advance(
         if (code == constants.SPENT or called) and left > 0:
             continue
         left = CYCLES  # what follows happens at the same cycles, however long they take
-        if callbacks is not None and callbacks.between():
+        if callbacks is not None and callbacks.ends_between_events():
             break
         # Only now: many short runs would spend their time with looking at all velocities, or at the clock.
         if most_free_times is None and run_state.collisions == last_seen:
@@ -178,7 +178,7 @@ def _advance(
     if progress is not None:
         progress(1.0)
     after, later = run_state.engine.tallies[0], kT_time(run_state)
-    flown = momentum_flux(run_state)
+    flux_after = momentum_flux(run_state)
     duration = float(run_state.clock.instant - start)
     return Block(
         duration,
@@ -187,7 +187,7 @@ def _advance(
         tuple(b - a for a, b in zip(impulses_before, impulses(run_state), strict=True)),
         kT_time=None if heat is None or later is None else later - heat,
         sizes=sizes(run_state, diameters, duration),
-        momentum_flux=None if flux is None or flown is None else flown.minus(flux),
+        momentum_flux=None if flux is None or flux_after is None else flux_after.minus(flux),
     )
 
 

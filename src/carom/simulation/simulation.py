@@ -127,8 +127,8 @@ class Simulation:
             helfand.check(system)
             system = dataclasses.replace(system, currents=True)
         if observers:
-            own = own_observers.checked(observers, scene, system)
-            system = dataclasses.replace(system, observers=own)
+            user_observers = own_observers.checked(observers, scene, system)
+            system = dataclasses.replace(system, observers=user_observers)
         state = RunState(scene, velocities, system, tuning.requested)
         state.executive = executive_of(state, cores)
         state.schedule()
@@ -441,8 +441,8 @@ class Simulation:
             your own class is not given.
         """
         sim = cls.__new__(cls)
-        own = {"interaction": interaction, "motion": motion, "impact": impact, "drive": drive}
-        sim._state = checkpoint.load(path, event_log, obstacles, observers, **own)
+        user_models = {"interaction": interaction, "motion": motion, "impact": impact, "drive": drive}
+        sim._state = checkpoint.load(path, event_log, obstacles, observers, **user_models)
         sim._state.executive = executive_of(sim._state, cores)
         return sim
 

@@ -35,7 +35,7 @@ from carom.simulation.clock import LAST_EPOCH
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
-FAR = 2.0**20
+MOST_BOXES = 2.0**20
 """Boxes from the origin, at most, and factor on speeds by which they may differ from those of now."""
 
 FINITE = float(np.finfo(np.float64).max)
@@ -282,33 +282,35 @@ def _of_clock(run_state: RunState) -> Iterator[str]:
 def _of_state(run_state: RunState) -> Iterator[str]:
     scene, engine = run_state.scene, run_state.engine
     rows, n, length = engine.state.rows, scene.n, float(engine.state.clock[0].length)
-    far = FAR * max(scene.box)
+    far = MOST_BOXES * max(scene.box)
     # Rows in single precision round the times.
-    now, blur = float(engine.state.clock[0].now), PARTED * length
+    now, time_rounding = float(engine.state.clock[0].now), PARTED * length
     yield from _outside("state.rows.x", rows["x"], -far, far)
-    yield from _outside("state.rows.t", rows["t"], 0.0, now + blur)
-    yield from _outside("state.rows.event_time", rows["event_time"][:n], now - blur, math.inf)
-    yield from _outside("state.crossing_time", engine.state.crossing_time, now - blur, math.inf)
+    yield from _outside("state.rows.t", rows["t"], 0.0, now + time_rounding)
+    yield from _outside("state.rows.event_time", rows["event_time"][:n], now - time_rounding, math.inf)
+    yield from _outside("state.crossing_time", engine.state.crossing_time, now - time_rounding, math.inf)
     if rows["event_time"][n] != -math.inf:
         yield "state.rows.event_time lets the ghost meet somebody"
     with np.errstate(over="ignore"):
         squares = np.sum(np.square(rows["v"].astype(np.float64)))
     if not math.isfinite(squares):
         yield "state.rows.v holds speeds whose squares are beyond all numbers"
-    yield from _of_words(run_state, "state.partner", engine.state.partner.astype(np.int64), n - 1, own=True)
+    yield from _of_words(
+        run_state, "state.partner", engine.state.partner.astype(np.int64), n - 1, of_partners=True
+    )
 
 
 def _of_words(
-    run_state: RunState, name: str, refs: np.ndarray, last: int, own: bool = False
+    run_state: RunState, name: str, refs: np.ndarray, last: int, of_partners: bool = False
 ) -> Iterator[str]:
     """Yield what is wrong with words that name components up to ``last``."""
     model, dimension = run_state.engine.model, run_state.scene.dimension
     bits = getattr(model.boundary, "bits", 0)
-    named = refs[refs >= 0] if own else refs
+    named = refs[refs >= 0] if of_partners else refs
     yield from _outside(name, named >> bits, 0, last)
     if hasattr(model.boundary, "digits"):
         yield from _outside(name, named & ((1 << bits) - 1), 0, 3**dimension - 1)
-    if own:
+    if of_partners:
         fixed = refs[(refs <= OBSTACLE) & (refs != TIMER_EVENT)]
         count = 0 if model.obstacles is None else len(model.obstacles.hits)
         yield from _outside(name, OBSTACLE - fixed, 0, count - 1)
@@ -362,8 +364,8 @@ def _listed_once(name: str, found: np.ndarray, places: np.ndarray, right: np.nda
 
 def _of_lists(run_state: RunState, lists: Lists) -> Iterator[str]:
     n, dimension = run_state.scene.n, run_state.scene.dimension
-    room = lists.cells.shape[1]
-    yield from _outside("neighbors.members", lists.members, 0, room)
+    cell_capacity = lists.cells.shape[1]
+    yield from _outside("neighbors.members", lists.members, 0, cell_capacity)
     yield from _outside("neighbors.cells", lists.cells, 0, n)
     yield from _outside("neighbors.found", lists.found, 0, n)
     yield from _outside("neighbors.hits", lists.hits, 0, len(lists.hits))
@@ -387,10 +389,13 @@ def _of_lists(run_state: RunState, lists: Lists) -> Iterator[str]:
     for axis in range(dimension):
         step = (lists.reference >> np.uint64(width * axis)).astype(np.int64) & ((1 << width) - 1)
         cell = cell * lists.grid.shape[levels, axis] + ((step * lists.grid.shape[levels, axis]) >> width)
-    held = np.arange(room) < lists.members[:, np.newaxis]
-    where = np.broadcast_to(np.arange(len(lists.members))[:, np.newaxis], held.shape)[held]
+    held = np.arange(cell_capacity) < lists.members[:, np.newaxis]
+    listed_cell = np.broadcast_to(np.arange(len(lists.members))[:, np.newaxis], held.shape)[held]
     yield from _listed_once(
-        "neighbors.cells", lists.cells[:-1][held].astype(np.int64), where, lists.grid.base[levels] + cell
+        "neighbors.cells",
+        lists.cells[:-1][held].astype(np.int64),
+        listed_cell,
+        lists.grid.base[levels] + cell,
     )
     # Whoever lists another is listed by that one, on the same step: each finds the entry of the other.
     mine = np.repeat(np.arange(n), counts)
@@ -409,20 +414,22 @@ def _of_sectors(run_state: RunState, sectors: Sectors) -> Iterator[str]:
     n, dimension = run_state.scene.n, run_state.scene.dimension
     for axis, size in enumerate(sectors.shape):
         yield from _outside("neighbors.cell", sectors.cell[:, axis], 0, size - 1)
-    yield from _outside("neighbors.wraps", sectors.wraps, -FAR, FAR)
+    yield from _outside("neighbors.wraps", sectors.wraps, -MOST_BOXES, MOST_BOXES)
     yield from _outside("neighbors.exit_face", sectors.exit_face, 0, 2 * dimension - 1)
     yield from _outside("neighbors.neighbor_cells", sectors.neighbor_cells, 0, len(sectors.members))
-    room = sectors.members.shape[1] - 1
+    cell_capacity = sectors.members.shape[1] - 1
     counts = sectors.members[:, -1]
-    yield from _outside("neighbors.members", counts, 0, room)
+    yield from _outside("neighbors.members", counts, 0, cell_capacity)
     yield from _outside("neighbors.members", sectors.members[:, :-1], 0, n)
     yield from _of_words(run_state, "neighbors.refs", sectors.refs.astype(np.int64), n)
-    held = np.arange(room) < counts[:, np.newaxis]
-    where = np.broadcast_to(np.arange(len(counts))[:, np.newaxis], held.shape)[held]
+    held = np.arange(cell_capacity) < counts[:, np.newaxis]
+    listed_cell = np.broadcast_to(np.arange(len(counts))[:, np.newaxis], held.shape)[held]
     cell = np.zeros(n, np.int64)
     for axis, size in enumerate(sectors.shape):
         cell = cell * size + sectors.cell[:n, axis]
-    yield from _listed_once("neighbors.members", sectors.members[:, :-1][held].astype(np.int64), where, cell)
+    yield from _listed_once(
+        "neighbors.members", sectors.members[:, :-1][held].astype(np.int64), listed_cell, cell
+    )
 
 
 def _of_everybody(run_state: RunState, everybody: Everybody) -> Iterator[str]:
@@ -431,7 +438,7 @@ def _of_everybody(run_state: RunState, everybody: Everybody) -> Iterator[str]:
     yield from _outside("neighbors.contacts.counts", contacts.counts, STALE, CAPACITY)
     yield from _outside("neighbors.lined_up_epoch", everybody.lined_up_epoch, -1, LAST_EPOCH)
     fastest = float(np.abs(run_state.engine.state.rows["v"][:n].astype(np.float64)).max())
-    most = FAR * max(fastest * everybody.span * inverse for inverse in everybody.inverse)
+    most = MOST_BOXES * max(fastest * everybody.span * inverse for inverse in everybody.inverse)
     yield from _outside("neighbors.fastest", everybody.fastest, 0.0, most)
     yield from _outside("neighbors.swiftest", everybody.swiftest, 0.0, most)
 
@@ -440,8 +447,8 @@ def _of_model(run_state: RunState) -> Iterator[str]:
     model, n = run_state.engine.model, run_state.scene.n
     record = run_state.engine.state.clock[0]
     if run_state.system.rates is not None and run_state.system.radii is not None:
-        passed = float(record.epoch) * float(record.length)
-        grown = run_state.system.radii + run_state.system.rates * passed
+        elapsed = float(record.epoch) * float(record.length)
+        grown = run_state.system.radii + run_state.system.rates * elapsed
         if not np.allclose(model.pair.radii[:n], grown, rtol=PARTED, atol=0.0):
             yield "model.pair.radii is not what has grown until now"
     pair = model.pair

@@ -245,10 +245,10 @@ def single_allowed(precision: str, scene: Scene, thermal: Thermal, unit: TimeUni
         )
     d = scene.dimension
     if is_simple(scene) and d in CLOSEST_PACKING:
-        room = 1.0 - min(scene.packing_fraction / CLOSEST_PACKING[d], 1.0) ** (1.0 / d)
-        if room * scene.diameter < rounding:
+        gap = 1.0 - min(scene.packing_fraction / CLOSEST_PACKING[d], 1.0) ** (1.0 / d)
+        if gap * scene.diameter < rounding:
             raise InputError(
-                f"This near to close packing gaps are {room:.2g} diameters wide, and single precision rounds "
+                f"This near to close packing gaps are {gap:.2g} diameters wide, and single precision rounds "
                 f"positions by {rounding / scene.diameter:.2g}; lower packing_fraction (now "
                 f"{scene.packing_fraction:.9g}), or {otherwise}"
             )
@@ -444,8 +444,8 @@ def system_of(
     for kind in model_checks.USUAL:
         if not is_usual(scene, kind):
             value = getattr(system, kind)
-            own = model_checks.is_own(value) and kind != "impact"  # that of an elastic impact is None
-            model = model_checks.made(value, system.particles) if own else value.model(system.particles)
+            is_own = model_checks.is_own(value) and kind != "impact"  # that of an elastic impact is None
+            model = model_checks.made(value, system.particles) if is_own else value.model(system.particles)
             model_checks.answered(kind, model)
     for value, model in zip(standing(scene), system.obstacle_models, strict=True):
         if model_checks.is_own(model):

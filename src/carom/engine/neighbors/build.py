@@ -145,6 +145,6 @@ def _build_lists(scheme: NeighborPlan, system: System, pair) -> Lists:
         else:
             skins = system.particles.with_ghost(bound - sizes) * SLACK
             bounds = UnequalBounds(ghostly, skins, starts, marks, len(shapes), largest)
-    steps = make_steps(system.interaction, system.particles)
+    pair_steps = make_steps(system.interaction, system.particles)
     grid = make_grid(shapes, around)
-    return make_lists(n, spans, bounds, grid, scheme.cell_capacity, refs, longest, steps)
+    return make_lists(n, spans, bounds, grid, scheme.cell_capacity, refs, longest, pair_steps)

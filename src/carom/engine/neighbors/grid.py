@@ -133,11 +133,11 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
         side = lists.grid_step[axis] * np.float64(np.int64(1) << bits(lists)) / size
         step = grid_difference(lists, point, old, axis) if moved else 0.0
         around = 2 * span + 1 > size  # all of them, each once
-        first = -(size // 2) if around else -span
-        last = first + size if around else span + 1
+        lowest_offset = -(size // 2) if around else -span
+        offsets_end = lowest_offset + size if around else span + 1
         other_half = np.uint64(1) - half
         total = np.uint64(0)
-        for offset in range(first, last):
+        for offset in range(lowest_offset, offsets_end):
             low = offset * side - inside
             high = low + side
             gap = 0.0 if around else max(low, -high, 0.0)

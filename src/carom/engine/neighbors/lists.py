@@ -1,4 +1,4 @@
-"""Neighbour lists: the sector's idea with a sphere for a sector.
+"""Neighbour lists (Verlet lists): the sector's idea with a sphere for a sector.
 
 Every component has a reference point, and a sphere around it that its surface does not leave: its *bound*.
 Two components are listed with each other while their bounds overlap. A component whose surface reaches its
@@ -90,7 +90,7 @@ class Lists(NamedTuple):
 
 
 def make_lists(
-    n: int, spans, bounds, grid: Grid, cell_capacity: int, refs: int, longest: int, steps: Any = None
+    n: int, spans, bounds, grid: Grid, cell_capacity: int, refs: int, longest: int, pair_steps: Any = None
 ) -> Lists:
     """Return empty lists.
 
@@ -110,10 +110,10 @@ def make_lists(
         Neighbours that all lists can hold.
     longest : int
         Neighbours that the longest of them can hold.
-    steps : PairSteps or SpeciesSteps, optional
+    pair_steps : PairSteps or SpeciesSteps, optional
         How words name the steps of pairs.
     """
-    nobody = n if steps is None else n << steps.bits
+    nobody = n if pair_steps is None else n << pair_steps.bits
     dimension = len(spans)
     cells = int(grid.shape.prod(axis=1).sum())
     blocks = np.minimum(2 * grid.spans + 1, grid.shape).prod(axis=2).sum(axis=1)
@@ -132,7 +132,7 @@ def make_lists(
         newcomers=np.full(found_capacity + LANES, nobody, np.uint32),
         hits=np.zeros(found_capacity, np.int64),
         counts=np.zeros(n, np.uint16 if longest < 2**16 else np.int32),
-        steps=steps,
+        steps=pair_steps,
     )
 
 

@@ -79,7 +79,7 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) 
     dimension = len(shape)
     cell_size = -(-(capacity + 1) // LANES) * LANES
     digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
-    steps = np.array([int(np.prod(shape[axis + 1 :])) for axis in range(dimension)])
+    strides = np.array([int(np.prod(shape[axis + 1 :])) for axis in range(dimension)])
     return Sectors(
         shape=tuple(int(size) for size in shape),
         sides=tuple(edge / size for edge, size in zip(edges, shape, strict=True)),
@@ -87,8 +87,8 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) 
         extra_slack=extra_slack,
         members=aligned(int(np.prod(shape)) * cell_size, np.uint32).reshape(-1, cell_size),
         digits=np.ascontiguousarray(digits, dtype=np.int64),
-        ways=np.ascontiguousarray(digits @ steps, dtype=np.int64),
-        moves=np.ravel(np.outer(steps, (-1, 1))),
+        ways=np.ascontiguousarray(digits @ strides, dtype=np.int64),
+        moves=np.ravel(np.outer(strides, (-1, 1))),
         cell=np.zeros((n + 1, dimension), np.int32),
         wraps=np.zeros((n + 1, dimension), np.int32),
         exit_face=np.zeros(n, np.uint8),

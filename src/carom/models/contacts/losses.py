@@ -118,7 +118,7 @@ def never_touched(particles: Particles) -> np.ndarray:
 
 
 @inner
-def kept(law, speed):
+def restitution_at(law, speed):
     """Return the fraction of a normal relative ``speed`` that remains after a contact by a ``law``."""
     if law.at_speed == 0.0:
         return law.restitution
@@ -139,7 +139,7 @@ class Losing(NamedTuple):
 @transfer.register
 def _(impact: Losing, rr, rv):
     speed = abs(rv) / np.sqrt(rr)
-    return 1.0 if speed < impact.law.threshold else 0.5 * (1.0 + kept(impact.law, speed))
+    return 1.0 if speed < impact.law.threshold else 0.5 * (1.0 + restitution_at(impact.law, speed))
 
 
 @exchanged_part.register

@@ -76,8 +76,8 @@ class Restitution:
     def to_table(self) -> dict[str, Any]:
         """Return the arguments that were given, for a file."""
         table: dict[str, Any] = {"type": "restitution", "restitution": self.restitution}
-        told = not self.elastic and self.elastic_below is not None
-        return {**table, "elastic_below": self.elastic_below} if told else table
+        has_threshold = not self.elastic and self.elastic_below is not None
+        return {**table, "elastic_below": self.elastic_below} if has_threshold else table
 
     def law(self, particles: Particles) -> Law:
         """Return the compiled form of the loss at the surface of an obstacle."""

@@ -18,7 +18,7 @@ LONGEST = 100
 """Characters above which the digest of a text stands for the text."""
 
 
-def kept(value: Any) -> dict[str, Any]:
+def class_and_parameters(value: Any) -> dict[str, Any]:
     """Return what a file keeps of a value: the name of its class, and each parameter that has a text."""
     texts = {name: _text(each) for name, each in _parts(value).items()}
     return {
@@ -32,7 +32,7 @@ def difference(before: Mapping[str, Any], value: Any) -> str | None:
 
     A parameter that the file does not hold is not compared.
     """
-    now = kept(value)
+    now = class_and_parameters(value)
     if before.get("class") != now["class"]:
         return f"of the class {before.get('class')}, and the value given is of the class {now['class']}"
     for name, text in before.get("parameters", {}).items():

@@ -80,8 +80,8 @@ def from_table(values: Any, what: str) -> Any:
 
         return interactions.from_table(values)
     if what in UNSAID and "type" not in values:
-        said = (kind for item, kind in SAID[what].items() if item in values)
-        values = {"type": next(said, UNSAID[what]), **values}
+        implied = (kind for item, kind in SAID[what].items() if item in values)
+        values = {"type": next(implied, UNSAID[what]), **values}
     cls = _class(values.get("type"), what)
     given = {name: value for name, value in values.items() if name != "type"}
     return _made(cls, f"A {values['type']}", given)
@@ -104,9 +104,9 @@ def _class(kind: Any, what: str) -> Any:
         known = KINDS[what]
     if not (isinstance(kind, str) and kind in known):
         one = "an" if what[0] in "aeiou" else "a"
-        near = checks.suggestion(kind, known, listed=True) if isinstance(kind, str) else ""
+        hint = checks.suggestion(kind, known, listed=True) if isinstance(kind, str) else ""
         raise InputError(
-            f"type of {one} {what} must be one of {', '.join(known)}; found {checks.describe(kind)}{near}."
+            f"type of {one} {what} must be one of {', '.join(known)}; found {checks.describe(kind)}{hint}."
         )
     if what == "obstacle":
         return known[kind]

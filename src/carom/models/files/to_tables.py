@@ -44,8 +44,8 @@ def obstacle_to_table(obstacle: Obstacle) -> dict[str, Any]:
     for kind, known in obstacles.KINDS.items():
         if type(obstacle) is known and isinstance(obstacle, Properties) and _kept(obstacle):
             shape = {each.name: getattr(obstacle, each.name) for each in fields(obstacle)}
-            own = {name: value for name, value in shape.items() if name not in PROPERTIES}
-            return {"type": kind, **own, **_properties(obstacle)}
+            geometry = {name: value for name, value in shape.items() if name not in PROPERTIES}
+            return {"type": kind, **geometry, **_properties(obstacle)}
     return {"type": "own", "class": type(obstacle).__name__, "name": obstacle.name}
 
 

@@ -233,10 +233,10 @@ class Ranges:
         inner_ends[: len(radii)], inner_ends[len(radii)] = radii**2, -(radii[0] ** 2)
         outer_ends[1 : len(radii) + 1] = radii**2
         energy = np.where(np.arange(count) > len(radii), NEVER, 0.0)
-        watch = np.full((len(self.kinds), count), units.NO_AGENT, np.int64)
+        circle_of = np.full((len(self.kinds), count), units.NO_AGENT, np.int64)
         for k, kind in enumerate(self.kinds):
             for circle, radius in enumerate(kind.circles):
-                watch[k, int(np.flatnonzero(radii == radius)[0])] = circle
+                circle_of[k, int(np.flatnonzero(radii == radius)[0])] = circle
         # carom.check brings two species, whatever there are here.
         species = np.zeros(n, np.int64) if particles.species is None else particles.species
         kinds = np.minimum(particles.with_ghost(species, np.int64), len(self.kinds) - 1)
@@ -245,7 +245,7 @@ class Ranges:
         memory = np.zeros((len(self.kinds), max(1, *(len(kind.memory) for kind in self.kinds), 1)))
         for k, kind in enumerate(self.kinds):
             memory[k, : len(kind.memory)] = kind.memory
-        handed, told = _records(self, len(particles.box), 2)
+        agents, events = _records(self, len(particles.box), 2)
         nobody = np.full(n + 1, units.NO_AGENT, np.int64)
         return units.Units(
             rule=_tag(self.rule)(),
@@ -255,7 +255,7 @@ class Ranges:
             events=np.zeros((count, 4), np.int64),
             radii=particles.with_ghost(particles.radii),
             masses=particles.with_ghost(particles.masses),
-            watch=watch,
+            watch=circle_of,
             kinds=kinds,
             present=np.ones(n + 1, np.int64),
             counts=np.zeros((n + 1, circles, len(self.kinds)), np.int64),
@@ -269,8 +269,8 @@ class Ranges:
             asked=np.zeros(5, np.int64),
             fault=np.zeros(2, np.int64),
             begun=np.zeros(1, np.int64),
-            units=handed,
-            told=told,
+            units=agents,
+            told=events,
             speed=float(unit.to_scene(1.0, -1)),
             seed=self.seed,
         )
@@ -281,8 +281,8 @@ def _records(ranges: Ranges, dimension: int, count: int) -> tuple[Any, Any]:
     circles = max(len(kind.circles) for kind in ranges.kinds)
     memory = max(len(kind.memory) for kind in ranges.kinds)
     kinds = [units.unit_type(dimension, len(ranges.kinds), circles, memory), units.event_type(dimension)]
-    handed, told = (np.zeros(count, kind).view(np.recarray) for kind in kinds)
-    return handed, told
+    agents, events = (np.zeros(count, kind).view(np.recarray) for kind in kinds)
+    return agents, events
 
 
 def _numbers(values: Any, name: str) -> tuple[float, ...]:

@@ -191,7 +191,7 @@ def _run(name: str, path: str, source: bytes) -> types.ModuleType:
         exec(compile(source, path, "exec", dont_inherit=True), module.__dict__)
     except Exception as problem:
         del sys.modules[name]
-        where = f" in line {problem.lineno}" if isinstance(problem, SyntaxError) and problem.lineno else ""
+        at_line = f" in line {problem.lineno}" if isinstance(problem, SyntaxError) and problem.lineno else ""
         what = problem.msg if isinstance(problem, SyntaxError) else problem
-        raise InputError(f"{path} cannot be run: {type(problem).__name__}{where}: {what}.") from problem
+        raise InputError(f"{path} cannot be run: {type(problem).__name__}{at_line}: {what}.") from problem
     return module

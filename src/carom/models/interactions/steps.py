@@ -120,9 +120,9 @@ class Steps:
         found = []
         for k in reversed(range(len(into))):
             if math.isfinite(into[k]):
-                enter = into[k - 1] - into[k] if k else math.inf
-                leave = out[k + 1] - out[k] if k + 1 < len(out) else math.inf
-                found.append((ends[k], ends[k + 1], enter, leave, into[k]))
+                enter_cost = into[k - 1] - into[k] if k else math.inf
+                leave_cost = out[k + 1] - out[k] if k + 1 < len(out) else math.inf
+                found.append((ends[k], ends[k + 1], enter_cost, leave_cost, into[k]))
         return found
 
 
@@ -266,14 +266,14 @@ class StepInteraction(ABC):
         """Return the model that the engine compiles."""
         kinds, _, _, _ = self._layout(2.0 * float(particles.radii[0]))
         levels = np.array([level for steps in kinds for level in _levels(steps)])
-        inner, outer, enter, leave, energy = (_padded(column) for column in levels.T)
+        inner, outer, enter_cost, leave_cost, energy = (_padded(column) for column in levels.T)
         unit = particles.unit
         longest = float(np.max(outer, where=np.isfinite(outer), initial=1.0))
         return StepPairs(
             np.where(inner > 0.0, inner**2, -(longest**2)),
             outer**2,
-            unit.to_kernel(enter, -2),
-            unit.to_kernel(leave, -2),
+            unit.to_kernel(enter_cost, -2),
+            unit.to_kernel(leave_cost, -2),
             unit.to_kernel(energy, -2),
             np.zeros((len(energy), 4), np.int64),
             particles.with_ghost(particles.radii),
@@ -281,9 +281,9 @@ class StepInteraction(ABC):
         )
 
 
-def _levels(steps: Steps | None) -> list[tuple[float, float, float, float, float]]:
+def _levels(potential: Steps | None) -> list[tuple[float, float, float, float, float]]:
     """Return the levels of a potential; those who have none are everywhere on one step without an end."""
-    return [(0.0, math.inf, math.inf, math.inf, 0.0)] if steps is None else steps.levels
+    return [(0.0, math.inf, math.inf, math.inf, 0.0)] if potential is None else potential.levels
 
 
 def _numbers(values: Any, name: str) -> tuple[float, ...]:

@@ -309,11 +309,11 @@ def _(pair: Units, duration):
 
 
 @start_steps.register
-def _(pair: Units, pairs, steps):
+def _(pair: Units, pairs, step_numbers):
     if pair.begun[0]:
         return
     pair.begun[0] = 1
-    for (i, j), step in zip(pairs.tolist(), steps.tolist(), strict=True):
+    for (i, j), step in zip(pairs.tolist(), step_numbers.tolist(), strict=True):
         for crossed in range(step):
             _count(pair, i, j, crossed, 1)
             _count(pair, j, i, crossed, 1)

@@ -197,11 +197,11 @@ FINE = 4096
 
 
 def _of_equal_volume(
-    energy: Callable[[float], float], core: float, reach: float, count: int, d: int
+    energy: Callable[[float], float], core: float, cutoff: float, count: int, d: int
 ) -> tuple[list[float], list[float]]:
     """Return outer ends, and the average of u over the volume between each two."""
-    ends = (core**d + (reach**d - core**d) * np.arange(count + 1) / count) ** (1.0 / d)
-    ends[[0, -1]] = core, reach
+    ends = (core**d + (cutoff**d - core**d) * np.arange(count + 1) / count) ** (1.0 / d)
+    ends[[0, -1]] = core, cutoff
     nodes, weights = np.polynomial.legendre.leggauss(16)
     energies = []
     for low, high in itertools.pairwise(ends):
@@ -212,16 +212,16 @@ def _of_equal_volume(
 
 
 def _of_equal_energy(
-    energy: Callable[[float], float], core: float, reach: float, count: int, d: int
+    energy: Callable[[float], float], core: float, cutoff: float, count: int, d: int
 ) -> tuple[list[float], list[float]]:
     """Return outer ends where u passes half way between two multiples of a step, and the multiples."""
     from scipy.optimize import brentq
 
-    places = np.linspace(core, reach, FINE + 1)
+    places = np.linspace(core, cutoff, FINE + 1)
     values = np.array([energy(r) for r in places])
     step = float(np.ptp(values)) / count
     if step == 0.0:
-        return [reach], [float(values[0])]
+        return [cutoff], [float(values[0])]
     on_step = np.rint(values / step).astype(np.int64)
     ends, energies = [], []
     for k in np.flatnonzero(np.diff(on_step)):
@@ -231,6 +231,6 @@ def _of_equal_energy(
             ends.append(float(brentq(lambda r, half=half: energy(r) - half, places[k], places[k + 1])))
             energies.append(n * step)
     if on_step[-1] != 0:
-        ends.append(reach)
+        ends.append(cutoff)
         energies.append(float(on_step[-1]) * step)
     return ends, energies

@@ -58,7 +58,7 @@ def elastic(pair, i, j, rr, approach):
 
 
 @inner
-def leave_round(c, b, a):
+def exit_sphere(c, b, a):
     """Return the later root of ``c + 2 b t + a t^2`` (c <= 0: inside), or now for what leaves already."""
     if c > 0.0 and b > 0.0:
         return 0.0

@@ -175,6 +175,6 @@ def _(motion: Falling, change, v, normal):
     # Of an elastic contact the change is -2 along / normal^2; the caller had -2 along.
     more = -2.0 * ((high - along) + low) - change * (longer + rest)
     for axis in range(len(motion.g)):
-        product, lost = exact_product(change, normal[axis])
+        product, product_error = exact_product(change, normal[axis])
         total, error = exact_sum(v[axis], product)
-        v[axis] = total + (error + (lost + more * normal[axis]))
+        v[axis] = total + (error + (product_error + more * normal[axis]))

@@ -176,16 +176,16 @@ def speed_of(v):
 
 @carry.register
 def _(motion: Circles, x, v, t, there, then):
-    pace = speed_of(v) / motion.radius
-    c, s = cosine_and_sine(pace * t)
-    length = s / pace if pace > 0.0 else t
+    angular_speed = speed_of(v) / motion.radius
+    c, s = cosine_and_sine(angular_speed * t)
+    length = s / angular_speed if angular_speed > 0.0 else t
     square = 0.0
     out = 0.0
     for axis in range(len(motion.center)):
         arm = x[axis] - motion.center[axis]
         u = v[axis]
         there[axis] = arm * c + u * length
-        then[axis] = u * c - arm * (pace * s)
+        then[axis] = u * c - arm * (angular_speed * s)
         square += there[axis] * there[axis]
         out += there[axis] * then[axis]
     # Rounding does not add up: back onto the sphere, and tangent.
@@ -277,13 +277,15 @@ def _(curve: Gap, start, end):
 
 @meeting_time.register
 def _(motion: Circles, me, other, now, contact, rate, limit, span):
-    own, its = speed_of(me.v), speed_of(other.v)
+    speed_i, speed_j = speed_of(me.v), speed_of(other.v)
     # r.r = 2 R^2 - 2 x_i.x_j, and the second derivative of x_i.x_j is at most (|v_i| + |v_j|)^2.
-    bound = 2.0 * ((own + its) * (own + its) + rate * rate)
-    curve = Gap(me, other, motion.center, own / motion.radius, its / motion.radius, now, contact, rate, bound)
+    bound = 2.0 * ((speed_i + speed_j) * (speed_i + speed_j) + rate * rate)
+    curve = Gap(
+        me, other, motion.center, speed_i / motion.radius, speed_j / motion.radius, now, contact, rate, bound
+    )
     gap = value(curve, 0.0)
     # Nothing shrinks the gap faster than both speeds and the growth together.
-    if gap > 0.0 and np.sqrt(gap + contact * contact) - contact > (own + its + rate) * limit:
+    if gap > 0.0 and np.sqrt(gap + contact * contact) - contact > (speed_i + speed_j + rate) * limit:
         return NEVER, False
     t = next_fall(curve, span)
     return t, (t == 0.0) & (gap < 0.0)

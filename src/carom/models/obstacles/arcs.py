@@ -96,8 +96,8 @@ class Arc(Properties):
     def extent(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates on the arc [length]."""
         quarters = (0.25 * math.tau * k for k in range(4))
-        first, opening = math.radians(self.start), math.radians(self.angle)
-        on = [first, first + opening, *(q for q in quarters if (q - first) % math.tau <= opening)]
+        start, opening = math.radians(self.start), math.radians(self.angle)
+        on = [start, start + opening, *(q for q in quarters if (q - start) % math.tau <= opening)]
         points = np.array([(math.cos(q), math.sin(q)) for q in on])
         center = np.array(self.center)
         return center + self.radius * points.min(axis=0), center + self.radius * points.max(axis=0)
@@ -213,10 +213,10 @@ def _(obstacle: Bow, x, axis):
         return sense * (r0 if axis == 0 else r1) / distance
     first0, first1 = x[0] - obstacle.ends[0], x[1] - obstacle.ends[1]
     second0, second1 = x[0] - obstacle.ends[2], x[1] - obstacle.ends[3]
-    first, second = first0 * first0 + first1 * first1, second0 * second0 + second1 * second1
-    if first <= second:
-        return (first0 if axis == 0 else first1) / np.sqrt(first)
-    return (second0 if axis == 0 else second1) / np.sqrt(second)
+    first_square, second_square = first0 * first0 + first1 * first1, second0 * second0 + second1 * second1
+    if first_square <= second_square:
+        return (first0 if axis == 0 else first1) / np.sqrt(first_square)
+    return (second0 if axis == 0 else second1) / np.sqrt(second_square)
 
 
 @is_periodic.register

@@ -12,7 +12,7 @@ from carom import checks
 from carom.densities import sphere_area
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.mathematics.contact import leave_round
+from carom.models.mathematics.contact import exit_sphere
 from carom.models.obstacles.outlines import Circle, HollowCylinder, HollowSphere, Line
 from carom.models.obstacles.properties import Properties
 from carom.models.questions.obstacle import encounter, outward
@@ -192,7 +192,7 @@ def _(obstacle: InsideOfSphere, x, v, radius, growth):
         c += r * r
         b += r * v[axis]
         a += v[axis] * v[axis]
-    return leave_round(c, b, a)
+    return exit_sphere(c, b, a)
 
 
 @outward.register
@@ -225,7 +225,7 @@ def _(obstacle: InsideOfCylinder, x, v, radius, growth):
             c += r * r
             b += r * v[axis]
             a += v[axis] * v[axis]
-    return leave_round(c, b, a)
+    return exit_sphere(c, b, a)
 
 
 @outward.register

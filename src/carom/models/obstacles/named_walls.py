@@ -92,8 +92,8 @@ def named(walls: Any, dimension: int) -> dict[str, Wall]:
         known = [wall_name(axis, side) for axis in range(dimension) for side in (0, 1)]
         for name, wall in properties.items():
             if name not in known:
-                near = checks.suggestion(name, known) if isinstance(name, str) else ""
-                raise InputError(f"There is no wall {name!r} in {dimension} dimensions{near}.")
+                hint = checks.suggestion(name, known) if isinstance(name, str) else ""
+                raise InputError(f"There is no wall {name!r} in {dimension} dimensions{hint}.")
             if not isinstance(wall, Wall):
                 raise InputError(f"walls[{name!r}] must be a Wall, found {checks.describe(wall)}.")
         given = [axis for axis in names if {f"{axis}_low", f"{axis}_high"} & {*properties}]
@@ -109,9 +109,9 @@ def named(walls: Any, dimension: int) -> dict[str, Wall]:
         )
     for axis in given:
         if axis not in names:
-            where = f"in {dimension} dimension{'s' * (dimension > 1)}"
+            space = f"in {dimension} dimension{'s' * (dimension > 1)}"
             raise InputError(
-                f"walls={walls!r} names {axis!r}, which is no axis {where}: expected some of "
+                f"walls={walls!r} names {axis!r}, which is no axis {space}: expected some of "
                 f"{', '.join(names)}, or True for all."
             )
         if given.count(axis) > 1:
@@ -131,11 +131,13 @@ def standing(walls: Mapping[str, Wall], box: Sequence[float]) -> tuple[Plane, ..
     return tuple(_plane(wall, place, box) for place, wall in each if not wall.is_plain)
 
 
-def _plane(wall: Wall, place: tuple[int, int], box: Sequence[float]) -> Plane:
+def _plane(wall: Wall, axis_and_side: tuple[int, int], box: Sequence[float]) -> Plane:
     """Return the plane with the properties of a wall, in its place: axis and side."""
-    axis, side = place
+    axis, side = axis_and_side
     normal = tuple((-1.0) ** side * (k == axis) for k in range(len(box)))
-    return Plane(normal, wall.offset - (box[axis] if side else 0.0), wall_name(*place), **properties_of(wall))
+    return Plane(
+        normal, wall.offset - (box[axis] if side else 0.0), wall_name(*axis_and_side), **properties_of(wall)
+    )
 
 
 def shortest(walls: Mapping[str, Wall], dimension: int) -> Any:

@@ -213,8 +213,8 @@ def _(obstacle: Displaced, duration):
     # Products and remainders are exact: the phase does not drift, however many epochs there are.
     obstacle.epochs[0] += 1
     period = obstacle.course.period
-    passed = (np.float64(obstacle.epochs[0]) * duration) % period
-    obstacle.phase[0] = (obstacle.begin[0] + passed) % period
+    elapsed = (np.float64(obstacle.epochs[0]) * duration) % period
+    obstacle.phase[0] = (obstacle.begin[0] + elapsed) % period
 
 
 @copy_state.register

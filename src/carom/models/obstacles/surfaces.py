@@ -15,7 +15,7 @@ import numpy as np
 
 from carom import checks, seeds
 from carom.errors import InputError
-from carom.models.contacts.losses import Law, Loss, kept, never_touched
+from carom.models.contacts.losses import Law, Loss, never_touched, restitution_at
 from carom.models.contacts.restitution import Restitution
 from carom.models.contacts.rough import Rough
 from carom.models.mathematics.counter_random import normal as draw_normal
@@ -202,11 +202,11 @@ class Thermal(_Covered):
         That is its own where possible, and else one that no obstacle of all those ``given`` has. Otherwise
         two surfaces would throw a component with the same random numbers.
         """
-        taken = {each.seed for each in before if isinstance(each, Thermal)}
-        if self.seed not in taken:
+        used_seeds = {each.seed for each in before if isinstance(each, Thermal)}
+        if self.seed not in used_seeds:
             return self
-        taken |= {each.seed for each in given if isinstance(each, Thermal)}
-        return replace(self, seed=next(k for k in itertools.count() if k not in taken))
+        used_seeds |= {each.seed for each in given if isinstance(each, Thermal)}
+        return replace(self, seed=next(k for k in itertools.count() if k not in used_seeds))
 
     def live(self, particles: Particles) -> Thermostat:
         """Return the model that the engine compiles."""
@@ -349,14 +349,14 @@ def _(obstacle: Lossy, motion, i, mass, x, v, normal, growth, now):
         speed += normal[axis] * v[axis]
     surface = growth + surface_speed(obstacle.body, normal, now)
     approach = max(surface - speed, 0.0)
-    spared = approach < law.threshold or now - obstacle.last[i] < law.contact_time
+    is_elastic = approach < law.threshold or now - obstacle.last[i] < law.contact_time
     obstacle.last[i] = now
-    left = approach if spared else kept(law, approach) * approach
+    left = approach if is_elastic else restitution_at(law, approach) * approach
     least = max(rest_speed(motion), rest_speed(obstacle.body))
     least = max(
         least, 0.25 * law.contact_time * normal_acceleration(motion, normal), law.restitution * law.threshold
     )
-    obstacle.spared[0] += np.int64(spared)
+    obstacle.spared[0] += np.int64(is_elastic)
     obstacle.spared[1] += np.int64(left < least)
     push(motion, surface - speed + max(left, least), v, normal)
 

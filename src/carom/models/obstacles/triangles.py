@@ -108,11 +108,11 @@ def _barycentric(body, x, v, t):
         best, best_a, best_b = square, 0.0, other
     length = body.uu - 2.0 * body.uv + body.vv
     part = min(max((pv - pu + body.uu - body.uv) / length, 0.0), 1.0)
-    first = 1.0 - part
-    square = first * first * body.uu + 2.0 * first * part * body.uv + part * part * body.vv
-    square -= 2.0 * (first * pu + part * pv)
+    complement = 1.0 - part
+    square = complement * complement * body.uu + 2.0 * complement * part * body.uv + part * part * body.vv
+    square -= 2.0 * (complement * pu + part * pv)
     if square < best:
-        best_a, best_b = first, part
+        best_a, best_b = complement, part
     return best_a, best_b
 
 

@@ -20,7 +20,7 @@ SOURCES: dict[str, Callable[[Particles], Any]] = {
 """What a scene has of every particle."""
 
 
-class Part:
+class Prepared:
     """Something that is made for a model when its particles are known.
 
     Parameters
@@ -76,7 +76,7 @@ def per_particle(what: str | Callable[[Any, Particles], Any]) -> Any:
 
     Returns
     -------
-    Part
+    Prepared
         What the class decorator replaces by the array.
 
     Raises
@@ -91,7 +91,7 @@ def per_particle(what: str | Callable[[Any, Particles], Any]) -> Any:
     particles: it is for a ghost that nobody meets.
     """
     if callable(what):
-        return Part(what, each=True)
+        return Prepared(what, each=True)
     if what not in SOURCES:
         raise InputError(f"per_particle() takes one of {', '.join(SOURCES)}, found {checks.describe(what)}.")
 
@@ -104,7 +104,7 @@ def per_particle(what: str | Callable[[Any, Particles], Any]) -> Any:
             )
         return np.asarray(found)
 
-    return Part(make, each=True)
+    return Prepared(make, each=True)
 
 
 def prepared(method: Callable[[Any, Particles], Any]) -> Any:
@@ -118,10 +118,10 @@ def prepared(method: Callable[[Any, Particles], Any]) -> Any:
 
     Returns
     -------
-    Part
+    Prepared
         What the class decorator replaces by the result: methods read it as ``self.name``.
     """
-    return Part(method)
+    return Prepared(method)
 
 
 def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times: bool = False) -> Any:
@@ -142,7 +142,7 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
 
     Returns
     -------
-    Part
+    Prepared
         What the class decorator replaces by the array.
 
     Raises
@@ -156,7 +156,7 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
     ``shift_epoch`` or ``copy_state`` does more than that.
     """
     if callable(start):
-        return Part(start, remembers=True, times=times)
+        return Prepared(start, remembers=True, times=times)
     if isinstance(start, bool) or not isinstance(start, int | float):
         raise InputError(f"memory() starts with a number, found {checks.describe(start)}.")
     kind = np.float64 if isinstance(start, float) else np.int64
@@ -170,4 +170,4 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
         return np.full(shape, start, kind)
 
     named = size if isinstance(size, str) else None
-    return Part(make, each=size is None, remembers=True, times=times, size=named)
+    return Prepared(make, each=size is None, remembers=True, times=times, size=named)

@@ -19,7 +19,7 @@ from carom import checks
 from carom.compiling import registry
 from carom.errors import InputError, OverlapError
 from carom.models.own import fields
-from carom.models.own.arrays import Part, per_particle
+from carom.models.own.arrays import Prepared, per_particle
 from carom.models.own.fields import Meaning
 from carom.models.own.kinds import INTERACTION, OBSERVER, OBSTACLE, PATH, STEPPED, Kind, signature
 from carom.models.questions.memory import copy_state, shift_epoch
@@ -50,7 +50,7 @@ class Own(NamedTuple):
     kind: Kind
     meanings: dict[str, Meaning]
     """Of the fields."""
-    parts: dict[str, Part]
+    parts: dict[str, Prepared]
     """The arrays beside them."""
     constants: dict[str, Any]
     """Numbers of the class that its compiled methods read."""
@@ -62,8 +62,8 @@ class Own(NamedTuple):
 
 def kind_of(value: Any) -> Kind | None:
     """Return the kind of a model of one's own, or None for any other value."""
-    own = getattr(type(value), "_own", None)
-    return own.kind if isinstance(own, Own) else None
+    definition = getattr(type(value), "_own", None)
+    return definition.kind if isinstance(definition, Own) else None
 
 
 def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
@@ -93,7 +93,7 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     meanings = {**(before.meanings if before else {}), **own_meanings}
     parts = dict(before.parts) if before else {}
     for name, each in list(vars(cls).items()):
-        if isinstance(each, Part):
+        if isinstance(each, Prepared):
             parts[name] = each
             delattr(cls, name)
     if kind is OBSTACLE and "name" not in meanings:
@@ -115,8 +115,8 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     for name, function in methods.items():
         kind.questions[name].register(compiled)(function)
     _remember(cls, kind, compiled, parts, methods)
-    own = Own(kind, meanings, whole, constants, compiled, tuple(methods.values()))
-    return _value(cls, own, compiled)
+    definition = Own(kind, meanings, whole, constants, compiled, tuple(methods.values()))
+    return _value(cls, definition, compiled)
 
 
 def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str, Callable[..., Any]]:
@@ -142,20 +142,20 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
             continue
         if name == "step_of" and hasattr(cls, "steps_of"):
             continue
-        near = difflib.get_close_matches(name, [each for each in written if each not in found], n=1)
+        alike = difflib.get_close_matches(name, [each for each in written if each not in found], n=1)
         how = f"def {name}({', '.join(wanted)})" if wanted else name
         raise InputError(
             f"{cls.__name__} is {_article(kind.name)} and has no {name}"
-            + (f", but {near[0]}" if near else "")
+            + (f", but {alike[0]}" if alike else "")
             + f": give it {how}."
         )
     if kind is OBSERVER and not found:
         raise InputError(f"{cls.__name__} is an observer and has none of {', '.join(kind.questions)}.")
     for name in written:
-        near = difflib.get_close_matches(name, kind.questions, n=1, cutoff=MISSPELT)
-        if name not in found and near and name not in kind.asked:
+        alike = difflib.get_close_matches(name, kind.questions, n=1, cutoff=MISSPELT)
+        if name not in found and alike and name not in kind.asked:
             raise InputError(
-                f"{cls.__name__} has a method {name}, which nobody asks; did you mean {near[0]}? Else give "
+                f"{cls.__name__} has a method {name}, which nobody asks; did you mean {alike[0]}? Else give "
                 "it a name that is less alike."
             )
     return found
@@ -173,8 +173,8 @@ def _article(name: str) -> str:
 
 
 def _completed(
-    kind: Kind, parts: Mapping[str, Part], meanings: Mapping[str, Meaning], methods: Mapping[str, Any]
-) -> dict[str, Part]:
+    kind: Kind, parts: Mapping[str, Prepared], meanings: Mapping[str, Meaning], methods: Mapping[str, Any]
+) -> dict[str, Prepared]:
     """Return all arrays that a model has beside its fields."""
     found = dict(parts)
     for name, each in found.items():
@@ -191,8 +191,10 @@ def _completed(
             if name not in meanings:
                 found.setdefault(name, per_particle(name))
     if kind is STEPPED:
-        found["energy"] = Part(_energies)
-        found["events"] = Part(lambda value, particles: np.zeros((_rows(value), 4), np.int64), remembers=True)
+        found["energy"] = Prepared(_energies)
+        found["events"] = Prepared(
+            lambda value, particles: np.zeros((_rows(value), 4), np.int64), remembers=True
+        )
     return found
 
 
@@ -207,16 +209,16 @@ def _energies(value: Any, particles: Particles) -> np.ndarray:
             f"energies() of {type(value).__name__} must return one energy for each of at least two steps, "
             f"found {value.energies()!r}."
         )
-    row = np.full(_rows(value), NEVER)
-    row[: len(energies)] = particles.unit.to_kernel(energies, -2)
-    return row
+    padded = np.full(_rows(value), NEVER)
+    padded[: len(energies)] = particles.unit.to_kernel(energies, -2)
+    return padded
 
 
 def _reads(function: Callable[..., Any]) -> Iterator[str]:
     """Yield the names that a method reads of its model, its first parameter."""
-    first, last = function.__code__.co_varnames[0], None
+    self_name, last = function.__code__.co_varnames[0], None
     for step in dis.get_instructions(function):
-        if step.opname in ("LOAD_ATTR", "LOAD_METHOD") and last == first:
+        if step.opname in ("LOAD_ATTR", "LOAD_METHOD") and last == self_name:
             yield step.argval
         name = step.argval
         if isinstance(name, tuple) and name:  # two variables in one instruction
@@ -241,27 +243,27 @@ def _constants(
     found = {}
     for question, function in methods.items():
         for name in _reads(function):
-            where = f"{question} of {cls.__name__}"
+            label = f"{question} of {cls.__name__}"
             value = getattr(cls, name, None)
             if name in known and not (name in meanings and meanings[name].word == "text"):
                 continue
             if isinstance(value, FunctionType):
                 raise InputError(
-                    f"{where} calls the method {name}, which compiled code cannot: make it a function "
+                    f"{label} calls the method {name}, which compiled code cannot: make it a function "
                     "outside of the class, and hand it what it needs."
                 )
             if not isinstance(value, bool | int | float):
-                near = difflib.get_close_matches(name, known, n=1)
+                alike = difflib.get_close_matches(name, known, n=1)
                 raise InputError(
-                    f"{where} reads self.{name}, which is no number and no array of the class"
-                    + (f"; did you mean {near[0]}?" if near else f"; it has {', '.join(sorted(known))}.")
+                    f"{label} reads self.{name}, which is no number and no array of the class"
+                    + (f"; did you mean {alike[0]}?" if alike else f"; it has {', '.join(sorted(known))}.")
                 )
             found[name] = value
     return found
 
 
 def _lanes(
-    methods: Mapping[str, Callable[..., Any]], meanings: Mapping[str, Meaning], parts: Mapping[str, Part]
+    methods: Mapping[str, Callable[..., Any]], meanings: Mapping[str, Meaning], parts: Mapping[str, Prepared]
 ) -> tuple[str, ...]:
     """Return the arrays, one value a particle, that the search reads of candidates."""
     asked = methods.get("interaction_time") or methods.get("step_time")
@@ -300,13 +302,13 @@ def called(function: Callable[..., Any]) -> list[FunctionType]:
 
 
 def _remember(
-    cls: type, kind: Kind, compiled: Any, parts: Mapping[str, Part], methods: Mapping[str, Any]
+    cls: type, kind: Kind, compiled: Any, parts: Mapping[str, Prepared], methods: Mapping[str, Any]
 ) -> None:
     """Let the memory of a model go on when an epoch ends, and when another model replaces it."""
     if "copy_state" not in kind.questions:
         return
-    kept = {name: each for name, each in parts.items() if each.remembers}
-    times = [name for name, each in kept.items() if each.times]
+    memories = {name: each for name, each in parts.items() if each.remembers}
+    times = [name for name, each in memories.items() if each.times]
     if times and "shift_epoch" not in methods:
         # Compiled code finds a field of a tuple by its name alone, so the names stand in the code.
         lines = [
@@ -315,10 +317,10 @@ def _remember(
         scope: dict[str, Any] = {"__name__": cls.__module__, "__builtins__": builtins}
         exec("def shift(self, duration):\n" + "\n".join(lines), scope)
         shift_epoch.register(compiled)(scope["shift"])
-    if kept and "copy_state" not in methods:
+    if memories and "copy_state" not in methods:
 
         def copied(model, before, instant, passed, slower):
-            for name, each in kept.items():
+            for name, each in memories.items():
                 old = getattr(before, name)
                 getattr(model, name)[...] = np.ldexp(old - passed, -slower) if each.times else old
 
@@ -349,54 +351,54 @@ def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> 
             f"{cls.__name__} is a subclass of {base.__name__} without a decorator of its own, so its methods "
             "are not compiled: decorate it, too."
         )
-    own = cls._own
-    for function in own.methods:
+    definition = cls._own
+    for function in definition.methods:
         for each in called(function)[1:]:
             if not registry.is_noted(each):
                 registry.inner(each)
-    found: dict[str, Any] = dict(own.constants)
+    found: dict[str, Any] = dict(definition.constants)
     one_each: set[str] = set()
-    for name, meaning in own.meanings.items():
+    for name, meaning in definition.meanings.items():
         if meaning.word != "text":
             found[name] = fields.compiled(getattr(value, name), meaning, unit)
         if meaning.word == "per particle" and found[name] is not None:
             one_each.add(name)
-    for name, part in own.parts.items():
+    for name, part in definition.parts.items():
         found[name] = part.made(value, particles)
         if part.each:
             one_each.add(name)
     for name in one_each:
-        where = f"{name} of {cls.__name__}"
+        label = f"{name} of {cls.__name__}"
         if not isinstance(found[name], np.ndarray) or found[name].ndim == 0:
-            raise InputError(f"{where} must be an array, found {checks.describe(found[name])}.")
+            raise InputError(f"{label} must be an array, found {checks.describe(found[name])}.")
         if particles is not None:
-            fields.refuse_other_count(found[name], len(particles.radii), where)
-        if own.kind.ghost:
+            fields.refuse_other_count(found[name], len(particles.radii), label)
+        if definition.kind.ghost:
             found[name] = np.concatenate([found[name], found[name][:1]])
-    return own.compiled(**found)
+    return definition.compiled(**found)
 
 
 def sized(value: Any, n: int) -> Any:
     """Return a value that has the arrays of one value a particle for n particles: its own, over and over."""
-    own = getattr(type(value), "_own", None)
-    if not isinstance(own, Own):
+    definition = getattr(type(value), "_own", None)
+    if not isinstance(definition, Own):
         return value
     changed = {}
-    for name, meaning in own.meanings.items():
+    for name, meaning in definition.meanings.items():
         each = getattr(value, name)
         if meaning.word == "per particle" and each is not None:
             changed[name] = np.resize(each, (n, *each.shape[1:]))
     return dataclasses.replace(value, **changed) if changed else value
 
 
-def _value(cls: Any, own: Own, compiled: Any) -> Any:
+def _value(cls: Any, definition: Own, compiled: Any) -> Any:
     """Return a class as a frozen dataclass with the methods that Carom asks in Python."""
-    kind, written = own.kind, vars(cls)
+    kind, written = definition.kind, vars(cls)
     users = getattr(cls, "__post_init__", None) if "__post_init__" in written else None
     usual_check = getattr(cls, "check", None)
 
     def __post_init__(self):
-        for name, meaning in own.meanings.items():
+        for name, meaning in definition.meanings.items():
             given = fields.checked(getattr(self, name), meaning, f"{name} of {cls.__name__}")
             object.__setattr__(self, name, given)
         if users is not None:
@@ -405,27 +407,27 @@ def _value(cls: Any, own: Own, compiled: Any) -> Any:
     def __eq__(self, other):
         if type(other) is not type(self):
             return NotImplemented
-        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in own.meanings)
+        return all(np.array_equal(getattr(self, name), getattr(other, name)) for name in definition.meanings)
 
     def __hash__(self):
-        shown = (getattr(self, name) for name in own.meanings)
+        shown = (getattr(self, name) for name in definition.meanings)
         return hash((cls, *(each.tobytes() if isinstance(each, np.ndarray) else each for each in shown)))
 
     def model(self, particles):
         return model_of(self, particles, particles.unit if kind.converted else None)
 
     def check(self, scene):
-        for name, meaning in own.meanings.items():
+        for name, meaning in definition.meanings.items():
             values = getattr(self, name)
             if meaning.word == "per particle" and values is not None:
                 fields.refuse_other_count(values, scene.n, f"{name} of {cls.__name__}")
         if usual_check is not None:
             usual_check(self, scene)
 
-    added: dict[str, Any] = {"_own": own, "Compiled": compiled}  # where other processes find the type
+    added: dict[str, Any] = {"_own": definition, "Compiled": compiled}  # where other processes find the type
     added |= {"__post_init__": __post_init__, "__eq__": __eq__, "__hash__": __hash__}
     if kind is OBSTACLE:
-        added |= _of_obstacle(cls, own)
+        added |= _of_obstacle(cls, definition)
     elif kind is PATH:
         added["model"] = lambda self, unit: model_of(self, None, unit)
     else:
@@ -437,7 +439,7 @@ def _value(cls: Any, own: Own, compiled: Any) -> Any:
     return dataclasses.dataclass(frozen=True, eq=False)(cls)
 
 
-def _of_obstacle(cls: Any, own: Own) -> dict[str, Any]:
+def _of_obstacle(cls: Any, definition: Own) -> dict[str, Any]:
     """Return the methods of an obstacle's value: ``live`` where it moves, remembers or has quantities."""
 
     def at_rest(self):
@@ -454,9 +456,9 @@ def _of_obstacle(cls: Any, own: Own) -> dict[str, Any]:
         return None
 
     found: dict[str, Any] = {} if hasattr(cls, "check") else {"check": check}
-    alive = any(registry.answers(question, own.compiled) for question in LIVE)
-    alive |= any(each.each or each.remembers for each in own.parts.values())
-    alive |= any(each.power or each.word == "per particle" for each in own.meanings.values())
+    alive = any(registry.answers(question, definition.compiled) for question in LIVE)
+    alive |= any(each.each or each.remembers for each in definition.parts.values())
+    alive |= any(each.power or each.word == "per particle" for each in definition.meanings.values())
     return {**found, "model": nobody, "live": live} if alive else {**found, "model": at_rest}
 
 

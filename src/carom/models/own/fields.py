@@ -98,27 +98,27 @@ def checked(value: Any, meaning: Meaning, name: str) -> Any:
     InputError
         If it is something else.
     """
-    word = meaning.word
+    expected = meaning.word
     if value is None:  # only where the class has that default: None compiles to nothing
         return None
-    if word == "number":
+    if expected == "number":
         return checks.number(value, name)
-    if word == "integer":
+    if expected == "integer":
         return checks.integer(value, name, low=-(2**63), high=2**63 - 1)
-    if word in ("numbers", "integers"):
+    if expected in ("numbers", "integers"):
         numbers = fields.vector(value, name)
-        if word == "numbers":
+        if expected == "numbers":
             return numbers
         return tuple(checks.integer(each, name, low=-(2**63), high=2**63 - 1) for each in value)
-    if word in ("boolean", "text"):
-        kind = bool if word == "boolean" else str
+    if expected in ("boolean", "text"):
+        kind = bool if expected == "boolean" else str
         if not isinstance(value, kind):
-            raise InputError(f"{name} must be a {word}, found {checks.describe(value)}.")
+            raise InputError(f"{name} must be a {expected}, found {checks.describe(value)}.")
         return value
-    if word == "quantity" and not checks.several(value):
+    if expected == "quantity" and not checks.several(value):
         return checks.number(value, name)
     found = _array(value, name)
-    return tuple(found.tolist()) if word == "quantity" and found.ndim == 1 else found
+    return tuple(found.tolist()) if expected == "quantity" and found.ndim == 1 else found
 
 
 def _array(value: Any, name: str) -> np.ndarray:

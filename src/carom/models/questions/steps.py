@@ -47,8 +47,8 @@ def step_core_square(pair, step):
 
 
 @optional
-def start_steps(pair, pairs, steps):
-    """Record ``steps`` (m,), on which the ``pairs`` (m, 2) within reach start; called from Python.
+def start_steps(pair, pairs, step_numbers):
+    """Record ``step_numbers`` (m,), on which the ``pairs`` (m, 2) within reach start; called from Python.
 
     The lists may be built several times before the first event. By default nothing is recorded.
     """
