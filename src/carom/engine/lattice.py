@@ -11,9 +11,9 @@ import numpy as np
 
 from carom.compiling.registry import inner, optional
 from carom.engine.boundary import count_images, separation
+from carom.models.mathematics.parabolas import leaving
 from carom.models.motions.shear import Sheared, tilt_at
 from carom.models.questions.motion import exit_time, position, velocity
-from carom.models.questions.particles import NEVER
 
 GRADIENT = np.uint64(1)
 """The axis along which a stream grows; it flows along axis 0."""
@@ -220,14 +220,7 @@ def _(motion: Sheared, axis, me, now, low, high):
     if axis == 0:  # along the tilting axis a flight is a parabola
         v -= tilt_at(motion, now) * me.v[GRADIENT]
         g = -2.0 * motion.rate * me.v[GRADIENT]
-    up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
-    root = v * v + 2.0 * g * ((high if up else low) - x)
-    if root < 0.0:  # it turns round before, and leaves at the other end
-        up = np.int64(1) - up
-        back = np.sqrt(max(v * v + 2.0 * g * ((high if up else low) - x), 0.0))
-        return (abs(v) + back) / abs(g), up
-    way = abs(v) + np.sqrt(root)
-    return (max(2.0 * abs((high if up else low) - x) / way, 0.0) if way > 0.0 else NEVER), up
+    return leaving(x, v, g, low, high)
 
 
 @remap.register
