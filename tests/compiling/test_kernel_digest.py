@@ -38,7 +38,7 @@ def kernels(name):
     scene, neighbors = SCENES[name]
     engine = carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors=neighbors))._state.engine
     for function in (cycle.schedule, cycle.run):
-        arguments = (*engine, 0, 1) if function is cycle.schedule else (*engine, None, 0, 0.0, 1, 1)
+        arguments = (*engine, 0, 1) if function is cycle.schedule else (*engine, 0, 0.0, 1, 1)
         yield numba.njit(function.__wrapped__), tuple(map(numba.typeof, arguments))
 """
 DIGESTS = """

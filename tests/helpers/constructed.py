@@ -84,7 +84,7 @@ def left():
         for _ in range(190):
             before, expected, left_at = partner.copy(), event_time.copy(), leave.copy()
             transits = sim.statistics.transits
-            cycle.run(*sim._state.engine, None, FAR, 0.0, FAR, ONE)
+            cycle.run(*sim._state.engine, FAR, 0.0, FAR, ONE)
             times = np.minimum(event_time, leave)
             known = entered(calendar, times)
             for i in np.flatnonzero(times < calendar.control[0].end):
@@ -111,7 +111,7 @@ def epochs():
             int(state.clock[0].epoch),
         )
         events = sim.collisions + sim.statistics.transits + sim.statistics.advancements
-        cycle.run(*sim._state.engine, None, FAR, 0.0, FAR, ONE)
+        cycle.run(*sim._state.engine, FAR, 0.0, FAR, ONE)
         if state.clock[0].epoch > epoch:
             begun += 1
             after = sim.collisions + sim.statistics.transits + sim.statistics.advancements

@@ -20,8 +20,7 @@ def present(sim):
 
 def go(sim, cycles):
     """Process so many cycles of the kernel, whatever they are; a list that is full is no news."""
-    log = None if sim._state.log is None else sim._state.log.buffer
-    code, _ = cycle.run(*sim._state.engine, log, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
+    code, _ = cycle.run(*sim._state.engine, np.int64(2**62), 0.0, np.int64(2**62), np.int64(cycles))
     if code == NEEDS_NEIGHBORS:
         sim._state.enlarge_neighbors()
         sim._state.schedule()

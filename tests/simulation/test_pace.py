@@ -121,7 +121,7 @@ def test_epochs_in_which_nothing_happens_count_as_cycles():
     sim = carom.Simulation(scene)
     sim.run(collisions=1)
     begun = int(sim._state.engine.state.clock[0].epoch)
-    code, left = cycle.run(*sim._state.engine, None, np.int64(2**62), 0.0, np.int64(2), np.int64(100))
+    code, left = cycle.run(*sim._state.engine, np.int64(2**62), 0.0, np.int64(2), np.int64(100))
     assert code == constants.SPENT
     assert left <= 0
     assert int(sim._state.engine.state.clock[0].epoch) - begun <= 100

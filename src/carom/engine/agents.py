@@ -19,10 +19,9 @@ from carom.engine.constants import TIMER_EVENT
 from carom.engine.events import enqueue, release
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.skins import start
-from carom.engine.observers.interface import gain
+from carom.engine.observers.interface import gain, record
 from carom.engine.one_body import earlier_event, run_event
 from carom.engine.pair_steps import put_step, step_of
-from carom.engine.tallies import record
 from carom.models.interactions.units import (
     ENTERED,
     LEFT,
@@ -126,12 +125,12 @@ def _(source: Units, model, state, i, now, t, code):
 
 
 @run_event.register
-def _(source: Units, model, state, neighbors, log, i, code, now):
+def _(source: Units, model, state, neighbors, i, code, now):
     if code != TIMER_EVENT:
         return False
     advance(model, state, neighbors, i, now)
     on_timer(source, model, state, neighbors, i, code, now)
-    record(log, state.clock[0], np.int64(i), code, 0.0)
+    record(model.observers, state.clock[0], np.int64(i), code, 0.0)
     return True
 
 

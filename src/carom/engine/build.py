@@ -112,6 +112,11 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     )
 
 
+def unobserved(engine: Engine) -> Engine:
+    """Return the engine without observers: what schedules asks none, and is then compiled once for all."""
+    return engine._replace(model=engine.model._replace(observers=None))
+
+
 def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> Engine:
     """Return the engine with empty, larger arrays for its neighbour scheme; everything must be scheduled
     anew.

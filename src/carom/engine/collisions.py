@@ -18,10 +18,10 @@ from carom.engine.observers.interface import (
     at_epoch,
     before_pair,
     count_pair,
+    record,
 )
 from carom.engine.pair_steps import SteppedImage, put_step, step_of
 from carom.engine.rubbing import rub
-from carom.engine.tallies import record
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, growth, jump, record_impulse
 from carom.models.questions.memory import shift_epoch
@@ -72,7 +72,7 @@ def _(boundary: SteppedImage, ref, kind):
 
 
 @inner
-def collide(model, state, neighbors, tally, log, i, ref, now):
+def collide(model, state, neighbors, tally, i, ref, now):
     """Process both halves of a collision: advance, jump, settle."""
     rows = state.rows
     j = np.uint64(index(model.boundary, ref))
@@ -109,7 +109,8 @@ def collide(model, state, neighbors, tally, log, i, ref, now):
     tally.depth = max(tally.depth, core_square(model.pair, np.int64(i), np.int64(j), now) / rr)
     count_pair(model.observers, np.int64(i), np.int64(j), virial)
     record_impulse(model.pair, np.int64(i), np.int64(j), virial / np.sqrt(rr))
-    record(log, state.clock[0], np.int64(i), logged(model.boundary, ref, kind), virial / np.sqrt(rr))
+    word = logged(model.boundary, ref, kind)
+    record(model.observers, state.clock[0], np.int64(i), word, virial / np.sqrt(rr))
     rows[i].event_time = NEVER
     rows[j].event_time = NEVER
     state.partner[i] = LAMBDA

@@ -49,11 +49,10 @@ from carom.engine.events import (
 )
 from carom.engine.neighbors.interface import begin_epoch, build, cross, earliest_newcomer, rebin
 from carom.engine.neighbors.prefetch import leaves_first
+from carom.engine.observers.interface import ends_run, is_full
 from carom.engine.one_body import run_one_body
 from carom.engine.queue_hooks import publish_time, receive, safe_to_process, should_return
 from carom.engine.search import NO_REF, search
-from carom.engine.stop_at_hit import stopped
-from carom.engine.tallies import log_full
 from carom.models.questions.particles import NEVER
 
 
@@ -92,7 +91,7 @@ def schedule(model, state, neighbors, calendar, tallies, start_index, end):
 
 
 @entry
-def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, collisions, cycles):
+def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisions, cycles):
     """Run the main cycle and return the reason why it ended, and how many of its cycles are left.
 
     Parameters
@@ -107,12 +106,11 @@ def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, co
     """
     model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
     calendar, tallies = borrowed(calendar), borrowed(tallies)
-    log = borrowed(log)
     clock = state.clock[0]
     tally = tallies[0]
     control = calendar.control[0]
     while True:
-        if stopped(log):
+        if ends_run(model.observers):
             return REACHED_HIT, cycles
         receive(calendar, state)
         if control.full != 0:
@@ -166,7 +164,7 @@ def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, co
             return REACHED_COLLISIONS, cycles
         if cycles <= 0:
             return SPENT, cycles
-        if log_full(log):
+        if is_full(model.observers):
             return NEEDS_LOG, cycles
         if not safe_to_process(calendar, state, model.boundary, i, now):
             if should_return(calendar):
@@ -196,7 +194,7 @@ def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, co
         pop(calendar)
         ref = np.int64(state.partner[i])
         if ref < 0:
-            happened = run_one_body(model, state, neighbors, log, i, ref, now)
+            happened = run_one_body(model, state, neighbors, i, ref, now)
             tally.advancements += np.int64(not happened)
             found = search(model, state, neighbors, i, now, 0, NO_REF)
             predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
@@ -208,7 +206,7 @@ def run(model, state, neighbors, calendar, tallies, log, end_epoch, end_time, co
         if j < i:  # the same bits, whichever of the two was found first
             ref = np.int64(mirror(model.boundary, np.int64(i), ref))
             i, j = j, i
-        collide(model, state, neighbors, tally, log, i, ref, now)
+        collide(model, state, neighbors, tally, i, ref, now)
         rebin(neighbors, model.motion, model.boundary, state, i, now)
         rebin(neighbors, model.motion, model.boundary, state, j, now)
         schedule_transit(model, state, neighbors, i, now)

@@ -12,9 +12,9 @@ import numpy as np
 
 from carom.compiling.registry import inner, optional
 from carom.engine.boundary import count_images, separation
+from carom.models.mathematics.parabolas import leaving
 from carom.models.motions.shear import Sheared, tilt_at
 from carom.models.questions.motion import exit_time, position, velocity
-from carom.models.questions.particles import NEVER
 
 GRADIENT = np.uint64(1)
 """The axis along which a stream grows; it flows along axis 0."""
@@ -47,38 +47,55 @@ def velocity_at(motion, axis, v, t):
 
 
 @optional
-def relative_at(motion, boundary, i, ref, axis, me, other, now):
-    """Return a coordinate at the time ``now`` of the image that ``ref`` names relative to i, and of its
-    velocity; ``me`` and ``other`` are their old events.
+def relative_to(motion, boundary, i, ref, me, other, now):
+    """Return r.r, r.v and v.v at the time ``now`` of the image that ``ref`` names relative to i; ``me`` and
+    ``other`` are their old events.
+
+    The loop over axes is here, and not where this is asked: a question for each axis cost spheres in lists
+    five percent of their rate (docs/decisions/039-shear.md).
     """
-    x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
-    y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
-    r = separation(boundary, i, ref, axis, y - x)
-    # As the search does, whatever the rows hold: in double precision.
-    v = np.float64(velocity(motion, axis, other.v[axis], now - other.t)) - np.float64(
-        velocity(motion, axis, me.v[axis], now - me.t)
-    )
-    return r, v
+    rr = 0.0
+    rv = 0.0
+    vv = 0.0
+    for axis in range(len(boundary.edges)):
+        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(motion, axis, other.x[axis], other.v[axis], now - other.t)
+        r = separation(boundary, i, ref, axis, y - x)
+        # As the search does, whatever the rows hold: in double precision.
+        v = np.float64(velocity(motion, axis, other.v[axis], now - other.t)) - np.float64(
+            velocity(motion, axis, me.v[axis], now - me.t)
+        )
+        rr += r * r
+        rv += r * v
+        vv += v * v
+    return rr, rv, vv
 
 
 @optional
-def candidate_at(motion, boundary, i, ref, axis, me, candidate_block, block_half, k, now):
+def candidate_relative_to(motion, boundary, i, ref, me, candidate_block, block_half, k, now):
     """Return the same of a candidate whose old event is in a column of the block."""
+    rr = 0.0
+    rv = 0.0
+    vv = 0.0
     dimension = len(boundary.edges)
     elapsed = now - candidate_block[block_half, dimension, k]
-    x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
-    y = position(
-        motion,
-        axis,
-        candidate_block[block_half, axis, k],
-        candidate_block[block_half, dimension + 1 + axis, k],
-        elapsed,
-    )
-    r = separation(boundary, i, ref, axis, y - x)
-    v = velocity(motion, axis, candidate_block[block_half, dimension + 1 + axis, k], elapsed) - velocity(
-        motion, axis, me.v[axis], now - me.t
-    )
-    return r, v
+    for axis in range(dimension):
+        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+        y = position(
+            motion,
+            axis,
+            candidate_block[block_half, axis, k],
+            candidate_block[block_half, dimension + 1 + axis, k],
+            elapsed,
+        )
+        r = separation(boundary, i, ref, axis, y - x)
+        v = velocity(motion, axis, candidate_block[block_half, dimension + 1 + axis, k], elapsed) - velocity(
+            motion, axis, me.v[axis], now - me.t
+        )
+        rr += r * r
+        rv += r * v
+        vv += v * v
+    return rr, rv, vv
 
 
 @optional
@@ -128,17 +145,24 @@ def _apart(motion, boundary, i, ref, axis, me, other, now):
     return separation(boundary, i, ref, axis, y - x)
 
 
-@relative_at.register
-def _(motion: Sheared, boundary, i, ref, axis, me, other, now):
-    r = _apart(motion, boundary, i, ref, axis, me, other, now)
-    v = np.float64(velocity_at(motion, axis, other.v, now - other.t)) - np.float64(
-        velocity_at(motion, axis, me.v, now - me.t)
-    )
-    if axis == 0:
-        up = _apart(motion, boundary, i, ref, 1, me, other, now)
-        r += tilt_at(motion, now) * up
-        v += motion.rate * up
-    return r, v
+@relative_to.register
+def _(motion: Sheared, boundary, i, ref, me, other, now):
+    rr = 0.0
+    rv = 0.0
+    vv = 0.0
+    for axis in range(len(boundary.edges)):
+        r = _apart(motion, boundary, i, ref, axis, me, other, now)
+        v = np.float64(velocity_at(motion, axis, other.v, now - other.t)) - np.float64(
+            velocity_at(motion, axis, me.v, now - me.t)
+        )
+        if axis == 0:
+            up = _apart(motion, boundary, i, ref, 1, me, other, now)
+            r += tilt_at(motion, now) * up
+            v += motion.rate * up
+        rr += r * r
+        rv += r * v
+        vv += v * v
+    return rr, rv, vv
 
 
 @inner
@@ -154,17 +178,25 @@ def _candidate_apart(motion, boundary, i, ref, axis, me, candidate_block, block_
     )
 
 
-@candidate_at.register
-def _(motion: Sheared, boundary, i, ref, axis, me, candidate_block, block_half, k, now):
+@candidate_relative_to.register
+def _(motion: Sheared, boundary, i, ref, me, candidate_block, block_half, k, now):
     dimension = len(boundary.edges)
-    r = _candidate_apart(motion, boundary, i, ref, axis, me, candidate_block, block_half, k, now)
-    v = np.float64(candidate_block[block_half, np.uint64(dimension + 1 + axis), k])
-    if axis == 0:
-        elapsed = now - candidate_block[block_half, np.uint64(dimension), k]
-        up = _candidate_apart(motion, boundary, i, ref, 1, me, candidate_block, block_half, k, now)
-        r += tilt_at(motion, now) * up
-        v += motion.rate * (up - candidate_block[block_half, np.uint64(dimension + 2), k] * elapsed)
-    return r, v - velocity_at(motion, axis, me.v, now - me.t)
+    elapsed = now - candidate_block[block_half, np.uint64(dimension), k]
+    rr = 0.0
+    rv = 0.0
+    vv = 0.0
+    for axis in range(dimension):
+        r = _candidate_apart(motion, boundary, i, ref, axis, me, candidate_block, block_half, k, now)
+        v = np.float64(candidate_block[block_half, np.uint64(dimension + 1 + axis), k])
+        if axis == 0:
+            up = _candidate_apart(motion, boundary, i, ref, 1, me, candidate_block, block_half, k, now)
+            r += tilt_at(motion, now) * up
+            v += motion.rate * (up - candidate_block[block_half, np.uint64(dimension + 2), k] * elapsed)
+        v -= velocity_at(motion, axis, me.v, now - me.t)
+        rr += r * r
+        rv += r * v
+        vv += v * v
+    return rr, rv, vv
 
 
 @inner
@@ -197,14 +229,7 @@ def _(motion: Sheared, axis, me, now, low, high):
     if axis == 0:  # along the tilting axis a flight is a parabola
         v -= tilt_at(motion, now) * me.v[GRADIENT]
         g = -2.0 * motion.rate * me.v[GRADIENT]
-    up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
-    root = v * v + 2.0 * g * ((high if up else low) - x)
-    if root < 0.0:  # it turns round before, and leaves at the other end
-        up = np.int64(1) - up
-        back = np.sqrt(max(v * v + 2.0 * g * ((high if up else low) - x), 0.0))
-        return (abs(v) + back) / abs(g), up
-    way = abs(v) + np.sqrt(root)
-    return (max(2.0 * abs((high if up else low) - x) / way, 0.0) if way > 0.0 else NEVER), up
+    return leaving(x, v, g, low, high)
 
 
 @remap.register

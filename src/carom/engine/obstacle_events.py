@@ -8,11 +8,10 @@ from carom.compiling.registry import optional
 from carom.engine.advance import advance
 from carom.engine.constants import LAMBDA, OBSTACLE
 from carom.engine.dynamic_obstacles import ObstacleWork
-from carom.engine.observers.interface import ObstacleEvent, after_obstacle, before_obstacle, gain
+from carom.engine.observers.interface import ObstacleEvent, after_obstacle, before_obstacle, gain, record
 from carom.engine.obstacles import Obstacles, gained, reflect_component, soonest
 from carom.engine.one_body import earlier_event, event_in_view, retime_event, run_event
 from carom.engine.search import FromRows, start_before
-from carom.engine.tallies import record
 from carom.models.motions.free_flight import Inertial
 from carom.models.questions.interaction import growth
 from carom.models.questions.motion import velocity
@@ -33,7 +32,7 @@ def _(source: Obstacles, model, state, i, now):
 
 
 @run_event.register
-def _(source: Obstacles, model, state, neighbors, log, i, code, now):
+def _(source: Obstacles, model, state, neighbors, i, code, now):
     if code == LAMBDA:
         return False
     number = OBSTACLE - code
@@ -43,7 +42,7 @@ def _(source: Obstacles, model, state, neighbors, log, i, code, now):
     energy = gained(source.live, momentum, growth(model.pair, np.int64(i)))
     gain(model.observers, energy, now)
     after_obstacle(model.observers, model, state, ObstacleEvent(i, number, now, momentum, energy))
-    record(log, state.clock[0], np.int64(i), code, momentum)
+    record(model.observers, state.clock[0], np.int64(i), code, momentum)
     return True
 
 

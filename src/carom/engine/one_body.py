@@ -27,7 +27,7 @@ def event_in_view(source, model, state, i, now):
 
 
 @optional
-def run_event(source, model, state, neighbors, log, i, code, now):
+def run_event(source, model, state, neighbors, i, code, now):
     """Run the event of component i if the code is one of the source's; tell whether it is."""
     return False
 
@@ -57,10 +57,10 @@ def schedule_one_body(model, state, i, now, before):
 
 
 @inner
-def run_one_body(model, state, neighbors, log, i, code, now):
+def run_one_body(model, state, neighbors, i, code, now):
     """Run the event of component i that the code names; False if it is an advancement."""
-    if run_event(model.rules, model, state, neighbors, log, i, code, now):
+    if run_event(model.rules, model, state, neighbors, i, code, now):
         return True
-    if run_event(model.timers, model, state, neighbors, log, i, code, now):
+    if run_event(model.timers, model, state, neighbors, i, code, now):
         return True
-    return run_event(model.obstacles, model, state, neighbors, log, i, code, now)
+    return run_event(model.obstacles, model, state, neighbors, i, code, now)

@@ -9,7 +9,7 @@ import numpy as np
 from carom.compiling.registry import fast, inner, optional, required
 from carom.compiling.simd import LANES, WIDTH, asked_of, gather_rows, pack_fields
 from carom.engine.boundary import NearestImage, SectorImage, index, index_bits
-from carom.engine.lattice import candidate_at, relative_at
+from carom.engine.lattice import candidate_relative_to, relative_to
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
@@ -67,16 +67,9 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
         earliest = NO_CANDIDATE
         for k in range(np.uint64(full)):
             ref = refs[start_index + np.uint64(start) + k]
-            rr = 0.0
-            rv = 0.0
-            vv = 0.0
-            for axis in range(dimension):
-                r, v = candidate_at(
-                    model.motion, model.boundary, i, ref, axis, me, candidate_block, block_index, k, now
-                )
-                rr += r * r
-                rv += r * v
-                vv += v * v
+            rr, rv, vv = candidate_relative_to(
+                model.motion, model.boundary, i, ref, me, candidate_block, block_index, k, now
+            )
             lane_index = block_index * np.uint64(WIDTH) + k
             t = candidate_time(model.boundary, model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now)
             eligible = candidate_block[block_index, 2 * dimension + 1, k] >= now + t
@@ -148,18 +141,8 @@ class FromCache(NamedTuple):
 @inner
 def relative(model, state, i, ref, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
-    rows = state.rows
-    me = rows[i]
-    other = rows[np.uint64(index(model.boundary, ref))]
-    rr = 0.0
-    rv = 0.0
-    vv = 0.0
-    for axis in range(len(model.boundary.edges)):
-        r, v = relative_at(model.motion, model.boundary, i, ref, axis, me, other, now)
-        rr += r * r
-        rv += r * v
-        vv += v * v
-    return rr, rv, vv
+    other = state.rows[np.uint64(index(model.boundary, ref))]
+    return relative_to(model.motion, model.boundary, i, ref, state.rows[i], other, now)
 
 
 @required

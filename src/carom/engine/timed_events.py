@@ -10,9 +10,8 @@ import numpy as np
 from carom.compiling.registry import inner, optional
 from carom.engine.advance import advance, place_at
 from carom.engine.constants import TIMER_EVENT
-from carom.engine.observers.interface import after_kick, before_kick, gain
+from carom.engine.observers.interface import after_kick, before_kick, gain, record
 from carom.engine.one_body import earlier_event, run_event
-from carom.engine.tallies import record
 from carom.models.drives import kick, next_time
 from carom.models.questions.interaction import mass
 from carom.models.questions.memory import copy_state
@@ -75,7 +74,7 @@ def _(source: Timers, model, state, i, now, t, code):
 
 
 @run_event.register
-def _(source: Timers, model, state, neighbors, log, i, code, now):
+def _(source: Timers, model, state, neighbors, i, code, now):
     if code != TIMER_EVENT:
         return False
     advance(model, state, neighbors, i, now)
@@ -97,7 +96,7 @@ def _(source: Timers, model, state, neighbors, log, i, code, now):
         after += v * v
     after_kick(model.observers, model, state, i, now)
     gain(model.observers, 0.5 * weight * (after - before), now)
-    record(log, state.clock[0], np.int64(i), code, 0.0)
+    record(model.observers, state.clock[0], np.int64(i), code, 0.0)
     return True
 
 

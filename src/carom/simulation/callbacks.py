@@ -13,6 +13,7 @@ from carom import checks
 from carom.errors import InputError
 
 if TYPE_CHECKING:
+    from carom.engine.build import Engine
     from carom.simulation.in_motion import InMotion
     from carom.simulation.run_state import RunState
 
@@ -109,9 +110,14 @@ class Callbacks:
         """Return whether the condition holds at the present."""
         return self._condition is not None and bool(self._condition(self._sim))
 
-    def log(self, log: Any) -> Any:
-        """Return what the engine is given as its log."""
-        return log if self._stop is None else self._stop._replace(log=log)
+    def watched(self, engine: Engine) -> Engine:
+        """Return the engine with a counter of the contacts that end the run, if some do."""
+        from carom.engine.observers.interface import Observers
+
+        if self._stop is None:
+            return engine
+        observers = Observers(self._stop, engine.model.observers)
+        return engine._replace(model=engine.model._replace(observers=observers))
 
     def pause(self) -> bool:
         """Call everything, at the instant of the next call; return whether the run ends here."""
@@ -144,7 +150,7 @@ def _stop_at(state: RunState, asked: Hit) -> Any:
     InputError
         If the scene has no such obstacle.
     """
-    from carom.engine.stop_at_hit import StopAtHit
+    from carom.engine.observers.stop_at_hit import StopAtHit
     from carom.observables.wall_pressure import obstacle_names
 
     names, numbers, obstacles = obstacle_names(state.scene), state.obstacle_numbers(), state.scene.obstacles
@@ -164,4 +170,4 @@ def _stop_at(state: RunState, asked: Hit) -> Any:
             hint = checks.suggestion(str(each), names) if names else ""
             raise InputError(f"The scene has no obstacle {what}{hint}.")
         wanted[found] = True
-    return StopAtHit(None, wanted, np.array([asked.count]))
+    return StopAtHit(wanted, np.array([asked.count]))

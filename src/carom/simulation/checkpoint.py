@@ -181,5 +181,5 @@ def load(
     if event_log is not None and logged is None:
         raise InputError(f"{path} was written without an event log, so {event_log} cannot be its log.")
     if logged is not None:
-        run_state.log = Recorder(event_log or str(attributes["event_log"]), run_state, logged)
+        run_state.begin_log(Recorder(event_log or str(attributes["event_log"]), run_state, logged))
     return run_state

@@ -158,11 +158,11 @@ def _explanation(
     requested: Requested,
     logged: bool,
 ) -> Explanation:
-    from carom.engine.observers.interface import listed
     from carom.engine.observers.own import name_of
 
-    models = {kind: type(part).__name__ for kind, part in engine.model._asdict().items() if part is not None}
-    observers = listed(engine.model.observers)
+    parts = engine.model._replace(observers=None)._asdict()
+    models = {kind: type(part).__name__ for kind, part in parts.items() if part is not None}
+    observers = _observers(engine)
     if observers:
         models["observers"] = ", ".join(map(name_of, observers))
     models["neighbours"] = type(engine.neighbors).__name__
@@ -189,9 +189,16 @@ def _explanation(
     )
 
 
+def _observers(engine: Engine) -> list[Any]:
+    """Return what observes but the event log, whose buffer has one size for all scenes."""
+    from carom.engine.observers.event_log import Log
+    from carom.engine.observers.interface import listed
+
+    return [each for each in listed(engine.model.observers) if not isinstance(each, Log)]
+
+
 def _arrays(engine: Engine) -> tuple[Array, ...]:
     """Return every array once, the largest first."""
-    from carom.engine.observers.interface import listed
     from carom.engine.observers.own import name_of
 
     found: dict[int, Array] = {}
@@ -211,11 +218,10 @@ def _arrays(engine: Engine) -> tuple[Array, ...]:
             for index, part in enumerate(value):
                 add_arrays(f"{name}[{index}]", part)
 
-    observers = listed(engine.model.observers)
     for part in ("state", "neighbors", "calendar", "tallies"):
         add_arrays(part, getattr(engine, part))
     add_arrays("model", engine.model._replace(observers=None))
-    for each in observers:
+    for each in _observers(engine):
         add_arrays(f"observers.{name_of(each)}", each)
     return tuple(sorted(found.values(), key=lambda array: -array.nbytes))
 

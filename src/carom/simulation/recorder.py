@@ -44,12 +44,12 @@ class Recorder:
     ----------
     path : Path
         The file.
-    buffer : carom.engine.tallies.Log
+    buffer : carom.engine.observers.event_log.Log
         What the engine writes into.
     """
 
     def __init__(self, path: str | PathLike[str], run_state: RunState, mark: dict[str, Any] | None = None):
-        from carom.engine.tallies import make_log
+        from carom.engine.observers.event_log import make_log
         from carom.io.events import EventLog, verify
 
         self._process = os.getpid()

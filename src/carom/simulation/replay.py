@@ -26,10 +26,11 @@ import carom.engine.domains.logical_process  # noqa: F401
 from carom.engine.build import make_model
 from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
+from carom.engine.observers.event_log import make_log
+from carom.engine.observers.interface import Observers
 from carom.engine.obstacles import numbers_of
 from carom.engine.one_body import run_one_body
 from carom.engine.state import make_state
-from carom.engine.tallies import make_log
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.events import read_events, read_initial
@@ -93,7 +94,8 @@ class Replay:
             model = make_model(system)
             shape = np.array(initial["shape"], dtype=np.int64)
             self._words = Words(system, scene, model.pair, shape, int(initial["bits"]))
-            self._model = model._replace(boundary=self._words.boundary)
+            self._log = make_log(1)
+            self._model = model._replace(boundary=self._words.boundary, observers=Observers(self._log, None))
             values = (scene.interaction, scene.motion, scene.impact, scene.drive)
             self._own = [
                 type(value).__name__ for value in values if value is not None and model_checks.is_own(value)
@@ -113,7 +115,6 @@ class Replay:
             clock=[SimpleNamespace(epoch=0, now=0.0, length=self._clock.length)],
         )
         self._tally = SimpleNamespace(collisions=0, virial=0.0, depth=0.0)
-        self._log = make_log(1)
         self._events = self._read()
         self._next = next(self._events, None)
         self._read_so_far = 0
@@ -234,7 +235,7 @@ class Replay:
         model, log = self._model, self._log
         log.used[0] = 0
         ref = self._words.of(model, self._state, i, j, code, now)
-        collide(model, self._state, self._words.listed, self._tally, log, i, ref, now)
+        collide(model, self._state, self._words.listed, self._tally, i, ref, now)
         if self._words.listed is not None:
             found = int(log.ref[0]) & ((1 << model.boundary.bits) - 1)
             self._compare(found, kind, f"{i} and {j}", "kind")
@@ -246,7 +247,7 @@ class Replay:
         log.used[0] = 0
         fixed = k < len(self._fixed)
         code = OBSTACLE - self._numbers[k] if fixed else TIMER_EVENT
-        run_one_body(self._model, self._state, self._words.listed, log, i, code, now)
+        run_one_body(self._model, self._state, self._words.listed, i, code, now)
         if fixed:
             self._compare(float(log.impulse[0]), impulse, f"{i} and {self._fixed[k]}")
 

@@ -91,8 +91,7 @@ def _advance(
     while True:
         instant, why = _next_stop(run_state, end, callbacks)
         stop = _split(run_state, instant)
-        log = None if run_state.log is None else run_state.log.buffer
-        log = log if callbacks is None else callbacks.log(log)
+        engine = run_state.engine if callbacks is None else callbacks.watched(run_state.engine)
         cycles, unused = min(run_state.budget.count, left), 0
         began = compile_listeners.running()
         several = None if alone else run_state.executive
@@ -101,7 +100,7 @@ def _advance(
         else:
             try:
                 with run_state.budget:
-                    code, unused = cycle.run(*run_state.engine, log, *stop, target, np.int64(cycles))
+                    code, unused = cycle.run(*engine, *stop, target, np.int64(cycles))
             except Exception as error:
                 refuse_rule(run_state, error)
                 raise

@@ -289,6 +289,7 @@ class RunState:
     def schedule(self) -> None:
         """Give every component its first event."""
         from carom.engine import cycle
+        from carom.engine.build import unobserved
 
         self.scheduled = False
         n, start, budget = self.scene.n, 0, CallBudget(MOST_SCHEDULED)
@@ -298,7 +299,7 @@ class RunState:
                 continue
             end = min(start + budget.count, n)
             with budget:
-                done = cycle.schedule(*self.engine, np.int64(start), np.int64(end))
+                done = cycle.schedule(*unobserved(self.engine), np.int64(start), np.int64(end))
             if done:
                 start = end
             else:
@@ -310,6 +311,7 @@ class RunState:
     def _settle_steps(self) -> bool:
         """Build the lists and write into them on which step each pair is; False if an array is too small."""
         from carom.engine import cycle
+        from carom.engine.build import unobserved
         from carom.engine.observers.currents import Currents, fill
         from carom.engine.pair_steps import write_steps
         from carom.scene.first_steps import first_steps
@@ -318,7 +320,7 @@ class RunState:
             self.steps = first_steps(self.scene)
         lists: Any = self.engine.neighbors
         lists.steps.ready[0] = 0
-        if not cycle.schedule(*self.engine, np.int64(0), np.int64(0)):
+        if not cycle.schedule(*unobserved(self.engine), np.int64(0), np.int64(0)):
             return False
         write_steps(lists, *self.steps)
         start_steps(self.engine.model.pair, *self.steps)
@@ -371,12 +373,27 @@ class RunState:
         if self.log is not None:
             self.log.flush(self)
 
+    def begin_log(self, log: Log) -> None:
+        """Let the engine write down its events from now on."""
+        self.log = log
+        self._write_down(log.buffer)
+
     def close_log(self) -> None:
         """Flush and close the event log, if there is one; in a fork, forget it."""
-        if self.log is not None and not self.log.inherited:
-            self.log.flush(self)
-            self.log.close()
-        self.log = None
+        if self.log is not None:
+            if not self.log.inherited:
+                self.log.flush(self)
+                self.log.close()
+            self.log = None
+            self._write_down(None)
+
+    def _write_down(self, buffer: Any) -> None:
+        """Let the engine go on with another buffer for its events, or with none."""
+        from carom.engine.observers.event_log import Log
+        from carom.engine.observers.interface import chained, listed
+
+        others = (each for each in listed(self.engine.model.observers) if not isinstance(each, Log))
+        self.observe(chained([*others, buffer]))
 
     def rest_until(self, end: tuple[np.int64, float]) -> None:
         """Let time pass where nothing moves."""

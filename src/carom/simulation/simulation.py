@@ -133,7 +133,7 @@ class Simulation:
         state.executive = executive_of(state, cores)
         state.schedule()
         if event_log is not None:
-            state.log = Recorder(event_log, state)
+            state.begin_log(Recorder(event_log, state))
         self._state = state  # all that moves
 
     @property

@@ -327,7 +327,9 @@ def _of_calendar(run_state: RunState) -> Iterator[str]:
         yield f"calendar has buckets of {width}, and {inverse} for their inverse"
         return
     start, end = float(control.start), float(control.end)
-    if not 0.0 <= start <= end <= length or (end - start) * inverse > count:
+    # As the engine adds them: the difference of both may be a hair longer than all buckets.
+    latest = start + count / inverse if inverse > 0.0 else start
+    if not 0.0 <= start <= end <= min(latest, length):
         yield f"calendar is open from {start} to {end}"
     for name, value, low, high in (
         ("cursor", control.cursor, -1, count - 1),

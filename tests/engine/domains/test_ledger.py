@@ -51,9 +51,7 @@ def test_virials_of_two_parts_are_added_in_the_order_of_time(counts, instants):
         total += virials[k]
     engine.tallies.virial, engine.tallies.collisions = 0.0, 0
     heads = np.zeros(2, np.int64)
-    assert merge(
-        all_events, heads, engine.state.clock, engine.tallies, None, None, engine.model.boundary, None
-    )
+    assert merge(all_events, heads, engine.state.clock, engine.tallies, None, None, engine.model.boundary)
     assert tuple(heads) == counts
     assert engine.tallies.collisions[0] == sum(counts)
     assert engine.tallies.virial[0] == total

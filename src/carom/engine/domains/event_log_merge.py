@@ -11,10 +11,9 @@ from carom.compiling.dispatch import entry
 from carom.compiling.registry import inner, optional
 from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA, OBSTACLE
-from carom.engine.observers.interface import count_pair
+from carom.engine.observers.interface import count_pair, is_full, record
 from carom.engine.obstacles import Obstacles
 from carom.engine.state import aligned
-from carom.engine.tallies import log_full, record
 
 ENTRY = np.dtype([("time", "f8"), ("virial", "f8")])
 """A collision: its time within the epoch and its virial."""
@@ -37,7 +36,7 @@ class LpEvents(NamedTuple):
     component: np.ndarray
     """The component of lower index, (room,) int32."""
     details: Any
-    """(room,) of type DETAIL, or None where nobody asks: no species, no obstacles, no event log."""
+    """(room,) of type DETAIL, or None where nobody asks: no observers, no obstacles."""
 
 
 class AllEvents(NamedTuple):
@@ -80,7 +79,7 @@ def lp_events_of(all_events: AllEvents, process: int) -> LpEvents:
 
 
 class LpRecorder(NamedTuple):
-    """The log of a process, and its observer: both note its collisions."""
+    """The observer of a process: it notes its collisions."""
 
     last_virial: np.ndarray
     """Virial of the collision at hand, (1,) float64."""
@@ -93,18 +92,18 @@ def _(observer: LpRecorder, i, j, virial):
     observer.last_virial[0] = virial
 
 
-@log_full.register
-def _(log: LpRecorder):
-    return log.lp_events.used[0] == len(log.lp_events.entries)
+@is_full.register
+def _(observer: LpRecorder):
+    return observer.lp_events.used[0] == len(observer.lp_events.entries)
 
 
 @record.register
-def _(log: LpRecorder, clock, i, ref, impulse):
-    lp_events = log.lp_events
+def _(observer: LpRecorder, clock, i, ref, impulse):
+    lp_events = observer.lp_events
     k = lp_events.used[0]
     entry = lp_events.entries[k]
     entry.time = clock.now
-    entry.virial = log.last_virial[0]
+    entry.virial = observer.last_virial[0]
     lp_events.component[k] = i
     put_detail(lp_events.details, k, ref, impulse)
     lp_events.used[0] = k + 1
@@ -219,7 +218,7 @@ def add_two(all_events, heads, tally):
 
 
 @entry
-def merge(all_events, heads, clock, tallies, observers, obstacles, boundary, log):
+def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
     """Add up the collisions of all processes in the order of time, as one cycle would have.
 
     Parameters
@@ -230,10 +229,9 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary, log
     Returns
     -------
     done : bool
-        False if the log is full. The next call then continues from there.
+        False if an observer is full. The next call then continues from there.
     """
-    all_events, obstacles = borrowed(all_events), borrowed(obstacles)
-    observers, log = borrowed(observers), borrowed(log)
+    all_events, obstacles, observers = borrowed(all_events), borrowed(obstacles), borrowed(observers)
     tally = tallies[0]
     entries = all_events.entries
     processes = len(heads)
@@ -255,7 +253,7 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary, log
                 )
         if process < 0:
             return True
-        if log_full(log):
+        if is_full(observers):
             return False
         h = heads[process]
         heads[process] = h + 1
@@ -269,4 +267,4 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary, log
             tally.collisions += 1
             tally.virial += entry.virial
             count_pair(observers, i, np.int64(index(boundary, ref)), entry.virial)
-        record(log, clock[0], i, ref, impulse)
+        record(observers, clock[0], i, ref, impulse)

@@ -30,7 +30,7 @@ from carom.engine.domains.lp_state import (
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.neighbors.skins import GrowingBounds
-from carom.engine.observers.interface import Observers, count_pair, listed
+from carom.engine.observers.interface import Observers, count_pair, listed, record
 from carom.engine.observers.own import name_of
 from carom.engine.search import FromRows
 from carom.engine.state import aligned
@@ -71,7 +71,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
     if model.obstacles is not None and not isinstance(model.motion, Inertial):
         return "walls or obstacles in a field"
     for each in listed(model.observers):
-        if not registry.answers(count_pair, type(each)):
+        if not any(registry.answers(question, type(each)) for question in (count_pair, record)):
             return f"{name_of(each)}, which observes every event when it happens"
     return None
 
@@ -92,9 +92,9 @@ class LogicalProcess(NamedTuple):
     """The engine as one process sees it: one state and one neighbour scheme, and a calendar of its own."""
 
     engine: Engine
-    """Its one observer is what it gathers."""
+    """It has one observer, which notes its collisions."""
     recorder: LpRecorder
-    """Its collisions."""
+    """That observer."""
 
 
 SCRATCH: dict[type, tuple[str, ...]] = {

@@ -95,10 +95,38 @@ def after_pair(observer, model, state, event):
 def count_pair(observer, i, j, virial):
     """Add a collision of which its components and its virial are known, and nothing else.
 
-    An observer that answers this, and no other question about events, can be used with several workers, who
-    count the collisions of a window in the order of time when it is over.
+    An observer that answers this or :func:`record`, and no other question about events, can be used with
+    several workers, who count the events of a window in the order of time when it is over.
     """
     return
+
+
+@optional
+def record(observer, clock, i, ref, impulse):
+    """Write down an event that has happened at the time of the ``clock``.
+
+    Parameters
+    ----------
+    i : int
+        The component of lower index.
+    ref : int
+        The word of the other, or the code of an event of one component (:mod:`carom.engine.constants`).
+    impulse : float
+        Magnitude of momentum exchanged.
+    """
+    return
+
+
+@optional
+def is_full(observer):
+    """Return whether there is no room to write down the next event: the cycle returns before it."""
+    return False
+
+
+@optional
+def ends_run(observer):
+    """Return whether the event that ends the run has happened: the cycle returns before any other."""
+    return False
 
 
 @optional
@@ -186,6 +214,22 @@ def _(observer: Observers, model, state, event):
 def _(observer: Observers, i, j, virial):
     count_pair(observer.head, i, j, virial)
     count_pair(observer.tail, i, j, virial)
+
+
+@record.register
+def _(observer: Observers, clock, i, ref, impulse):
+    record(observer.head, clock, i, ref, impulse)
+    record(observer.tail, clock, i, ref, impulse)
+
+
+@is_full.register
+def _(observer: Observers):
+    return is_full(observer.head) or is_full(observer.tail)
+
+
+@ends_run.register
+def _(observer: Observers):
+    return ends_run(observer.head) or ends_run(observer.tail)
 
 
 @before_obstacle.register

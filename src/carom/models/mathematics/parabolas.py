@@ -77,6 +77,22 @@ def last_passing(height, speed, acceleration):
     return (root - speed) / acceleration if acceleration > 0.0 else -NEVER
 
 
+@inner
+def leaving(x, v, g, low, high):
+    """Return the time until a coordinate leaves an interval, and at which end, 0 or 1.
+
+    It begins at ``x`` with the velocity ``v``, and its acceleration is ``g``.
+    """
+    up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
+    root = v * v + 2.0 * g * ((high if up else low) - x)
+    if root < 0.0:  # it turns round before, and leaves at the other end
+        up = np.int64(1) - up
+        back = np.sqrt(max(v * v + 2.0 * g * ((high if up else low) - x), 0.0))
+        return (abs(v) + back) / abs(g), up
+    way = abs(v) + np.sqrt(root)
+    return 2.0 * abs((high if up else low) - x) / way if way > 0.0 else NEVER, up
+
+
 @required
 def time_to_moving(body, course, start, g, x, v, radius, growth):
     """Return the time until a component on a parabola touches a body that is displaced, or NEVER.

@@ -11,7 +11,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.double_double import exact_product, exact_sum, with_product
-from carom.models.mathematics.parabolas import HOP, landing_on_wall
+from carom.models.mathematics.parabolas import HOP, landing_on_wall, leaving
 from carom.models.questions.motion import (
     exit_time,
     normal_acceleration,
@@ -22,7 +22,7 @@ from carom.models.questions.motion import (
     velocity,
 )
 from carom.models.questions.obstacle import fall, meeting
-from carom.models.questions.particles import NEVER, Particles
+from carom.models.questions.particles import Particles
 from carom.models.questions.walls import wall_meeting
 
 
@@ -120,15 +120,7 @@ def _(motion: Falling, axis, v, t):
 
 @exit_time.register
 def _(motion: Falling, axis, x, v, low, high):
-    g = motion.g[axis]
-    up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
-    root = v * v + 2.0 * g * ((high if up else low) - x)
-    if root < 0.0:  # it turns round before, and leaves at the other end
-        up = np.int64(1) - up
-        back = np.sqrt(max(v * v + 2.0 * g * ((high if up else low) - x), 0.0))
-        return (abs(v) + back) / abs(g), up
-    way = abs(v) + np.sqrt(root)
-    return 2.0 * abs((high if up else low) - x) / way if way > 0.0 else NEVER, up
+    return leaving(x, v, motion.g[axis], low, high)
 
 
 @meeting.register

@@ -247,15 +247,17 @@ class Executive:
         run_state.schedule()
 
     def _advance_epoch_of(self, k: int) -> None:
+        from carom.engine.build import unobserved
         from carom.engine.domains.next_epoch import advance_epoch
 
-        engine = self.run_state.engine
+        engine = unobserved(self.run_state.engine)
         advance_epoch(engine.model, engine.state, engine.neighbors, *map(np.int64, self._mine(k)))
 
     def _retime_of(self, k: int) -> None:
+        from carom.engine.build import unobserved
         from carom.engine.domains.next_epoch import retime_all
 
-        engine = self.run_state.engine
+        engine = unobserved(self.run_state.engine)
         retime_all(engine.model, engine.state, *map(np.int64, self._mine(k)))
 
     def _advance(self, k: int, epoch: int, end: float) -> int:
@@ -295,7 +297,7 @@ class Executive:
 
         process = self._processes[k]
         until = np.int64(epoch), end
-        code, _ = cycle.run(*process.engine, process.recorder, *until, np.int64(2**62), np.int64(CYCLES))
+        code, _ = cycle.run(*process.engine, *until, np.int64(2**62), np.int64(CYCLES))
         return int(code)
 
     def _wait_for_others(self, k: int) -> bool:
@@ -321,7 +323,6 @@ class Executive:
 
         run_state, engine = self.run_state, self.run_state.engine
         heads = np.zeros(self.workers, np.int64)
-        log = None if run_state.log is None else run_state.log.buffer
         total = engine.tallies[0]
         for process in self._processes:
             tally = process.engine.tallies[0]
@@ -338,7 +339,6 @@ class Executive:
             engine.model.observers,
             engine.model.obstacles,
             engine.model.boundary,
-            log,
         ):
             run_state.flush_log()
 
@@ -395,9 +395,8 @@ class Executive:
 
     def _details(self) -> bool:
         """Tell whether anybody asks for more of a collision than its virial."""
-        engine: Any = self.run_state.engine
-        asking = (engine.model.observers, engine.model.obstacles, self.run_state.log)
-        return any(who is not None for who in asking)
+        model: Any = self.run_state.engine.model
+        return model.observers is not None or model.obstacles is not None
 
     def _make_processes(self) -> None:
         """Make the parts, and compile what they run: at a time before anything is due."""

@@ -1,0 +1,67 @@
+"""The event log as one observer among others: what it makes the cycle do, and what it leaves alone."""
+
+import numpy as np
+
+import carom
+from carom.engine import constants, cycle
+from carom.engine.build import arrays
+from carom.engine.observers.event_log import make_log
+from carom.engine.observers.interface import chained
+from carom.engine.observers.stop_at_hit import StopAtHit
+from carom.io.events import read_events
+
+FAR, ROOM, HITS = np.int64(2**62), 7, 3
+
+
+def disks():
+    """Return a run of disks between two walls, and the engine's numbers of both."""
+    scene = carom.Scene.random(40, 0.3, 2, seed=3, walls="x")
+    sim = carom.Simulation(scene, seed=1)
+    return sim, sim._state.obstacle_numbers()
+
+
+def until(sim, observers, collisions):
+    """Run with some observers and return why the cycle ended."""
+    sim._state.observe(observers)
+    while True:
+        code, _ = cycle.run(*sim._state.engine, FAR, 0.0, np.int64(collisions), np.int64(10_000))
+        if code not in (constants.SPENT, constants.NEEDS_HEAP):
+            return code
+        if code == constants.NEEDS_HEAP:
+            sim._state.enlarge_heap()
+
+
+def test_the_cycle_returns_where_a_log_is_full_and_where_a_counter_of_hits_has_ended_the_run():
+    whole, numbers = disks()
+    wanted = np.zeros(max(numbers) + 1, np.bool_)
+    wanted[numbers[0]] = True
+    left = np.array([10**9])
+    everything = make_log(400)
+    assert until(whole, chained([StopAtHit(wanted, left), everything]), 100) == constants.REACHED_COLLISIONS
+    struck = np.flatnonzero(everything.ref[: everything.used[0]] == constants.OBSTACLE - numbers[0])
+    assert len(struck) == 10**9 - left[0] > HITS
+
+    cut, _ = disks()
+    left[0], some, found = HITS, make_log(ROOM), []
+    while (code := until(cut, chained([StopAtHit(wanted, left), some]), 100)) == constants.NEEDS_LOG:
+        assert some.used[0] == ROOM
+        found += some.ref.tolist()
+        some.used[0] = 0
+    assert code == constants.REACHED_HIT
+    found += some.ref[: some.used[0]].tolist()
+    assert len(found) > ROOM
+    assert found == everything.ref[: struck[HITS - 1] + 1].tolist()
+
+
+def test_a_checkpoint_holds_the_same_with_a_log_and_without(tmp_path):
+    plain, _ = disks()
+    scene, path = plain.scene, tmp_path / "events.h5"
+    with carom.Simulation(scene, seed=1, event_log=path) as logged:
+        for sim in (plain, logged):
+            sim.run(collisions=100)
+        held, expected = arrays(logged._state.engine), arrays(plain._state.engine)
+        assert held.keys() == expected.keys()
+        for name, array in expected.items():
+            assert np.array_equal(held[name], array, equal_nan=True), name
+    assert len(read_events(path).time) > 100
+    assert logged._state.engine.model.observers is None  # closed: nobody writes any more
