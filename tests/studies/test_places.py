@@ -14,7 +14,7 @@ import carom
 from carom import cli
 from carom.cli.studies import farewell, reserve
 from carom.errors import FileError, InputError
-from carom.io.paths import remnants
+from carom.paths import remnants
 from carom.studies.eos.spec import StudySpec
 from carom.studies.places import OWN, of_the_user, title
 from carom.studies.tasks import TaskFolder

@@ -152,7 +152,7 @@ def _describes(file: Path, spec: Any) -> bool:
 
 def write(result: Any, out: Path, name: str, report: bool, pictures: bool) -> None:
     """Write the study, its table and its pictures to a folder; ``name`` is the stem of the files."""
-    from carom.io.paths import replacing, writing
+    from carom.paths import replacing, writing
     from carom.studies.eos.toml import text
     from carom.studies.places import title
 
@@ -160,7 +160,7 @@ def write(result: Any, out: Path, name: str, report: bool, pictures: bool) -> No
     if not _describes(file, result.spec):  # the user's own, with its comments
         with replacing(file) as temporary, writing(file):
             temporary.write_text(f"{title(f'carom {name}')}\n\n{text(result.spec)}", encoding="utf-8")
-    result.to_csv(out / f"{name}.csv")
+    result.save(out / f"{name}.csv")
     if pictures and result.records:
         with replacing(out / f"{name}.png") as temporary:
             result.plot(temporary)

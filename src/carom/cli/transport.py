@@ -117,7 +117,7 @@ def transport(
 
         result = run(spec, executor=executor, cores=number_of(cores), out=out, progress=progress)
     if as_json:
-        print(json.dumps(result.rows(), indent=2, allow_nan=False))
+        print(json.dumps(result.to_dict()["table"], indent=2, allow_nan=False))
     else:
         _show(result)
     sys.stdout.flush()

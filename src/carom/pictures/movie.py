@@ -16,11 +16,11 @@ from carom.bridges.palette import FACES, rgb
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
-from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader, trajectory_of
 from carom.models.questions.obstacle import Obstacle
 from carom.notebook import by_count, watchable
 from carom.observables.packing import network_of
+from carom.paths import replacing, writing
 from carom.pictures.render import Camera, rendered
 from carom.pictures.view import standing_beside
 from carom.pictures.viewdata import FAST, SIX, psi_6

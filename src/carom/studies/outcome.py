@@ -8,12 +8,12 @@ import time as clock
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
-from carom.errors import FileError, InputError
+from carom.errors import FileError
+from carom.results import Result, html_of, plain, rows_of
 from carom.studies.arguments import processes
 from carom.studies.eos.spec import GRID
-from carom.studies.results import Result, plain
 from carom.studies.session import Failure, Job
 from carom.studies.tasks import SETTINGS, Record, TaskFolder
 
@@ -72,18 +72,25 @@ class Outcome(Result):
         """Whether every task is done."""
         return len(self.records) == len(self.spec.tasks())
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the study, its table and how much of it is done, as JSON values."""
+    _numbers_above = False
+    _asked: ClassVar[Callable[..., Any]]
+    """Class of ``spec``."""
+
+    @classmethod
+    def _made(cls, values: Mapping[str, Any]) -> Any:
+        return cls(cls._asked(**values["study"]), values["records"])
+
+    def _words(self) -> dict[str, Any]:
+        """Return the study, its table and how much of it is done."""
         return {
             "study": self.spec.words(),
-            "table": [plain(row) for row in self.rows()],
+            "table": [plain(row) for row in rows_of(self._columns())],
             "runs": len(self.records),
             "runs_asked_for": len(self.spec.tasks()),
             "failures": [{"task": each.task, "reason": each.reason} for each in self.failures],
         }
 
     def _saved(self) -> dict[str, Any]:
-        """Return what :func:`of_saved` needs beside the dictionary."""
         return {"records": self.records}
 
     def report(self, path: str | os.PathLike[str]) -> None:
@@ -91,8 +98,10 @@ class Outcome(Result):
         raise NotImplementedError
 
     def _writers(self) -> dict[str, Callable[..., object]]:
-        """Return the function that writes a file, by its suffix."""
         return {**super()._writers(), ".html": self.report}
+
+    def _repr_html_(self) -> str:
+        return html_of(self._lines()[0], self._columns())
 
     def _done(self) -> str:
         """Return how much of the study is done, in words."""
@@ -137,20 +146,6 @@ def carry_out(
     grid = {name: spec.words()[name] for name in GRID}
     result, name = job.run(executor, processes(cores), nothing_yet.folder, spec.settings(), grid)
     return dataclasses.replace(result, engine=name, seconds=clock.perf_counter() - began)
-
-
-def of_saved(words: Mapping[str, Any], kind: Callable[..., Any], result: Callable[..., R]) -> R:
-    """Return the results of the class ``result`` that were saved as JSON, of a study of the class ``kind``.
-
-    Raises
-    ------
-    InputError
-        If the words are not those of such a study.
-    """
-    try:
-        return result(kind(**words["study"]), words["records"])
-    except (KeyError, TypeError) as error:
-        raise InputError(f"it does not describe a study: {error}") from None
 
 
 def held(out: str | os.PathLike[str], kind: Callable[..., Any]) -> tuple[Any, list[Record], Path]:

@@ -22,6 +22,10 @@ PLANE = (
 )
 
 
+COLUMNS = ("packing_fraction", "n", "quantity", "value", "error", "enskog", "ratio", "from", "to", "remark")
+"""Of the table, and of ``transport.csv``."""
+
+
 @dataclass(frozen=True)
 class Row:
     """The coefficients of one point.
@@ -128,8 +132,8 @@ def row(records: list[Record]) -> Row:
         enskog = theory.enskog(
             z, eta, d, diameter=first["diameters"][0], mass=first["masses"][0], kT=point.kT
         )
-        if d == 3 and math.isfinite(viscosity.value.mean):
-            infinite = infinite_diffusion(diffusion[0].value, viscosity.value, point)
+        if d == 3 and math.isfinite(viscosity.mean):
+            infinite = infinite_diffusion(diffusion[0], viscosity, point)
     conductivity, bulk = point.thermal_conductivity(), point.bulk_viscosity()
     mutual, thermal = point.mutual_diffusion(), point.thermal_diffusion()
     remarks = [PLANE] if d == 2 else []
@@ -230,15 +234,13 @@ class Measured(Outcome):
         """
         groups: dict[float, list[Row]] = {}
         for each in self.table:
-            if each.dimension == 3 and math.isfinite(
-                each.self_diffusion[min(each.self_diffusion)].value.mean
-            ):
+            if each.dimension == 3 and math.isfinite(each.self_diffusion[min(each.self_diffusion)].mean):
                 groups.setdefault(each.packing_fraction, []).append(each)
         found = []
         for eta, rows in groups.items():
             if len(rows) > 1:
                 first = min(rows[0].self_diffusion)
-                values = [r.self_diffusion[first].value.scaled(r.at_rest[first]) for r in rows]
+                values = [r.self_diffusion[first].scaled(r.at_rest[first]) for r in rows]
                 value, slope, chi2 = line(
                     np.array([1.0 / r.edge for r in rows]),
                     np.array([v.mean for v in values]),
@@ -247,20 +249,20 @@ class Measured(Outcome):
                 found.append(Extrapolation(eta, value, slope, tuple(r.n for r in rows), chi2))
         return found
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return a dictionary for each coefficient, with the columns of ``transport.csv``.
-
-        Unknown numbers are None.
-        """
+    def _columns(self) -> dict[str, Any]:
+        """Return the columns of ``transport.csv``, with a row for each coefficient; None is unknown."""
         found = []
         for each in self.table:
             quantities = each.quantities()
             if math.isfinite(each.self_diffusion_infinite.mean):
                 at = each.self_diffusion[0].window
                 enskog = each.enskog.self_diffusion if each.enskog else math.nan
-                quantities["self_diffusion_infinite"] = Coefficient(each.self_diffusion_infinite, at), enskog
+                quantities["self_diffusion_infinite"] = (
+                    Coefficient.of(each.self_diffusion_infinite, at),
+                    enskog,
+                )
             for name, (c, enskog) in quantities.items():
-                value = c.value if each.exists else UNKNOWN
+                value = c if each.exists else UNKNOWN
                 numbers = {
                     "value": value.mean,
                     "error": value.error,
@@ -274,4 +276,4 @@ class Measured(Outcome):
                     | {k: x if math.isfinite(x) else None for k, x in numbers.items()}
                     | {"remark": "; ".join(each.remarks)}
                 )
-        return found
+        return {name: [row[name] for row in found] for name in COLUMNS}

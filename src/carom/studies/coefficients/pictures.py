@@ -13,7 +13,7 @@ import numpy as np
 
 from carom import theory
 from carom.errors import InputError
-from carom.io.paths import replacing, writing
+from carom.paths import replacing, writing
 from carom.pictures import paper
 from carom.studies.coefficients.measured import Measured, Row
 from carom.studies.eos.html import STYLE, composition
@@ -77,10 +77,10 @@ def _against_density(axes: Axes, rows: list[Row]) -> None:
     """Draw the coefficients of all points over Enskog's."""
     for marker, (name, label) in zip(MARKERS, NAMES.items(), strict=True):
         points = [
-            (row.packing_fraction, c.value.mean / enskog, c.value.error / enskog)
+            (row.packing_fraction, c.mean / enskog, c.error / enskog)
             for row in rows
             for key, (c, enskog) in row.quantities().items()
-            if key == name and math.isfinite(enskog) and math.isfinite(c.value.mean)
+            if key == name and math.isfinite(enskog) and math.isfinite(c.mean)
         ]
         if points:
             x, y, e = np.transpose(points)
@@ -130,7 +130,7 @@ def _with_time(axes: Axes, rows: list[Row], name: str) -> None:
                 axes.errorbar(x, y, e, fmt=".-", ms=4.0, lw=0.9, color=f"C{k % 10}", label=label)
                 if row.exists:
                     at = [t / row.mean_free_time for t in c.window]
-                    axes.plot(at, [c.value.mean / enskog] * 2, lw=4.0, alpha=0.3, color=f"C{k % 10}")
+                    axes.plot(at, [c.mean / enskog] * 2, lw=4.0, alpha=0.3, color=f"C{k % 10}")
     axes.set_xscale("log")
     axes.set_xlabel("time / mean free time")
     axes.set_ylabel(f"running {NAMES[name]}" + (" / Enskog's" if divided else ""))
@@ -160,7 +160,7 @@ def write_report(result: Measured, path: Path) -> None:
     FileError
         If the file cannot be written.
     """
-    rows = result.rows()
+    rows = result.to_dict()["table"]
     title = html(title_of(result))
     parts = [
         f"<h1>{title}</h1>",

@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carom.errors import InputError
-from carom.observables.statistics import Estimate
+from carom.observables.statistics import Estimate, value_with_error
 from carom.studies.coefficients.analysis import Coefficient
 from carom.studies.coefficients.measured import Measured, Row
-from carom.studies.results import value_with_error
+from carom.studies.coefficients.spec import TransportSpec
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-COLUMNS = ("packing_fraction", "n", "quantity", "value", "error", "enskog", "ratio", "from", "to", "remark")
 
 
 @dataclass(frozen=True, repr=False)
@@ -31,6 +29,8 @@ class Transport(Measured):
     records, failures, folder, engine, seconds
         As in ``carom.studies.outcome.Outcome``.
     """
+
+    _asked = TransportSpec
 
     def __repr__(self) -> str:
         return f"<Transport: {len(self.records)} of {len(self.spec.tasks())} runs done>"
@@ -89,17 +89,13 @@ class Transport(Measured):
         lines = [f"Transport coefficients in {self.spec.dimension}D: {what}, {self._done()}"]
         if len(rows) == 1:
             values = [
-                f"{name.replace('_', ' ')} {value_with_error(c.value.mean, c.value.error)}"
+                f"{name.replace('_', ' ')} {value_with_error(c.mean, c.error)}"
                 for name, (c, _) in rows[0].quantities().items()
             ]
             lines.append(f"{', '.join(values)} (units of the scene, k = 1)")
         if remarks := self.remarks():
             lines.append(remarks[0] if len(remarks) == 1 else f"{len(remarks)} remarks: remarks()")
         return lines
-
-    def columns(self) -> tuple[str, ...]:
-        """Return the names of the columns of the table."""
-        return COLUMNS
 
     def cells(self) -> list[tuple[str, ...]]:
         """Return the printed columns for each coefficient.
@@ -112,9 +108,9 @@ class Transport(Measured):
             eta = f"{each.packing_fraction:.4g}"
             for name, (c, enskog) in each.quantities().items():
                 window = f"{c.window[0]:.4g} and {c.window[1]:.4g}"
-                if not math.isfinite(c.value.mean):
+                if not math.isfinite(c.mean):
                     window = "blocks too short for a slope"
-                rows.append((eta, str(each.n), name.replace("_", " "), *_beside(c.value, enskog), window))
+                rows.append((eta, str(each.n), name.replace("_", " "), *_beside(c, enskog), window))
             infinite, theory = each.self_diffusion_infinite, each.enskog
             if math.isfinite(infinite.mean) and theory is not None:
                 rows.append((eta, "inf", "self diffusion", *_beside(infinite, theory.self_diffusion), ""))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from carom import texts
-from carom.io.paths import replacing, writing
+from carom.paths import replacing, writing
 from carom.studies.eos import fits, pictures
 from carom.studies.eos.measured import Measured
 from carom.studies.eos.table import Row

@@ -10,9 +10,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from carom.observables.statistics import value_with_error
+from carom.results import plain
 from carom.studies.eos.measured import Measured
+from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.table import Row
-from carom.studies.results import plain, value_with_error
 from carom.theory import Equation
 
 if TYPE_CHECKING:
@@ -34,6 +36,8 @@ class EquationOfState(Measured):
     equation : callable or None
         Equation of state to compare with, instead of the usual one.
     """
+
+    _asked = StudySpec
 
     def with_theory(self, equation: Equation) -> EquationOfState:
         """Return the study compared with another ``equation`` of state, e.g. ``theory.henderson``."""
@@ -63,18 +67,15 @@ class EquationOfState(Measured):
             said.append(f"{flagged} flagged, and left out of fits")
         return [*lines, *([", ".join(said)] if said else [])]
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return the table, a dictionary for each point, with the columns of ``eos.csv``."""
-        return [{name: getattr(row, name) for name in COLUMNS} for row in self.table]
+    def _columns(self) -> dict[str, Any]:
+        """Return the columns of ``eos.csv``, with a row for each point."""
+        table = self.table
+        return {name: [getattr(row, name) for row in table] for name in COLUMNS}
 
-    def columns(self) -> tuple[str, ...]:
-        """Return the names of the columns of the table."""
-        return COLUMNS
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the study, its table and its fits, as JSON values."""
+    def _words(self) -> dict[str, Any]:
+        """Return the study, its table and its fits."""
         fits = [plain(dataclasses.asdict(fit)) for fit in self.extrapolate()]
-        return {**super().to_dict(), "extrapolation": fits, "chi2_per_point": plain(self.chi2_per_point)}
+        return {**super()._words(), "extrapolation": fits, "chi2_per_point": plain(self.chi2_per_point)}
 
     def plot(
         self,

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from carom.errors import InputError
-from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
+from carom.paths import replacing, writing
 from carom.studies.planner.choice import Design, duration
 from carom.studies.planner.target import Target
 from carom.studies.session import Failure, Job
