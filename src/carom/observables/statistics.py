@@ -209,7 +209,7 @@ def blocking(samples: ArrayLike) -> Estimate:
 
     Notes
     -----
-    Neighbours are averaged in pairs, again and again (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461 (1989)).
+    Neighbors are averaged in pairs, again and again (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461 (1989)).
     The chosen level is the first at which this one and all later ones look uncorrelated. The test is the
     chi-squared statistic ``M_j = sum_{k >= j} n_k r_k^2`` of their lag-one correlations r_k (Jonsson, Phys.
     Rev. E 98, 043304 (2018)), of which only positive ones count here. Levels end at 16 blocks.
