@@ -46,8 +46,8 @@ for name, marker in (
 ):  # fmt: skip
     points = [(row.packing_fraction, *row.quantities()[name]) for row in rows]
     x = [eta for eta, _, _ in points]
-    y = [c.value.mean / theirs for _, c, theirs in points]
-    e = [c.value.error / theirs for _, c, theirs in points]
+    y = [c.mean / theirs for _, c, theirs in points]
+    e = [c.error / theirs for _, c, theirs in points]
     left.errorbar(x, y, e, fmt=marker, ms=5, capsize=2, lw=1, label=name.replace("_", " ") + f", N = {n}")
 infinite = [row.self_diffusion_infinite.mean / row.enskog.self_diffusion for row in rows]
 left.plot([row.packing_fraction for row in rows], infinite, "o", mfc="none", ms=8, c="C0", label="infinite N")

@@ -1,8 +1,9 @@
-"""What a measurement gives: one base by which every result prints, draws itself, and goes to files.
+"""What measurements and studies give: one base by which every result prints, draws itself, and goes to files.
 
-A result is a frozen dataclass of numbers, texts, arrays and :class:`~carom.Estimate`. Its
-dictionary has the names of its fields; an estimate ``Z`` is there as ``Z`` and ``Z_error``, with ``Z_n_eff``,
-``Z_tau`` and ``Z_blocks``. The key ``kind`` names the class, by which :func:`loaded` finds it again.
+A result is a frozen dataclass. That of a measurement has numbers, texts, arrays and :class:`~carom.Estimate`.
+Its dictionary has the names of its fields; an estimate ``Z`` is there as ``Z`` and ``Z_error``, with
+``Z_n_eff``, ``Z_tau`` and ``Z_blocks``. The result of a study says itself what stands in its dictionary. The
+key ``kind`` names the class, by which :func:`loaded` finds it again.
 """
 
 from __future__ import annotations
@@ -15,22 +16,24 @@ import json
 import math
 import os
 import zipfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
 from carom import above
 from carom.errors import FileError, InputError
 from carom.notebook import table
+from carom.paths import replacing, writing
+from carom.texts import visible
 
 if TYPE_CHECKING:
     import pandas
     from matplotlib.figure import Figure
 
-SUFFIXES = (".json", ".csv", ".npz")
-"""What :meth:`Result.save` writes."""
+PICTURES = (".png", ".pdf", ".svg")
+"""Suffixes of pictures."""
 
 KINDS: dict[str, type] = {}
 """The classes that a file can hold, by the name under the key ``kind``."""
@@ -55,9 +58,14 @@ def part(kind: _T) -> _T:
 class Result:
     """Base of results.
 
-    A class of its own is a dataclass with ``frozen=True, eq=False`` whose ``_rows`` names the numbers of its
-    short table. It may have ``_columns``, its arrays of one length for tables and ``.csv`` files.
+    A class of its own is a dataclass with ``frozen=True, eq=False, repr=False`` whose ``_rows`` names the
+    numbers of its short table. It may have ``_columns``, its arrays of one length for tables and ``.csv``
+    files. One that holds more than numbers, arrays and estimates has ``_words`` for its dictionary,
+    ``_saved`` for what else a file must hold, and ``_made``, which makes it from both.
     """
+
+    _numbers_above: ClassVar[bool] = True
+    """Whether lines with # above a table of many rows hold the numbers that are the same in all of them."""
 
     def __init_subclass__(cls) -> None:
         part(cls)
@@ -66,18 +74,34 @@ class Result:
         """Return the title of the short table, and its rows."""
         raise NotImplementedError
 
+    def _lines(self) -> Sequence[str]:
+        """Return what is printed: three lines at most."""
+        title, rows = self._rows()
+        return [f"{title}: " + ", ".join(f"{name} = {value}" for name, value in rows)]
+
     def _columns(self) -> dict[str, Any]:
         """Return the columns of the table by name; by default one row of all numbers and texts."""
-        plain = _fields(self)
-        return {name: [value] for name, value in plain.items() if not isinstance(value, list | dict)}
+        return {name: [value] for name, value in self._words().items() if not isinstance(value, list | dict)}
+
+    def _words(self) -> dict[str, Any]:
+        """Return the dictionary without the kind."""
+        return _fields(self)
+
+    def _saved(self) -> dict[str, Any]:
+        """Return what else a file holds, so that the result can be made again."""
+        return {}
+
+    @classmethod
+    def _made(cls, values: Mapping[str, Any]) -> Any:
+        """Return the result of a dictionary, with what ``_saved`` added to it."""
+        return _of_fields(cls, values)
 
     def _repr_html_(self) -> str:
         title, rows = self._rows()
         return table(title, [(name, value.replace("+-", "±")) for name, value in rows])
 
     def __str__(self) -> str:
-        title, rows = self._rows()
-        return f"{title}: " + ", ".join(f"{name} = {value}" for name, value in rows)
+        return visible("\n".join(self._lines()), lines=True)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__}: {self}>"
@@ -90,16 +114,17 @@ class Result:
     __hash__ = None  # type: ignore[assignment]
 
     def to_dict(self) -> dict[str, Any]:
-        """Return everything as numbers, texts and lists, by the names of the fields.
+        """Return the result as numbers, texts and lists by name.
 
         Notes
         -----
-        Of an estimate ``x`` there are ``x``, ``x_error``, ``x_n_eff``, ``x_tau`` and ``x_blocks``.
+        Of an estimate ``x`` there are ``x``, ``x_error``, ``x_n_eff``, ``x_tau`` and ``x_blocks``. The key
+        ``kind`` names the class. In results of studies, a number that does not exist is None.
         """
-        return {"kind": type(self).__name__, **_fields(self)}
+        return {"kind": type(self).__name__, **self._words()}
 
     def to_dataframe(self) -> pandas.DataFrame:
-        """Return a table for pandas: a row for each bin or time, or one row of numbers.
+        """Return the table for pandas: a row for each bin, time, point or stretch, or one row of numbers.
 
         Raises
         ------
@@ -121,23 +146,31 @@ class Result:
         ----------
         path : path
             ``.json`` and ``.npz`` (NumPy arrays) hold everything, and ``carom.load`` reads them. ``.csv`` is
-            the table of :meth:`to_dataframe` with all digits, for other programs; lines that begin with #
-            before it hold the numbers that are the same in all rows.
+            the table of :meth:`to_dataframe` with all digits, for other programs; what is unknown is empty.
+            Lines that begin with # before the table of a measurement hold the numbers that are the same in
+            all rows. ``.png``, ``.pdf`` and ``.svg`` are the picture of :meth:`plot`.
 
         Raises
         ------
+        InputError
+            If the suffix is another one, or there is nothing to draw.
         FileError
-            If the suffix is another one, or the file cannot be written.
+            If the file cannot be written.
         """
-        path = Path(path)
-        if path.suffix not in SUFFIXES:
-            raise FileError(f"{path} ends in {path.suffix!r}; a result is saved as .json, .csv or .npz.")
-        with _writing(path):
-            if path.suffix == ".npz":
-                np.savez(path, allow_pickle=False, **_arrays(self))
-            else:
-                text = _text(self, indent=1) + "\n" if path.suffix == ".json" else _csv(self)
-                path.write_text(text, encoding="utf-8")
+        writers, suffix = self._writers(), Path(path).suffix.lower()
+        if suffix not in writers:
+            raise InputError(f"{path} has the suffix '{suffix}'; expected one of {', '.join(writers)}.")
+        with replacing(Path(path)) as temporary, writing(Path(path)):
+            writers[suffix](temporary)
+
+    def _writers(self) -> dict[str, Callable[[Path], object]]:
+        """Return the function that writes a file, by its suffix."""
+        return {
+            ".json": lambda path: path.write_text(_text(self, indent=1) + "\n", encoding="utf-8"),
+            ".csv": lambda path: path.write_text(_csv(self), encoding="utf-8"),
+            ".npz": lambda path: np.savez(path, allow_pickle=False, **_arrays(self)),
+            **dict.fromkeys(PICTURES, self.plot),
+        }
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
         """Draw the result.
@@ -162,18 +195,27 @@ class Result:
 
 
 def from_dict(values: Mapping[str, Any]) -> Any:
-    """Return the result of which ``values`` is the dictionary: the inverse of :meth:`Result.to_dict`.
+    """Return the result that :meth:`Result.save` wrote as ``values``.
+
+    For a measurement it is the inverse of :meth:`Result.to_dict`. The file of a study holds more than that.
 
     Raises
     ------
     InputError
         If its kind is not known, or a number is missing.
     """
-    above.name_results()
-    kind = KINDS.get(str(values.get("kind")))
-    if kind is None:
+    name = str(values.get("kind"))
+    if name not in KINDS:
+        above.name_results()
+    if name not in KINDS:
         raise InputError(f"No kind of result is called {values.get('kind')!r}.")
-    made = {}
+    kind = KINDS[name]
+    return kind._made(values) if issubclass(kind, Result) else _of_fields(kind, values)
+
+
+def _of_fields(kind: type, values: Mapping[str, Any]) -> Any:
+    """Return a dataclass of the numbers, texts and lists that are its fields."""
+    made: dict[str, Any] = {}
     for field in dataclasses.fields(kind):
         name = field.name
         if f"{name}_n_eff" in values:
@@ -210,12 +252,12 @@ def loaded(path: str | os.PathLike[str]) -> Any:
         else:
             values = json.loads(path.read_text(encoding="utf-8"))
         if not isinstance(values, dict):
-            raise FileError(f"{path} holds no result of a measurement.")
+            raise FileError(f"{path} holds no result that was saved.")
         return from_dict(values)
     except OSError as error:
         raise FileError(f"{path} cannot be read ({error.strerror}).") from error
     except (ValueError, TypeError, KeyError, zipfile.BadZipFile, InputError) as error:
-        raise FileError(f"{path} holds no result of a measurement: {error}") from error
+        raise FileError(f"{path} holds no result that was saved: {error}") from error
 
 
 def _fields(result: Any) -> dict[str, Any]:
@@ -283,24 +325,29 @@ def _written(value: Any) -> Any:
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
+def _all(result: Result) -> dict[str, Any]:
+    """Return what a file holds of a result."""
+    return {**result.to_dict(), **result._saved()}
+
+
 def _text(result: Result, indent: int | None = None) -> str:
-    return json.dumps(_written(result.to_dict()), indent=indent, allow_nan=False, ensure_ascii=False)
+    return json.dumps(_written(_all(result)), indent=indent, allow_nan=False, ensure_ascii=False)
 
 
 def _arrays(result: Result) -> dict[str, np.ndarray]:
-    """Return everything as arrays; what is none of numbers is JSON."""
-    found = {}
-    for name, value in result.to_dict().items():
-        field = getattr(result, name, None)
-        if isinstance(field, np.ndarray):
-            found[name] = field
-        elif isinstance(field, tuple) and all(isinstance(each, int | float) for each in field):
-            found[name] = np.array(value)
-        elif isinstance(value, list | dict):
-            found[name] = np.array("json:" + json.dumps(_written(value), allow_nan=False))
-        elif value is not None:
-            found[name] = np.array(value)
-    return found
+    """Return everything as arrays; a list of other things than numbers is JSON."""
+    return {name: _array(value) for name, value in _all(result).items()}
+
+
+def _array(value: Any) -> np.ndarray:
+    if isinstance(value, list):
+        with contextlib.suppress(ValueError):  # rows of different lengths
+            array = np.array(value)
+            if array.dtype.kind in "ifb":
+                return array
+    if value is None or isinstance(value, list | dict):
+        return np.array("json:" + json.dumps(_written(value), allow_nan=False))
+    return np.array(value)
 
 
 def _of_array(array: np.ndarray) -> Any:
@@ -309,9 +356,9 @@ def _of_array(array: np.ndarray) -> Any:
 
 
 def _csv(result: Result) -> str:
-    columns = {name: np.asarray(column) for name, column in result._columns().items()}
+    columns = result._columns()
     text = io.StringIO()
-    constant = {} if len(next(iter(columns.values()))) == 1 else _fields(result)
+    constant = result._words() if result._numbers_above and len(next(iter(columns.values()))) > 1 else {}
     for name, value in constant.items():
         if isinstance(getattr(result, name, None), tuple) and all(isinstance(each, int) for each in value):
             text.write(f"# {name}: {' '.join(map(str, value))}\n")
@@ -319,14 +366,41 @@ def _csv(result: Result) -> str:
             text.write(f"# {name}: {value}\n")
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(columns)
-    rows.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    rows.writerows([_cell(_plain(value)) for value in row.values()] for row in rows_of(columns))
     return text.getvalue()
 
 
-@contextlib.contextmanager
-def _writing(path: Path) -> Iterator[None]:
-    """Raise FileError in place of an OSError."""
-    try:
-        yield
-    except OSError as error:
-        raise FileError(f"{path} cannot be written ({error.strerror}); choose another place.") from error
+def _cell(value: Any) -> Any:
+    """Return a value of the table as the CSV file has it."""
+    if value is None or (isinstance(value, float) and not math.isfinite(value)):
+        return ""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "; ".join(map(str, value)) if isinstance(value, list) else value
+
+
+def rows_of(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
+    """Return the rows of a table, each a dictionary, from its columns by name."""
+    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+
+
+def html_of(caption: str, columns: Mapping[str, Iterable[Any]]) -> str:
+    """Return a whole table in HTML, with its columns by name."""
+    cells = [[shown(value) for value in row.values()] for row in rows_of(columns)]
+    return table(caption, cells, [name.replace("_", " ") for name in columns])
+
+
+def shown(value: Any) -> str:
+    """Return a value as a cell of a table shows it; one that does not exist is empty."""
+    return f"{value:.8g}" if isinstance(value, float) and math.isfinite(value) else str(_cell(_plain(value)))
+
+
+def plain(value: Any) -> Any:
+    """Return a value as JSON has it: null for a number that is not finite, lists for tuples."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    if isinstance(value, Mapping):
+        return {str(key): plain(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [plain(each) for each in value]
+    return value

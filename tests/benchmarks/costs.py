@@ -32,7 +32,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from carom.studies.eos.measure import measure
 from carom.studies.eos.start import start as begin
 from helpers.mixtures import mixture
 from rates import rate, size_of
@@ -47,6 +46,7 @@ from carom.simulation import flying, run_loop, stretches
 from carom.simulation.run_state import RunState
 from carom.studies.eos.spec import StudySpec
 from carom.studies.scenes import scene_spec
+from carom.studies.study import perform
 
 BARE = carom.Tuning(images=False)
 
@@ -488,7 +488,7 @@ def tasks(given: argparse.Namespace) -> None:
         found = []
         for frames in (0, None):
             study = StudySpec((eta,), replicas=8, collisions_per_particle=1, equilibration=1, frames=frames)
-            seconds = [beside(partial(simulate, task)) for task in study.tasks()]
+            seconds = [beside(partial(perform, measure, task)) for task in study.tasks()]
             found.append(np.median(seconds[1:]))  # the first one loads what is compiled
         scene = scene_spec(next(iter(study.tasks()))["scene"])
         placing = np.median([beside(partial(begin, scene, np.random.default_rng(k))) for k in range(7)])

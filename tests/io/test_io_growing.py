@@ -17,7 +17,7 @@ from carom.errors import FileError
 from carom.io import claims, hdf5
 from carom.io.claims import Claim, steady, under_way
 from carom.io.events import EventLog, read_events, read_initial
-from carom.io.paths import replacing
+from carom.paths import replacing
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="needs locks of open files")
 

@@ -30,7 +30,7 @@ NAMED = ("Parameters", "Attributes", "Returns", "Yields", "Raises", "Warns")
 SECTIONS = "|".join([*NAMED, "Notes", "Examples"])
 OURS = {name for name in vars(errors) if name.endswith("Error")}
 
-# Functions of carom.io.paths that raise FileError.
+# Functions of carom.paths that raise FileError.
 FILES = ("existing", "reading", "replacing", "writable", "writing")
 
 # A docstring may leave its parameters to another one: "Parameters and errors are those of :func:`x`."

@@ -1,5 +1,6 @@
 """One noun, one name: public signatures and docstrings, and the README, have no second word for a thing."""
 
+import importlib
 import inspect
 import re
 from pathlib import Path
@@ -28,12 +29,30 @@ RIGHT = {
 FORBIDDEN = re.compile(r"\b(components?|colours?|neighbours?|centres?|max_walltime|workers)\b", re.IGNORECASE)
 """Words that the public docstrings and the README do not use: particle, color, neighbor, center, cores."""
 
+ROOT = Path(__file__).parents[2]
 
-def public():
-    """Yield name and object of all that users see: of five modules, with methods that users call."""
+OF_THE_ALGORITHM = ("concepts.md", "architecture.md", "notation.md")
+"""Pages in which what moves is a component, as in the article of the algorithm."""
+
+
+FACE = (carom, models, own, theory, io)
+
+
+def on_pages():
+    """Return the modules that the pages of the interface show."""
+    asked = re.compile(r"^\{\{ api ([\w.]+)", re.MULTILINE)
+    pages = [page.read_text(encoding="utf-8") for page in ROOT.glob("docs/api/*.md")]
+    shown = {name for page in pages for name in asked.findall(page)}
+    # Of an executor, workers are what its processes are called by Python.
+    return map(importlib.import_module, sorted(shown - {"carom.studies.executors"}))
+
+
+def public(modules):
+    """Yield name and object of all that users see of modules, with methods that users call."""
     seen = set()
-    for module in (carom, models, own, theory, io):
-        for name in dir(module):
+    for module in modules:
+        of_its_own = [n for n, x in vars(module).items() if getattr(x, "__module__", "") == module.__name__]
+        for name in dir(module) if module in FACE else getattr(module, "__all__", of_its_own):
             thing = getattr(module, name)
             if name.startswith("_") or inspect.ismodule(thing) or id(thing) in seen:
                 continue
@@ -45,7 +64,7 @@ def public():
                         yield f"{module.__name__}.{name}.{part}", value
 
 
-PUBLIC = sorted(public(), key=lambda each: each[0])
+PUBLIC = sorted(public(FACE), key=lambda each: each[0])
 
 
 def test_the_walk_sees_the_face():
@@ -81,7 +100,16 @@ def test_no_argument_has_a_second_name():
 @pytest.mark.parametrize("of", ["docstrings", "README"])
 def test_no_text_has_a_second_word(of):
     if of == "README":
-        texts = {"README": Path(__file__).parents[2].joinpath("README.md").read_text(encoding="utf-8")}
+        texts = {"README": ROOT.joinpath("README.md").read_text(encoding="utf-8")}
     else:
-        texts = {name: inspect.getdoc(thing) or "" for name, thing in PUBLIC}
+        texts = {name: inspect.getdoc(thing) or "" for name, thing in public((*FACE, *on_pages()))}
+        assert len(texts) > 600
     assert not {name: words for name, text in texts.items() if (words := FORBIDDEN.findall(text))}
+
+
+def test_pages_say_particle():
+    pages = [page for page in ROOT.glob("docs/*.md") if page.name not in OF_THE_ALGORITHM]
+    assert len(pages) > 20
+    assert [
+        page.name for page in pages if re.search(r"\bcomponents?\b", page.read_text(encoding="utf-8"), re.I)
+    ] == []

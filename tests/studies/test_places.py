@@ -15,7 +15,7 @@ import carom
 from carom import cli
 from carom.cli.study import finish, reserve
 from carom.errors import FileError
-from carom.io.paths import remnants
+from carom.paths import remnants
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import Folder

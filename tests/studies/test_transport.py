@@ -131,8 +131,8 @@ def test_the_rule_for_slopes_leaves_less_than_a_thousandth_behind(decay):
     t = 0.5 * np.array(windows.LAGS)
     squares = 2.0 * (t - decay * (1.0 - np.exp(-t / decay)))
     found = point_of([block_of(squares)] * 4).shear_viscosity()
-    assert found.value.mean == pytest.approx(1.0, abs=1e-3)
-    assert found.value.mean < 1.0
+    assert found.mean == pytest.approx(1.0, abs=1e-3)
+    assert found.mean < 1.0
 
 
 def test_the_rule_waits_for_a_slow_decay():
@@ -143,7 +143,7 @@ def test_the_rule_waits_for_a_slow_decay():
     blocks = [block_of(squares * (1.0 + 1e-3 * rng.standard_normal())) for _ in range(16)]
     found = point_of(blocks).shear_viscosity()
     assert found.window == (40.0, 80.0)
-    assert found.value.mean == pytest.approx(1.0, abs=2e-3)
+    assert found.mean == pytest.approx(1.0, abs=2e-3)
 
 
 def test_slopes_of_noise_with_a_memory_cover_their_truth():
@@ -159,7 +159,7 @@ def test_slopes_of_noise_with_a_memory_cover_their_truth():
         current = lfilter([1.0], [1.0, -decay], noise, axis=1)
         moment = np.cumsum(current, axis=1)[:, ::16] * every / 16.0
         blocks = [block_of([np.mean((x[lag:] - x[:-lag]) ** 2) for lag in windows.LAGS]) for x in moment]
-        value = point_of(blocks).shear_viscosity().value
+        value = point_of(blocks).shear_viscosity()
         values.append(value.mean)
         low, high = value.confidence(0.95)
         inside += low <= 1.0 <= high
@@ -184,7 +184,7 @@ def test_the_mean_taken_out_of_the_pressure_is_made_good(total, count, runs):
             block["bulk"] = [[float(c.mean()) for c in changes], [float(np.mean(c * c)) for c in changes]]
             block["change"] = float(x[-1] - x[0])
             blocks.append(block)
-        values.append(point_of(blocks, every, count).bulk_viscosity().value.mean)
+        values.append(point_of(blocks, every, count).bulk_viscosity().mean)
     error = np.std(values) / math.sqrt(len(values))
     assert error < 0.07
     assert np.mean(values) == pytest.approx(1.0, abs=FIVE * error)
@@ -199,12 +199,12 @@ def test_a_mixture_conducts_without_a_flux_of_any_species():
     block["fluxes"] = (matrix[..., None] * np.array(windows.LAGS)).tolist()
     result = {**result_of([block] * 4), "counts": list(counts)}
     point = Point([{"result": result}])
-    assert point.thermal_conductivity().value.mean == pytest.approx(heat - cross**2 / first)
-    assert point.thermal_diffusion().value.mean == pytest.approx(cross)
+    assert point.thermal_conductivity().mean == pytest.approx(heat - cross**2 / first)
+    assert point.thermal_diffusion().mean == pytest.approx(cross)
     # D of Maxwell and Stefan: N_1 N_2 / N of the relative motion of the mean positions, whose squares are
     # first (1 / N_1 + 1 / N_2)^2.
     relative = first * (1.0 / counts[0] + 1.0 / counts[1]) ** 2
-    assert point.mutual_diffusion().value.mean == pytest.approx(24.0 * relative)
+    assert point.mutual_diffusion().mean == pytest.approx(24.0 * relative)
 
 
 def test_a_mixture_whose_conductivity_has_not_settled_says_so():
@@ -222,12 +222,12 @@ def test_a_mixture_whose_conductivity_has_not_settled_says_so():
     assert not conductivity(windows.LAGS, 1.5).settled
     short = conductivity(windows.LAGS[:2], 1.0)
     assert not short.settled
-    assert math.isnan(short.value.mean)
+    assert math.isnan(short.mean)
 
 
 def test_a_study_without_theory_draws_every_species(tmp_path):
     half = Estimate(0.5, 0.01, 100.0, 1.0, 100)
-    curve = Coefficient(half, (2.0, 4.0), times=(1.0, 2.0, 4.0), running=(half, half, half))
+    curve = Coefficient.of(half, (2.0, 4.0), times=(1.0, 2.0, 4.0), running=(half, half, half))
     names = ("self_diffusion_0", "self_diffusion_1", "shear_viscosity", "mutual_diffusion")
     row = SimpleNamespace(
         n=100, packing_fraction=0.2, mean_free_time=1.0, exists=True, enskog=None,
@@ -255,7 +255,7 @@ def test_replicas_of_unequal_pressure_have_the_bulk_viscosity_of_each():
             block["change"] = float(x[-1] - x[0])
             blocks.append(block)
         records.append({"result": result_of(blocks, samples=1280)})
-    found = Point(records).bulk_viscosity().value
+    found = Point(records).bulk_viscosity()
     assert found.mean == pytest.approx(1.0, abs=FIVE * found.error)
     assert found.error < 0.3
 
@@ -302,11 +302,11 @@ def test_a_fluid_of_moderate_density_is_near_enskog(study):
     (row,) = study[0].points
     for name, (c, enskog) in row.quantities().items():
         # 64 spheres: what is beyond Enskog, and beyond 64, is some 5 % at this density, for D up to 8 %.
-        assert c.value.mean == pytest.approx(enskog, abs=FIVE * c.value.error + 0.1 * enskog), name
-        assert 0.0 < c.value.relative_error < 0.3
+        assert c.mean == pytest.approx(enskog, abs=FIVE * c.error + 0.1 * enskog), name
+        assert 0.0 < c.relative_error < 0.3
     for c in (row.shear_viscosity, row.thermal_conductivity):
-        assert c.kinetic.mean + c.cross.mean + c.collisional.mean == pytest.approx(c.value.mean)
-    d, v = row.self_diffusion[0].value, row.self_diffusion_by_velocity[0].value
+        assert c.kinetic.mean + c.cross.mean + c.collisional.mean == pytest.approx(c.mean)
+    d, v = row.self_diffusion[0], row.self_diffusion_by_velocity[0]
     assert d.mean == pytest.approx(v.mean, abs=FIVE * math.hypot(d.error, v.error))
     assert row.self_diffusion_infinite.mean > d.mean
     wood = float(theory.erpenbeck_wood(0.15)) * row.enskog.self_diffusion
@@ -326,7 +326,7 @@ def test_the_row_of_infinitely_many_shows_enskogs_value_and_the_ratio_to_it(stud
 
 def test_infinitely_many_spheres_diffuse_by_the_mass_of_all_over_that_of_the_others_faster(study):
     (row,) = study[0].points
-    d, infinite, eta = row.self_diffusion[0].value, row.self_diffusion_infinite, row.shear_viscosity.value
+    d, infinite, eta = row.self_diffusion[0], row.self_diffusion_infinite, row.shear_viscosity
     rho = 0.15 * 6.0 / math.pi
     shift = theory.diffusion_shift(64, rho, eta.mean, self_diffusion=infinite.mean)
     assert row.at_rest == {0: 64 / 63}
@@ -372,14 +372,14 @@ def test_identical_species_diffuse_and_conduct_as_one(study):
     mixed = carom.transport(0.15, **study[2], scene={"species": species}, executor="serial")
     (one,), (two,) = study[0].points, mixed.points
     for name in ("shear_viscosity", "thermal_conductivity"):
-        a, b = getattr(one, name).value, getattr(two, name).value
+        a, b = getattr(one, name), getattr(two, name)
         assert a.mean == pytest.approx(b.mean, abs=FIVE * math.hypot(a.error, b.error)), name
     # Equal spheres of two colours: what they exchange is self-diffusion, but for the correlation of unlike
     # neighbours.
-    mutual = two.mutual_diffusion.value
-    assert mutual.mean == pytest.approx(two.self_diffusion[0].value.mean, abs=FIVE * mutual.error)
+    mutual = two.mutual_diffusion
+    assert mutual.mean == pytest.approx(two.self_diffusion[0].mean, abs=FIVE * mutual.error)
     # Heat and colour have nothing to do with each other.
-    heat = two.thermal_diffusion.value
+    heat = two.thermal_diffusion
     assert abs(heat.mean) < FIVE * heat.error
 
 
@@ -393,7 +393,7 @@ def test_in_two_dimensions_no_number_is_given_for_what_does_not_exist():
     assert "logarithm" in str(found)
     running = row.self_diffusion[0].running
     assert running[-1].mean > running[0].mean
-    assert all(each["value"] is None for each in found.rows())
+    assert all(each["value"] is None for each in found.to_dict()["table"])
 
 
 @pytest.mark.parametrize(
@@ -463,9 +463,9 @@ def test_published_values_are_met():
     found = carom.transport(0.5 * math.pi / 6.0, n=500, relative_error=0.02)
     (row,) = found.points
     assert row.mean_free_time == pytest.approx(0.13031, abs=3e-4)
-    assert row.shear_viscosity.value.mean == pytest.approx(0.58, abs=0.06)
-    assert row.thermal_conductivity.value.mean == pytest.approx(2.3, abs=0.2)
-    shift = theory.diffusion_shift(1372, 0.5, row.shear_viscosity.value.mean)
+    assert row.shear_viscosity.mean == pytest.approx(0.58, abs=0.06)
+    assert row.thermal_conductivity.mean == pytest.approx(2.3, abs=0.2)
+    shift = theory.diffusion_shift(1372, 0.5, row.shear_viscosity.mean)
     at_1372 = (row.self_diffusion_infinite.mean - shift) * 1371 / 1372
     assert at_1372 == pytest.approx(0.247, abs=math.hypot(3 * 0.002, 3 * row.self_diffusion_infinite.error))
     wood = float(theory.erpenbeck_wood(0.5 * math.pi / 6.0)) * row.enskog.self_diffusion
@@ -485,14 +485,14 @@ def test_thin_and_dense_fluids_diffuse_as_erpenbeck_and_wood_found():
         )
     # Enskog's theory is good to a percent in a gas, and too small near freezing.
     for name in ("shear_viscosity", "thermal_conductivity"):
-        c, enskog = getattr(thin, name).value, getattr(thin.enskog, name)
+        c, enskog = getattr(thin, name), getattr(thin.enskog, name)
         assert c.mean == pytest.approx(enskog, rel=0.01, abs=FIVE * c.error)
-    assert dense.shear_viscosity.value.mean > 1.1 * dense.enskog.shear_viscosity
+    assert dense.shear_viscosity.mean > 1.1 * dense.enskog.shear_viscosity
     # The slope a window later is the same: nothing of the slow decay is cut off.
     for r in rows:
         c = r.shear_viscosity
         late = next(x for t, x in zip(c.times, c.running, strict=True) if t > c.window[1])
-        assert late.mean == pytest.approx(c.value.mean, abs=FIVE * late.error)
+        assert late.mean == pytest.approx(c.mean, abs=FIVE * late.error)
 
 
 @pytest.mark.slow
@@ -504,10 +504,10 @@ def test_the_viscosity_of_an_isotopic_mixture_is_that_of_erpenbecks_enskog_theor
     ]
     eta = math.sqrt(2.0) / 3.0 * math.pi / 6.0
     (r,) = carom.transport(eta, n=256, replicas=2, relative_error=0.02, scene={"species": species}).points
-    print(r.shear_viscosity.value)
+    print(r.shear_viscosity)
     # At this density what is beyond Enskog takes some percent of a pure fluid's viscosity.
-    assert r.shear_viscosity.value.mean == pytest.approx(
-        0.2937862, abs=4.0 * r.shear_viscosity.value.error + 0.03 * 0.2937862
+    assert r.shear_viscosity.mean == pytest.approx(
+        0.2937862, abs=4.0 * r.shear_viscosity.error + 0.03 * 0.2937862
     )
 
 
@@ -521,10 +521,10 @@ def test_error_bars_of_200_short_runs_cover():
     def numbers(r):
         return [r.shear_viscosity, r.thermal_conductivity, r.bulk_viscosity, r.self_diffusion[0]]
 
-    truths = [c.value.mean for c in numbers(coefficients_of(records))]
+    truths = [c.mean for c in numbers(coefficients_of(records))]
     inside, deviations = np.zeros(4), []
     for record in records:
-        found = [c.value for c in numbers(coefficients_of([record]))]
+        found = numbers(coefficients_of([record]))
         held = [
             low <= truth <= high
             for truth, (low, high) in zip(truths, (v.confidence() for v in found), strict=True)
@@ -544,7 +544,7 @@ def test_different_masses_conduct_by_enskog_with_and_without_labels():
     eta = math.pi / math.sqrt(18.0) / 3.0
     species = [{"name": "a", "fraction": 0.5, "mass": 1.0}, {"name": "b", "fraction": 0.5, "mass": 0.1}]
     found = carom.transport(eta, n=216, relative_error=0.03, scene={"species": species})
-    value = found.points[0].shear_viscosity.value
+    value = found.points[0].shear_viscosity
     assert value.mean == pytest.approx(0.2937862, abs=FIVE * value.error + 0.03 * 0.2937862)
 
 

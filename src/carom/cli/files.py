@@ -152,8 +152,8 @@ def rdf(
     from carom import io, observables
     from carom.cli.screen import watched
     from carom.errors import InputError
-    from carom.io.paths import replacing
     from carom.observables.radial import is_table
+    from carom.paths import replacing
 
     own = out is None
     if out is None:
@@ -196,7 +196,7 @@ def init(
     carom init
     carom init disks.toml
     """
-    from carom.io.paths import replacing, writing
+    from carom.paths import replacing, writing
     from carom.scene_file.scene_file import template
 
     refuse_to_replace(path, overwrite=overwrite)

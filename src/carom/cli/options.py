@@ -33,7 +33,7 @@ def number_of(cores: str | None) -> int | str | None:
 def refuse_to_replace(*paths: Path, overwrite: bool) -> None:
     """Raise FileError for a file that exists, or that cannot be written; do nothing with --overwrite."""
     from carom.errors import FileError
-    from carom.io.paths import writable
+    from carom.paths import writable
 
     for path in paths:
         if writable(path).exists() and not overwrite:

@@ -174,7 +174,7 @@ def _describes(file: Path, spec: Any) -> bool:
 
 def write(study: Study[Any], out: Path, *, report: bool, pictures: bool) -> None:
     """Write the study, its table and its pictures to a folder."""
-    from carom.io.paths import replacing, writing
+    from carom.paths import replacing, writing
     from carom.studies.places import title
 
     file = out / "study.toml"
@@ -183,7 +183,7 @@ def write(study: Study[Any], out: Path, *, report: bool, pictures: bool) -> None
             temporary.write_text(
                 f"{title(f'carom {study.name}')}\n\n{study.spec.to_toml()}", encoding="utf-8"
             )
-    study.to_csv(out / f"{study.name}.csv")
+    study.save(out / f"{study.name}.csv")
     if pictures and study.records:
         with replacing(out / f"{study.name}.png") as temporary:
             study.plot(temporary)

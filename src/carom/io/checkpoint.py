@@ -25,7 +25,7 @@ from carom.errors import FileError, InputError
 from carom.io.hdf5 import made
 from carom.io.inspection import opened
 from carom.io.packed import expected, pack, unpack
-from carom.io.paths import existing, reading, replacing, writing
+from carom.paths import existing, reading, replacing, writing
 from carom.version import __version__
 
 _MAGIC = "carom-checkpoint"

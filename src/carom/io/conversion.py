@@ -9,9 +9,9 @@ from pathlib import Path
 from carom.errors import FileError, InputError
 from carom.io import exports
 from carom.io.formats import EXPORTED, Reader, format_of
-from carom.io.paths import replacing, writable, writing
 from carom.io.trajectory import open_reader, open_writer, trajectory_of
 from carom.notebook import by_count, watchable
+from carom.paths import replacing, writable, writing
 
 
 @watchable("Converting", by_count)

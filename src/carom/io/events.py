@@ -19,7 +19,7 @@ from carom.io import checksums
 from carom.io.claims import Claim, patiently, steady
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
-from carom.io.paths import existing, reading, uninterrupted, writable, writing
+from carom.paths import existing, reading, uninterrupted, writable, writing
 from carom.version import __version__
 
 if TYPE_CHECKING:

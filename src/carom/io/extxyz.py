@@ -54,8 +54,8 @@ from carom.io.announced import (
 )
 from carom.io.claims import Claim, under_way
 from carom.io.formats import Reader, Writer
-from carom.io.paths import reading, writing
 from carom.io.validation import narrowed
+from carom.paths import reading, writing
 from carom.version import __version__
 
 _KIND = "extended XYZ"

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Self, overload
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.paths import uninterrupted, writing
 from carom.io.validation import flaw, step_back
+from carom.paths import uninterrupted, writing
 
 if TYPE_CHECKING:
     import xarray

@@ -22,8 +22,8 @@ from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.io.claims import Claim, patiently
 from carom.io.formats import Reader, Writer
-from carom.io.paths import reading, replacing, writing
 from carom.io.validation import narrowed
+from carom.paths import reading, replacing, writing
 
 if TYPE_CHECKING:
     import gsd.hoomd

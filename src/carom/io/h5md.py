@@ -21,7 +21,7 @@ from carom.io.claims import Claim, patiently, under_way
 from carom.io.formats import Reader, Writer
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
-from carom.io.paths import reading, reason, writing
+from carom.paths import reading, reason, writing
 from carom.scene.lattices import MOST_DIMENSIONS
 from carom.version import __version__
 

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.io.claims import Claim, patiently
 from carom.io.inspection import FORMAT, opened
-from carom.io.paths import existing, reading, reason
+from carom.paths import existing, reading, reason
 
 if TYPE_CHECKING:
     import h5py

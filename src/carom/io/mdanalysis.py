@@ -46,8 +46,8 @@ from carom.io.announced import dimension_of, in_order, lattice_of, number_of, pe
 from carom.io.claims import steady, under_way
 from carom.io.extxyz import UNENDED, Index, parse
 from carom.io.formats import Reader
-from carom.io.paths import existing, reading
 from carom.io.trajectory import open_reader
+from carom.paths import existing, reading
 
 _NO_IMAGES = (
     "These frames hold no image counts, so that positions cannot be unwrapped; sample with "

@@ -15,7 +15,7 @@ from typing import Any
 
 from carom import checks
 from carom.errors import FileError, InputError
-from carom.io.paths import reason
+from carom.paths import reason
 
 Check = Callable[[Any, str], Any]
 """Returns a value as it is used, or raises InputError; the second argument is what to call it."""

@@ -11,7 +11,7 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader, Writer, format_of
-from carom.io.paths import existing, writable
+from carom.paths import existing, writable
 
 FRAMES = (
     "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "packing.h5md", "packing.extxyz",

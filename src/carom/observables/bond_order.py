@@ -1,9 +1,9 @@
 """Bond-orientational order during a run: psi_l in 2D, Q_l in 3D, and their analogue in any dimension.
 
-A bond is the direction u from a component to a neighbour. Its order of degree l is a vector y of real
+A bond is the direction u from a particle to a neighbor. Its order of degree l is a vector y of real
 harmonics of degree l. They are scaled so that ``y(u) . y(u')`` is the Gegenbauer polynomial of ``u . u'``
 that is 1 at 1: ``cos(l angle)`` in 2D, the Legendre polynomial P_l in 3D. The length of the mean of y over
-the bonds of a component is therefore ``|psi_l|`` of Halperin and Nelson (1978) in 2D, and q_l of Steinhardt,
+the bonds of a particle is therefore ``|psi_l|`` of Halperin and Nelson (1978) in 2D, and q_l of Steinhardt,
 Nelson and Ronchetti (1983) in 3D.
 """
 
@@ -30,7 +30,7 @@ from carom.results import Result
 from carom.scene.overlaps import Room
 
 NEAREST = {2: 6, 3: 12, 4: 24}
-"""Default number of neighbours, by dimension: the number of contacts in the densest lattice."""
+"""Default number of neighbors, by dimension: the number of contacts in the densest lattice."""
 
 
 PORTION = 2**15
@@ -122,14 +122,14 @@ class BondOrder(OfFrames):
             self._correlate(room, places, orders)
 
     def _orders(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, int]:
-        """Return the order of each component (n, h), zero without neighbours, and the number of bonds."""
+        """Return the order of each particle (n, h), zero without neighbors, and the number of bonds."""
         pairs, bonds = self._bonds_of(room, places)
         return orders_of(self.l, len(places), pairs, bonds), len(pairs)
 
     def _bonds_of(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, Callable[[slice], np.ndarray]]:
-        """Return component and neighbour of each bond (m, 2), and the function that makes its vectors.
+        """Return particle and neighbor of each bond (m, 2), and the function that makes its vectors.
 
-        A pair of neighbours has two bonds. There are many, so a portion of vectors is made at a time.
+        A pair of neighbors has two bonds. There are many, so a portion of vectors is made at a time.
         """
         if self.voronoi:
             if places.shape[1] not in (2, 3):
@@ -140,7 +140,7 @@ class BondOrder(OfFrames):
         return pairs, lambda part: room.separations(places, pairs[part])
 
     def _neighbors(self, room: Room, places: np.ndarray) -> np.ndarray:
-        """Return component and neighbour of each bond to the nearest, or within reach."""
+        """Return particle and neighbor of each bond to the nearest, or within reach."""
         if self.reach is not None:
             _refuse_images(room, self.reach, "reach")
             found = pairs_within(room, places, self.reach)
@@ -194,16 +194,16 @@ class BondOrder(OfFrames):
 
 
 def orders_of(degree: int, n: int, pairs: np.ndarray, bonds: Callable[[slice], np.ndarray]) -> np.ndarray:
-    """Return the order (n, h) of each component: the mean of the harmonics of its bonds, 0 without any.
+    """Return the order (n, h) of each particle: the mean of the harmonics of its bonds, 0 without any.
 
     Parameters
     ----------
     degree : int
         l.
     n : int
-        Number of components.
+        Number of particles.
     pairs : (m, 2) array
-        Component and neighbour of each bond.
+        Particle and neighbor of each bond.
     bonds : callable
         Returns the vectors (k, d) of the bonds in a slice.
     """
@@ -252,13 +252,13 @@ class BondOrderResult(Result):
     l : int
         Degree.
     local_order : Estimate
-        Mean of ``|psi_l|``, or q_l, over components.
+        Mean of ``|psi_l|``, or q_l, over particles.
     global_order : Estimate
-        Modulus of the mean over components: ``|Psi_l|``, or Q_l.
+        Modulus of the mean over particles: ``|Psi_l|``, or Q_l.
     global_square : Estimate
-        Mean of its square. In a fluid of n components it does not vanish, but falls as 1 / n.
+        Mean of its square. In a fluid of n particles it does not vanish, but falls as 1 / n.
     neighbors : Estimate
-        Number of neighbours of a component.
+        Number of neighbors of a particle.
     edges : (b + 1,) array
         Edges of the bins of the correlation [length].
     correlation, correlation_error : (b,) arrays

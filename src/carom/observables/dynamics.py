@@ -43,7 +43,7 @@ FEW = 8
 
 @functools.cache
 def _kernel() -> Any:
-    """Return the compiled sums over components of two frames."""
+    """Return the compiled sums over particles of two frames."""
     from numba import float64, int64, void
 
     @functools.partial(

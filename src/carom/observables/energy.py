@@ -106,7 +106,7 @@ class EnergyResult(Result):
     U : Estimate
         Mean potential energy over n [energy].
     kinetic : Estimate
-        Mean kinetic energy about the motion of the centre of mass, over n [energy].
+        Mean kinetic energy about the motion of the center of mass, over n [energy].
     total : Estimate
         Mean of their sum, over n [energy]. Where it is conserved, its error is that of rounding.
     kT : Estimate

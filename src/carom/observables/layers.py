@@ -1,12 +1,12 @@
 """The granular temperature by layers along a field: what a bed has in place of one temperature.
 
-In a field that pulls along the unit vector -u, a layer holds the components whose centres are at the same
+In a field that pulls along the unit vector -u, a layer holds the particles whose centers are at the same
 height ``u . x``, within the largest diameter. Its temperature is that of the velocities relative to the mean
 velocity of the layer, at each look::
 
     kT = sum_i m_i (v_i - v)^2 / (d (N - 1)),    v = sum_i m_i v_i / sum_i m_i
 
-with N components in the layer. Numerator and denominator are added up separately. In equilibrium it is the
+with N particles in the layer. Numerator and denominator are added up separately. In equilibrium it is the
 temperature, at every height; a bed that loses energy has none that is the same everywhere.
 """
 
@@ -31,7 +31,7 @@ MOST = 64
 """Layers at most; in a higher box they are thicker than the largest diameter."""
 
 GROUPS = 128
-"""Groups of looks that are kept, from which errors follow; of more, two neighbours become one."""
+"""Groups of looks that are kept, from which errors follow; of more, two neighbors become one."""
 
 
 @dataclass(frozen=True)
@@ -41,9 +41,9 @@ class Layer:
     Attributes
     ----------
     low, high : float
-        Heights between which its centres are, from the end of the box to which the field pulls [length].
+        Heights between which its centers are, from the end of the box to which the field pulls [length].
     members : float
-        Mean number of components.
+        Mean number of particles.
     kT : Estimate or None
         Granular temperature [energy]; None where never two were in the layer.
     """
@@ -110,7 +110,7 @@ class Layers:
         return sum(group[0][1] for group in self.groups) / looks if looks else None
 
     def found(self) -> list[Layer]:
-        """Return the layers in which there ever was a component, from the lowest on."""
+        """Return the layers in which there ever was a particle, from the lowest on."""
         if not self.groups:
             return []
         looks = sum(group[0][0] for group in self.groups)
@@ -127,7 +127,7 @@ class Layers:
 
 
 def weight(scene: Scene) -> float | None:
-    """Return the mean weight of a component, m g [energy / length]; None where there is no field."""
+    """Return the mean weight of a particle, m g [energy / length]; None where there is no field."""
     motion = scene.motion
     if not isinstance(motion, Gravity) or motion.strength == 0.0:
         return None

@@ -17,7 +17,7 @@ PARTS = ("kinetic", "cross", "collisional")
 class HelfandMoments:
     """Time integrals of the currents of momentum and heat, at m equally spaced times.
 
-    They refer to the rest frame of the centre of mass. Kinetic parts are exact between collisions;
+    They refer to the rest frame of the center of mass. Kinetic parts are exact between collisions;
     collisional parts change only at collisions.
 
     Attributes
@@ -67,13 +67,13 @@ class MeanSquares:
         Mean square of an off-diagonal element of the stress: kinetic, cross, collisional. It is the mean over
         all elements of the traceless tensor, hence over every off-diagonal element in every orientation.
     heat : (3, l) array
-        Mean square of one component: kinetic, cross, collisional.
+        Mean square of one particle: kinetic, cross, collisional.
     bulk : (2, l) array
         Mean and mean square of the change of :attr:`HelfandMoments.pressure` minus ``rate`` times the time.
     rate : float
         As in :func:`mean_squares`.
     fluxes : (1 + K, 1 + K, l) array
-        Mean products of one component of heat and of the displacement of each species.
+        Mean products of one particle of heat and of the displacement of each species.
     """
 
     times: np.ndarray
@@ -139,6 +139,6 @@ def mean_squares(moments: HelfandMoments, lags: Sequence[int], rate: float) -> M
 
 
 def _parts(x: np.ndarray) -> np.ndarray:
-    """Return the means over samples of k.k, 2 k.c and c.c, for (k, c) of the shape (2, m, components)."""
+    """Return the means over samples of k.k, 2 k.c and c.c, for (k, c) of the shape (2, m, particles)."""
     (kk, kc), (_, cc) = np.einsum("pma,qma->pq", x, x) / x.shape[1]
     return np.array([kk, 2.0 * kc, cc])

@@ -36,7 +36,7 @@ def balanced_by_field(obstacle: object) -> bool:
 
 
 def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
-    """Return the weighted momentum M of the components for each wall and obstacle.
+    """Return the weighted momentum M of the particles for each wall and obstacle.
 
     Parameters
     ----------
@@ -54,10 +54,10 @@ def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
     Notes
     -----
     Between walls at 0 and L the weight of the lower one is ``(L - sigma_i / 2 - x) / (L - sigma_i)``, from 1
-    where component i touches it to 0 where i touches the upper one. In a container of radius R about c the
+    where particle i touches it to 0 where i touches the upper one. In a container of radius R about c the
     field is ``(r - c) / (R - sigma_i / 2)``, for a cylinder without the coordinate along its axis. Around a
     ball the field is radial, with constant divergence up to half of the box, and zero beyond. The field of a
-    plane vanishes at the height of the highest component, where another plane may be.
+    plane vanishes at the height of the highest particle, where another plane may be.
     """
     momenta, places, radii = frame.masses[:, None] * frame.velocities, frame.positions, 0.5 * frame.diameters
     found: list[float] = []
@@ -98,12 +98,12 @@ def _around(ball: Ball, momenta: np.ndarray, places: np.ndarray, radii: np.ndarr
 
 
 def _above(plane: Plane, momenta: np.ndarray, places: np.ndarray, radii: np.ndarray) -> float:
-    """Return the momentum towards a plane, weighted from 1 at contact to 0 at the highest component."""
+    """Return the momentum towards a plane, weighted from 1 at contact to 0 at the highest particle."""
     toward = -np.sum(momenta * np.sign(plane.normal), axis=1)
     height = plane.gap(places, radii, (), ())
     return dot(toward, 1.0 - _over(height, np.full_like(height, height.max())))
 
 
 def _over(values: np.ndarray, room: np.ndarray) -> np.ndarray:
-    """Return values / room, and zero for components that fill all of the room and cannot move."""
+    """Return values / room, and zero for particles that fill all of the room and cannot move."""
     return np.divide(values, room, out=np.zeros_like(values), where=room > 0.0)

@@ -1,8 +1,8 @@
-"""Neighbours by sorted cells: the nearest ones of each component, and all pairs within a reach.
+"""Neighbors by sorted cells: the nearest ones of each particle, and all pairs within a reach.
 
 The cells are those of g(r) (:mod:`carom.cells`). Compiled code reads the stretches of memory around a cell
-and keeps the nearest ones of each component. Components with too few in reach are treated again with a larger
-reach. A k-d tree replaces the cells where few cells hold nearly all components, or a cell has too many around
+and keeps the nearest ones of each particle. Particles with too few in reach are treated again with a larger
+reach. A k-d tree replaces the cells where few cells hold nearly all particles, or a cell has too many around
 it. The loop over the surroundings of a cell is repeated in :mod:`carom.observables.pairs`, because Numba's
 cache notices no edit outside of the file of a compiled function.
 """
@@ -23,7 +23,7 @@ from carom.scene.overlaps import Room
 from carom.theory import ball_volume
 
 SPARE = 1.25
-"""Expected number of components in the first reach over the requested one. In a dense fluid one component of
+"""Expected number of particles in the first reach over the requested one. In a dense fluid one particle of
 fifteen then has too few. With 1.5 it would be one of two hundred, but all others would examine more.
 """
 
@@ -41,7 +41,7 @@ def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
 
 
 def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
-    """Return the ``count`` nearest components of each component, (n, count), by distance.
+    """Return the ``count`` nearest particles of each particle, (n, count), by distance.
 
     Parameters
     ----------
@@ -49,16 +49,16 @@ def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
     places : (n, d) float64 array
         Positions inside the box [length].
     count : int
-        Number of neighbours, at least 1.
+        Number of neighbors, at least 1.
 
     Raises
     ------
     InputError
-        If there are too few components.
+        If there are too few particles.
 
     Notes
     -----
-    Distances are those of nearest images. The order of components at equal distances is not defined.
+    Distances are those of nearest images. The order of particles at equal distances is not defined.
     """
     n, d = places.shape
     if n <= count:
@@ -90,7 +90,7 @@ def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
 
 
 def _by_tree(room: Room, places: np.ndarray, chosen: np.ndarray, count: int) -> np.ndarray:
-    """Return the nearest of the chosen components by a k-d tree."""
+    """Return the nearest of the chosen particles by a k-d tree."""
     from scipy.spatial import cKDTree
 
     tree = cKDTree(places, boxsize=np.where(room.periodic, room.box, 0.0))
@@ -117,7 +117,7 @@ def _compiled() -> Any:
 
 
 def _keep(places, starts, order, height, around, windows, period, limit, who):
-    """Write the nearest ones of each component whose row of ``who`` ends with -1, if enough are in reach.
+    """Write the nearest ones of each particle whose row of ``who`` ends with -1, if enough are in reach.
 
     ``limit`` is the square of the reach.
     """

@@ -37,7 +37,7 @@ BALANCED = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class PackingNetwork:
-    """The contacts of a packing, and its backbone: all components that are not rattlers.
+    """The contacts of a packing, and its backbone: all particles that are not rattlers.
 
     Attributes
     ----------
@@ -50,14 +50,14 @@ class PackingNetwork:
     gaps : (p,) array
         Gap over contact distance of all near pairs, in increasing order; negative for pairs that overlap.
     bonds : (m, 2) int array
-        Pairs in contact, i < j; i twice where a component touches its own image; or a component i and n + k,
+        Pairs in contact, i < j; i twice where a particle touches its own image; or a particle i and n + k,
         the number of a wall or an obstacle. The walls come first, axis after axis, lower before upper.
     vectors : (m, d) array
         Vector from i to the touching image of j, or to the wall or obstacle [length].
     backbone : (n,) bool array
-        Which components are not rattlers.
+        Which particles are not rattlers.
     sided : bool
-        Whether a component with contacts on one side only counts as a rattler.
+        Whether a particle with contacts on one side only counts as a rattler.
     obstacles : tuple of obstacles
         Obstacles of the scene.
     """
@@ -74,12 +74,12 @@ class PackingNetwork:
 
     @property
     def rattlers(self) -> np.ndarray:
-        """Indices of the components that their neighbours do not hold in place."""
+        """Indices of the particles that their neighbors do not hold in place."""
         return np.flatnonzero(~self.backbone)
 
     @property
     def rattler_fraction(self) -> float:
-        """Fraction of the components that are rattlers."""
+        """Fraction of the particles that are rattlers."""
         return 1.0 - float(self.backbone.mean())
 
     @property
@@ -96,7 +96,7 @@ class PackingNetwork:
 
     @property
     def coordination(self) -> float:
-        """Mean number of contacts of a component of the backbone; nan without a backbone."""
+        """Mean number of contacts of a particle of the backbone; nan without a backbone."""
         ends = int((self.bonds[self.held] < self.frame.n).sum())
         solid = int(self.backbone.sum())
         return ends / solid if solid else math.nan
@@ -216,11 +216,11 @@ def packing_network(
     gap : float, optional
         Pairs are in contact if their gap is below this fraction of the contact distance. By default it is the
         middle, in the logarithm, of the widest void in the distribution of gaps. At least half as many pairs
-        as there are components lie below that void, and at least d + 1, which a single one needs.
+        as there are particles lie below that void, and at least d + 1, which a single one needs.
     contact : (K, K) array_like, optional
         Contact distances between species [length], where they are not the means of the diameters.
     sided : bool
-        Whether a component with contacts on one side only counts as a rattler. If False, only the number of
+        Whether a particle with contacts on one side only counts as a rattler. If False, only the number of
         contacts decides.
     obstacles : sequence of obstacles
         Obstacles of the scene, which hold the packing as well.
@@ -234,13 +234,13 @@ def packing_network(
     Notes
     -----
     A rattler has fewer than d + 1 contacts, or contacts on one side only. Then no combination of their
-    directions with positive coefficients is zero, and it can be moved away from all of them. A component held
+    directions with positive coefficients is zero, and it can be moved away from all of them. A particle held
     only by rattlers is a rattler, too: rattlers are removed until none is left.
 
     If spheres were compressed too fast for their forces to balance, contacts are missing at any pressure.
     Removing rattlers then removes all spheres. Compress more slowly, from a reduced pressure of some hundreds
     on; or, with ``sided=False``, count contacts only. Crystalline grains vanish in the same way, because a
-    disk at the straight edge of a grain has its neighbours on one side.
+    disk at the straight edge of a grain has its neighbors on one side.
     """
     # A file may have lost which axes have walls: any box of this dimension will do.
     obstacles = checked(obstacles, tuple(frame.box), (False,) * frame.dimension)
@@ -338,7 +338,7 @@ def _widest_void(gaps: np.ndarray, smallest: float, least: int) -> float:
 
 
 def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray, sided: bool) -> np.ndarray:
-    """Return which components (n,) remain when rattlers are removed until there is none."""
+    """Return which particles (n,) remain when rattlers are removed until there is none."""
     n = frame.n
     touching: list[list[tuple[int, np.ndarray]]] = [[] for _ in range(n)]
     directions = vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
@@ -359,7 +359,7 @@ def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray, sided: bool)
 
 
 def is_held(directions: np.ndarray) -> bool:
-    """Return whether contacts in these directions (m, d) hold a component from all sides.
+    """Return whether contacts in these directions (m, d) hold a particle from all sides.
 
     They do if they span the space and a combination of them with positive coefficients is zero. With the
     coefficients 1 + mu this is a problem of non-negative least squares.

@@ -1,7 +1,7 @@
 """Histograms of pair distances, counted in one pass over sorted cells, in any dimension.
 
 Distances are those of nearest images. The counts are integers, so that they do not depend on the number of
-threads or on the order of the components.
+threads or on the order of the particles.
 """
 
 from __future__ import annotations
@@ -32,12 +32,12 @@ def distance_counts(
     closest: float | None = None,
     threads: int | None = None,
 ) -> tuple[np.ndarray, int]:
-    """Count the pairs of components in each bin of distances.
+    """Count the pairs of particles in each bin of distances.
 
     Parameters
     ----------
     ours, theirs : SortedCells
-        Cells of one grid. Pairs have one component in each, or both in the first if there is no second.
+        Cells of one grid. Pairs have one particle in each, or both in the first if there is no second.
     edges : (m + 1,) float64 array
         Edges of bins of equal width [length], at most up to half of the shortest periodic edge. A bin
         includes its lower edge, and the last one also its upper edge, as in :func:`numpy.histogram`.
@@ -148,7 +148,7 @@ def _count(
 ):
     """Add the pairs of the columns from ``first`` to ``last`` to ``counts``; place 0 is below all bins.
 
-    ``period`` is infinite along an axis with walls. If both arguments hold the same components, a pair of
+    ``period`` is infinite along an axis with walls. If both arguments hold the same particles, a pair of
     cells is visited from the one with the lower number. Indices are unsigned, because the sign test of signed
     ones would prevent vectorisation.
     """

@@ -146,7 +146,7 @@ class Prediction:
 def _independent(estimate: Estimate) -> float:
     """Return the number of independent blocks that the error is based on.
 
-    Neighbours may be anticorrelated (tau < 1), as in the quasi-periodic motion of rods on a line. Blocking
+    Neighbors may be anticorrelated (tau < 1), as in the quasi-periodic motion of rods on a line. Blocking
     then ends with few large blocks, and its error bar is rather too large than too small. So all blocks
     count.
     """

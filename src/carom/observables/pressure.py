@@ -335,7 +335,7 @@ def _keeps_its_temperature(scene: Scene) -> bool:
 def without_pressure(scene: Scene) -> str | None:
     """Return a sentence on why the virial of a scene is not its pressure; None if it is.
 
-    It is not where components are pinned, where a motion changes the momentum, as a field does, and where
+    It is not where particles are pinned, where a motion changes the momentum, as a field does, and where
     flights bend relative to each other.
     """
     if scene.pinned is not None:

@@ -27,7 +27,7 @@ class MomentumFlux(NamedTuple):
     masses: np.ndarray
     """Of each particle, (n,) [mass]."""
     drift: np.ndarray
-    """Velocity of the centre of mass along axes on which the momentum is conserved, else 0 (d,)."""
+    """Velocity of the center of mass along axes on which the momentum is conserved, else 0 (d,)."""
     origin: float
     """When the stretch began [time]."""
     virial: np.ndarray

@@ -60,7 +60,7 @@ class RDFResult(Result):
 
     @property
     def r(self) -> np.ndarray:
-        """Centres of the bins (m,) [length]."""
+        """Centers of the bins (m,) [length]."""
         return 0.5 * (self.edges[:-1] + self.edges[1:])
 
     def coordination(self) -> tuple[np.ndarray, np.ndarray]:

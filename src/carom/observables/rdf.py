@@ -236,7 +236,7 @@ def _contact(frame: Frame, pair: tuple[int, int], contact: float | None) -> floa
 
 
 def _pairs(frame: Frame, pair: tuple[int, int] | None) -> float:
-    """Return the number of pairs of all components, or of two species."""
+    """Return the number of pairs of all particles, or of two species."""
     if pair is None:
         return 0.5 * frame.n * (frame.n - 1)
     a, b = (int(np.count_nonzero(frame.species == k)) for k in pair)

@@ -84,9 +84,7 @@ class Estimate:
             return f"{self.mean:.6g} +- {self.error:.3g}"
         if self.error == 0.0:
             return f"{self.mean:.12g} +- 0"
-        exponent = math.floor(math.log10(self.error))
-        digits = 1 if self.error / 10.0**exponent < 1.95 else 0
-        decimals = max(digits - exponent, 0)
+        decimals = _decimals(self.error)
         return f"{self.mean:.{decimals}f} +- {self.error:.{decimals}f}"
 
     @property
@@ -155,6 +153,24 @@ def arrays(found: Sequence[Estimate]) -> tuple[np.ndarray, np.ndarray]:
     return np.array([each.mean for each in found]), np.array([each.error for each in found])
 
 
+def value_with_error(mean: float | None, error: float | None) -> str:
+    """Return a ``mean`` with its standard ``error`` in brackets: 6.92(4); what is not known is "unknown"."""
+    if mean is None or not math.isfinite(mean):
+        return "unknown"
+    if error is None or not math.isfinite(error):
+        return f"{mean:.6g}(?)"
+    if error <= 0.0:
+        return f"{mean:.8g}"
+    digits = _decimals(error)
+    return f"{mean:.{digits}f}({round(error * 10**digits)})"
+
+
+def _decimals(error: float) -> int:
+    """Return the decimals that an error leaves: one digit of it, or two where it begins with 1."""
+    exponent = math.floor(math.log10(error))
+    return max((1 if error / 10.0**exponent < 1.95 else 0) - exponent, 0)
+
+
 def shown(values: np.ndarray, errors: np.ndarray, k: int) -> str:
     """Return a number of an array with its error as text.
 
@@ -193,7 +209,7 @@ def blocking(samples: ArrayLike) -> Estimate:
 
     Notes
     -----
-    Neighbours are averaged in pairs, again and again (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461 (1989)).
+    Neighbors are averaged in pairs, again and again (Flyvbjerg and Petersen, J. Chem. Phys. 91, 461 (1989)).
     The chosen level is the first at which this one and all later ones look uncorrelated. The test is the
     chi-squared statistic ``M_j = sum_{k >= j} n_k r_k^2`` of their lag-one correlations r_k (Jonsson, Phys.
     Rev. E 98, 043304 (2018)), of which only positive ones count here. Levels end at 16 blocks.

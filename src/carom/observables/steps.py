@@ -47,9 +47,9 @@ class StepSums:
     kT_time : float
         Integral of kT over this time [energy time]; NaN in a field, which changes kT between contacts.
     n, dimension : int
-        Number of components, and of dimensions.
+        Number of particles, and of dimensions.
     volume, mass : float
-        Volume of the box [length^d], and mass of a component; NaN if masses differ.
+        Volume of the box [length^d], and mass of a particle; NaN if masses differ.
     inner, outer : (S,) arrays
         Inner and outer end of each step [length]; 0 and infinity if it has none.
     energies : (S,) array
@@ -109,7 +109,7 @@ class StepSums:
 
     @property
     def bonds_per_particle(self) -> float:
-        """Mean number of components within reach of one now; a pair in a well counts as bonded."""
+        """Mean number of particles within reach of one now; a pair in a well counts as bonded."""
         return 2.0 * float(self.pairs.sum()) / self.n
 
     def sides(self) -> list[Sides]:
@@ -118,7 +118,7 @@ class StepSums:
         Notes
         -----
         There are ``n (n - 1) / (2 V) S_d r^(d-1) g(r) dr`` pairs at a distance r. Their flux inwards is
-        ``sqrt(kT / (pi m))`` times their density. All components must be of one kind, without bonds.
+        ``sqrt(kT / (pi m))`` times their density. All particles must be of one kind, without bonds.
 
         Raises
         ------
@@ -164,7 +164,7 @@ class StepSums:
 
 
 def heat_capacity(kT: Sequence[float], degrees_of_freedom: int) -> float:
-    """Return the heat capacity at constant volume of all components [k], from kT at many times of one run.
+    """Return the heat capacity at constant volume of all particles [k], from kT at many times of one run.
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 For walls, containers, balls and planes along an axis, a field is known that balances the momentum that they
 receive (``momentum_balance``). For a slanting plane or a user's own obstacle, only the distance ``g_i`` of
-each component is known. Two sums over it change at each contact with the momentum that the obstacle
+each particle is known. Two sums over it change at each contact with the momentum that the obstacle
 receives::
 
     A = sum_i m_i dg_i/dt        B = sum_i m_i g_i dg_i/dt / s
@@ -38,7 +38,7 @@ MOST = 16
 """Largest number of obstacles whose distances are computed after each block. More would take too long."""
 
 STEP = 2.0**-20
-"""Displacement of the fastest component for the numerical derivative of a distance [shortest edge]."""
+"""Displacement of the fastest particle for the numerical derivative of a distance [shortest edge]."""
 
 
 def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:

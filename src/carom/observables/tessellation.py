@@ -1,7 +1,7 @@
-"""Neighbours by the Voronoi tessellation of a box: those that share a face.
+"""Neighbors by the Voronoi tessellation of a box: those that share a face.
 
-SciPy (Qhull) tessellates the components together with their images near the box. A wall cuts cells off in its
-plane, as the mirror images of the components behind it do.
+SciPy (Qhull) tessellates the particles together with their images near the box. A wall cuts cells off in its
+plane, as the mirror images of the particles behind it do.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ FIRST = 3.0
 """Depth of the first layer of images around the box [mean spacing]."""
 
 NARROW = float(np.finfo(float).eps) ** 0.625
-"""Width of a face [length of its bond] below which it makes no neighbours. In a square lattice, two cells at
+"""Width of a face [length of its bond] below which it makes no neighbors. In a square lattice, two cells at
 opposite corners of a third share a point, which rounding may turn into a face.
 """
 
 
 def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the bonds of all components to their neighbours.
+    """Return the bonds of all particles to their neighbors.
 
     Parameters
     ----------
@@ -34,14 +34,14 @@ def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarra
     Returns
     -------
     pairs : (m, 2) int64 array
-        Component and neighbour of each bond, in the order of components; each bond appears from both ends.
-        In a small box two components have a bond for every image with a common face.
+        Particle and neighbor of each bond, in the order of particles; each bond appears from both ends.
+        In a small box two particles have a bond for every image with a common face.
     bonds : (m, d) array
-        Vectors from the components to their neighbours [length].
+        Vectors from the particles to their neighbors [length].
 
     Notes
     -----
-    The empty sphere around a corner of a cell touches the component of the cell, so it reaches at most its
+    The empty sphere around a corner of a cell touches the particle of the cell, so it reaches at most its
     own diameter beyond the box. The layer of images is made so deep that none of these spheres leaves it.
     """
     n, d = places.shape

@@ -45,7 +45,7 @@ def caps(
     radius : float
         Angular radius of a cap [degrees].
     contacts : (m, 2) array, optional
-        Pairs that touch. The number of its contacts gives a cap its colour; rattlers are grey.
+        Pairs that touch. The number of its contacts gives a cap its color; rattlers are grey.
     view : (float, float)
         Longitude and latitude of the direction of view [degrees].
     pixels : int

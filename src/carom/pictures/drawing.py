@@ -148,7 +148,7 @@ def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.nd
 
 
 def _faces(frame: Frame) -> np.ndarray:
-    """Return the colour of each particle, by its species."""
+    """Return the color of each particle, by its species."""
     kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
     return np.array(FACES)[kinds % len(FACES)]
 
@@ -228,7 +228,7 @@ def _circles(
 def _with_copies(
     positions: np.ndarray, diameters: np.ndarray, box: tuple[float, ...], periodic: tuple[bool, ...]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return centres of particles and of copies that reach into the box, owners, and which are copies."""
+    """Return centers of particles and of copies that reach into the box, owners, and which are copies."""
     edges = np.asarray(box)
     centres, owners, copies = [], [], []
     index = np.arange(len(positions))

@@ -21,8 +21,8 @@ def visible(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
 
     Parameters
     ----------
-    centres : (n, 2) array
-        Centres in the picture [length], in the order of drawing: the last disc lies on top.
+    centers : (n, 2) array
+        Centers in the picture [length], in the order of drawing: the last disc lies on top.
     radii : (n,) array
         Positive radii [length].
 

@@ -1,4 +1,4 @@
-"""Movies of trajectories, MP4 or GIF, with the light and the colours of the viewer."""
+"""Movies of trajectories, MP4 or GIF, with the light and the colors of the viewer."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from carom.bridges.palette import FACES, rgb
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
-from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader, trajectory_of
 from carom.models.questions.obstacle import Obstacle
 from carom.notebook import by_count, watchable
 from carom.observables.packing import network_of
+from carom.paths import replacing, writing
 from carom.pictures.render import Camera, rendered
 from carom.pictures.view import standing_beside
 from carom.pictures.viewdata import FAST, SIX, psi_6
@@ -156,7 +156,7 @@ def _spread(count: int) -> list[int]:
 
 
 def _colours(frame: Frame, color: str, top: float, obstacles: Sequence[Obstacle]) -> np.ndarray | None:
-    """Return the colours (n, 3) of the spheres of a frame; None for the colours of species."""
+    """Return the colors (n, 3) of the spheres of a frame; None for the colors of species."""
     if color == "species":
         return None
     if color == "rattlers":
@@ -197,7 +197,7 @@ def _mp4(path: Path, pictures: Iterable[np.ndarray], camera: Camera, fps: int) -
 
 
 def _palette(pictures: Sequence[np.ndarray]) -> Image.Image:
-    """Return an image with 255 colours that cover all of ``pictures``, the rare ones included."""
+    """Return an image with 255 colors that cover all of ``pictures``, the rare ones included."""
     from PIL import Image
 
     montage = np.concatenate(pictures)

@@ -1,4 +1,4 @@
-"""The paper that pictures are drawn on: colours, sizes, a pair of axes, and how a figure is saved."""
+"""The paper that pictures are drawn on: colors, sizes, a pair of axes, and how a figure is saved."""
 
 from __future__ import annotations
 

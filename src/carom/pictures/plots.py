@@ -259,7 +259,7 @@ def snapshot(
     obstacles: Sequence[Obstacle] = (),
     path: str | os.PathLike[str] | None = None,
 ) -> Figure:
-    """The particles of a frame, to scale, in their box; species in different colours, walls thick.
+    """The particles of a frame, to scale, in their box; species in different colors, walls thick.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Shaded spheres as an array of pixels, for pictures in 3D and for the frames of a movie.
 
 A depth buffer holds the nearest sphere of each pixel; then all pixels are shaded at once. The light, the
-colours and the haze are those of the viewer (``viewer/viewer.js``).
+colors and the haze are those of the viewer (``viewer/viewer.js``).
 """
 
 from __future__ import annotations
@@ -104,7 +104,7 @@ def rendered(
     camera : Camera
     obstacles : sequence of obstacles
         Drawn if they have an outline or a surface (:mod:`carom.pictures.shapes`).
-    colours : (n, 3) array, optional
+    colors : (n, 3) array, optional
         Red, green and blue of each sphere, from 0 to 1; those of the species if left out.
     ground : (3,) array
         Colour of the background.
@@ -177,7 +177,7 @@ def _shaded(
 ) -> np.ndarray:
     """Return the picture (height, width, 3) of lit spheres; far ones are in haze.
 
-    If all points of a pixel belong to one sphere, they get the colour of their middle.
+    If all points of a pixel belong to one sphere, they get the color of their middle.
     """
     image = np.empty((*owner.shape, 3), dtype=np.float32)
     image[:] = ground
@@ -185,7 +185,7 @@ def _shaded(
     haze = float(2.0 * camera.depth * camera.scale)
 
     def lit(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """Return the colours (m, 3) of points of the spheres ``who`` at the depths ``near``."""
+        """Return the colors (m, 3) of points of the spheres ``who`` at the depths ``near``."""
         if flat:
             return _inked(rows, columns, who, *spheres)
         shade = _lit(rows, columns, who, *spheres)
@@ -228,7 +228,7 @@ def _inked(
     radii: np.ndarray,
     tints: np.ndarray,
 ) -> np.ndarray:
-    """Return the colours (m, 3) of points on disks with a rim."""
+    """Return the colors (m, 3) of points on disks with a rim."""
     x, y, size = _places(rows, columns, who, centres, radii)
     rim = np.clip(2.0 - (1.0 - np.sqrt(x * x + y * y)) * size / FINE, 0.0, 1.0) * (size > 3 * FINE)
     light = 1.06 - 0.13 * ((x + 0.3) ** 2 + (y - 0.35) ** 2)
@@ -243,7 +243,7 @@ def _lit(
     radii: np.ndarray,
     tints: np.ndarray,
 ) -> np.ndarray:
-    """Return the colours (m, 3) of points on spheres, without haze."""
+    """Return the colors (m, 3) of points on spheres, without haze."""
     x, y, _ = _places(rows, columns, who, centres, radii)
     z = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
     diffuse = np.maximum(LIGHT[0] * x + LIGHT[1] * y + LIGHT[2] * z, 0.0)

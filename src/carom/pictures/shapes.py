@@ -32,7 +32,7 @@ class Shapes(NamedTuple):
     Attributes
     ----------
     spheres : (s, 4) array
-        Centres and radii [length].
+        Centers and radii [length].
     segments : (l, 2, 3) array
         Both ends [length].
     triangles : (t, 3, 3) array
@@ -179,7 +179,7 @@ def _flat(corners: Any) -> np.ndarray:
 
 
 def _circle(centre: np.ndarray, radius: float, a: int, b: int) -> np.ndarray:
-    """Return a circle around ``centre`` in the plane of the axes a and b, (ROUND, 2, 3)."""
+    """Return a circle around ``center`` in the plane of the axes a and b, (ROUND, 2, 3)."""
     angles = np.linspace(0.0, 2.0 * math.pi, ROUND + 1)
     points = np.tile(centre, (ROUND + 1, 1))
     points[:, a] += radius * np.cos(angles)

@@ -19,13 +19,13 @@ from carom.frame import Frame
 from carom.io import records
 from carom.io.events import is_log
 from carom.io.formats import Reader
-from carom.io.paths import replacing, writing
 from carom.io.trajectory import open_reader
 from carom.models.drives import Drive
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
 from carom.models.questions.obstacle import Obstacle
+from carom.paths import replacing, writing
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing

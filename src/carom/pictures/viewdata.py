@@ -37,7 +37,7 @@ GONE = 255
 SIX = 6  # neighbours that psi_6 is computed from
 
 FAST = 2.5
-"""Speed at the end of the colour scale [root mean square speeds]."""
+"""Speed at the end of the color scale [root mean square speeds]."""
 
 
 def _packed(values: Any, kind: Any) -> str:
@@ -89,7 +89,7 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
     Raises
     ------
     InputError
-        If there are no frames, or their numbers of components or boxes differ.
+        If there are no frames, or their numbers of particles or boxes differ.
     """
     if len(frames) == 0:
         raise InputError("There are no frames to show; expected at least one.")
@@ -115,7 +115,7 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
 
 
 def psi_6(frame: Frame) -> np.ndarray:
-    """Return argument and modulus of psi_6 of every disk, (n, 2), from its six nearest neighbours."""
+    """Return argument and modulus of psi_6 of every disk, (n, 2), from its six nearest neighbors."""
     from scipy.spatial import cKDTree
 
     turns = [(-1, 0, 1) if repeats else (0,) for repeats in frame.periodic]
@@ -165,7 +165,7 @@ def at_collisions(run: Replay, collisions: int) -> list[Frame]:
 
 
 def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
-    """Return the data of a logged run: position and velocity of each component after each of its events.
+    """Return the data of a logged run: position and velocity of each particle after each of its events.
 
     Raises
     ------

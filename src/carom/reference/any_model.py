@@ -1,7 +1,7 @@
 """The naive algorithm for any model, whose functions are called as plain Python.
 
 It is slow and simple, in doubles. The earliest interaction of all pairs and near images is found, all
-components are advanced to it, two velocities jump, and the search starts over. It tests the engine, not the
+particles are advanced to it, two velocities jump, and the search starts over. It tests the engine, not the
 model.
 """
 
@@ -22,9 +22,9 @@ class Step(NamedTuple):
     time : float
         Time of the interaction [time].
     i, j : int
-        The two components.
+        The two particles.
     positions, velocities : (n, d) arrays
-        Unwrapped positions [length] and velocities [length / time] of all components.
+        Unwrapped positions [length] and velocities [length / time] of all particles.
     """
 
     time: float

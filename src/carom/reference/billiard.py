@@ -1,7 +1,7 @@
 """The paper's basic functions for hard spheres in a periodic box, with and without sectors (sec. 2).
 
 ``interaction_time``, ``jump`` and ``advance`` are the only physics in the figures of
-:mod:`carom.reference.figures`, apart from crossings of sectors. Diameter and mass are parts of a component's
+:mod:`carom.reference.figures`, apart from crossings of sectors. Diameter and mass are parts of a particle's
 state that do not change, as in sec. 11.
 """
 
@@ -21,14 +21,14 @@ _CHANNEL = 2**14
 
 
 class State(NamedTuple):
-    """State of one component: unwrapped position (d,), velocity (d,), diameter, mass and sector.
+    """State of one particle: unwrapped position (d,), velocity (d,), diameter, mass and sector.
 
     `sector` holds the unwrapped integer coordinates of the sector, or None in an unsectored space. It is part
     of the state because rounding must not decide on which side of a boundary a ball is.
     """
 
     position: np.ndarray
-    """Unwrapped position of the centre, (d,) [length]."""
+    """Unwrapped position of the center, (d,) [length]."""
     velocity: np.ndarray
     """[length / time]"""
     diameter: Any
@@ -111,14 +111,14 @@ class Billiard:
         return tuple(int(c) for c in np.floor((position / self.sides).astype(float)))
 
     def advance(self, state: State, time0: Any, time1: Any) -> State:
-        """State at `time1` of a component in `state` at `time0`, without interactions."""
+        """State at `time1` of a particle in `state` at `time0`, without interactions."""
         return state._replace(position=state.position + state.velocity * (time1 - time0))
 
     def interaction_time(self, state1: State, time1: Any, state2: State, time2: Any) -> Any:
-        """Time of the next collision of two components by themselves, or NEVER.
+        """Time of the next collision of two particles by themselves, or NEVER.
 
-        The components have `state1` at `time1` and `state2` at `time2`. With sectors the time is also NEVER
-        for components that are not in the same or in neighbouring sectors.
+        The particles have `state1` at `time1` and `state2` at `time2`. With sectors the time is also NEVER
+        for particles that are not in the same or in neighbouring sectors.
         """
         time = max(time1, time2)
         x1 = state1.position + state1.velocity * (time - time1)
@@ -156,7 +156,7 @@ class Billiard:
         return r - np.rint((r / self.box).astype(float)).astype(np.int64) * self.box
 
     def crossing_time(self, state: State, time: Any, obstacle: int) -> Any:
-        """Time at which a component in `state` at `time` reaches face `obstacle` (1 to K) of its sector.
+        """Time at which a particle in `state` at `time` reaches face `obstacle` (1 to K) of its sector.
 
         Odd faces are the lower ones: 1, 2 along the first axis, 3, 4 along the second, and so on.
         """
@@ -174,7 +174,7 @@ class Billiard:
         )
 
     def cross(self, state: State, obstacle: int) -> State:
-        """State of a component in `state` after it crosses face `obstacle`: only the sector changes."""
+        """State of a particle in `state` after it crosses face `obstacle`: only the sector changes."""
         assert state.sector is not None
         axis, upper = divmod(obstacle - 1, 2)
         sector = list(state.sector)
@@ -182,7 +182,7 @@ class Billiard:
         return state._replace(sector=tuple(sector))
 
     def jump(self, state1: State, state2: State) -> tuple[State, State]:
-        """Both states immediately after an elastic collision of components in `state1` and `state2`.
+        """Both states immediately after an elastic collision of particles in `state1` and `state2`.
 
         At contact no image is nearer than the one that is touched, so the nearest one is used.
         """

@@ -1,6 +1,6 @@
 """The naive algorithm in a uniform field, over planes that may be shaken, in high precision.
 
-All components are advanced to every event. Meetings of pairs are roots of a quadratic equation. The height
+All particles are advanced to every event. Meetings of pairs are roots of a quadratic equation. The height
 above a plane is sampled in doubles, in steps much shorter than the period; its zero is then enclosed with all
 digits. This is slow, and shares nothing with the engine.
 """
@@ -44,9 +44,9 @@ class Event(NamedTuple):
     time : number
         Time of the event.
     i, j : int
-        The two components; ``n + k`` is floor k.
+        The two particles; ``n + k`` is floor k.
     positions, velocities : lists of lists of numbers
-        Those of all components, not wrapped.
+        Those of all particles, not wrapped.
     """
 
     time: Any
@@ -75,17 +75,17 @@ def fall(
     positions, velocities : (n, d) numbers
         At the start.
     g : d numbers
-        Acceleration of all components.
+        Acceleration of all particles.
     floors : sequence of Floor
         The planes that they fall on.
     box : d numbers, optional
         Edge of each axis that is periodic, and 0 for the others; by default no axis is periodic.
     diameter : number
-        Diameter of all components; masses are equal.
+        Diameter of all particles; masses are equal.
     restitution : number
-        That of contacts of two components.
+        That of contacts of two particles.
     contact_time : number
-        A contact of two loses no energy if one of them had a contact with a component within this time. A
+        A contact of two loses no energy if one of them had a contact with a particle within this time. A
         contact with a floor loses none if the last one with the same floor was within this time.
     digits : int
         Decimal digits.
@@ -93,7 +93,7 @@ def fall(
     Raises
     ------
     ValueError
-        If no component falls on a floor although an axis is periodic.
+        If no particle falls on a floor although an axis is periodic.
     """
     import mpmath
 
@@ -191,9 +191,9 @@ class _Plane:
             v[axis] += (1 + kept) * approach * a
 
     def landing(self, x: list[Any], v: list[Any], g: list[Any], now: Any, limit: Any, just: bool) -> Any:
-        """Return the time until a component touches, or None if that is beyond a limit.
+        """Return the time until a particle touches, or None if that is beyond a limit.
 
-        A component that has `just` touched first moves away from the floor.
+        A particle that has `just` touched first moves away from the floor.
         """
         h = sum(a * b for a, b in zip(self._normal, x, strict=True)) - self._offset - self._radius
         u = sum(a * b for a, b in zip(self._normal, v, strict=True))
@@ -245,9 +245,9 @@ class _Plane:
 
 
 def _longest(h: float, u: float, b: float, amplitude: float) -> float | None:
-    """Return a time by which a component has certainly touched a plane, or after which it does not come back.
+    """Return a time by which a particle has certainly touched a plane, or after which it does not come back.
 
-    None stands for a component that never comes near the plane.
+    None stands for a particle that never comes near the plane.
     """
     if b < 0:
         return (u + math.sqrt(u * u - 2 * b * (h + amplitude + 1e-9))) / -b + 1e-9

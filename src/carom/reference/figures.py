@@ -91,7 +91,7 @@ class _Figure:
     Parameters
     ----------
     billiard : Billiard
-        The components and their basic functions.
+        The particles and their basic functions.
     amendments : collection of int
         Which of the four amendments to apply; ``()`` is the text as printed.
 
@@ -184,7 +184,7 @@ class _Figure:
         self._half_processed = j
 
     def cycle(self) -> Cycle | None:
-        """Do one turn of the main loop; None if no component has an event left."""
+        """Do one turn of the main loop; None if no particle has an event left."""
         raise NotImplementedError
 
     def run(
@@ -285,7 +285,7 @@ class Figure1(_Figure):
         return self.partner[j][self.new[j]] == i
 
     def cycle(self) -> Cycle | None:
-        """Do one turn of the main loop; return None if no component has an event left."""
+        """Do one turn of the main loop; return None if no particle has an event left."""
         time, state, partner, new, old = self.time, self.state, self.partner, self.new, self.old
         i = self._next_ball()  # line 2
         if time[i][new[i]] == NEVER:
@@ -354,7 +354,7 @@ class Figure2(_Figure):
         return pending is not LAMBDA and pending < 0
 
     def cycle(self) -> Cycle | None:
-        """Do one turn of the main loop; return None if no component has an event left."""
+        """Do one turn of the main loop; return None if no particle has an event left."""
         time, state, partner, new, old, n = (
             self.time,
             self.state,

@@ -24,7 +24,7 @@ class Contact(NamedTuple):
     i, j : int
         The two caps.
     positions, velocities : lists of lists of mpf
-        Those of all caps, (n, k), about the centre of the sphere.
+        Those of all caps, (n, k), about the center of the sphere.
     """
 
     time: Any
@@ -47,9 +47,9 @@ def caps(
     Parameters
     ----------
     positions, velocities : (n, k) sequences
-        At the start, about the centre of the sphere. They are projected onto the sphere and its tangents.
+        At the start, about the center of the sphere. They are projected onto the sphere and its tangents.
     diameter : float
-        Chord at which two centres touch.
+        Chord at which two centers touch.
     growth : float
         Growth of the diameter per time.
     digits : int

@@ -217,7 +217,7 @@ def next_meeting(
     periodic : (d,) bool array, optional
         Which axes are; all if left out.
     balls : (m, d) array of numbers, optional
-        Centres of fixed balls.
+        Centers of fixed balls.
     limit : number
         Look no further than this delay [time].
     guess : float

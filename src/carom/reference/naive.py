@@ -35,10 +35,10 @@ class Collision(NamedTuple):
     i, j : int
         The two spheres, i < j; or a sphere i and n + k, the number of wall or obstacle k.
     image : tuple of d ints
-        ``x[j] + image * box - x[i]`` is the vector between the centres at contact, with unwrapped positions
-        x. For a fixed ball x[j] is its centre. The image is zero for walls, planes and containers.
+        ``x[j] + image * box - x[i]`` is the vector between the centers at contact, with unwrapped positions
+        x. For a fixed ball x[j] is its center. The image is zero for walls, planes and containers.
     impulse : number
-        Momentum >= 0 passed from i to j along the line of centres [mass length / time]; ``m |u_n|`` for equal
+        Momentum >= 0 passed from i to j along the line of centers [mass length / time]; ``m |u_n|`` for equal
         masses m that approach with the normal speed ``|u_n|`` and collide elastically.
     """
 
@@ -55,7 +55,7 @@ class NaiveSystem:
     Parameters
     ----------
     positions, velocities : (n, d) nested sequences or arrays
-        Centres [length], anywhere, and velocities [length / time], d >= 1.
+        Centers [length], anywhere, and velocities [length / time], d >= 1.
     box : sequence of d numbers
         Edges [length]; none below the largest diameter. All images that can be met are considered, down to
         edges of just one diameter.
@@ -100,7 +100,7 @@ class NaiveSystem:
     Notes
     -----
     With growth, let the distance of contact grow at the rate g. The normal relative velocity u_n of two
-    components becomes ``g - e (u_n - g)``, which is ``2 g - u_n`` for elastic contacts, e = 1. They then
+    particles becomes ``g - e (u_n - g)``, which is ``2 g - u_n`` for elastic contacts, e = 1. They then
     separate faster than they grow.
 
     Simultaneous collisions are processed in the order (time, i, j). Times are equal only if they are the same
@@ -181,7 +181,7 @@ class NaiveSystem:
 
     @property
     def positions(self) -> np.ndarray:
-        """Unwrapped centres (n, d) [length]."""
+        """Unwrapped centers (n, d) [length]."""
         return self._x + self._crossings * self.box
 
     @property
@@ -320,7 +320,7 @@ class NaiveSystem:
             self._crossings += turns
 
     def _jump(self, i: int, j: int, image: np.ndarray) -> Collision:
-        """Pass the impulse of a collision along the line of centres."""
+        """Pass the impulse of a collision along the line of centers."""
         r = self._x[j] - self._x[i] + (image + self._crossings[j] - self._crossings[i]) * self.box
         u = self._v[j] - self._v[i]
         contact, rate = self._contacts().of(i, j)

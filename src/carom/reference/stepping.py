@@ -26,7 +26,7 @@ class SteppedSystem:
     Parameters
     ----------
     positions, velocities : (n, d) array_like
-        Centres [length] and velocities [length / time].
+        Centers [length] and velocities [length / time].
     box : sequence of d floats
         Edges [length], each at least two diameters: every sphere is met under its nearest image.
     step : float
@@ -37,7 +37,7 @@ class SteppedSystem:
     Attributes
     ----------
     positions, velocities : (n, d) arrays
-        Unwrapped centres, and velocities, at the present.
+        Unwrapped centers, and velocities, at the present.
     steps : int
         Steps made; the time is ``steps * step``.
     collisions : int

@@ -1,6 +1,6 @@
 """The naive algorithm for pairs on steps: a plain dictionary holds the step of each pair.
 
-The earliest crossing of a distance, of all pairs and all periodic images, is found. All components are
+The earliest crossing of a distance, of all pairs and all periodic images, is found. All particles are
 advanced to it, the two exchange momentum, and the search starts over. With 50 digits the order of hundreds of
 events is correct. It shares nothing with the engine.
 """
@@ -27,7 +27,7 @@ class Crossing(NamedTuple):
     kind : {"core", "in", "out", "bounce"}
         Thrown back on the way in, crossed inwards, crossed outwards, thrown back on the way out.
     impulse : number
-        Momentum passed along the line of centres, positive if it pushes them apart.
+        Momentum passed along the line of centers, positive if it pushes them apart.
     """
 
     time: Any
@@ -38,12 +38,12 @@ class Crossing(NamedTuple):
 
 
 class NaiveSteps:
-    """Components in a periodic box whose pairs have energies that are constant between distances.
+    """Particles in a periodic box whose pairs have energies that are constant between distances.
 
     Parameters
     ----------
     positions, velocities : (n, d) nested sequences
-        Centres [length] and velocities [length / time].
+        Centers [length] and velocities [length / time].
     box : sequence of d numbers
         Edges [length], above twice the largest distance.
     potential : callable

@@ -53,7 +53,7 @@ class SpeciesSpec:
     name : str
         Name of the species; its number when left out.
     count : int
-        Number of components of the species. All species have a ``count``, or all have a ``fraction``.
+        Number of particles of the species. All species have a ``count``, or all have a ``fraction``.
     fraction : float
         Part of the n of the scene that this species has, in any ratio to the parts of the others.
     diameter, mass : float
@@ -118,12 +118,12 @@ class SceneSpec:
     obstacles : tuple of obstacles, or of mappings as ``{"type": "ball", "center": ..., "radius": ...}``
         See ``carom.models.obstacles``.
     interaction, motion, impact : values, or mappings such as ``{"type": "gravity", "g": (0.0, -1.0)}``
-        How two components act on each other, how all move, and what contacts lose: a number is a restitution.
+        How two particles act on each other, how all move, and what contacts lose: a number is a restitution.
         When left out, elastic hard cores in free flight (``carom.models.files.tables``).
     drive : value, or mapping such as ``{"type": "langevin", "kT": 1.0, "friction": 1.0, "step": 0.05}``
-        What kicks single components (``carom.models.drives``).
+        What kicks single particles (``carom.models.drives``).
     pinned : int or tuple of ints
-        Number of components, drawn by the seed, that stay where they are, or their indices.
+        Number of particles, drawn by the seed, that stay where they are, or their indices.
 
     Raises
     ------
@@ -324,7 +324,7 @@ class SceneSpec:
         return Scene.crystal(lattice=self._lattice(), cells=self.cells, **common)
 
     def _added(self, n: int, seed: Any) -> dict[str, Any]:
-        """Return the interaction, motion, impact, drive and pinned components given, by argument name."""
+        """Return the interaction, motion, impact, drive and pinned particles given, by argument name."""
         given = {
             name: getattr(self, name) for name in self._given("interaction", "motion", "impact", "drive")
         }
@@ -354,7 +354,7 @@ class SceneSpec:
         return {"interaction": rules.ranges()} if isinstance(rules, RuleFile) else {}
 
     def _who_is_pinned(self, n: int, seed: Any) -> np.ndarray:
-        """Return the numbers of the components that are pinned."""
+        """Return the numbers of the particles that are pinned."""
         if isinstance(self.pinned, tuple):
             return np.array(self.pinned, np.int64)
         if self.pinned is None or self.pinned > n:

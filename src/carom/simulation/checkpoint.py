@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import FileError, InputError
-from carom.io.paths import reason
+from carom.paths import reason
 from carom.scene.storage import from_arrays, to_arrays
 from carom.scene.temperature import thermal_of
 from carom.simulation import flying, own_observers

@@ -149,7 +149,7 @@ def _rows(path: Path) -> list[list[str]]:
 
 def _write(path: Path, rows: Sequence[Sequence[object]], mode: str) -> None:
     """Write rows to a file."""
-    from carom.io.paths import writing
+    from carom.paths import writing
 
     with writing(path), path.open(mode, newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)

@@ -1,4 +1,4 @@
-"""What a scene requires and what not: its models, its arrays, its neighbour scheme and the reason for it."""
+"""What a scene requires and what not: its models, its arrays, its neighbor scheme and the reason for it."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Explanation:
     scene : str
         The scene in one line.
     n : int
-        Number of components.
+        Number of particles.
     models : dict of str to str
         The compiled model of each kind, by the name of its type.
     absent : tuple of str
@@ -60,7 +60,7 @@ class Explanation:
     arrays : tuple of Array
         All arrays, the largest first.
     neighbors : str
-        The neighbour scheme and why it was chosen.
+        The neighbor scheme and why it was chosen.
     """
 
     scene: str
@@ -72,7 +72,7 @@ class Explanation:
 
     @property
     def bytes_per_particle(self) -> float:
-        """Memory of all arrays, divided by the number of components [bytes]."""
+        """Memory of all arrays, divided by the number of particles [bytes]."""
         return sum(array.nbytes for array in self.arrays) / self.n
 
     def __str__(self) -> str:
@@ -99,7 +99,7 @@ def explain(
     tuning: Tuning = DEFAULT,
     event_log: bool = False,
 ) -> Explanation:
-    """Report what a simulation of a scene compiles, its arrays, and its neighbour scheme.
+    """Report what a simulation of a scene compiles, its arrays, and its neighbor scheme.
 
     Nothing is compiled and nothing moves.
 
@@ -227,7 +227,7 @@ def _arrays(engine: Engine) -> tuple[Array, ...]:
 
 
 def _reason(system: System, chosen: NeighborPlan, requested: Requested) -> str:
-    """Say which neighbour scheme there is, and why."""
+    """Say which neighbor scheme there is, and why."""
     from carom.engine.neighbors.plan import dilute
 
     cells = " x ".join(map(str, chosen.shape))

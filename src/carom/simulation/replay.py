@@ -1,8 +1,8 @@
 """States from an event log: the run again without a search, bit for bit.
 
-The log holds the initial state with its scene. For every collision it holds the time, the two components (or
-the component and the wall or obstacle), the periodic image and the impulse. This is sufficient, because a
-component flies freely between two collisions: what a run searches for, the log says. The engine's own
+The log holds the initial state with its scene. For every collision it holds the time, the two particles (or
+the particle and the wall or obstacle), the periodic image and the impulse. This is sufficient, because a
+particle flies freely between two collisions: what a run searches for, the log says. The engine's own
 functions process each event, in the unit of time of the engine. They run uncompiled, from Python. The impulse
 is computed again and must equal the logged one.
 """
@@ -165,7 +165,7 @@ class Replay:
         return None if rules is None else np.where(rules.present[:-1] > 0, rules.kinds[:-1], -1)
 
     def step(self) -> bool:
-        """Process the next collision of the log, of two components or with an obstacle.
+        """Process the next collision of the log, of two particles or with an obstacle.
 
         It returns False, and does nothing, if there is none.
 
@@ -197,7 +197,7 @@ class Replay:
         The time of a collision is an epoch and an offset, and need not be a double. Use :meth:`step` to stop
         exactly at a collision.
 
-        After the last collision of the log all components continue to fly, because the log does not hold the
+        After the last collision of the log all particles continue to fly, because the log does not hold the
         length of the run.
 
         Raises
@@ -218,20 +218,20 @@ class Replay:
         self._clock.offset = offset
 
     def frame(self) -> Frame:
-        """Return all components at the present time, bit-identical to ``Simulation.frame()`` of the run."""
+        """Return all particles at the present time, bit-identical to ``Simulation.frame()`` of the run."""
         self._arrays.rows.t[:-1] = [row.t for row in self._state.rows]
         now = self._clock, self._clock.offset, self.collisions
         return frame_of(self._scene, self._model, self._arrays, *now, self._scene.diameters)
 
     def _enter_epoch(self, epoch: int) -> None:
-        """Bring all components to the beginning of every epoch up to this one."""
+        """Bring all particles to the beginning of every epoch up to this one."""
         while self._clock.epoch < epoch:
             new_epoch(self._model, self._state, self._words.listed)
             self._clock.epoch += 1
             self._clock.offset = 0.0
 
     def _collide(self, i: int, j: int, code: int, now: float, impulse: float, kind: int) -> None:
-        """Process the collision of two components."""
+        """Process the collision of two particles."""
         model, log = self._model, self._log
         log.used[0] = 0
         ref = self._words.of(model, self._state, i, j, code, now)
@@ -242,7 +242,7 @@ class Replay:
         self._compare(float(log.impulse[0]), impulse, f"{i} and {j}")
 
     def _meet_alone(self, i: int, k: int, now: float, impulse: float) -> None:
-        """Process an event of one component: with wall or obstacle k, or at a time of its own."""
+        """Process an event of one particle: with wall or obstacle k, or at a time of its own."""
         log = self._log
         log.used[0] = 0
         fixed = k < len(self._fixed)
@@ -280,7 +280,7 @@ def _scene(initial: Mapping[str, np.ndarray], user_models: Mapping[str, Any]) ->
 
 
 def replay(path: str | PathLike[str], *, time: float, **own: Any) -> Frame:
-    """Return all components at one time of a logged run.
+    """Return all particles at one time of a logged run.
 
     Parameters
     ----------
@@ -302,7 +302,7 @@ def replay(path: str | PathLike[str], *, time: float, **own: Any) -> Frame:
 
 
 def replays(path: str | PathLike[str], times: Iterable[float], **own: Any) -> Iterator[Frame]:
-    """Yield all components at the given times of a logged run, which must not decrease.
+    """Yield all particles at the given times of a logged run, which must not decrease.
 
     Parameters and errors are those of :func:`replay`.
     """

@@ -1,7 +1,7 @@
 """What is tried of models, in plain Python: the paper's conditions I to V, and what the engine relies on.
 
-:func:`carom.check` tries a model on components that it makes up, and a simulation tries models of one's own
-on its components. Both do it here, so that what the one refuses the other refuses, too. Pairs are in
+:func:`carom.check` tries a model on particles that it makes up, and a simulation tries models of one's own
+on its particles. Both do it here, so that what the one refuses the other refuses, too. Pairs are in
 ``pair_trials``, motions in ``motion_trials``, obstacles in ``obstacle_trials``, drives in ``drive_trials``.
 """
 
@@ -111,7 +111,7 @@ class Setting:
     Attributes
     ----------
     particles : Particles
-        The components.
+        The particles.
     periodic : tuple of d bools
         Which axes of their box are periodic.
     motion : model
@@ -144,7 +144,7 @@ class Setting:
 
     @property
     def n(self) -> int:
-        """Number of components."""
+        """Number of particles."""
         return len(self.particles.radii)
 
     @property
@@ -154,25 +154,25 @@ class Setting:
 
     @property
     def free(self) -> bool:
-        """Whether components fly freely, so that the place does not matter."""
+        """Whether particles fly freely, so that the place does not matter."""
         return isinstance(self.motion, Inertial)
 
     def moved(self, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return places and velocities (k, d) of k components a time ``t`` later."""
+        """Return places and velocities (k, d) of k particles a time ``t`` later."""
         if self.free:
             return x + t * v, v
         both = [carried(self.motion, *each, t) for each in zip(x, v, strict=True)]
         return np.array([place for place, _ in both]), np.array([speed for _, speed in both])
 
     def course(self, x: np.ndarray, v: np.ndarray, times: np.ndarray) -> np.ndarray:
-        """Return the places (m, k, d) of k components at m ``times`` from now."""
+        """Return the places (m, k, d) of k particles at m ``times`` from now."""
         if self.free:
             return x + times[:, None, None] * v
         return np.array([self.moved(x, v, t)[0] for t in times])
 
 
 def carried(motion: Any, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return place and velocity (d,) of one component in a ``motion`` a time ``t`` later."""
+    """Return place and velocity (d,) of one particle in a ``motion`` a time ``t`` later."""
     # What carry leaves out is no number.
     there, then, left = carry(motion, x, v, t, np.full_like(x, np.nan), np.full_like(v, np.nan))
     places = [position(motion, axis, there[axis], then[axis], left) for axis in range(len(x))]
@@ -247,7 +247,7 @@ def try_impact(
     law, value : model and impact
         The contact law.
     setting : Setting
-        The components.
+        The particles.
     record : Record
         Where results go.
     rng : numpy Generator

@@ -169,7 +169,7 @@ def _processes(count: int) -> Place:
     def listen() -> None:
         while told.poll():
             told.recv_bytes()
-            compile_listeners.tell()
+            compile_listeners.notify()
 
     name = f"{count} process{'es' * (count > 1)}"
     return Place(name, lambda f, v: pool.schedule(f, args=[v]), end, here=True, listen=listen)

@@ -23,7 +23,7 @@ from numpy.random import SeedSequence
 
 from carom.errors import FileError
 from carom.io import records
-from carom.io.paths import remnants, replacing, writing
+from carom.paths import remnants, replacing, writing
 from carom.studies.lock import owned
 from carom.studies.places import refuse_others
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import filelock
 
 from carom.errors import FileError
-from carom.io.paths import writing
+from carom.paths import writing
 
 LOCK = ".lock"
 """Name of the empty file that is locked."""

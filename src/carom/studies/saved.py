@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -12,29 +11,23 @@ import numpy as np
 
 from carom import checks
 from carom.errors import FileError, InputError
-from carom.frame import Frame
 from carom.io import checkpoint, records
 from carom.io.trajectory import open_reader
-from carom.io.validation import flaw
 from carom.models.files.tables import obstacle_from_table
 from carom.results import KINDS, loaded
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
-from carom.studies.codes.code import FORMAT as A_CODE
-from carom.studies.codes.code import load as load_code
 from carom.studies.coefficients.study import Transport
 from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import SETTINGS, Folder
 from carom.studies.packings.compression import PackingFolder, holds_packing, resume_packing
-from carom.studies.packings.packing import ARRAYS, HISTORY, Packing
+from carom.studies.packings.packing import HISTORY, Packing
 from carom.studies.places import kind_of
-from carom.studies.planner.plan import NAME as PLAN
 from carom.studies.planner.plan import load as load_plan
-from carom.studies.planner.plan import of_words as plan_of_words
 from carom.studies.runs.execution import resume as resume_run
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.result import RunResult
-from carom.studies.runs.summary import SUMMARY, read_summary
+from carom.studies.runs.summary import read_summary
 from carom.studies.study import Study
 
 KNOWN = (
@@ -228,40 +221,8 @@ def _history(path: Path) -> np.ndarray:
 def _of_json(path: Path) -> Any:
     """Return what a JSON file holds."""
     found = records.read_json(path, records.mapping(records.anything), "a file of Carom", "name another file")
-    if found.get("format") == A_CODE:
-        return load_code(path)
-    if path.name == PLAN and "carom" in found:
-        return load_plan(path.parent)
     if path.name in ("summary.json", SETTINGS):
         return _of_folder(path.parent)
-    if (kind := found.get("kind")) in _READ:
-        try:
-            return _READ[kind](found)
-        except (InputError, KeyError, TypeError, ValueError) as error:
-            raise FileError(f"{path} is no {kind} that was saved ({error}); name another file.") from None
     if found.get("kind") in KINDS:
         return loaded(path)
     raise InputError(f"{path} is a JSON file of none of these: {KNOWN}.")
-
-
-def _packing_of(words: dict[str, Any]) -> Packing:
-    """Return the packing in the words of ``Packing.to_json``."""
-    held = words["frame"]
-    arrays: dict[str, Any] = {name: None if held[name] is None else np.array(held[name]) for name in ARRAYS}
-    names, periodic = tuple(held["species_names"]), tuple(held["periodic"])
-    frame = Frame(held["time"], held["step"], **arrays, species_names=names, periodic=periodic)
-    if wrong := flaw(frame):
-        raise InputError(f"its {wrong}")
-    history = np.array([tuple(row) for row in words["history"]], HISTORY)
-    obstacles = tuple(obstacle_from_table(table) for table in words["obstacles"])
-    return Packing(frame, history, words["note"], words["seed"], words["shrunk"], obstacles)
-
-
-_READ: dict[str, Callable[[dict[str, Any]], Any]] = {
-    "EquationOfState": EquationOfState.of_saved,
-    "Transport": Transport.of_saved,
-    "Packing": _packing_of,
-    "RunResult": lambda words: RunResult(Path(words["folder"]), SUMMARY(words["summary"], "its summary")),
-    "RunPlan": lambda words: plan_of_words(words, "its content"),
-}
-"""How a result is made from the JSON that its ``save`` wrote, by its kind."""

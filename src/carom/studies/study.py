@@ -23,13 +23,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 import numpy as np
 
 from carom.errors import CaromWarning, FileError, InputError
-from carom.io.paths import replacing, writing
 from carom.notebook import watchable
+from carom.paths import replacing, writing
+from carom.results import Result, plain
 from carom.studies import executors
 from carom.studies.arguments import processes
 from carom.studies.executors import Stopped
 from carom.studies.folder import SETTINGS, Folder, Record, Task, key
-from carom.studies.results import Result, plain
 from carom.studies.signals import Interrupted, stoppable
 from carom.studies.spec import Spec
 from carom.table import Table
@@ -96,6 +96,8 @@ class Study(Result, Generic[S]):
     folder: Path | None = None
     engine: str = ""
     seconds: float = 0.0
+
+    _numbers_above: ClassVar[bool] = False
 
     # What each study says.
 
@@ -198,9 +200,8 @@ class Study(Result, Generic[S]):
         return study._with({key(t): r for t in study.tasks if (r := folder.load(t)) is not None}, [])
 
     @classmethod
-    def of_saved(cls, words: Mapping[str, Any]) -> Self:
-        """Return the study in the JSON values that :meth:`save` wrote; InputError if they are none."""
-        return cls(cls.Spec.of_words(words["study"]), tuple(words["records"]))
+    def _made(cls, values: Mapping[str, Any]) -> Self:
+        return cls(cls.Spec.of_words(values["study"]), tuple(values["records"]))
 
     @watchable("Study", lambda shown: shown)
     def run(
@@ -281,19 +282,14 @@ class Study(Result, Generic[S]):
         found = tuple(known[key(task)] for task in self.tasks if key(task) in known)
         return dataclasses.replace(self, records=found, failures=tuple(failures))
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return the lines of the table, each a dictionary with the same keys."""
-        return self.table.dictionaries()
+    def _columns(self) -> dict[str, Any]:
+        return {name: [getattr(row, name) for row in self.table] for name in self.table.names()}
 
-    def columns(self) -> tuple[str, ...]:
-        """Return the names of the columns of the table."""
-        return self.table.names()
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the study, its table and how much of it is done, as JSON values."""
+    def _words(self) -> dict[str, Any]:
+        """Return the study, its table and how much of it is done."""
         return {
             "study": self.spec.words(),
-            "table": plain(self.rows()),
+            "table": plain(self.table.dictionaries()),
             "runs": len(self.records),
             "runs_asked_for": len(self.tasks),
             "failures": [{"task": each.task, "reason": each.reason} for each in self.failures],
@@ -301,7 +297,6 @@ class Study(Result, Generic[S]):
         }
 
     def _saved(self) -> dict[str, Any]:
-        """Return what :meth:`of_saved` needs beside the dictionary."""
         return {"records": list(self.records)}
 
     def report(self, path: str | os.PathLike[str]) -> None:
@@ -319,7 +314,6 @@ class Study(Result, Generic[S]):
             temporary.write_text(text, encoding="utf-8")
 
     def _writers(self) -> dict[str, Callable[..., object]]:
-        """Return the function that writes a file, by its suffix."""
         return {**super()._writers(), ".html": self.report}
 
     def __repr__(self) -> str:

@@ -4,7 +4,7 @@ A model is a ``NamedTuple`` of numbers, tuples and arrays: what the compiler see
 its type with ``@question.register``. The value that users write makes the model (:class:`Interaction`,
 :class:`Motion`, :class:`Impact`, and :class:`Obstacle` for what is fixed).
 
-Arrays with one item a component have n + 1 items: the last is for a ghost, which nobody meets
+Arrays with one item a particle have n + 1 items: the last is for a ghost, which nobody meets
 (:meth:`Particles.with_ghost`). Times and speeds are in the engine's unit of time (:meth:`Particles.speed`).
 
 These parameters mean the same everywhere:
@@ -12,7 +12,7 @@ These parameters mean the same everywhere:
 pair, motion, impact, obstacle, walls, model : model
     The model that is asked.
 i, j : int
-    Components: indices of the model's arrays.
+    Particles: indices of the model's arrays.
 rr, rv, vv : float
     r.r [length^2], r.v and v.v of j relative to i, at the time ``now``.
 now : float
@@ -20,19 +20,19 @@ now : float
 axis : int
     Number of an axis, from 0. A vector is asked for one coordinate at a time.
 x, v : float or (d,) float64 arrays
-    Position of a centre [length] and velocity: one coordinate or all of them.
+    Position of a center [length] and velocity: one coordinate or all of them.
 t : float
     Time from now.
 radius, growth : float
-    Radius of a component [length], and the rate at which it grows.
+    Radius of a particle [length], and the rate at which it grows.
 normal : (d,) float64 array
     Unit vector.
 scene : Scene
     The scene, already checked but for this value.
 particles : Particles
-    The components.
+    The particles.
 positions, radii : (n, d) and (n,) arrays
-    Centres and radii [length].
+    Centers and radii [length].
 box : sequence of d floats
     Edges [length].
 periodic : sequence of d bools

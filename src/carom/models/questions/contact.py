@@ -9,7 +9,7 @@ from carom.models.questions.particles import Particles
 
 
 class Impact(Protocol):
-    """What a contact of two components loses, as users write it.
+    """What a contact of two particles loses, as users write it.
 
     It may also have ``check(scene)``, as an :class:`Interaction`, ``elastic = True``, if no contact loses
     energy, and ``adds_energy = True``, if contacts may add some, of which a simulation warns otherwise.
@@ -35,7 +35,7 @@ def transfer(impact, rr, rv):
 
 @optional
 def exchanged_part(impact, i, j, rr, rv, now):
-    """Return :func:`transfer` for the components i and j at the time ``now`` of the epoch.
+    """Return :func:`transfer` for the particles i and j at the time ``now`` of the epoch.
 
     It is for contact laws with memory, and is asked once per contact. By default it does not depend on i, j
     and ``now``.

@@ -1,4 +1,4 @@
-"""What the engine asks of an interaction of two components."""
+"""What the engine asks of an interaction of two particles."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ class Interaction(Protocol):
     It may also have:
 
     - ``check(scene)``, which raises :class:`carom.errors.InputError` if the scene cannot be simulated;
-    - ``penetrable = True``, if components may be nearer than the mean of their diameters, which a scene
+    - ``penetrable = True``, if particles may be nearer than the mean of their diameters, which a scene
       refuses otherwise;
-    - ``by_radii = True``, if no two components act on each other beyond the sum of their radii, or
-      ``contact``. Neighbours are then found by their sizes;
+    - ``by_radii = True``, if no two particles act on each other beyond the sum of their radii, or
+      ``contact``. Neighbors are then found by their sizes;
     - ``conserves(diameter)``, whether its jumps keep the energy (true if left out), with which
       :func:`carom.check` compares them;
     - ``keeps_momentum = False``, if its jumps do not keep the total momentum, nor the energy.
@@ -33,7 +33,7 @@ class Interaction(Protocol):
     """
 
     def reach(self, scene: Any) -> float:
-        """Return the largest distance at which two components act on each other [length]."""
+        """Return the largest distance at which two particles act on each other [length]."""
 
     def model(self, particles: Particles) -> Any:
         """Return the model that the engine compiles."""
@@ -41,14 +41,14 @@ class Interaction(Protocol):
 
 @required
 def interaction_time(pair, i, j, rr, rv, vv, now):
-    """Time from now until components i and j interact, or NEVER.
+    """Time from now until particles i and j interact, or NEVER.
 
     Parameters
     ----------
     pair : model
         The pair interaction.
     i, j : int
-        The components: indices of the model's arrays.
+        The particles: indices of the model's arrays.
     rr, rv, vv : float
         r.r [length^2], r.v and v.v of j relative to i, both at the time ``now``.
     now : float
@@ -106,19 +106,19 @@ def core_square(pair, i, j, now):
 
 @optional
 def radius(pair, i, now):
-    """Return the radius of component i at obstacles at the time now; by default ``pair.radii[i]``."""
+    """Return the radius of particle i at obstacles at the time now; by default ``pair.radii[i]``."""
     return pair.radii[i]
 
 
 @optional
 def growth(pair, i):
-    """Return the rate at which the radius of component i grows; by default 0."""
+    """Return the rate at which the radius of particle i grows; by default 0."""
     return 0.0
 
 
 @optional
 def mass(pair, i):
-    """Return the mass of component i; by default ``pair.masses[i]``."""
+    """Return the mass of particle i; by default ``pair.masses[i]``."""
     return pair.masses[i]
 
 

@@ -17,7 +17,7 @@ class Motion(Protocol):
 
     - ``check(scene)``, as an :class:`Interaction`;
     - ``conserves(axis)``, whether it conserves the total momentum along an axis (true if left out);
-    - ``straight = False``, if components do not fly straight and uniformly between two events;
+    - ``straight = False``, if particles do not fly straight and uniformly between two events;
     - ``curved = True``, if they do not fly straight relative to each other either.
     """
 
@@ -72,7 +72,7 @@ def exit_time(motion, axis, x, v, low, high):
 
 @optional
 def carry(motion, x, v, t, there, then):
-    """Move all coordinates of a component at once, if they depend on each other.
+    """Move all coordinates of a particle at once, if they depend on each other.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def carry(motion, x, v, t, there, then):
 
 @optional
 def push_direction(motion, axis, x, r, rr):
-    """Return a coordinate of the direction in which a contact pushes a component.
+    """Return a coordinate of the direction in which a contact pushes a particle.
 
     Parameters
     ----------
@@ -105,9 +105,9 @@ def push_direction(motion, axis, x, r, rr):
     axis : int
         The axis.
     x : float
-        Coordinate of the component [length].
+        Coordinate of the particle [length].
     r : float
-        Coordinate of the vector to the other component [length]; by default the direction is that of r.
+        Coordinate of the vector to the other particle [length]; by default the direction is that of r.
     rr : float
         Square of the length of that vector [length^2].
     """
@@ -116,7 +116,7 @@ def push_direction(motion, axis, x, r, rr):
 
 @optional
 def meeting_time(motion, me, other, now, contact, rate, limit, span):
-    """Return the time from now until two components touch, for paths that are curved relative to each other.
+    """Return the time from now until two particles touch, for paths that are curved relative to each other.
 
     Parameters
     ----------
@@ -145,10 +145,10 @@ def meeting_time(motion, me, other, now, contact, rate, limit, span):
 
 @optional
 def rest_speed(model):
-    """Return the least speed at which a component leaves an obstacle after a contact; by default 0.
+    """Return the least speed at which a particle leaves an obstacle after a contact; by default 0.
 
     It is asked of the motion, and of obstacles. In a uniform field, or on an obstacle that accelerates, a
-    component at rest would stay in contact, and a lasting contact has no next event.
+    particle at rest would stay in contact, and a lasting contact has no next event.
     """
     return 0.0
 

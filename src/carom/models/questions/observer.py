@@ -15,10 +15,10 @@ from carom.compiling.registry import optional
 
 
 class PairEvent(NamedTuple):
-    """A collision of two components, or another event of a pair with steps."""
+    """A collision of two particles, or another event of a pair with steps."""
 
     i: int | np.integer
-    """The first component."""
+    """The first particle."""
     j: int | np.integer
     """The second."""
     time: float
@@ -38,10 +38,10 @@ class PairEvent(NamedTuple):
 
 
 class ObstacleEvent(NamedTuple):
-    """A contact of a component with an obstacle or a wall."""
+    """A contact of a particle with an obstacle or a wall."""
 
     i: int | np.integer
-    """The component."""
+    """The particle."""
     obstacle: int
     """Place of the obstacle or wall in ``Simulation.obstacles``."""
     time: float
@@ -49,19 +49,19 @@ class ObstacleEvent(NamedTuple):
     normal: np.ndarray
     """Unit vector away from the obstacle where it is touched, (d,)."""
     x: np.ndarray
-    """Position of the component in the box, (d,) [length]."""
+    """Position of the particle in the box, (d,) [length]."""
     before: np.ndarray
     """Velocity before the contact, (d,) [length / time]."""
     after: np.ndarray
     """Velocity after it, (d,)."""
     momentum: float
-    """What the component gained along the normal [mass length / time]."""
+    """What the particle gained along the normal [mass length / time]."""
     energy: float
     """What it gained [energy]."""
 
 
 class Epoch(NamedTuple):
-    """All components at the beginning of an epoch."""
+    """All particles at the beginning of an epoch."""
 
     time: float
     """Time since the start of the run [time], rounded to a double."""
@@ -73,7 +73,7 @@ class Epoch(NamedTuple):
 
 @optional
 def at_pair(observer, event):
-    """Observe an event of two components; by default it is ignored.
+    """Observe an event of two particles; by default it is ignored.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ def at_pair(observer, event):
 
 @optional
 def at_obstacle(observer, event):
-    """Observe the contact of a component with an obstacle or a wall; by default it is ignored.
+    """Observe the contact of a particle with an obstacle or a wall; by default it is ignored.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def at_obstacle(observer, event):
 
 @optional
 def at_epoch(observer, event):
-    """Observe all components at the beginning of an epoch; by default it is ignored.
+    """Observe all particles at the beginning of an epoch; by default it is ignored.
 
     Epochs begin at equal times, which the engine chooses: anew when velocities are rescaled.
 
@@ -110,7 +110,7 @@ def at_epoch(observer, event):
     observer : NamedTuple
         The observer that is told.
     event : Epoch
-        All components.
+        All particles.
     """
     return
 

@@ -21,13 +21,13 @@ class Obstacle(Protocol):
     - ``area(box)``, its surface area [length^(d-1)];
     - ``inside(box)``, the inner width of a container [length];
     - ``confines(normal)``, the least and the greatest offset, at rest or while it moves, of the plane with
-      this unit normal behind which it lets no surface of a component; None if there is none. Where that is
+      this unit normal behind which it lets no surface of a particle; None if there is none. Where that is
       the plane of a wall of the box, the obstacle stands for the wall;
     - ``outline(box, periodic)`` and ``surface(box, periodic)``, shapes to draw in two and in three dimensions
       (``carom.models.obstacles.outlines``);
     - ``live(particles)``, which replaces ``model()`` in the engine, for an obstacle that moves, loses energy
       or has a memory;
-    - ``adds_energy = True``, if contacts add a part of the energy that a component has, of which a simulation
+    - ``adds_energy = True``, if contacts add a part of the energy that a particle has, of which a simulation
       warns otherwise.
     """
 
@@ -38,14 +38,14 @@ class Obstacle(Protocol):
     def gap(
         self, positions: np.ndarray, radii: np.ndarray, box: Sequence[float], periodic: Sequence[bool]
     ) -> np.ndarray:
-        """Return each component's distance from the obstacle, surface to surface, (n,) [length].
+        """Return each particle's distance from the obstacle, surface to surface, (n,) [length].
 
-        It is negative for components that overlap the obstacle.
+        It is negative for particles that overlap the obstacle.
 
         Parameters
         ----------
         positions : (n, d) array
-            Centres [length].
+            Centers [length].
         radii : (n,) array
             Radii [length].
         box : sequence of d floats
@@ -63,27 +63,27 @@ class Obstacle(Protocol):
 
 @required
 def encounter(obstacle, x, v, radius, growth):
-    """Return the time until a component touches the obstacle, not negative, or NEVER.
+    """Return the time until a particle touches the obstacle, not negative, or NEVER.
 
     Parameters
     ----------
     obstacle : model
         The obstacle.
     x, v : (d,) float64 arrays
-        Position of the centre [length] and velocity.
+        Position of the center [length] and velocity.
     radius, growth : float
         Radius [length], and the rate at which it grows.
 
     Notes
     -----
-    The time is 0 for a component that touches and approaches, or that is inside by rounding and goes deeper.
-    A component that moves away does not touch.
+    The time is 0 for a particle that touches and approaches, or that is inside by rounding and goes deeper.
+    A particle that moves away does not touch.
     """
 
 
 @required
 def outward(obstacle, x, axis):
-    """Return a coordinate of the unit normal, away from the obstacle, where a component at x touches it."""
+    """Return a coordinate of the unit normal, away from the obstacle, where a particle at x touches it."""
 
 
 @optional
@@ -94,7 +94,7 @@ def is_periodic(obstacle):
 
 @optional
 def anchor(obstacle, axis):
-    """Return a coordinate of the obstacle's centre, whose periodic image is that of the obstacle."""
+    """Return a coordinate of the obstacle's center, whose periodic image is that of the obstacle."""
     return 0.0
 
 
@@ -110,7 +110,7 @@ def member(crowd, k):
 
 @optional
 def meeting(motion, obstacle, x, v, radius, growth, now):
-    """Return :func:`encounter` for components in this motion; asked of the motion.
+    """Return :func:`encounter` for particles in this motion; asked of the motion.
 
     Parameters
     ----------
@@ -135,27 +135,27 @@ def arrival(obstacle, x, v, radius, growth, now):
 
 @required
 def fall(obstacle, g, x, v, radius, growth, now):
-    """Return :func:`encounter` on a parabola: every component has the acceleration ``g``, d floats."""
+    """Return :func:`encounter` on a parabola: every particle has the acceleration ``g``, d floats."""
 
 
 @optional
 def recoil(obstacle, motion, i, mass, x, v, normal, growth, now):
-    """Set ``v``, (d,) float64, to the velocity of component i after the contact.
+    """Set ``v``, (d,) float64, to the velocity of particle i after the contact.
 
     By default the contact is elastic in the frame of the obstacle (:func:`surface_speed`).
 
     Parameters
     ----------
     obstacle, motion : models
-        The obstacle, and the motion of the components.
+        The obstacle, and the motion of the particles.
     i : int
-        The component.
+        The particle.
     mass : float
         Its mass.
     x, v : (d,) float64 arrays
-        Position of its centre, and velocity.
+        Position of its center, and velocity.
     normal : (d,) float64 array
-        Unit vector along which the component is thrown back.
+        Unit vector along which the particle is thrown back.
     growth, now : float
         Rate at which its radius grows, and time since the beginning of the epoch.
     """

@@ -1,4 +1,4 @@
-"""The components, from which a value makes its model; and time that never comes."""
+"""The particles, from which a value makes its model; and time that never comes."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ NEVER = np.inf
 
 @dataclass(frozen=True)
 class Particles:
-    """The components, from which a value makes its model, in the engine's unit of time.
+    """The particles, from which a value makes its model, in the engine's unit of time.
 
     Attributes
     ----------
     box : tuple of d floats
         Edges [length].
     radii, masses : (n,) float64 arrays
-        Radius [length] and mass of each component.
+        Radius [length] and mass of each particle.
     species : (n,) int64 array or None
-        Species of each component.
+        Species of each particle.
     rates : (n,) float64 array or None
         Rate at which each radius grows, where diameters grow [length / time].
     equal : bool
@@ -44,7 +44,7 @@ class Particles:
     unit: TimeUnit
 
     def with_ghost(self, values: Any, dtype: Any = np.float64) -> np.ndarray:
-        """Return ``values``, one a component, as an array of ``dtype`` that ends with a copy of the first."""
+        """Return ``values``, one a particle, as an array of ``dtype`` that ends with a copy of the first."""
         values = np.asarray(values)
         return np.concatenate([values, values[:1]]).astype(dtype)
 
@@ -57,7 +57,7 @@ M = TypeVar("M")
 
 
 def lanes(*names: str) -> Callable[[type[M]], type[M]]:
-    """Name the fields that ``interaction_time`` reads of candidate j: arrays of one value a component.
+    """Name the fields that ``interaction_time`` reads of candidate j: arrays of one value a particle.
 
     This is a class decorator; ``names`` are names of fields. The search loads these fields for eight
     candidates at a time. Other fields are loaded one by one, which is slower and gives the same bits.

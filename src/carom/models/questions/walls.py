@@ -10,7 +10,7 @@ from carom.models.questions.particles import NEVER
 
 @optional
 def soonest_wall(walls, x, v, radius, growth):
-    """Return the time until a component touches a wall of the box, or NEVER, and the number of that wall.
+    """Return the time until a particle touches a wall of the box, or NEVER, and the number of that wall.
 
     The lower wall of an axis has the number ``2 axis``, the upper one ``2 axis + 1``.
     """
@@ -37,5 +37,5 @@ def yields(walls, motion, x, v, radius, growth, t):
 
 @optional
 def wall_meeting(motion, walls, x, v, radius, growth):
-    """Return :func:`soonest_wall` for components in this motion; asked of the motion."""
+    """Return :func:`soonest_wall` for particles in this motion; asked of the motion."""
     return soonest_wall(walls, x, v, radius, growth)

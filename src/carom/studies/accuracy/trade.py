@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from carom.errors import FileError, InputError
-from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
+from carom.paths import replacing, writing
 from carom.scene import lattices
 from carom.scene.fields import is_simple
 from carom.scene.scene import Scene

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -14,10 +14,9 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.io import records
-from carom.io.paths import replacing, writing
+from carom.paths import replacing, writing
+from carom.results import Result
 from carom.studies.codes.polish import GUARD
-from carom.studies.results import Result
-from carom.texts import html
 
 FORMAT = "carom spherical code"
 """Value of the key "format" in a file."""
@@ -101,15 +100,15 @@ class SphericalCode(Result):
         """Smallest angle [degrees]."""
         return float(self.precise_angle)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the results as numbers and strings, by name; angles are in degrees."""
-        import mpmath
+    _numbers_above = False
 
+    def _words(self) -> dict[str, Any]:
+        """Return the results as numbers and texts, by name; angles are in degrees."""
         return {
             "n": self.n,
             "dimension": self.dimension,
-            "angle": mpmath.nstr(self.precise_angle, self.digits, strip_zeros=False),
-            "cosine": mpmath.nstr(self.cosine, self.digits, strip_zeros=False),
+            "angle": _text(self.precise_angle, self.digits),
+            "cosine": _text(self.cosine, self.digits),
             "residual": float(self.residual),
             "contacts": len(self.contacts),
             "rattlers": self.rattlers.tolist(),
@@ -120,9 +119,9 @@ class SphericalCode(Result):
             "note": self.note,
         }
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return the points in double precision, a dictionary of coordinates for each."""
-        return [dict(zip(self._axes(), point, strict=True)) for point in self.points.tolist()]
+    def _columns(self) -> dict[str, Any]:
+        """Return the coordinates of all points, in double precision."""
+        return dict(zip(self._axes(), self.points.T.tolist(), strict=True))
 
     def _axes(self) -> list[str]:
         """Return the names of the coordinates."""
@@ -135,47 +134,49 @@ class SphericalCode(Result):
         Parameters
         ----------
         path : path
-            With the suffix ``.json`` the whole code, for :func:`carom.load`. With ``.png`` a picture. With
-            ``.csv`` a table of the points with all digits and a line of names; with any other suffix one
-            point per line, as public tables have.
+            With the suffix ``.json`` or ``.npz`` the whole code, for :func:`carom.load`. With ``.png``,
+            ``.pdf`` or ``.svg`` a picture. With ``.csv`` a table of the points with all digits and a line of
+            names; with any other suffix one point per line, as public tables have.
 
         Raises
         ------
         FileError
             If the file cannot be written.
         """
-        import mpmath
-
         path = Path(path)
-        if path.suffix == ".png":
-            self.plot(path)
+        if path.suffix.lower() in self._writers():
+            super().save(path)
             return
-        whole = path.suffix == ".json"
-        # A file for load() keeps the guard digits.
-        digits = self.digits + GUARD if whole else self.digits
-
-        def written(x: Any) -> str:
-            return str(mpmath.nstr(x, digits, strip_zeros=False))
-
-        places = [[written(x) for x in row] for row in self.coordinates.tolist()]
-        if whole:
-            words = {
-                "format": FORMAT,
-                **self.to_dict(),
-                "cosine": written(self.cosine),
-                "digits": self.digits,
-                "points": places,
-                "pairs": self.contacts.tolist(),
-                "forces": self.forces.tolist(),
-                "angles": [[seed, angle if angle == angle else None] for seed, angle in self.angles.items()],
-            }
-            text = json.dumps(words, indent=1, allow_nan=False) + "\n"
-        elif path.suffix == ".csv":
-            text = "".join(",".join(row) + "\n" for row in [self._axes(), *places])
-        else:
-            text = "".join(" ".join(row) + "\n" for row in places)
+        text = "".join(" ".join(row) + "\n" for row in self._places(self.digits))
         with replacing(path) as temporary, writing(path):
             temporary.write_text(text, encoding="utf-8")
+
+    def _writers(self) -> dict[str, Callable[[Path], object]]:
+        def table(path: Path) -> None:
+            rows = [self._axes(), *self._places(self.digits)]
+            path.write_text("".join(",".join(row) + "\n" for row in rows), encoding="utf-8")
+
+        return {**super()._writers(), ".csv": table}
+
+    def _places(self, digits: int) -> list[list[str]]:
+        """Return the coordinates of the points as texts with so many digits."""
+        return [[_text(x, digits) for x in row] for row in self.coordinates.tolist()]
+
+    def _saved(self) -> dict[str, Any]:
+        digits = self.digits + GUARD  # which load() needs
+        return {
+            "format": FORMAT,
+            "cosine": _text(self.cosine, digits),
+            "digits": self.digits,
+            "points": self._places(digits),
+            "pairs": self.contacts.tolist(),
+            "forces": self.forces.tolist(),
+            "angles": [[seed, angle if angle == angle else None] for seed, angle in self.angles.items()],
+        }
+
+    @classmethod
+    def _made(cls, values: Mapping[str, Any]) -> SphericalCode:
+        return _of_words(values, "a spherical code")
 
     def plot(self, path: str | PathLike[str] | None = None, **options: Any) -> Any:
         """Draw the caps of a code on S^2; ``path`` and ``options`` are for ``carom.pictures.caps.caps``."""
@@ -185,7 +186,7 @@ class SphericalCode(Result):
 
     def words(self) -> list[tuple[str, str]]:
         """Return the results as text, by name, as ``carom code`` prints them."""
-        words = self.to_dict()
+        words = self._words()
         who = ", ".join(map(str, words["rattlers"])) or "none"
         kind = "a strict local optimum" if self.rigid else "held by forces, but parts of it can move"
         rows = [
@@ -216,16 +217,18 @@ class SphericalCode(Result):
             ]
         return [*lines, self.note]
 
-    def _repr_html_(self) -> str:
-        left = "style='text-align:left'"
-        rows = "".join(
-            f"<tr><th {left}>{html(name)}</th><td {left}>{html(text)}</td></tr>"
-            for name, text in self.words()
-        )
-        return f"<table><caption>{self.n} points on S<sup>{self.dimension - 1}</sup></caption>{rows}</table>"
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        return f"{self.n} points on S^{self.dimension - 1}", self.words()
 
     def __repr__(self) -> str:
         return f"<SphericalCode of {self.n} points on S^{self.dimension - 1}: {self.angle:.9f} degrees>"
+
+
+def _text(x: Any, digits: int) -> str:
+    """Return a number of ``mpmath`` with so many digits."""
+    import mpmath
+
+    return str(mpmath.nstr(x, digits, strip_zeros=False))
 
 
 def load(path: str | PathLike[str]) -> SphericalCode:

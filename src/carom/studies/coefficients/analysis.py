@@ -18,13 +18,13 @@ UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
 
 
 @dataclass(frozen=True)
-class Coefficient:
-    """A transport coefficient and the data behind it.
+class Coefficient(Estimate):
+    """A transport coefficient, an :class:`~carom.Estimate` with the data behind it.
 
     Attributes
     ----------
-    value : Estimate
-        The coefficient; nan if the blocks are too short for a slope.
+    mean, error, n_eff, tau, blocks
+        As of every estimate; the mean is nan if the blocks are too short for a slope.
     window : tuple of two floats
         Times between which the slope was taken [time].
     kinetic, cross, collisional : Estimate or None
@@ -37,8 +37,7 @@ class Coefficient:
         Whether the slope agreed with that of the next window.
     """
 
-    value: Estimate
-    window: tuple[float, float]
+    window: tuple[float, float] = (math.nan, math.nan)
     kinetic: Estimate | None = None
     cross: Estimate | None = None
     collisional: Estimate | None = None
@@ -46,12 +45,10 @@ class Coefficient:
     running: tuple[Estimate, ...] = ()
     settled: bool = True
 
-    def __str__(self) -> str:
-        return f"{self.value.value_text} from times of {self.window[0]:.3g} to {self.window[1]:.3g}"
-
-    def __float__(self) -> float:
-        """Return the mean of the coefficient."""
-        return self.value.mean
+    @classmethod
+    def of(cls, value: Estimate, window: tuple[float, float], **behind: Any) -> Coefficient:
+        """Return the coefficient of a ``value`` from a ``window``, with the other attributes by name."""
+        return cls(value.mean, value.error, value.n_eff, value.tau, value.blocks, window, **behind)
 
 
 def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], Any]) -> list[Estimate]:
@@ -146,16 +143,16 @@ class Point:
         middle = tuple(float(t) for t in 0.5 * (self.times[1:] + self.times[:-1]))
         window, settled = self._window(squares.sum(axis=1))
         if window is None:
-            return Coefficient(UNKNOWN, (math.nan, math.nan), times=middle, running=run, settled=False)
+            return Coefficient.of(UNKNOWN, (math.nan, math.nan), times=middle, running=run, settled=False)
         low, high = window
         parts = [
             jackknife(squares[:, part], lambda m: half * self._slope(m, low, high))[0]
             for part in range(squares.shape[1])
         ]
         (value,) = jackknife(squares.sum(axis=1), lambda m: half * self._slope(m, low, high))
-        kinetic, cross, collisional = parts if len(parts) == 3 else (None, None, None)
+        split = dict(zip(("kinetic", "cross", "collisional"), parts, strict=True)) if len(parts) == 3 else {}
         between = (float(self.times[low]), float(self.times[high]))
-        return Coefficient(value, between, kinetic, cross, collisional, middle, run, settled)
+        return Coefficient.of(value, between, times=middle, running=run, settled=settled, **split)
 
     def _slope(self, squares: np.ndarray, low: int, high: int) -> Any:
         return (squares[..., high] - squares[..., low]) / (self.times[high] - self.times[low])
@@ -189,7 +186,7 @@ class Point:
             return self.coefficient(self.array("heat"), scale)
         window, settled = self._window(np.diagonal(fluxes, axis1=1, axis2=2)[..., 0])
         if window is None:
-            return Coefficient(UNKNOWN, (math.nan, math.nan), settled=False)
+            return Coefficient.of(UNKNOWN, (math.nan, math.nan), settled=False)
         low, high = window
         half = 0.5 * scale
 
@@ -198,7 +195,7 @@ class Point:
             return half * float(slopes[0, 0] - slopes[0, 1:] @ np.linalg.solve(slopes[1:, 1:], slopes[1:, 0]))
 
         (value,) = jackknife(fluxes, conductivity)
-        return Coefficient(value, (float(self.times[low]), float(self.times[high])), settled=settled)
+        return Coefficient.of(value, (float(self.times[low]), float(self.times[high])), settled=settled)
 
     def bulk_viscosity(self) -> Coefficient:
         """Return the bulk viscosity, with the mean of each replica taken out of the pressure.
@@ -234,7 +231,7 @@ class Point:
             high = count - 1
             low = int(np.searchsorted(times, 0.5 * times[high])) if count else 0
         if high <= low or count < 2:
-            empty = Coefficient(UNKNOWN, (math.nan, math.nan), settled=False)
+            empty = Coefficient.of(UNKNOWN, (math.nan, math.nan), settled=False)
             return empty, empty
         window = (float(times[low]), float(times[high]))
         span = 2.0 * d * (times[high] - times[low])
@@ -242,7 +239,7 @@ class Point:
         shared: dict[str, Any] = {
             "times": tuple(float(t) for t in times), "running": tuple(run), "settled": settled,
         }  # fmt: skip
-        return Coefficient(slope, window, **shared), Coefficient(run[low], (0.0, window[0]), **shared)
+        return Coefficient.of(slope, window, **shared), Coefficient.of(run[low], (0.0, window[0]), **shared)
 
     def mutual_diffusion(self) -> Coefficient | None:
         """Return the Maxwell-Stefan diffusion coefficient of a binary mixture."""

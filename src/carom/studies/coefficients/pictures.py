@@ -70,10 +70,10 @@ def _against_density(axes: Axes, rows: list[Coefficients]) -> None:
     """Draw the coefficients of all points over Enskog's."""
     for marker, (name, label) in zip(MARKERS, NAMES.items(), strict=True):
         points = [
-            (row.packing_fraction, c.value.mean / enskog, c.value.error / enskog)
+            (row.packing_fraction, c.mean / enskog, c.error / enskog)
             for row in rows
             for key, (c, enskog) in row.quantities().items()
-            if key == name and math.isfinite(enskog) and math.isfinite(c.value.mean)
+            if key == name and math.isfinite(enskog) and math.isfinite(c.mean)
         ]
         if points:
             x, y, e = np.transpose(points)
@@ -123,7 +123,7 @@ def _with_time(axes: Axes, rows: list[Coefficients], name: str) -> None:
                 axes.errorbar(x, y, e, fmt=".-", ms=4.0, lw=0.9, color=f"C{k % 10}", label=label)
                 if row.exists:
                     at = [t / row.mean_free_time for t in c.window]
-                    axes.plot(at, [c.value.mean / enskog] * 2, lw=4.0, alpha=0.3, color=f"C{k % 10}")
+                    axes.plot(at, [c.mean / enskog] * 2, lw=4.0, alpha=0.3, color=f"C{k % 10}")
     axes.set_xscale("log")
     axes.set_xlabel("time / mean free time")
     axes.set_ylabel(f"running {NAMES[name]}" + (" / Enskog's" if divided else ""))

@@ -123,8 +123,8 @@ def coefficients_of(records: list[Record]) -> Coefficients:
         enskog = theory.enskog(
             z, eta, d, diameter=first["diameters"][0], mass=first["masses"][0], kT=point.kT
         )
-        if d == 3 and math.isfinite(viscosity.value.mean):
-            infinite = infinite_diffusion(diffusion[0].value, viscosity.value, point)
+        if d == 3 and math.isfinite(viscosity.mean):
+            infinite = infinite_diffusion(diffusion[0], viscosity, point)
     conductivity, bulk = point.thermal_conductivity(), point.bulk_viscosity()
     mutual, thermal = point.mutual_diffusion(), point.thermal_diffusion()
     remarks = [PLANE] if d == 2 else []

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from carom.errors import InputError
+from carom.observables.statistics import value_with_error
 from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Extrapolation, line
 from carom.studies.coefficients.measure import measure
 from carom.studies.coefficients.points import Coefficients, coefficients_of
@@ -19,7 +20,6 @@ from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.documented import documented
 from carom.studies.eos.study import composition
 from carom.studies.grid_study import GridStudy
-from carom.studies.results import value_with_error
 from carom.table import Column, Table, error
 
 if TYPE_CHECKING:
@@ -101,9 +101,12 @@ class Transport(GridStudy[TransportSpec]):
             if math.isfinite(each.self_diffusion_infinite.mean):
                 at = each.self_diffusion[0].window
                 enskog = each.enskog.self_diffusion if each.enskog else math.nan
-                quantities["self_diffusion_infinite"] = Coefficient(each.self_diffusion_infinite, at), enskog
+                quantities["self_diffusion_infinite"] = (
+                    Coefficient.of(each.self_diffusion_infinite, at),
+                    enskog,
+                )
             for name, (c, enskog) in quantities.items():
-                value = c.value if each.exists else UNKNOWN
+                value: Estimate = c if each.exists else UNKNOWN
                 rows.append(
                     Row(
                         each.packing_fraction, each.n, name, value.mean, value.error, enskog,
@@ -159,13 +162,13 @@ class Transport(GridStudy[TransportSpec]):
         groups: dict[float, list[Coefficients]] = {}
         for each in self.points:
             first = each.self_diffusion[min(each.self_diffusion)]
-            if each.dimension == 3 and math.isfinite(first.value.mean):
+            if each.dimension == 3 and math.isfinite(first.mean):
                 groups.setdefault(each.packing_fraction, []).append(each)
         found = []
         for eta, rows in groups.items():
             if len(rows) > 1:
                 k = min(rows[0].self_diffusion)
-                values: list[Estimate] = [r.self_diffusion[k].value.scaled(r.at_rest[k]) for r in rows]
+                values: list[Estimate] = [r.self_diffusion[k].scaled(r.at_rest[k]) for r in rows]
                 value, slope, chi2 = line(
                     np.array([1.0 / r.edge for r in rows]),
                     np.array([v.mean for v in values]),
@@ -207,7 +210,7 @@ class Transport(GridStudy[TransportSpec]):
         lines = [f"Transport coefficients in {self.spec.dimension}D: {what}, {self._done()}"]
         if len(rows) == 1:
             values = [
-                f"{name.replace('_', ' ')} {value_with_error(c.value.mean, c.value.error)}"
+                f"{name.replace('_', ' ')} {value_with_error(c.mean, c.error)}"
                 for name, (c, _) in rows[0].quantities().items()
             ]
             lines.append(f"{', '.join(values)} (units of the scene, k = 1)")

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from carom import theory
 from carom.errors import InputError
+from carom.observables.statistics import value_with_error
 from carom.studies.documented import documented
 from carom.studies.eos import fits
 from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.table import Row, row
 from carom.studies.grid_study import GridStudy
-from carom.studies.results import value_with_error
 from carom.table import Column, Table, error
 from carom.theory import Equation
 

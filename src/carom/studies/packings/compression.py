@@ -21,9 +21,9 @@ import numpy as np
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import checkpoint
-from carom.io.paths import writing
 from carom.models.obstacles.named_walls import Walls
 from carom.notebook import by_stage, watchable
+from carom.paths import writing
 from carom.scene import lattices
 from carom.scene.overlaps import rounding
 from carom.scene.scene import Scene

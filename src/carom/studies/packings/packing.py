@@ -6,7 +6,7 @@ import dataclasses
 import functools
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -20,16 +20,18 @@ from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import SUFFIXES
-from carom.io.paths import replacing, writing
+from carom.io.validation import flaw
+from carom.models.files.tables import obstacle_from_table
 from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles import Obstacle
 from carom.notebook import table
 from carom.observables.packing import PackingNetwork, network_of
+from carom.paths import replacing, writing
+from carom.results import Result, plain, shown
 from carom.scene.description import particles
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
-from carom.studies.results import Result, plain, shown
 from carom.texts import visible
 from carom.version import __version__
 
@@ -159,13 +161,11 @@ class Packing(Result):
             assert isinstance(writer, io.Writer)
             writer.write(self.frame)
 
-    def rows(self) -> list[dict[str, Any]]:
-        """Return the history, a dictionary for each stretch."""
-        return [dict(zip(self.columns(), row, strict=True)) for row in self.history.tolist()]
+    _numbers_above = False
 
-    def columns(self) -> tuple[str, ...]:
-        """Return the names of the columns of the history."""
-        return self.history.dtype.names or ()
+    def _columns(self) -> dict[str, Any]:
+        """Return the columns of the history, with a row for each stretch."""
+        return {name: self.history[name].tolist() for name in HISTORY.names or ()}
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Draw the contacts and the rattlers.
@@ -176,7 +176,7 @@ class Packing(Result):
 
         return plots.packing(self.network, path=path)
 
-    def to_dict(self) -> dict[str, Any]:
+    def _words(self) -> dict[str, Any]:
         """Return the results as JSON values; a number that does not exist is None."""
         summary = {
             "version": __version__,
@@ -239,8 +239,7 @@ class Packing(Result):
         for form in ("h5md", "extxyz") if self.dimension <= LARGEST_EXTENDED else ("h5md",):
             with replacing(folder / f"packing.{form}") as temporary:
                 self.to_h5md(temporary)
-        with replacing(folder / "history.csv") as temporary:
-            self.to_csv(temporary)
+        super().save(folder / "history.csv")
         summary = self.to_dict()
         if pictures and summary["gap"] is not None:
             from carom.pictures import plots
@@ -259,14 +258,25 @@ class Packing(Result):
             temporary.write_text(text, encoding="utf-8")
 
     def _saved(self) -> dict[str, Any]:
-        """Return what else a JSON file holds: the frame, and the history."""
+        """Return the frame, and the history."""
         arrays = {name: getattr(self.frame, name) for name in ARRAYS}
         lists = {name: None if value is None else value.tolist() for name, value in arrays.items()}
         others = {name: getattr(self.frame, name) for name in ("time", "step", "species_names", "periodic")}
         return {"history": self.history.tolist(), "frame": {**others, **lists}}
 
-    def _writers(self) -> dict[str, Callable[..., object]]:
-        """Return the function that writes a file, by its suffix."""
+    @classmethod
+    def _made(cls, values: Mapping[str, Any]) -> Packing:
+        held = values["frame"]
+        arrays: dict[str, Any] = {x: None if held[x] is None else np.array(held[x]) for x in ARRAYS}
+        names, periodic = tuple(held["species_names"]), tuple(held["periodic"])
+        frame = Frame(held["time"], held["step"], **arrays, species_names=names, periodic=periodic)
+        if wrong := flaw(frame):
+            raise InputError(f"its {wrong}")
+        history = np.array([tuple(row) for row in values["history"]], HISTORY)
+        obstacles = tuple(obstacle_from_table(each) for each in values["obstacles"])
+        return cls(frame, history, values["note"], values["seed"], values["shrunk"], obstacles)
+
+    def _writers(self) -> dict[str, Callable[[Path], object]]:
         return {**super()._writers(), **dict.fromkeys(SUFFIXES, self.to_h5md)}
 
     def _lines(self) -> list[str]:

@@ -151,8 +151,8 @@ class DiffusionMethod:
         point = Point([record])
         collisions = sum(block["collisions"] for block in record["result"]["blocks"])
         seconds = record["provenance"]["cpu_seconds"]["all"]
-        viscosity = point.shear_viscosity().value
-        found = dict(zip(ESTIMATORS, (c.value for c in point.self_diffusion()), strict=True))
+        viscosity = point.shear_viscosity()
+        found = dict(zip(ESTIMATORS, point.self_diffusion(), strict=True))
         best = min(found.values(), key=lambda e: e.error)
         return DiffusionPilot(
             n=n,
@@ -231,9 +231,9 @@ class DiffusionMethod:
         point = Point(list(records))
         viscosity = point.shear_viscosity()
         found = dict(zip(ESTIMATORS, point.self_diffusion(), strict=True))[estimator]
-        value = infinite_diffusion(found.value, viscosity.value, point)
+        value = infinite_diffusion(found, viscosity, point)
         said = [] if found.settled else ["The slope had not settled: the fluid is slow."]
-        shift = value.mean - point.at_rest(0) * found.value.mean
+        shift = value.mean - point.at_rest(0) * found.mean
         return value, missed(point.n) * abs(shift), said
 
     def route(self, estimator: str) -> str:

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
 from carom.errors import InputError
-from carom.io.paths import replacing, writing
 from carom.observables.statistics import Estimate
+from carom.paths import replacing, writing
 from carom.studies.folder import Record, Task
 from carom.studies.grid_study import GridStudy
 from carom.studies.planner.choice import Design, duration

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import json
 import math
 import os
 import time as clock
@@ -16,8 +15,9 @@ from typing import Any
 from carom import checks
 from carom.errors import InputError
 from carom.io import records
-from carom.io.paths import replacing, writing
 from carom.notebook import watchable
+from carom.paths import writing
+from carom.results import Result, html_of
 from carom.simulation.workers.thread_pool import cores as all_cores
 from carom.studies.arguments import processes, refuse_unknown
 from carom.studies.places import refuse_others, refuse_to_replace
@@ -29,7 +29,6 @@ from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
 from carom.studies.planner.system import System, of_plan, of_scene
 from carom.studies.planner.target import UNITS, Target
-from carom.studies.results import Result, plain
 from carom.version import __version__
 
 PILOT_SECONDS = 15.0
@@ -57,7 +56,7 @@ class Size:
     cpu_seconds: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RunPlan(Result):
     """What to run, which error it should reach, and what it will cost on this machine.
 
@@ -152,7 +151,9 @@ class RunPlan(Result):
             workers = min(self.cores, self.design.replicas)
         return carry_out(self, method(self.system, self.target), out, executor, workers, progress)
 
-    def to_dict(self) -> dict[str, Any]:
+    _numbers_above = False
+
+    def _words(self) -> dict[str, Any]:
         """Return the plan as JSON values."""
         return {
             "carom": __version__,
@@ -177,9 +178,17 @@ class RunPlan(Result):
             "pilot_seconds": self.pilot_seconds,
         }
 
-    def rows(self) -> list[dict[str, Any]]:
+    @classmethod
+    def _made(cls, values: Mapping[str, Any]) -> RunPlan:
+        return of_words(values, "its content")
+
+    def _columns(self) -> dict[str, Any]:
         """Return the sizes that were compared: n, the bias and the CPU time of each."""
-        return [plain(dataclasses.asdict(size)) for size in self.sizes]
+        names = [each.name for each in dataclasses.fields(Size)]
+        return {name: [getattr(size, name) for size in self.sizes] for name in names}
+
+    def _repr_html_(self) -> str:
+        return html_of(self._lines()[0], self._columns())
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Draw the CPU time against the number of particles, and save the picture to the file ``path``.
@@ -224,10 +233,7 @@ class RunPlan(Result):
         reserve(path.parent)
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-        with replacing(path) as temporary, writing(path):
-            temporary.write_text(
-                json.dumps(self.to_dict(), indent=1, allow_nan=False) + "\n", encoding="utf-8"
-            )
+        super().save(path)
 
     def _lines(self) -> list[str]:
         """Return what is printed: the target, the run, the promise."""

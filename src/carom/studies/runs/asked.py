@@ -12,8 +12,8 @@ import numpy as np
 from carom import checks, io
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.io.paths import replacing
 from carom.models.obstacles import Wall
+from carom.paths import replacing
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile

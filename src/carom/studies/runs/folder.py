@@ -9,8 +9,8 @@ from pathlib import Path
 
 from carom.errors import CaromError, FileError
 from carom.io.events import read_events
-from carom.io.paths import reason, remnants, replacing, writing
 from carom.io.trajectory import open_reader
+from carom.paths import reason, remnants, replacing, writing
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import FORMATS
 from carom.studies.lock import owned

@@ -18,7 +18,6 @@ from carom import io, theory
 from carom.block import Block
 from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
-from carom.io.paths import replacing, writing
 from carom.models import model_checks
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
@@ -34,6 +33,7 @@ from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of,
 from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.statistics import ratio
 from carom.observables.wall_pressure import obstacle_names
+from carom.paths import replacing, writing
 from carom.scene.description import kind
 from carom.scene.fields import is_elastic, is_equal, is_simple, is_usual, standing
 from carom.scene.scene import Scene

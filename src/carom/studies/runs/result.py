@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -16,10 +17,11 @@ from carom.io.formats import Reader
 from carom.io.trajectory import open_reader
 from carom.observables.pair_distribution import RDF
 from carom.observables.partial_rdf import partial_rdf
-from carom.observables.statistics import Estimate
+from carom.observables.statistics import Estimate, value_with_error
+from carom.results import Result
 from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
-from carom.studies.results import Result, value_with_error
+from carom.studies.runs.summary import SUMMARY
 
 QUANTITIES = ("Z", "Z_infinite", "reduced_pressure", "contact_value", "collision_rate", "U", "temperature")
 """Quantities of a summary with a mean and an error."""
@@ -114,7 +116,7 @@ class RunResult(Result):
             scene = Scene.from_frame(frames[0])
             return RDF().over(frames) if is_equal(scene) else partial_rdf(scene, lambda: iter(frames))
 
-    def to_dict(self) -> dict[str, Any]:
+    def _words(self) -> dict[str, Any]:
         """Return numbers by name, each quantity with its error: Z, Z_error, reduced_pressure, ..."""
         names = ("n", "dimension", "packing_fraction", "kT", "collisions", "time", "seconds")
         found: dict[str, Any] = {name: self.summary[name] for name in names}
@@ -124,8 +126,11 @@ class RunResult(Result):
         return found
 
     def _saved(self) -> dict[str, Any]:
-        """Return what else a JSON file holds."""
         return {"folder": str(self.folder.absolute()), "summary": self.summary}
+
+    @classmethod
+    def _made(cls, values: Mapping[str, Any]) -> RunResult:
+        return cls(Path(values["folder"]), SUMMARY(values["summary"], "its summary"))
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Draw g(r), or the last frame where there is no g(r), and save the picture to the file ``path``.
@@ -142,17 +147,21 @@ class RunResult(Result):
         last: Frame = self.frames[-1]
         return plots.snapshot(last, path=path)
 
-    def _lines(self) -> list[str]:
-        """Return what is printed: the system, what was measured, where it is."""
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        """Return the system, and what was measured."""
         s = self.summary
         system = s.get("system", "particles")
-        lines = [f"{s['n']} {system} at packing fraction {s['packing_fraction']:.6g}, kT = {s['kT']:.6g}"]
+        title = f"{s['n']} {system} at packing fraction {s['packing_fraction']:.6g}, kT = {s['kT']:.6g}"
         words = {"Z": "Z", "reduced_pressure": "P σ^d/kT", "U": "U/N"}
         known = {name: s[name] for name in words if s.get(name) and s[name]["mean"] is not None}
-        if known:
-            said = (f"{words[k]} = {value_with_error(v['mean'], v['error'])}" for k, v in known.items())
-            lines.append(", ".join(said))
-        return [*lines, f"{s['collisions']} collisions in {s['seconds']:.1f} s; files in {self.folder}"]
+        return title, [(words[k], value_with_error(v["mean"], v["error"])) for k, v in known.items()]
+
+    def _lines(self) -> list[str]:
+        """Return what is printed: the system, what was measured, where it is."""
+        title, rows = self._rows()
+        said = [", ".join(f"{name} = {value}" for name, value in rows)] if rows else []
+        s = self.summary
+        return [title, *said, f"{s['collisions']} collisions in {s['seconds']:.1f} s; files in {self.folder}"]
 
     def __repr__(self) -> str:
         return f"<RunResult: {self._lines()[0]}, in {self.folder}>"
