@@ -81,6 +81,12 @@ def _viewed() -> Any:
     return view
 
 
+def _command() -> Any:
+    from carom.cli.study import command
+
+    return command
+
+
 def _drawn() -> Any:
     from carom.pictures.results import draw
 
@@ -112,6 +118,7 @@ def _picture() -> Any:
 
 
 # Functions that subpackages need from subpackages above them.
+above.install("command", _command)
 above.install("drawn", _drawn)
 above.install("grown", _grown)
 above.install("name_results", _name_results)

@@ -1,7 +1,8 @@
 """Calls of a subpackage to one above it, which it cannot import: the package installs the functions.
 
 ``Scene.random`` makes a dense scene by a simulation, a frame or a simulation is shown by the viewer or drawn,
-a result draws itself or is loaded, and an observable of frames opens files. ``carom/__init__.py`` installs
+a result draws itself or is loaded, an
+observable of frames opens files, and a study of one's own is a command. ``carom/__init__.py`` installs
 these functions. Every process that uses a part of Carom runs it first, even a worker that imports only a
 scene.
 """
@@ -58,6 +59,11 @@ def drawn(result: Any, path: Any = None) -> Figure:
 def name_results() -> None:
     """Import every module that has a kind of result, so that its name is known to ``carom.results``."""
     _answers["name_results"]()
+
+
+def command(study: Any) -> None:
+    """Run the command line of a study: ``carom.cli.study.command``."""
+    _answers["command"]()(study)
 
 
 def opened(path: Any) -> Any:

@@ -68,6 +68,7 @@ class Result:
     """Whether lines with # above a table of many rows hold the numbers that are the same in all of them."""
 
     def __init_subclass__(cls) -> None:
+        super().__init_subclass__()  # of a generic class, as a study is
         part(cls)
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:

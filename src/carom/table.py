@@ -126,10 +126,13 @@ class Table(Sequence[Any]):
             ) from None
         return pandas.DataFrame(self.dictionaries(), columns=list(self.names()))
 
+    def columns(self) -> list[tuple[str, Column]]:
+        """Return the names of the fields that are shown, and how."""
+        return list(_columns(get_type_hints(self.kind, include_extras=True)))
+
     def _cells(self) -> tuple[list[Column], list[list[str]]]:
         """Return the columns that are shown, and their texts row by row."""
-        hints = get_type_hints(self.kind, include_extras=True)
-        found = list(_columns(hints))
+        found = self.columns()
         return [mark for _, mark in found], [[mark.text(row, n) for n, mark in found] for row in self.rows]
 
     def html(self) -> str:

@@ -44,6 +44,7 @@ from carom.models.motions.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics
 from carom.simulation import flying, run_loop, stretches
 from carom.simulation.run_state import RunState
+from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec
 from carom.studies.scenes import scene_spec
 from carom.studies.study import perform

@@ -180,9 +180,7 @@ def write(study: Study[Any], out: Path, *, report: bool, pictures: bool) -> None
     file = out / "study.toml"
     if not _describes(file, study.spec):  # the user's own, with its comments
         with replacing(file) as temporary, writing(file):
-            temporary.write_text(
-                f"{title(f'carom {study.name}')}\n\n{study.spec.to_toml()}", encoding="utf-8"
-            )
+            temporary.write_text(f"{title(study.command)}\n\n{study.spec.to_toml()}", encoding="utf-8")
     study.save(out / f"{study.name}.csv")
     if pictures and study.records:
         with replacing(out / f"{study.name}.png") as temporary:

@@ -88,10 +88,31 @@ def check(choice: Any = None, workers: int | None = None) -> None:
 
 
 @contextlib.contextmanager
-def opened(choice: Any = None, workers: int | None = None, most: int | None = None) -> Iterator[Place]:
-    """Open a place for at ``most`` so many tasks, and close it; at once if the body raises."""
+def opened(
+    choice: Any = None, workers: int | None = None, most: int | None = None, *, main: bool = False
+) -> Iterator[Place]:
+    """Open a place for tasks, and close it after the body of a ``with``; at once if that raises.
+
+    Parameters
+    ----------
+    choice : optional
+        "processes", "threads", "serial" or "mpi" (inside ``mpiexec ... python -m mpi4py.futures``). Or the
+        address of a Dask scheduler, such as "tcp://host:8786", an Executor, a Dask Client, or a number of
+        processes. By default MPI if it is running, otherwise one process per core.
+    workers : int, optional
+        Processes or threads; as many as cores if left out.
+    most : int, optional
+        Number of tasks: more workers are not started.
+    main : bool
+        Whether processes need the main module of the caller, because the function is defined there.
+
+    Raises
+    ------
+    InputError
+        If the choice is none of these, or a package that it needs is missing.
+    """
     check(choice, workers)
-    place = _choose(choice, workers, most)
+    place = _choose(choice, workers, most, main)
     try:
         yield place
     except BaseException:
@@ -100,7 +121,7 @@ def opened(choice: Any = None, workers: int | None = None, most: int | None = No
     place.end(False)
 
 
-def _choose(choice: Any, workers: int | None, most: int | None) -> Place:
+def _choose(choice: Any, workers: int | None, most: int | None, main: bool) -> Place:
     if choice is None:
         choice = "mpi" if "mpi4py.futures" in sys.modules and _mpi_size() > 1 else "processes"
     if isinstance(choice, int):
@@ -113,7 +134,7 @@ def _choose(choice: Any, workers: int | None, most: int | None) -> Place:
         end = lambda now: pool.shutdown(wait=not now, cancel_futures=now)  # noqa: E731
         return Place(f"{count} thread{'s' * (count > 1)}", pool.submit, end, local=True, here=True)
     if choice == "processes":
-        return _processes(count)
+        return _processes(count, main)
     if choice == "mpi":
         return _mpi()
     if isinstance(choice, str):
@@ -150,13 +171,15 @@ class _Context(SpawnContext):
     Process = _Process
 
 
-def _processes(count: int) -> Place:
+def _processes(count: int, main: bool) -> Place:
     """Return worker processes; one that is killed costs its own task only."""
     from pebble import ProcessPool
 
     leash, lead = multiprocessing.Pipe(duplex=False)
     told, mouth = multiprocessing.Pipe(duplex=False)
-    pool = ProcessPool(count, context=_Context(), initializer=_begin, initargs=(leash, mouth))
+    pool = ProcessPool(
+        count, context=SpawnContext() if main else _Context(), initializer=_begin, initargs=(leash, mouth)
+    )
 
     def end(now: bool) -> None:
         if now:

@@ -112,7 +112,7 @@ def _provenance(study: Study[Any]) -> Table:
 
 def _repeat(study: Study[Any]) -> str:
     """Return the file and the command that repeat the study."""
-    command = f"carom {study.name} study.toml --out {study.name} --report"
+    command = f"{study.command} study.toml --out {study.name} --report"
     return (
         f"<p>Save this as <code>study.toml</code> and run <code>{command}</code>. The same version of Carom "
         "gives the same bits, on every engine and with any number of workers.</p>"

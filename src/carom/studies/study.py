@@ -12,10 +12,11 @@ import dataclasses
 import functools
 import os
 import platform
+import sys
 import threading
 import time as clock
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
@@ -33,6 +34,7 @@ from carom.studies.folder import SETTINGS, Folder, Record, Task, key
 from carom.studies.signals import Interrupted, stoppable
 from carom.studies.spec import Spec
 from carom.table import Table
+from carom.texts import label
 from carom.version import __version__
 
 if TYPE_CHECKING:
@@ -104,6 +106,8 @@ class Study(Result, Generic[S]):
     Spec: ClassVar[type[Any]]
     name: ClassVar[str]
     """The command, and the stem of its files."""
+    axes: ClassVar[tuple[str, ...]] = ()
+    """Columns of the picture: x, y with an error in ``y_error``, and perhaps one that names the curves."""
     unit: ClassVar[str] = "runs"
     """What tasks are called on the screen."""
     long: ClassVar[bool] = False
@@ -121,12 +125,12 @@ class Study(Result, Generic[S]):
 
     def place(self, task: Task) -> str:
         """Return where a task is, in words: ``at packing fraction 0.1 with n = 108``."""
-        raise NotImplementedError
+        return "at " + ", ".join(f"{name} {task[name]}" for name in self.spec.grid if name in task)
 
     @property
     def title(self) -> str:
         """What was studied."""
-        raise NotImplementedError
+        return f"{self.spec.study[0].upper()}{self.spec.study[1:]}"
 
     @property
     def table(self) -> Table:
@@ -141,6 +145,43 @@ class Study(Result, Generic[S]):
         """Yield headings and tables or figures of the page, after the table of the results."""
         yield from ()
 
+    def _lines(self) -> Sequence[str]:
+        """Return what is printed: three lines at most."""
+        return [f"{self.title}: {self._done()}", *self.sentences()][:3]
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+        """Draw the column y of the table against x, with error bars; save the picture to ``path``.
+
+        Raises
+        ------
+        InputError
+            If the study names no ``axes``, or no task is done.
+        FileError
+            If the picture cannot be saved.
+        """
+        from carom.pictures import paper
+
+        if not self.axes or not self.table:
+            raise InputError(
+                "There is nothing to draw yet: no axes of the picture, or no point that is done."
+            )
+        x, y, *by = self.axes
+        figure, axes = paper.sheet(5.0, 3.6)
+        heads = {name: column.head for name, column in self.table.columns()}
+        for curve in dict.fromkeys(getattr(row, by[0]) for row in self.table) if by else (None,):
+            rows = [row for row in self.table if curve is None or getattr(row, by[0]) == curve]
+            bars = [getattr(row, f"{y}_error", 0.0) for row in rows]
+            points = [getattr(row, x) for row in rows], [getattr(row, y) for row in rows]
+            axes.errorbar(
+                *points, bars, fmt="o-", ms=4, lw=0.8, label=None if curve is None else label(curve)
+            )
+        axes.set_xlabel(label(heads.get(x, x)))
+        axes.set_ylabel(label(heads.get(y, y)))
+        if by:
+            axes.legend(frameon=False)
+        paper.lay_out(figure, axes)
+        return paper.saved(figure, path)
+
     def more(self) -> dict[str, Any]:
         """Return further results by name, for files and ``--json``."""
         return {}
@@ -151,6 +192,13 @@ class Study(Result, Generic[S]):
     def tasks(self) -> list[Task]:
         """All tasks, finished or not."""
         return self.spec.tasks()
+
+    @property
+    def command(self) -> str:
+        """The command that runs such a study."""
+        if type(self).__module__.startswith("carom."):
+            return f"carom {self.name}"
+        return f"python {Path(sys.argv[0]).name}"
 
     @property
     def complete(self) -> bool:
@@ -257,7 +305,9 @@ class Study(Result, Generic[S]):
             name, ended = "", True
             if missing := session.missing:
                 stop.deferred = True
-                with executors.opened(executor, workers, len(missing)) as place:
+                with executors.opened(
+                    executor, workers, len(missing), main=self.measure.__module__ == "__main__"
+                ) as place:
                     name = place.name
                     asked = (lambda: stop.asked) if place.local else None
                     kept = folder.path if folder and self.long and place.here else None

@@ -1,0 +1,52 @@
+"""All that a study of one's own imports: ``from carom.studies import own``.
+
+A study is a specification, whose fields have checks and help; a function ``measure`` of a task; and a table
+of the results. The page on studies of one's own shows one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from carom.studies.documented import documented
+from carom.studies.folder import Record, Task, stream
+from carom.studies.spec import Opt, Spec, integer, integers_of, number, numbers_of, several, word
+from carom.studies.study import Look, Study
+from carom.table import Column, Table, error, facts
+from carom.version import __version__ as version
+
+__all__ = [
+    "Column",
+    "Look",
+    "Opt",
+    "Record",
+    "Spec",
+    "Study",
+    "Table",
+    "Task",
+    "command",
+    "documented",
+    "error",
+    "facts",
+    "integer",
+    "integers_of",
+    "number",
+    "numbers_of",
+    "several",
+    "stream",
+    "version",
+    "word",
+]
+
+
+def command(kind: type[Study[Any]]) -> None:
+    """Run the command line of a study: its options are the fields of its specification.
+
+    Parameters
+    ----------
+    kind : type
+        The study.
+    """
+    from carom import above
+
+    above.command(kind)
