@@ -101,6 +101,15 @@ def transport(
     -----
     Helfand's moments are exact between collisions, so that no result depends on a time step. The rule for the
     times of the slopes is in ``carom.studies.coefficients.windows``.
+
+    Examples
+    --------
+    >>> import carom
+    >>> study = carom.transport(
+    ...     0.1, n=108, replicas=1, collisions_per_particle=400, equilibration=20, executor="serial"
+    ... )
+    >>> print(str(study).splitlines()[0])
+    Transport coefficients in 3D: N = 108 at packing fraction 0.1, 1 run
     """
     given = {
         "packing_fraction": packing_fraction,
