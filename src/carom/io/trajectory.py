@@ -136,7 +136,7 @@ def open(
     3
     >>> with carom.open("disks.h5md") as frames:
     ...     len(frames), frames[-1].time
-    (3, 1.0)
+    (3, 1.5)
     """
     if mode == "r":
         if keep is not None:

@@ -41,7 +41,7 @@ class DensityProfile(OfFrames):
     --------
     >>> import carom
     >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, walls="y"))
-    >>> profile = sim.measure(DensityProfile(axis=1, bins=20), collisions_per_particle=50)
+    >>> profile = sim.measure(DensityProfile(axis=1, bins=40), collisions_per_particle=50)
     >>> bool(profile.density[0] == 0.0)  # no center is nearer to a wall than half a diameter
     True
     """
