@@ -6,10 +6,69 @@ Only values and functions that several subpackages share are here; all else is i
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from carom import above
 from carom.version import __version__
+
+if TYPE_CHECKING:
+    from carom import (
+        io as io,
+    )
+    from carom import (
+        models as models,
+    )
+    from carom import (
+        observables as observables,
+    )
+    from carom import (
+        reference as reference,
+    )
+    from carom import (
+        results as results,
+    )
+    from carom import (
+        theory as theory,
+    )
+    from carom.block import Block as Block
+    from carom.errors import BusyError as BusyError
+    from carom.errors import CaromError as CaromError
+    from carom.errors import CaromWarning as CaromWarning
+    from carom.errors import FileError as FileError
+    from carom.errors import InputError as InputError
+    from carom.errors import OverlapError as OverlapError
+    from carom.frame import Frame as Frame
+    from carom.io.trajectory import open as open
+    from carom.observables.bond_order import BondOrder as BondOrder
+    from carom.observables.density_profile import DensityProfile as DensityProfile
+    from carom.observables.dynamics import Dynamics as Dynamics
+    from carom.observables.energy import Energy as Energy
+    from carom.observables.flights import FreeFlights as FreeFlights
+    from carom.observables.pair_distribution import RDF as RDF
+    from carom.observables.pressure import Pressure as Pressure
+    from carom.observables.pressure_tensor import PressureTensor as PressureTensor
+    from carom.observables.statistics import Estimate as Estimate
+    from carom.observables.structure_factor import StructureFactor as StructureFactor
+    from carom.observables.wall_pressure import WallPressure as WallPressure
+    from carom.pictures.movie import movie as movie
+    from carom.pictures.view import view as view
+    from carom.scene.scene import Scene as Scene
+    from carom.scene.species import Species as Species
+    from carom.simulation.callbacks import hit as hit
+    from carom.simulation.conditions import check as check
+    from carom.simulation.csv_log import CSVLog as CSVLog
+    from carom.simulation.simulation import Simulation as Simulation
+    from carom.simulation.simulation import Statistics as Statistics
+    from carom.simulation.tuning import Tuning as Tuning
+    from carom.studies.codes.search import spherical_code as spherical_code
+    from carom.studies.coefficients.study import transport as transport
+    from carom.studies.eos.study import equation_of_state as equation_of_state
+    from carom.studies.packings.compression import pack as pack
+    from carom.studies.planner.plan import plan as plan
+    from carom.studies.runs.execution import run as run
+    from carom.studies.saved import load as load
+    from carom.studies.saved import resume as resume
+    from carom.studies.signals import Interrupted as Interrupted
 
 # Name -> module; imported when first used, so that `import carom` and `carom --help` stay fast.
 _LAZY = {

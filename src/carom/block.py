@@ -13,7 +13,7 @@ class Sizes(NamedTuple):
     Attributes
     ----------
     packing_fraction : float
-        Fraction of the box that the components fill.
+        Fraction of the box that the particles fill.
     cube : float
         The largest diameter to the power d [length^d].
     equal : bool
@@ -31,7 +31,7 @@ class Energy(NamedTuple):
     Attributes
     ----------
     potential : float
-        Of all pairs on steps, and of all components in a field [energy].
+        Of all pairs on steps, and of all particles in a field [energy].
     kT : float
         Temperature [energy].
     """
@@ -94,6 +94,14 @@ class Block(NamedTuple):
         Averages over the stretch, if diameters grow. Not known of sums since the start.
     momentum_flux : MomentumFlux or None
         What makes the pressure tensor of a sheared box; None elsewhere.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2))
+    >>> block = sim.run(collisions=500)
+    >>> block.collisions, block.duration == sim.time
+    (500, True)
     """
 
     duration: float

@@ -47,6 +47,13 @@ class Frame(Configuration):
     tilt : float or None
         Of a sheared box: the image one edge up along axis 1 is shifted by ``tilt`` of that edge along axis 0.
         Positions are then inside the tilted cell, and velocities are relative to the stream.
+
+    Examples
+    --------
+    >>> import carom
+    >>> frame = carom.Simulation(carom.Scene.random(64, 0.3, 2)).frame()
+    >>> frame.n, frame.time, frame.positions.shape
+    (64, 0.0, (64, 2))
     """
 
     def __repr__(self) -> str:

@@ -386,7 +386,7 @@ def rows_of(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
 
 
 def html_of(caption: str, columns: Mapping[str, Iterable[Any]]) -> str:
-    """Return a whole table in HTML, with its columns by name."""
+    """Return a whole table in HTML, with a caption, from its columns by name."""
     cells = [[shown(value) for value in row.values()] for row in rows_of(columns)]
     return table(caption, cells, [name.replace("_", " ") for name in columns])
 

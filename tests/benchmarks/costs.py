@@ -41,7 +41,7 @@ from carom.block import Block
 from carom.models import ENTERED, Kind, Ranges, SquareWell, Steps, StepTable
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.gravity import Gravity
-from carom.observables import BondOrder, DensityProfile, Dynamics
+from carom.observables import BondOrder, DensityProfile, Dynamics, HelfandCurrents
 from carom.simulation import flying, run_loop, stretches
 from carom.simulation.run_state import RunState
 from carom.studies.eos.measure import measure
@@ -172,7 +172,7 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
         ),
         "growth": (plain.replace(diameter=0.99), {"tuning": BARE, "growth": 1e-9}),
         "event log": (plain, {"tuning": BARE, "event_log": True}),
-        "currents": (plain, {"tuning": BARE, "currents": True}),
+        "currents": (plain, {"tuning": BARE, "observers": [HelfandCurrents()]}),
     }
 
 
@@ -382,7 +382,9 @@ def quickest(update: Callable[[Any], object], frames: list[Any]) -> float:
 
 def counted(given: argparse.Namespace) -> None:
     """Print the rate with currents and with free flights, of the plain scene's, in turn."""
-    settings: dict[str, dict[str, bool]] = {"plain": {}, "currents": {"currents": True}, "free flights": {}}
+    settings: dict[str, dict[str, Any]] = {
+        "plain": {}, "currents": {"observers": [HelfandCurrents()]}, "free flights": {},
+    }  # fmt: skip
     sims = {name: carom.Simulation(scenes()["plain"][0], seed=1, **more) for name, more in settings.items()}
     with flying.keeping(sims["free flights"]._state):
         for sim in sims.values():

@@ -97,7 +97,7 @@ def hashes(scene: carom.Scene, settings: dict[str, Any]) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         log, path = Path(folder) / "events.h5", Path(folder) / "state.h5"
         seeded = {} if scene.velocities is not None else {"seed": 2}
-        plain = not own and not settings.keys() & {"currents", "growth"}
+        plain = not own and not settings.keys() & {"observers", "growth"}
         with carom.Simulation(scene, **seeded, **settings, **({"event_log": log} if plain else {})) as sim:
             sim.run(collisions=steps, time=1e3)
             sim.save(path)

@@ -27,6 +27,7 @@ from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
+from carom.observables import HelfandCurrents
 from helpers.mixtures import mixture
 
 SECONDS = 20
@@ -97,7 +98,7 @@ SCENES: dict[str, Any] = {
     "wells": lambda: (carom.Scene.crystal(cells=3, density=0.4).replace(interaction=WELL), {}),
     "lossy": lambda: (_fluid(walls="y").replace(impact=0.9), {}),
     "pinned": lambda: (_fluid().replace(pinned=np.arange(5)), {}),
-    "currents": lambda: (_mixture(), {"currents": True, "flights": True}),
+    "currents": lambda: (_mixture(), {"observers": [HelfandCurrents()]}),
     "single": lambda: (_fluid(), {"tuning": carom.Tuning(precision="single")}),
     "units": lambda: (_units(), {}),
     "a bed": lambda: (_bed(), {}),

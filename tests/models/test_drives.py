@@ -13,6 +13,7 @@ from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.questions.particles import NEVER
+from carom.observables import HelfandCurrents
 from carom.observables.statistics import blocking
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation import stretches
@@ -271,7 +272,7 @@ def test_a_wrong_drive_is_refused_before_it_is_compiled():
         (lambda: Brownian(1.0, step=math.inf), "step of Brownian"),
         (lambda: WhiteNoise(0.0, rate=1.0), "power of WhiteNoise"),
         (lambda: disks(Andersen((1.0, 2.0), rate=1.0)), "2 temperatures, and the scene has 1 species"),
-        (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), currents=True), "or drive"),
+        (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), observers=[HelfandCurrents()]), "or drive"),
         (lambda: heated(disks(Andersen(1.0, 1.0))), "brings the particles to kT"),
         (lambda: carom.Simulation(caps().replace(drive=Andersen(1.0, 1.0))), "keeps components on a surface"),
     ],

@@ -212,6 +212,42 @@ def test_every_error_is_named_where_it_is_raised():
     assert missing(hidden) == {}
 
 
+def test_what_returns_says_what():
+    """In a section Returns or Yields, or in the first sentence: "Return ...", "Whether ..."."""
+
+    face = {
+        id(getattr(module, name))
+        for module in (carom, carom.models, carom.io, carom.observables)
+        for name in dir(module)
+    }
+
+    def silent(x: Public) -> bool:
+        held = vars(x.owner)[x.name.rpartition(".")[2]] if x.owner else None
+        value = isinstance(held, property | functools.cached_property)
+        if id(x.owner or x.thing) not in face or not inspect.isfunction(x.thing) or value:
+            return False
+        (function,) = ast.parse(textwrap.dedent(inspect.getsource(x.thing))).body
+        given = function.returns
+        if given is None or (isinstance(given, ast.Constant) and given.value is None):
+            return False
+        first = x.text.partition("\n\n")[0]
+        said = section(x.text, "Returns") or section(x.text, "Yields")
+        return not said and not re.search(r"\b(return|yield|tell)s?\b", first, re.IGNORECASE)
+
+    assert missing(silent) == {}
+
+
+def test_every_name_of_the_package_has_an_example():
+    """But errors, which are raised, and modules; ``tests/project/test_docs.py`` runs them."""
+    names = [name for name in carom.__all__ if name not in vars(errors) and name != "Interrupted"]
+    things = {name: getattr(carom, name) for name in names}
+    assert [
+        name
+        for name, thing in things.items()
+        if callable(thing) and not section(inspect.getdoc(thing) or "", "Examples")
+    ] == []
+
+
 def test_what_raises_is_an_error_or_a_warning():
     known = set(vars(errors)) | {"NoMeetingFound", "ValueError"}
     known |= {"Interrupted"}

@@ -1,6 +1,7 @@
 """The package builds, installs, is typed, and is imported in a moment."""
 
 import ast
+import importlib
 import os
 import re
 import subprocess
@@ -45,6 +46,22 @@ def test_scene_and_theory_need_no_compiler():
     loaded = fresh("import sys, carom; carom.Scene; carom.theory; print(*sys.modules)").split()
     assert "numba" not in loaded
     assert "matplotlib" not in loaded
+
+
+@pytest.mark.parametrize(
+    ("name", "lazy"), [("carom", "_LAZY"), ("carom.models", "_SHELF"), ("carom.studies", "_LAZY")]
+)
+def test_names_that_are_imported_when_used_have_types(name, lazy):
+    """For a type checker, each is imported from where it is."""
+    module = importlib.import_module(name)
+    tree = ast.parse(Path(module.__file__).read_text(encoding="utf-8"))
+    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    typed = {alias.asname: node.module for node in block.body for alias in node.names}
+    below = "carom.models." if name == "carom.models" else ""
+    wanted = {each: below + where for each, where in getattr(module, lazy).items()}
+    wanted |= dict.fromkeys(getattr(module, "_MODULES", ()), "carom")
+    wanted |= {"own": "carom.models"} if below else {}
+    assert typed == wanted
 
 
 def test_import_prints_nothing():

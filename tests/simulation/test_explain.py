@@ -7,6 +7,7 @@ from helpers.commands import carom as command
 import carom
 from carom.errors import InputError
 from carom.models import SquareWell
+from carom.observables import HelfandCurrents
 from carom.simulation.explanation import explain
 
 PLAIN = carom.Scene.crystal(cells=5, packing_fraction=0.45)
@@ -31,7 +32,7 @@ FEATURES = {
     ),
     "restitution": (lambda: PLAIN.replace(impact=0.9), {}),
     "steps of pairs": (lambda: PLAIN.replace(interaction=SquareWell(1.2)), {}),
-    "currents": (lambda: carom.Simulation(PLAIN, currents=True), {}),
+    "currents": (lambda: carom.Simulation(PLAIN, observers=[HelfandCurrents()]), {}),
     "walls and obstacles": (lambda: carom.Scene([[1.0] * 3, [3.0] * 3], 4.0, walls=True), {}),
 }
 

@@ -6,8 +6,6 @@ them. Reading a file never runs code from it.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from carom.bridges.ase import to_ase
@@ -18,6 +16,9 @@ from carom.io.formats import Reader, Writer
 from carom.io.trajectory import open, read
 
 if TYPE_CHECKING:
+    import os
+    from collections.abc import Sequence
+
     import MDAnalysis
 
 __all__ = ["Reader", "Writer", "convert", "from_ase", "open", "read", "rebuild", "to_ase", "universe"]
@@ -38,3 +39,7 @@ def universe(
     from carom.io import mdanalysis
 
     return mdanalysis.universe(source, unwrapped=unwrapped)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -68,10 +68,10 @@ def convert(
 
 
 def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep: int) -> int:
-    """Write `target` from the first `keep` frames of `source`, for example after a kill damaged a file.
+    """Write `target` from the first `keep` frames of `source`, after a kill for example, and return `keep`.
 
     The frames equal those of `source` bit for bit (except in GSD, which stores float32). An incomplete last
-    frame of `source` is ignored. Returns `keep`.
+    frame of `source` is ignored.
 
     Raises
     ------

@@ -127,6 +127,16 @@ def open(
         frames, cannot be written, or is being written by another process.
     InputError
         If the suffix or the mode is unknown.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2))
+    >>> sim.write("disks.h5md", every=0.5, count=3)
+    3
+    >>> with carom.open("disks.h5md") as frames:
+    ...     len(frames), frames[-1].time
+    (3, 1.5)
     """
     if mode == "r":
         if keep is not None:
@@ -164,6 +174,10 @@ def read(path: str | os.PathLike[str], index: int | slice | str = -1) -> Frame |
         A trajectory, or a folder with one, that :func:`carom.open` reads.
     index : int, slice or str
         A number gives a Frame, a slice (or its text, such as ``":"`` or ``"-10:"``) a list.
+
+    Returns
+    -------
+    Frame or list of Frame
 
     Raises
     ------

@@ -9,7 +9,7 @@ from carom.observables.density_profile import DensityProfile, DensityProfileResu
 from carom.observables.dynamics import Dynamics, DynamicsResult
 from carom.observables.energy import Energy, EnergyResult
 from carom.observables.flights import Distribution, FreeFlights, FreeFlightsResult
-from carom.observables.moments import HelfandMoments
+from carom.observables.moments import HelfandCurrents, HelfandMoments
 from carom.observables.packing import PackingNetwork, packing_network
 from carom.observables.pair_distribution import RDF
 from carom.observables.precision import Prediction
@@ -35,6 +35,7 @@ __all__ = [
     "Estimate",
     "FreeFlights",
     "FreeFlightsResult",
+    "HelfandCurrents",
     "HelfandMoments",
     "Observable",
     "PackingNetwork",

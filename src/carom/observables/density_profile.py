@@ -36,6 +36,14 @@ class DensityProfile(OfFrames):
     InputError
         From :meth:`update`, if there is no such axis, or the frame has no species or not this one; from
         :meth:`result`, before any frame.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, walls="y"))
+    >>> profile = sim.measure(DensityProfile(axis=1, bins=40), collisions_per_particle=50)
+    >>> bool(profile.density[0] == 0.0)  # no center is nearer to a wall than half a diameter
+    True
     """
 
     axis: int = 0

@@ -38,7 +38,7 @@ class Energy:
     """
 
     def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> EnergyResult:
-        """Energy of a scene, from blocks of its run.
+        """Return the energy of a scene, from blocks of its run.
 
         Parameters
         ----------

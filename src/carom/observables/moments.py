@@ -13,6 +13,15 @@ PARTS = ("kinetic", "cross", "collisional")
 """Parts of a mean square ``<(k + c)^2>``: ``<k^2>``, ``2 <k c>`` and ``<c^2>``."""
 
 
+@dataclass(frozen=True)
+class HelfandCurrents:
+    """Has a simulation add up the currents of momentum and heat: a value for ``Simulation(observers=[...])``.
+
+    :meth:`carom.Simulation.helfand` then returns their time integrals. It needs periodic axes, elastic
+    contacts and straight flight.
+    """
+
+
 @dataclass(frozen=True, eq=False)
 class HelfandMoments:
     """Time integrals of the currents of momentum and heat, at m equally spaced times.

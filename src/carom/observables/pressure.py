@@ -54,7 +54,7 @@ class Pressure:
             raise InputError(reason)
 
     def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> PressureResult:
-        """Pressure of any scene, from blocks of its run at the temperature ``kT``; see :meth:`estimate`.
+        """Return the pressure of a scene, from blocks of its run at the temperature ``kT``: :meth:`estimate`.
 
         Raises
         ------
@@ -292,7 +292,7 @@ class PressureResult(Result):
         return "the pressure"
 
     def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:
-        """Z of the infinite fluid, by the correction of order 1 / n from theory.
+        """Return Z of the infinite fluid, by the correction of order 1 / n from theory.
 
         Parameters
         ----------

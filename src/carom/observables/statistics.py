@@ -128,13 +128,13 @@ class Estimate:
         return self.mean - half, self.mean + half
 
     def scaled(self, factor: float, offset: float = 0.0) -> Estimate:
-        """Estimate of ``offset + factor * x`` if this one is of ``x``; `factor` and `offset` are exact."""
+        """Return ``offset + factor * x`` if this one is of ``x``; `factor` and `offset` are exact."""
         error = abs(factor) * self.error if factor else 0.0
         return Estimate(offset + factor * self.mean, error, self.n_eff, self.tau, self.blocks)
 
     @classmethod
     def exact(cls, mean: float) -> Estimate:
-        """Estimate of a quantity whose ``mean`` is known without sampling: its error is 0."""
+        """Return the estimate of a quantity whose ``mean`` is known without sampling: its error is 0."""
         return cls(float(mean), 0.0, math.inf, 1.0, 1)
 
 

@@ -48,6 +48,14 @@ class WallPressure:
     -----
     A wall for which an obstacle stands is listed, and nothing meets it: ask for the obstacle. A wall with
     properties is asked for by its name.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, walls=True))
+    >>> found = sim.measure(WallPressure("y_low"), collisions_per_particle=50)
+    >>> 0.0 < found.pressure.error < 0.2 * found.pressure.mean
+    True
     """
 
     obstacle: int | str = 0
@@ -64,7 +72,7 @@ class WallPressure:
             _area(scene, k)
 
     def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> WallPressureResult:
-        """Pressure on a wall or obstacle of a scene, from blocks of its run.
+        """Return the pressure on a wall or obstacle of a scene, from blocks of its run.
 
         Parameters
         ----------

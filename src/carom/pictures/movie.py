@@ -87,6 +87,13 @@ def movie(
         no seven disks for psi_6. If imageio-ffmpeg is needed and not installed.
     FileError
         If a file cannot be read or written.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2))
+    >>> movie(list(sim.sample(every=0.5, count=3)), "disks.gif", size=64)
+    3
     """
     target = Path(path)
     if target.suffix.lower() not in SUFFIXES:

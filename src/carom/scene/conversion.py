@@ -51,6 +51,10 @@ def from_frame(
         Keywords of :class:`carom.Scene`, which a frame does not store: ``walls``, ``obstacles``, ``contact``,
         ``pinned``, ``interaction``, ``motion``, ``impact``, ``drive``.
 
+    Returns
+    -------
+    Scene
+
     Raises
     ------
     InputError
@@ -117,6 +121,10 @@ def from_ase(
         :class:`carom.Scene`.
     **keywords
         The other keywords of :meth:`carom.Scene.from_frame`.
+
+    Returns
+    -------
+    Scene
 
     Raises
     ------

@@ -268,7 +268,7 @@ class Scene(Fields):
         return type(self)(**{**arguments, **changes})
 
     def view(self, **options: Any) -> Any:
-        """Show the particles in the browser or a notebook: ``carom.view(scene, ...)``.
+        """Return a page that shows the particles in a browser or a notebook: ``carom.view(scene, ...)``.
 
         Parameters
         ----------

@@ -82,6 +82,10 @@ def random(
         Keywords of :class:`carom.Scene`: ``walls``, ``obstacles``, ``contact``, ``pinned``, ``interaction``,
         ``motion``, ``impact``, ``drive``.
 
+    Returns
+    -------
+    Scene
+
     Raises
     ------
     InputError
@@ -192,6 +196,10 @@ def crystal(
     **keywords
         Keywords of :class:`carom.Scene`, as for :meth:`carom.Scene.random`. Along axes with walls the lattice
         is compressed to make room for the spheres at the walls.
+
+    Returns
+    -------
+    Scene
 
     Raises
     ------

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.observables.moments import HelfandMoments
+from carom.observables.moments import HelfandCurrents, HelfandMoments
 from carom.simulation.run_loop import advance
 
 if TYPE_CHECKING:
     from carom.engine.system import System
     from carom.simulation.in_motion import InMotion
     from carom.simulation.run_state import RunState
+
+
+def taken_out(observers: Sequence[Any]) -> tuple[Sequence[Any], bool]:
+    """Return observers without :class:`carom.observables.HelfandCurrents`, and whether it was there."""
+    if not isinstance(observers, list) and type(observers) is not tuple:
+        return observers, False
+    others = [each for each in observers if not isinstance(each, HelfandCurrents)]
+    return others, len(others) < len(observers)
 
 
 def check(system: System) -> None:
@@ -36,7 +44,7 @@ def check(system: System) -> None:
         missing["conserved momentum, so no pinned components, range rules or drive"] = all(system.still)
     wrong = [name for name, right in missing.items() if not right]
     if wrong:
-        raise InputError(f"currents=True needs {' and '.join(wrong)}; leave it out, or change the scene.")
+        raise InputError(f"HelfandCurrents needs {' and '.join(wrong)}; leave it out, or change the scene.")
 
 
 def helfand(
@@ -69,11 +77,14 @@ def helfand(
     Raises
     ------
     InputError
-        If the simulation was made without ``currents=True``.
+        If the simulation was made without :class:`carom.observables.HelfandCurrents`.
     """
     run_state = sim._state
     if not run_state.system.currents:
-        raise InputError("helfand() needs currents, and this simulation has none: Simulation(currents=True).")
+        raise InputError(
+            "helfand() needs currents, and this simulation has none: make it with "
+            "observers=[carom.observables.HelfandCurrents()]."
+        )
     step = Fraction(checks.number(every, "every", low=0.0, open_low=True))
     count = checks.integer(count, "count", low=2)
     stride = checks.integer(look_every, "look_every", low=1) if look is not None else count

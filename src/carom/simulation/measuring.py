@@ -42,7 +42,7 @@ def measure(
     walltime: float | None = None,
     progress: Callable[[float], object] | None = None,
     predicted: Callable[[Prediction], object] | None = None,
-):
+) -> Any:
     """Continue the run and measure :class:`~carom.Pressure`, or other observables, in one pass.
 
     The stretch is cut into blocks of equal *time*, whose scatter gives the error bars. Observables of frames

@@ -61,6 +61,14 @@ class Statistics:
     momentum_drift : float
         Change of the momentum since the start, relative to ``sum(m |v|)``; NaN where walls, obstacles or the
         motion change it. What ``rescale()`` took away is included.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2))
+    >>> block = sim.run(collisions=500)
+    >>> sim.statistics.collisions, sim.statistics.energy_drift < 1e-12
+    (500, True)
     """
 
     collisions: int
@@ -111,11 +119,11 @@ class Impacts(NamedTuple):
     impulse : float
         Sum of the momentum along its normal [mass length / time]. Divided by time and area it is a pressure.
     work : float
-        Energy that it gave to components: by its motion or temperature, less what contacts lost [energy].
+        Energy that it gave to particles: by its motion or temperature, less what contacts lost [energy].
     spared : int
         Contacts that lost nothing, because they were slow or came too soon.
     lifted : int
-        Contacts after which a component left faster than the contact law says, because it would rest.
+        Contacts after which a particle left faster than the contact law says, because it would rest.
     """
 
     name: str

@@ -10,9 +10,13 @@ import contextlib
 import functools
 import threading
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, Concatenate, ParamSpec, TypeVar
 
 from carom.errors import BusyError
+
+P = ParamSpec("P")
+S = TypeVar("S", bound=Any)
+T = TypeVar("T")
 
 
 class RunGuard:
@@ -69,11 +73,11 @@ class RunGuard:
                 self.moving = False
 
 
-def exclusive(method: Callable[..., Any]) -> Callable[..., Any]:
+def exclusive(method: Callable[Concatenate[S, P], T]) -> Callable[Concatenate[S, P], T]:
     """Make a method of a simulation one that another thread's run refuses."""
 
     @functools.wraps(method)
-    def looking(self: Any, *arguments: Any, **options: Any) -> Any:
+    def looking(self: S, *arguments: P.args, **options: P.kwargs) -> T:
         with self._state.alone.reading():
             return method(self, *arguments, **options)
 

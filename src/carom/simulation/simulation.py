@@ -69,10 +69,9 @@ class Simulation:
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     event_log : path, optional
         Write every collision to this HDF5 file (see ``docs/files``); in double precision only.
-    currents : bool
-        Add up the currents of momentum and heat, for :meth:`helfand`.
     observers : sequence of observers
         Observers of your own, which add up something of every event (``docs/models``). They need one core.
+        For :meth:`helfand` also :class:`carom.observables.HelfandCurrents`.
     cores : int or "auto"
         Cores that run this one system together. The bits are those of one core (``docs/parallel``). "auto"
         takes two where this was measured to be faster: large systems in the plane.
@@ -103,7 +102,6 @@ class Simulation:
         seed: int | np.random.Generator = 1,
         growth: float | ArrayLike | None = None,
         event_log: str | PathLike[str] | None = None,
-        currents: bool = False,
         observers: Sequence[Any] = (),
         cores: int | str = 1,
         tuning: Tuning = DEFAULT,
@@ -123,6 +121,7 @@ class Simulation:
             raise InputError(
                 "An event log holds one diameter a particle, but growth is given: leave out one."
             )
+        observers, currents = helfand.taken_out(observers)
         if currents:
             helfand.check(system)
             system = dataclasses.replace(system, currents=True)

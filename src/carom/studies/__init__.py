@@ -7,7 +7,19 @@ classes of what it returns.
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from carom.studies.codes.code import SphericalCode as SphericalCode
+    from carom.studies.coefficients.result import Transport as Transport
+    from carom.studies.coefficients.spec import TransportSpec as TransportSpec
+    from carom.studies.eos.result import EquationOfState as EquationOfState
+    from carom.studies.eos.spec import StudySpec as StudySpec
+    from carom.studies.packings.packing import Packing as Packing
+    from carom.studies.planner.outcome import Outcome as Outcome
+    from carom.studies.planner.plan import RunPlan as RunPlan
+    from carom.studies.planner.target import Target as Target
+    from carom.studies.runs.result import RunResult as RunResult
 
 _LAZY = {
     "RunResult": "carom.studies.runs.result",

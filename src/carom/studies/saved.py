@@ -17,6 +17,8 @@ from carom.models.files.tables import obstacle_from_table
 from carom.results import KINDS, loaded
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
+from carom.studies.codes.code import FORMAT as A_CODE
+from carom.studies.codes.code import load as load_code
 from carom.studies.coefficients.study import Transport
 from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import SETTINGS, Folder
@@ -126,6 +128,15 @@ def resume(
         If the scene has a range rule from a file that may not run.
     Interrupted
         After Ctrl-C or SIGTERM.
+
+    Examples
+    --------
+    A run that is finished already comes back as it is.
+
+    >>> import carom
+    >>> found = carom.run(carom.Scene.crystal(32, 0.3), "run2", collisions_per_particle=50, frames=2)
+    >>> carom.resume("run2").Z.mean == found.Z.mean
+    True
     """
     where = Path(folder)
     if holds_packing(where):
@@ -221,6 +232,8 @@ def _history(path: Path) -> np.ndarray:
 def _of_json(path: Path) -> Any:
     """Return what a JSON file holds."""
     found = records.read_json(path, records.mapping(records.anything), "a file of Carom", "name another file")
+    if found.get("format") == A_CODE:
+        return load_code(path)
     if path.name in ("summary.json", SETTINGS):
         return _of_folder(path.parent)
     if found.get("kind") in KINDS:

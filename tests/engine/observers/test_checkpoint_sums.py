@@ -13,6 +13,7 @@ from carom.engine.observers.currents import Currents
 from carom.io.events import read_events
 from carom.models import Ball
 from carom.models.contacts.restitution import Restitution
+from carom.observables import HelfandCurrents
 from carom.simulation import mechanics, stretches
 from carom.studies.packings import compression
 from carom.studies.packings.compression import points
@@ -145,9 +146,9 @@ def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches)
     assert np.array_equal(resumed.frame.diameters, whole.frame.diameters)
 
 
-@pytest.mark.parametrize("asked", [{}, {"currents": True}])
+@pytest.mark.parametrize("asked", [{}, {"observers": [HelfandCurrents()]}])
 def test_what_a_simulation_was_asked_to_count_is_counted_after_a_checkpoint(asked, tmp_path):
     sim = Simulation(Scene.crystal(cells=3, packing_fraction=0.3), seed=1, **asked)
     sim.save(tmp_path / "state.h5")
     machine = Simulation.load(tmp_path / "state.h5")._state
-    assert (machine.observer(Currents) is not None) == ("currents" in asked)
+    assert (machine.observer(Currents) is not None) == ("observers" in asked)

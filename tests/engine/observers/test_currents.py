@@ -9,6 +9,7 @@ import carom
 from carom.engine.build import arrays
 from carom.errors import InputError
 from carom.models import Kind, Ranges
+from carom.observables import HelfandCurrents
 from carom.simulation import stretches
 from carom.simulation.explanation import explain
 
@@ -43,7 +44,7 @@ def position_moments(frame, drift):
 def test_the_moments_are_those_of_positions_where_nobody_goes_round_the_box():
     scene = cluster(2)
     drift = scene.masses @ scene.velocities / scene.masses.sum()
-    sim = carom.Simulation(scene, currents=True, seed=0)
+    sim = carom.Simulation(scene, observers=[HelfandCurrents()], seed=0)
     frames = []
     found = sim.helfand(every=0.05, count=101, look=frames.append, look_every=10)
     assert sim.collisions > 20
@@ -66,7 +67,7 @@ def fluid(**settings):
 
 
 def test_currents_leave_no_trace_in_the_run():
-    plain, counted = fluid(), fluid(currents=True)
+    plain, counted = fluid(), fluid(observers=[HelfandCurrents()])
     plain.run(collisions=3000)
     counted.helfand(every=0.01, count=50)
     counted.run(collisions=3000 - counted.collisions)
@@ -76,7 +77,7 @@ def test_currents_leave_no_trace_in_the_run():
 
 
 def test_the_trace_of_the_collisional_stress_is_the_virial():
-    sim = fluid(currents=True)
+    sim = fluid(observers=[HelfandCurrents()])
     found = sim.helfand(every=0.5, count=11)
     virial = np.trace(found.stress[1, -1])
     assert virial == pytest.approx(stretches.tally(sim).virial, rel=1e-12)
@@ -92,7 +93,7 @@ def state_of(sim):
 
 
 def test_moments_go_on_in_a_run_that_was_saved(tmp_path):
-    sim = fluid(currents=True)
+    sim = fluid(observers=[HelfandCurrents()])
     sim.run(time=1.0)
     sim.save(tmp_path / "run.h5")
     again = carom.Simulation.load(tmp_path / "run.h5")
@@ -114,9 +115,11 @@ def test_a_plain_scene_compiles_no_currents():
 
 def test_units_of_time_scale_the_moments_exactly():
     scene = carom.Scene.random(64, 0.3, seed=5)
-    slow, fast = carom.Simulation(scene, kT=1.0, seed=2, currents=True), None
+    slow, fast = carom.Simulation(scene, kT=1.0, seed=2, observers=[HelfandCurrents()]), None
     factor = 2.0**40  # of speeds: the engine's unit of time is another one then
-    fast = carom.Simulation(scene.replace(velocities=slow.frame().velocities * factor), currents=True, seed=0)
+    fast = carom.Simulation(
+        scene.replace(velocities=slow.frame().velocities * factor), observers=[HelfandCurrents()], seed=0
+    )
     one = slow.helfand(every=0.125, count=17)
     two = fast.helfand(every=0.125 / factor, count=17)
     assert (two.stress == one.stress * factor).all()
@@ -137,8 +140,8 @@ def test_currents_are_refused_where_helfand_does_not_hold(change, says):
     # Far from every face, where some are walls.
     made = carom.Scene(scene.positions + np.array(scene.box) / 2, tuple(2 * e for e in scene.box), **change)
     with pytest.raises(InputError, match=says):
-        carom.Simulation(made, currents=True, seed=0)
-    with pytest.raises(InputError, match="currents=True"):
+        carom.Simulation(made, observers=[HelfandCurrents()], seed=0)
+    with pytest.raises(InputError, match="HelfandCurrents"):
         carom.Simulation(scene, seed=0).helfand(every=0.1, count=5)
 
 

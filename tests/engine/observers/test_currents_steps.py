@@ -10,6 +10,7 @@ import carom
 from carom.engine.observers.currents import Currents
 from carom.errors import InputError
 from carom.models import Steps, StepTable
+from carom.observables import HelfandCurrents
 from carom.simulation import stretches
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos import toml
@@ -55,7 +56,7 @@ def position_moments(frame, drift):
 def test_the_moments_with_steps_are_those_of_positions_and_pair_energies():
     scene = cluster()
     drift = scene.masses @ scene.velocities / scene.masses.sum()
-    sim = carom.Simulation(scene, currents=True, seed=0)
+    sim = carom.Simulation(scene, observers=[HelfandCurrents()], seed=0)
     frames = []
     found = sim.helfand(every=0.05, count=101, look=frames.append, look_every=10)
     assert (sim.interaction.events[1:3, 1:3].sum(axis=1) > 5).all()  # crossings in and out of both steps
@@ -76,7 +77,7 @@ def fluid(**settings):
 
 @pytest.mark.slow
 def test_currents_leave_no_trace_in_a_run_with_steps():
-    plain, counted = fluid(), fluid(currents=True)
+    plain, counted = fluid(), fluid(observers=[HelfandCurrents()])
     counted.helfand(every=0.01, count=50)
     plain.run(time=counted.time)
     assert (plain.frame().velocities == counted.frame().velocities).all()
@@ -84,7 +85,7 @@ def test_currents_leave_no_trace_in_a_run_with_steps():
 
 
 def test_what_components_hold_is_the_potential_energy_after_epochs_rescaling_and_a_checkpoint(tmp_path):
-    sim = fluid(currents=True)
+    sim = fluid(observers=[HelfandCurrents()])
     sim.run(collisions_per_particle=30)
     sim.rescale(1.5)
     sim.run(collisions_per_particle=30)
@@ -99,7 +100,7 @@ def test_what_components_hold_is_the_potential_energy_after_epochs_rescaling_and
 
 
 def test_the_trace_of_the_stress_is_the_virial_of_all_events():
-    sim = fluid(currents=True)
+    sim = fluid(observers=[HelfandCurrents()])
     found = sim.helfand(every=0.5, count=5)
     assert np.trace(found.stress[1, -1]) == pytest.approx(stretches.tally(sim).virial, rel=1e-11)
     twice = stretches.tally(sim).kT_time * sim.degrees_of_freedom  # kT fluctuates
@@ -110,7 +111,7 @@ def test_currents_are_refused_where_steps_lose_energy():
     scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3)
     bridge = Steps([1.0, 1.3], [math.inf, -0.2], leaving=[math.inf, -0.6])
     with pytest.raises(InputError, match="lose no energy"):
-        carom.Simulation(scene.replace(interaction=StepTable(bridge)), currents=True, seed=0)
+        carom.Simulation(scene.replace(interaction=StepTable(bridge)), observers=[HelfandCurrents()], seed=0)
 
 
 def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_file():

@@ -163,3 +163,7 @@ def path(cls: type[T]) -> type[T]:
     Parameters and errors are those of :func:`interaction`.
     """
     return classes.made(cls, kinds.PATH, sys._getframe(1).f_locals)
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

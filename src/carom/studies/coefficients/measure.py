@@ -11,7 +11,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.models.species import species_count
 from carom.observables.dynamics import Dynamics
-from carom.observables.moments import HelfandMoments, mean_squares
+from carom.observables.moments import HelfandCurrents, HelfandMoments, mean_squares
 from carom.scene.fields import is_simple, is_usual
 from carom.scene.scene import Scene
 from carom.simulation import stretches
@@ -42,7 +42,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
     InputError
         If the scene cannot be made.
     """
-    sim = simulation_of(task, _refuse_other_interactions, currents=True)
+    sim = simulation_of(task, _refuse_other_interactions, observers=[HelfandCurrents()])
     scene = sim.scene
     every, stepped = task["every"], sim._state.system.stepped
     equilibrate(sim, task, look)

@@ -256,6 +256,15 @@ def transport(
     In two dimensions the coefficients diverge with the size of the system. Helfand's moments are exact
     between collisions, so that no result depends on a time step. The rule for the times of the slopes is in
     ``carom.studies.coefficients.windows``.
+
+    Examples
+    --------
+    >>> import carom
+    >>> study = carom.transport(
+    ...     0.1, n=108, replicas=1, collisions_per_particle=400, equilibration=20, executor="serial"
+    ... )
+    >>> print(str(study).splitlines()[0])
+    Transport coefficients in 3D: N = 108 at packing fraction 0.1, 1 run
     """
     spec = TransportSpec(**given) if packing_fraction is None else TransportSpec(packing_fraction, **given)  # type: ignore[arg-type]
     return Transport(spec).run(**how)

@@ -101,6 +101,14 @@ def run(
     The folder then holds ``scene.toml``, ``trajectory.*``, ``rdf.csv``, ``summary.json``, three pictures,
     ``checkpoint.h5`` and, if asked for, ``events.h5``. A scene that is not from a file is kept as
     ``start.h5md``.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene.crystal(108, 0.3)
+    >>> found = carom.run(scene, "run1", collisions_per_particle=100, frames=2, pictures=False)
+    >>> found.n, len(found.frames), abs(found.Z.mean - carom.theory.carnahan_starling(0.3)) < 0.3
+    (108, 2, True)
     """
     refuse_unknown("run()", others, _ARGUMENTS)
     folder = RunFolder(Path(out))
