@@ -12,8 +12,7 @@ from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.contact_timing import timing_of
 from carom.engine.dynamic_obstacles import is_live, with_work
 from carom.engine.lattice import in_lattice
-from carom.engine.neighbors.all_pairs_curved import Pairs
-from carom.engine.neighbors.all_pairs_straight import Everybody
+from carom.engine.neighbors.all_pairs import Everybody, Pairs
 from carom.engine.neighbors.build import build_neighbors
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from carom.engine.neighbors.all_pairs_curved import AlongCurves
+from carom.engine.neighbors.all_pairs import AlongCurves
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.search import FarSteps, FromCache, FromRows
 from carom.engine.system import System

@@ -21,7 +21,7 @@ from carom import checks
 from carom.engine.build import arrays
 from carom.engine.calendar import ENTRIES
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
-from carom.engine.neighbors.all_pairs_straight import Everybody
+from carom.engine.neighbors.all_pairs import Everybody
 from carom.engine.neighbors.contact_cache import CAPACITY, STALE
 from carom.engine.neighbors.grid import coordinate_bits
 from carom.engine.neighbors.lists import Lists

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from carom.engine.neighbors import prefilter
-from carom.engine.neighbors.all_pairs_straight import make_everybody, pack_all, pack_self
+from carom.engine.neighbors.all_pairs import make_everybody, pack_all, pack_self
 from carom.engine.neighbors.prefilter import ALL, BLOCK, COARSE, ROUNDING, position_error_of
 from carom.engine.state import make_state
 from carom.models.motions.free_flight import Inertial

@@ -65,3 +65,20 @@ def test_a_checkpoint_holds_the_same_with_a_log_and_without(tmp_path):
             assert np.array_equal(held[name], array, equal_nan=True), name
     assert len(read_events(path).time) > 100
     assert logged._state.engine.model.observers is None  # closed: nobody writes any more
+
+
+def test_what_schedules_events_is_given_no_observer_and_so_compiled_once_for_all(tmp_path, monkeypatch):
+    given, schedule = [], cycle.schedule
+
+    def noting(model, *others):
+        given.append(model.observers)
+        return schedule(model, *others)
+
+    monkeypatch.setattr(cycle, "schedule", noting)
+    scene = disks()[0].scene
+    with carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5") as sim:
+        assert sim._state.engine.model.observers is not None
+        sim._state.schedule()
+        sim.run(collisions=1)
+    assert len(given) >= 2
+    assert all(each is None for each in given)

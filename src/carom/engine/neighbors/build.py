@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from carom.engine.boundary import NearestImage, SectorImage
-from carom.engine.neighbors.all_pairs_curved import make_pairs
-from carom.engine.neighbors.all_pairs_straight import make_everybody
+from carom.engine.neighbors.all_pairs import make_everybody, make_pairs
 from carom.engine.neighbors.grid import make_grid
 from carom.engine.neighbors.lists import Lists, make_lists
 from carom.engine.neighbors.plan import NeighborPlan

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from carom.engine.neighbors.all_pairs_straight import NARROWEST
+from carom.engine.neighbors.all_pairs import NARROWEST
 from carom.engine.neighbors.prefilter import BLOCK
 from carom.engine.neighbors.sector_side import ROUNDING_MARGIN
 from carom.engine.system import System

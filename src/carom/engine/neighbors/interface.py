@@ -1,4 +1,4 @@
-"""Who can meet whom next: the interface of the neighbour schemes (``sectors``, ``lists``, ``everybody``)."""
+"""Who can meet whom next: the interface of the neighbour schemes (``sectors``, ``lists``, ``all_pairs``)."""
 
 from __future__ import annotations
 

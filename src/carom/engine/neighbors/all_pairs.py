@@ -1,17 +1,21 @@
-"""Everybody: no sectors at all. A component is searched among all others, along their relative path through
-the images of the box.
+"""All pairs: no sectors at all. A component is searched among all others.
 
-In a dilute system a component crosses the box several times between two collisions, and would cross hundreds
-of sectors in vain. Here the straight path of a pair is followed from one image to the next. In units of the
-edges, contacts lie near points with integer coordinates. Along the axis in which the pair moves fastest, the
-path passes one plane of these points after the other, at equal intervals. There the other coordinates say
-whether it comes near such a point. Candidates are found with few digits, many at a time (``paths``), and are
-then followed with all digits.
+**Along straight paths** (:class:`Everybody`), through the images of the box. In a dilute system a component
+crosses the box several times between two collisions, and would cross hundreds of sectors in vain. Here the
+straight path of a pair is followed from one image to the next. In units of the edges, contacts lie near
+points with integer coordinates. Along the axis in which the pair moves fastest, the path passes one plane of
+these points after the other, at equal intervals. There the other coordinates say whether it comes near such a
+point. Candidates are found with few digits, many at a time (``prefilter``), and are then followed with all
+digits.
 
-A search covers the rest of the epoch, and all contacts that it finds are kept (``contacts``). At the
+A search covers the rest of the epoch, and all contacts that it finds are kept (``contact_cache``). At the
 beginning of an epoch every pair is searched once, and all events are chosen together. During the epoch only
 the two that have collided are searched. A component that has lost its partner takes the next of its contacts:
 components that have changed since have searched all others, and have entered the contacts on both sides.
+
+**Along curves** (:class:`Pairs`), for a motion by which two components do not fly straight relative to each
+other. Its model says when a pair meets (``meeting_time``), for as many pairs as there are: meant for some
+hundred components. A search covers a certain time, after which the component searches again.
 """
 
 from __future__ import annotations
@@ -45,8 +49,8 @@ from carom.engine.neighbors.interface import (
 from carom.engine.neighbors.prefilter import BLOCK, UNITS, marked, position_error_of, prefilter
 from carom.engine.search import contact_time_of, relative
 from carom.engine.state import aligned
-from carom.models.questions.interaction import interaction_time
-from carom.models.questions.motion import position
+from carom.models.questions.interaction import core_square, growth, interaction_time
+from carom.models.questions.motion import meeting_time, position
 from carom.models.questions.particles import NEVER
 
 WIDENED = 1.0 + 2.0**-10
@@ -130,6 +134,27 @@ def make_everybody(n: int, edges, core: float, span: float, number: type = np.fl
         from_time=np.zeros(n),
         contacts=make_contacts(n, number),
     )
+
+
+class Pairs(NamedTuple):
+    """Nothing but the time that a search covers, and the names of all."""
+
+    span: float
+    """Time that a search covers."""
+    names: np.ndarray
+    """0 to n - 1, uint32."""
+
+
+class AlongCurves(NamedTuple):
+    """Contacts of components that do not fly straight relative to each other."""
+
+    span: float
+    """Time that a search covers."""
+
+
+def make_pairs(n: int, span: float) -> Pairs:
+    """Return the scheme for ``n`` components; ``span`` is the time that a search covers."""
+    return Pairs(float(span), np.arange(n, dtype=np.uint32))
 
 
 @inner
@@ -322,7 +347,7 @@ def _(neighbors: Everybody, motion, boundary, state, i, now):
 
 
 @cross.register
-def _(neighbors: Everybody, motion, boundary, state, i, now):
+def _(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
     return True, neighbors.names, np.uint64(0), np.int64(0)
 
 
@@ -379,4 +404,66 @@ def _(neighbors: Everybody, model, state, tally):
 @build.register
 def _(neighbors: Everybody, motion, boundary, state):
     neighbors.lined_up_epoch[0] = -1
+    return True
+
+
+@inner
+def curved_meeting(model, state, i, j, now, limit, span):
+    """Return the time from now until i and j touch, or NEVER if that is later than ``limit``, and whether
+    they do so already.
+    """
+    contact = np.sqrt(core_square(model.pair, np.int64(i), np.int64(j), now))
+    rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
+    rows = state.rows
+    me, other = rows[np.uint64(i)], rows[np.uint64(j)]
+    return meeting_time(model.motion, me, other, now, contact, rate, limit, span)
+
+
+@inner
+def first_of_pairs(neighbors, model, state, i, now, limit, avoided):
+    """Return whom i meets first, until ``limit`` or the end of the time that a search covers, or -1; the one
+    whom it has just met is ``avoided``, but only now.
+    """
+    best = min(now + neighbors.span, limit)
+    chosen = np.int64(-1)
+    for j in range(np.int64(len(neighbors.names))):
+        if j == np.int64(i):
+            continue
+        end = min(best, np.float64(state.rows[np.uint64(j)].event_time))
+        # In the order of their numbers, so that a meeting has the same bits for both.
+        low_index, high_index = min(np.int64(i), j), max(np.int64(i), j)
+        t, _ = curved_meeting(model, state, low_index, high_index, now, end - now, neighbors.span)
+        event_time = now + t
+        if event_time < best and event_time <= end and not (j == np.int64(avoided) and event_time <= now):
+            best = event_time
+            chosen = np.int64(j)
+    return chosen
+
+
+@contact_time_of.register
+def _(timing: AlongCurves, model, state, i, ref, now, t):
+    low_index, high_index = min(np.int64(i), np.int64(ref)), max(np.int64(i), np.int64(ref))
+    t, clamped = curved_meeting(model, state, low_index, high_index, now, NEVER, timing.span)
+    return now + t, clamped
+
+
+@earliest_partner.register
+def _(neighbors: Pairs, model, state, i, now, half, avoided):
+    return first_of_pairs(neighbors, model, state, i, now, NEVER, avoided), 0.0
+
+
+@earliest_newcomer.register
+def _(neighbors: Pairs, model, state, i, now, refs, start_index, count):
+    return first_of_pairs(
+        neighbors, model, state, i, now, np.float64(state.rows[i].event_time), np.int64(-1)
+    ), 0.0
+
+
+@transit_time.register
+def _(neighbors: Pairs, motion, boundary, state, i, now):
+    return now + neighbors.span
+
+
+@build.register
+def _(neighbors: Pairs, motion, boundary, state):
     return True
