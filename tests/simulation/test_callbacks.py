@@ -205,3 +205,9 @@ def test_a_log_is_appended_to_when_a_run_is_resumed(tmp_path):
     assert path.read_text().splitlines()[-1] == whole.splitlines()[-1]
     with pytest.raises(FileError, match="has the columns"):
         again.run(time=1.0, every=0.5, call=carom.CSVLog(path, ["time"], append=True))
+    with path.open("a") as file:
+        file.write("what is this\n")
+    text = path.read_text()
+    with pytest.raises(FileError, match="a row without a time"):
+        again.run(time=1.0, every=0.5, call=carom.CSVLog(path, append=True))
+    assert path.read_text() == text

@@ -104,7 +104,12 @@ class CSVLog:
             kept = kept[1:]
             if "time" in head:
                 place = head.index("time")
-                kept = [row for row in kept if float(row[place]) < now.duration]
+                try:
+                    kept = [row for row in kept if float(row[place]) < now.duration]
+                except (ValueError, IndexError):
+                    raise FileError(
+                        f"{self.path} has a row without a time, and was left as it is; choose another name."
+                    ) from None
             self._before = now
         _write(self.path, [head, *kept], "w")
         self._open = True

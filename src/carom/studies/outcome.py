@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from carom.errors import FileError, InputError
+from carom.io.records import listed
 from carom.studies.arguments import processes
 from carom.studies.eos.spec import GRID
 from carom.studies.results import Result, plain
 from carom.studies.session import Failure, Job
-from carom.studies.tasks import SETTINGS, Record, TaskFolder
+from carom.studies.tasks import SETTINGS, Record, TaskFolder, sealed, unsealed
 
 R = TypeVar("R", bound="Outcome")
 
@@ -84,7 +85,7 @@ class Outcome(Result):
 
     def _saved(self) -> dict[str, Any]:
         """Return what :func:`of_saved` needs beside the dictionary."""
-        return {"records": self.records}
+        return {"records": [sealed(record) for record in self.records]}
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write a page (HTML)."""
@@ -148,7 +149,7 @@ def of_saved(words: Mapping[str, Any], kind: Callable[..., Any], result: Callabl
         If the words are not those of such a study.
     """
     try:
-        return result(kind(**words["study"]), words["records"])
+        return result(kind(**words["study"]), listed(unsealed)(words["records"], "records"))
     except (KeyError, TypeError) as error:
         raise InputError(f"it does not describe a study: {error}") from None
 

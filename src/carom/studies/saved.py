@@ -234,12 +234,13 @@ def _of_json(path: Path) -> Any:
         return load_plan(path.parent)
     if path.name in ("summary.json", SETTINGS):
         return _of_folder(path.parent)
-    if (kind := found.get("kind")) in _READ:
+    kind = str(found.get("kind"))
+    if kind in _READ:
         try:
             return _READ[kind](found)
-        except (InputError, KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
             raise FileError(f"{path} is no {kind} that was saved ({error}); name another file.") from None
-    if found.get("kind") in KINDS:
+    if kind in KINDS:
         return loaded(path)
     raise InputError(f"{path} is a JSON file of none of these: {KNOWN}.")
 
@@ -247,11 +248,15 @@ def _of_json(path: Path) -> Any:
 def _packing_of(words: dict[str, Any]) -> Packing:
     """Return the packing in the words of ``Packing.to_json``."""
     held = words["frame"]
-    arrays: dict[str, Any] = {name: None if held[name] is None else np.array(held[name]) for name in ARRAYS}
+    arrays: dict[str, Any] = {name: np.array(held[name], float) for name in ARRAYS[:-2]}
+    arrays |= {name: None if held[name] is None else np.array(held[name]) for name in ARRAYS[-2:]}
     names, periodic = tuple(held["species_names"]), tuple(held["periodic"])
     frame = Frame(held["time"], held["step"], **arrays, species_names=names, periodic=periodic)
     if wrong := flaw(frame):
         raise InputError(f"its {wrong}")
+    outside = np.abs(frame.positions - 0.5 * frame.box) > frame.box
+    if outside.any() or frame.diameters.max() > 2.0 * frame.box.min():
+        raise InputError("its particles do not fit into its box")
     history = np.array([tuple(row) for row in words["history"]], HISTORY)
     obstacles = tuple(obstacle_from_table(table) for table in words["obstacles"])
     return Packing(frame, history, words["note"], words["seed"], words["shrunk"], obstacles)

@@ -82,7 +82,7 @@ class TransportSpec(StudySpec):
         for name in REFUSED:
             if name in self.scene:
                 raise InputError(f"[scene] {name} leaves no bulk fluid in equilibrium to measure; remove it.")
-        interaction = self.scene.get("interaction")
+        interaction = self.scene.get("interaction") if isinstance(self.scene, Mapping) else None
         if interaction is not None and not isinstance(interaction, Mapping):  # as a file has it
             table = to_tables.to_table(interaction, "interaction")
             object.__setattr__(self, "scene", {**self.scene, "interaction": table})
