@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import FileError, InputError
+from carom.io.paths import replacing, writing
 from carom.simulation import stretches
 
 if TYPE_CHECKING:
@@ -111,7 +112,8 @@ class CSVLog:
                         f"{self.path} has a row without a time, and was left as it is; choose another name."
                     ) from None
             self._before = now
-        _write(self.path, [head, *kept], "w")
+        with replacing(self.path) as whole:  # a full disk leaves the rows that were there
+            _write(whole, [head, *kept], "w")
         self._open = True
 
     def _value(self, name: str, sim: InMotion, now: Block) -> float | int | str:
@@ -154,7 +156,5 @@ def _rows(path: Path) -> list[list[str]]:
 
 def _write(path: Path, rows: Sequence[Sequence[object]], mode: str) -> None:
     """Write rows to a file."""
-    from carom.io.paths import writing
-
     with writing(path), path.open(mode, newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)
