@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
-from carom import above
+from carom import above, checks
 from carom.errors import FileError, InputError
 from carom.notebook import table
 from carom.paths import replacing, writing
@@ -40,6 +40,7 @@ KINDS: dict[str, type] = {}
 
 _PARTS = ("error", "n_eff", "tau", "blocks")  # of an estimate, besides its mean
 _NOT_FINITE = ("nan", "inf", "-inf")  # JSON has no such numbers
+_TYPES = {"int": (int,), "float": (int, float), "bool": (bool,)}  # what a file may hold in such a field
 _T = TypeVar("_T", bound=type)
 
 
@@ -220,9 +221,8 @@ def _of_fields(kind: type, values: Mapping[str, Any]) -> Any:
     for field in dataclasses.fields(kind):
         name = field.name
         if f"{name}_n_eff" in values:
-            numbers = (values[name], *(values[f"{name}_{each}"] for each in _PARTS))
-            mean, error, n_eff, tau, blocks = map(_number, numbers)
-            made[name] = KINDS["Estimate"](mean, error, n_eff, tau, int(blocks))
+            parts = {"mean": values[name], **{each: values[f"{name}_{each}"] for each in _PARTS}}
+            made[name] = from_dict({"kind": "Estimate", **parts})
         elif name in values:
             made[name] = _value(values[name], str(field.type))
         elif field.default is dataclasses.MISSING:
@@ -254,10 +254,20 @@ def loaded(path: str | os.PathLike[str]) -> Any:
             values = json.loads(path.read_text(encoding="utf-8"))
         if not isinstance(values, dict):
             raise FileError(f"{path} holds no result that was saved.")
-        return from_dict(values)
+        found = from_dict(values)
+        _use(found)
+        return found
     except OSError as error:
         raise FileError(f"{path} cannot be read ({error.strerror}).") from error
-    except (ValueError, TypeError, KeyError, zipfile.BadZipFile, InputError) as error:
+    except (
+        ValueError,
+        TypeError,
+        LookupError,
+        ArithmeticError,
+        AttributeError,
+        RecursionError,
+        zipfile.BadZipFile,
+    ) as error:
         raise FileError(f"{path} holds no result that was saved: {error}") from error
 
 
@@ -292,21 +302,38 @@ def _key(name: Any) -> str:
     return "-".join(map(str, name)) if isinstance(name, tuple) else str(name)
 
 
+def _use(result: Any) -> None:
+    """Raise an error if a result cannot be printed, or its columns do not make a table."""
+    str(result)
+    if isinstance(result, Result):
+        if type(result)._rows is not Result._rows:
+            result._rows()
+        shapes = {np.shape(column) for column in result._columns().values()}
+        if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
+            raise InputError("its columns differ in length.")
+
+
 def _value(value: Any, annotation: str) -> Any:
     """Return the value of a field that a dictionary of texts, numbers and lists holds."""
-    if isinstance(value, dict) and "kind" in value:
+    kind = annotation.removesuffix(" | None")
+    if value is None and kind != annotation:
+        return None
+    if kind.startswith("dict[tuple") and isinstance(value, dict):
+        inner = kind.rsplit(", ", 1)[-1].rstrip("]")
+        return {tuple(map(int, name.split("-"))): _value(each, inner) for name, each in value.items()}
+    if kind.startswith("tuple[") and isinstance(value, list):
+        return tuple(_value(each, kind[6:].split(",")[0]) for each in value)
+    if kind in KINDS and isinstance(value, dict) and value.get("kind") == kind:
         return from_dict(value)
-    if isinstance(value, dict):
-        pairs = annotation.startswith("dict[tuple")
-        return {
-            tuple(map(int, name.split("-"))) if pairs else name: _value(each, "")
-            for name, each in value.items()
-        }
-    if annotation.startswith("np.ndarray") and value is not None:
-        return np.array(_finite(value))
-    if isinstance(value, list):
-        return tuple(_value(each, "") for each in value)
-    return value if annotation.startswith("str") else _number(value)
+    if kind == "np.ndarray" and isinstance(value, list):
+        array = np.array(_finite(value))
+        if array.dtype.kind in "biuf":
+            return array
+    if kind in _TYPES and type(number := _number(value)) in _TYPES[kind]:
+        return number
+    if kind == "str" and isinstance(value, str):
+        return value
+    raise InputError(f"{checks.describe(value)} is none of the kind {kind}.")
 
 
 def _finite(value: Any) -> Any:
@@ -314,7 +341,7 @@ def _finite(value: Any) -> Any:
 
 
 def _number(value: Any) -> Any:
-    return float(value) if value in _NOT_FINITE else value
+    return float(value) if isinstance(value, str) and value in _NOT_FINITE else value
 
 
 def _written(value: Any) -> Any:

@@ -67,6 +67,7 @@ def test_every_field_follows_from_the_sums():
     assert result.collision_rate.mean == pytest.approx(2 * 122 / (n * 8.0), rel=1e-15)
     assert result.reduced_pressure.mean == pytest.approx(z * n * diameter**3 / volume, rel=1e-15)
     assert result.contact_value.mean == pytest.approx((z - 1) * n / (n - 1) / (4 * eta), rel=1e-14)
+    assert result.pressure.mean == pytest.approx(z * n * kT / volume, rel=1e-15)
     assert result.packing_fraction == pytest.approx(eta, rel=1e-15)
     total = np.dot(result.block_values, result.block_durations) / sum(result.block_durations)
     assert total == pytest.approx(z, rel=1e-14)

@@ -168,3 +168,9 @@ def test_estimates_print_the_digits_they_know(mean, error, text):
 def test_scaling_an_estimate_scales_its_error():
     estimate = Estimate(2.0, 0.1, 30.0, 2.0, 16).scaled(-3.0, offset=1.0)
     assert (estimate.mean, estimate.error) == (-5.0, pytest.approx(0.3))
+
+
+@pytest.mark.parametrize(("blocks", "n_eff", "freedoms"), [(64, 1e9, 21.0), (64, 10.0, 3.0), (2, 2.0, 1.0)])
+def test_an_error_bar_has_a_third_of_the_freedoms_of_its_blocks(blocks, n_eff, freedoms):
+    """The variance of the variance is three times that of independent blocks: two of them for r."""
+    assert Estimate(1.0, 0.1, n_eff, 1.0, blocks).degrees_of_freedom == freedoms

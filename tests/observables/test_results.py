@@ -8,7 +8,7 @@ import pytest
 
 import carom
 from carom import results
-from carom.errors import FileError, InputError
+from carom.errors import CaromError, FileError, InputError
 from carom.observables import Estimate
 
 
@@ -142,6 +142,43 @@ def test_what_is_no_result_is_not_loaded(name, text, says, tmp_path):
         (tmp_path / name).write_text(text)
     with pytest.raises(FileError, match=says):
         results.loaded(tmp_path / name)
+
+
+@pytest.mark.parametrize(
+    ("k", "key", "value"),
+    [
+        (0, "Z", "x"),
+        (0, "Z_error", -1.0),
+        (0, "Z_n_eff", None),
+        (0, "Z_blocks", 2.5),
+        (0, "n", True),
+        (0, "packing_fraction", []),
+        (0, "note", 5),
+        (0, "kind", ["PressureResult"]),
+        (3, "edges", "x"),
+        (3, "g", [1.0]),
+        (3, "g", ["a", "b"]),
+        (3, "pair", [0.5, 1]),
+        (7, "density", {}),
+        (8, "free_time", [1.0]),
+        (8, "collision_rate", [[1.0], [2.0]]),
+        (8, "normal_speed", {"a-b": None}),
+    ],
+)
+def test_a_saved_result_that_was_changed_is_refused(found, tmp_path, k, key, value):
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps(found[k].to_dict() | {key: value}))
+    with pytest.raises(CaromError):
+        carom.load(path)
+
+
+def test_a_note_from_a_file_is_text_in_a_notebook(found, tmp_path):
+    found[0].save(tmp_path / "z.json")
+    words = json.loads((tmp_path / "z.json").read_text())
+    (tmp_path / "z.json").write_text(json.dumps({**words, "note": "<img src=x>"}))
+    page = carom.load(tmp_path / "z.json")._repr_html_()
+    assert "&lt;img src=x&gt;" in page
+    assert "<img" not in page
 
 
 def test_files_that_cannot_be_written_are_said(found, tmp_path):

@@ -233,6 +233,10 @@ def test_every_picture_of_numbers_holds_its_data_within_its_axes():
         np.max((g.g + g.error)[g.r > 0.5 * sum(figure.axes[0].get_xlim())])
         < 0.4 * figure.axes[0].get_ylim()[1]
     )
+    far = g.r > 0.5 * sum(figure.axes[0].get_xlim()) * g.diameter
+    wide = dataclasses.replace(g, error=np.where(far, 3.0, g.error))  # their bars end below the inset
+    top = plots.rdf(wide).axes[0].get_ylim()[1]
+    assert (wide.g + wide.error)[far].max() == pytest.approx(0.38 * top)
     figure = plots.rdf(dataclasses.replace(g, contact_value=None))
     assert np.max(g.g + g.error) <= figure.axes[0].get_ylim()[1]
     figure = plots.partial_rdf({"a-b": g})

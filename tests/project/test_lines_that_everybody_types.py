@@ -165,6 +165,46 @@ def test_what_cannot_be_loaded_is_a_sentence_that_lists_what_can(folder, tmp_pat
             carom.load(path)
 
 
+CHANGES = {
+    "eos1": [(("records",), "x"), (("records", 0, "result", "Z", "mean"), 1.0), (("records", 0), {})],
+    "transport1": [(("records", 0, "result", "blocks"), []), (("study", "scene"), "x"), (("records",), None)],
+    "run1": [(("summary", "U"), 5), (("summary", "temperature", "mean"), "x"), (("kind",), {})],
+    "pack1": [
+        (("frame", "positions"), None),
+        (("frame", "positions", 0, 0), 1e300),
+        (("frame", "diameters", 0), 2**70),
+        (("history", 0, 0), 2**70),
+        (("frame", "species"), [0.5] * 20),
+    ],
+}
+"""What somebody changes in the file of a saved result: where, and to what."""
+
+
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_file_that_was_changed_by_hand_is_a_sentence(folder, name, tmp_path):
+    path = tmp_path / "result.json"
+    carom.load(folder / name).save(path)
+    text = path.read_text()
+    for where, value in CHANGES[name]:
+        words = json.loads(text)
+        part = words
+        for key in where[:-1]:
+            part = part[key]
+        part[where[-1]] = value
+        path.write_text(json.dumps(words))
+        with pytest.raises(CaromError):
+            carom.load(path)
+
+
+@pytest.mark.parametrize("where", [("U",), ("temperature",), ("U", "mean")])
+def test_the_summary_of_a_run_is_checked_in_all_that_is_shown(folder, where, tmp_path):
+    words = json.loads((folder / "run1" / "summary.json").read_text())
+    (words if len(where) == 1 else words[where[0]])[where[-1]] = "x"
+    (tmp_path / "summary.json").write_text(json.dumps(words))
+    with pytest.raises(FileError, match=where[-1]):
+        carom.load(tmp_path)
+
+
 def test_what_is_not_finished_says_how_to_go_on(folder, tmp_path):
     for source, name in (("run1", "checkpoint.h5"), ("pack1", "compression.h5")):
         (tmp_path / source).mkdir()

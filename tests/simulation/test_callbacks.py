@@ -205,3 +205,24 @@ def test_a_log_is_appended_to_when_a_run_is_resumed(tmp_path):
     assert path.read_text().splitlines()[-1] == whole.splitlines()[-1]
     with pytest.raises(FileError, match="has the columns"):
         again.run(time=1.0, every=0.5, call=carom.CSVLog(path, ["time"], append=True))
+    with path.open("a") as file:
+        file.write("what is this\n")
+    text = path.read_text()
+    with pytest.raises(FileError, match="a row without a time"):
+        again.run(time=1.0, every=0.5, call=carom.CSVLog(path, append=True))
+    assert path.read_text() == text
+
+
+def test_a_disk_that_is_full_leaves_the_rows_of_a_log(tmp_path, monkeypatch):
+    path, sim = tmp_path / "log.csv", fluid()
+    sim.run(time=1.0, every=0.5, call=carom.CSVLog(path))
+    text = path.read_text()
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("os.fsync", full)
+    with pytest.raises(FileError, match="No space left"):
+        sim.run(time=1.0, every=0.5, call=carom.CSVLog(path, append=True))
+    assert path.read_text() == text
+    assert [each.name for each in tmp_path.iterdir()] == ["log.csv"]

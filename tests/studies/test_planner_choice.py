@@ -8,7 +8,7 @@ import pytest
 
 from carom import Scene, theory
 from carom.studies.planner import measures
-from carom.studies.planner.choice import Costs, Design, design, within
+from carom.studies.planner.choice import Costs, Design, design, slowed, within
 from carom.studies.planner.sizes import OF_CRYSTAL, residual
 from carom.studies.planner.system import System
 
@@ -97,3 +97,9 @@ def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(
     assert value.mean - shift == pytest.approx(one.mean * n / (n - 1.0), rel=1e-9)
     assert bias == pytest.approx(diffusion.missed(n) * shift, rel=1e-9)
     assert not said
+
+
+def test_systems_beyond_the_caches_are_slower():
+    assert slowed(1e6, 500, 5000) == 1e6
+    assert slowed(1e6, 10**4, 10**7) < 0.2e6
+    assert slowed(slowed(1e6, 500, 10**6), 10**6, 500) == pytest.approx(1e6, rel=1e-12)

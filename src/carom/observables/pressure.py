@@ -19,6 +19,7 @@ from carom.observables.statistics import Estimate
 from carom.results import Result
 from carom.scene.fields import is_simple
 from carom.scene.temperature import kept_by_motion
+from carom.texts import html
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -269,7 +270,7 @@ class PressureResult(Result):
         return title, [(name, e.value_text) for name, e in rows if math.isfinite(e.mean)]
 
     def _repr_html_(self) -> str:
-        return super()._repr_html_() + (f"<p>{self.note}</p>" if self.note else "")
+        return super()._repr_html_() + (f"<p>{html(self.note)}</p>" if self.note else "")
 
     def __str__(self) -> str:
         lines = [f"Z = {self.Z}"]

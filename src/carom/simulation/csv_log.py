@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import FileError, InputError
+from carom.io.paths import replacing, writing
 from carom.simulation import stretches
 
 if TYPE_CHECKING:
@@ -104,9 +105,15 @@ class CSVLog:
             earlier_rows = earlier_rows[1:]
             if "time" in head:
                 time_column = head.index("time")
-                earlier_rows = [row for row in earlier_rows if float(row[time_column]) < now.duration]
+                try:
+                    earlier_rows = [row for row in earlier_rows if float(row[time_column]) < now.duration]
+                except (ValueError, IndexError):
+                    raise FileError(
+                        f"{self.path} has a row without a time, and was left as it is; choose another name."
+                    ) from None
             self._before = now
-        _write(self.path, [head, *earlier_rows], "w")
+        with replacing(self.path) as whole:  # a full disk leaves the rows that were there
+            _write(whole, [head, *earlier_rows], "w")
         self._open = True
 
     def _value(self, name: str, sim: InMotion, now: Block) -> float | int | str:
@@ -149,7 +156,5 @@ def _rows(path: Path) -> list[list[str]]:
 
 def _write(path: Path, rows: Sequence[Sequence[object]], mode: str) -> None:
     """Write rows to a file."""
-    from carom.paths import writing
-
     with writing(path), path.open(mode, newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)

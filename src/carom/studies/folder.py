@@ -21,7 +21,7 @@ from typing import Any
 
 from numpy.random import SeedSequence
 
-from carom.errors import FileError
+from carom.errors import FileError, InputError
 from carom.io import records
 from carom.paths import remnants, replacing, writing
 from carom.studies.lock import owned
@@ -145,12 +145,11 @@ class Folder:
         """Return the stored result of a task; None if there is none, or its file is damaged."""
         try:
             record: Record = records.read_json(
-                self.result(task), _RECORD, "the result of a run", "run it again"
+                self.result(task), unsealed, "the result of a run", "run it again"
             )
         except FileError:
             return None
-        digest = record.pop("digest")
-        return record if record["task"] == task and digest == _digest(record) else None
+        return record if record["task"] == task else None
 
     def store(self, record: Record) -> None:
         """Write the result of a task, atomically.
@@ -163,7 +162,7 @@ class Folder:
         path = self.result(record["task"])
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)
-        self._write(path, {**record, "digest": _digest(record)})
+        self._write(path, sealed(record))
 
     def kept(self, task: Task) -> Path:
         """Return the file where a long task keeps its state until it is done."""
@@ -187,6 +186,20 @@ _RECORD = records.table({"task": _TABLE, "result": _TABLE, "provenance": _TABLE,
 
 def _digest(record: Record) -> str:
     return hashlib.sha256(canonical(record).encode("ascii")).hexdigest()
+
+
+def sealed(record: Record) -> Record:
+    """Return a record as a file holds it: with its digest."""
+    return {**record, "digest": _digest(record)}
+
+
+def unsealed(value: Any, name: str) -> Record:
+    """Return the record that a file holds, or raise InputError if it is none, or was changed."""
+    record: Record = _RECORD(value, name)
+    digest = record.pop("digest")
+    if digest != _digest(record):
+        raise InputError(f"{name} has not the content that its digest is of.")
+    return record
 
 
 def _check_same(before: dict[str, Any], now: dict[str, Any], path: Path) -> None:

@@ -24,13 +24,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 import numpy as np
 
 from carom.errors import CaromWarning, FileError, InputError
+from carom.io.records import listed
 from carom.notebook import watchable
 from carom.paths import replacing, writing
 from carom.results import Result, plain
 from carom.studies import executors
 from carom.studies.arguments import processes
 from carom.studies.executors import Stopped
-from carom.studies.folder import SETTINGS, Folder, Record, Task, key
+from carom.studies.folder import SETTINGS, Folder, Record, Task, key, sealed, unsealed
 from carom.studies.signals import Interrupted, stoppable
 from carom.studies.spec import Spec
 from carom.table import Table
@@ -249,7 +250,7 @@ class Study(Result, Generic[S]):
 
     @classmethod
     def _made(cls, values: Mapping[str, Any]) -> Self:
-        return cls(cls.Spec.of_words(values["study"]), tuple(values["records"]))
+        return cls(cls.Spec.of_words(values["study"]), tuple(listed(unsealed)(values["records"], "records")))
 
     @watchable("Study", lambda shown: shown)
     def run(
@@ -347,7 +348,7 @@ class Study(Result, Generic[S]):
         }
 
     def _saved(self) -> dict[str, Any]:
-        return {"records": list(self.records)}
+        return {"records": [sealed(record) for record in self.records]}
 
     def report(self, path: str | os.PathLike[str]) -> None:
         """Write a self-contained page (HTML) of tables, pictures and provenance to the file ``path``.

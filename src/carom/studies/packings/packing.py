@@ -267,11 +267,15 @@ class Packing(Result):
     @classmethod
     def _made(cls, values: Mapping[str, Any]) -> Packing:
         held = values["frame"]
-        arrays: dict[str, Any] = {x: None if held[x] is None else np.array(held[x]) for x in ARRAYS}
+        arrays: dict[str, Any] = {name: np.array(held[name], float) for name in ARRAYS[:-2]}
+        arrays |= {name: None if held[name] is None else np.array(held[name]) for name in ARRAYS[-2:]}
         names, periodic = tuple(held["species_names"]), tuple(held["periodic"])
         frame = Frame(held["time"], held["step"], **arrays, species_names=names, periodic=periodic)
         if wrong := flaw(frame):
             raise InputError(f"its {wrong}")
+        outside = np.abs(frame.positions - 0.5 * frame.box) > frame.box
+        if outside.any() or frame.diameters.max() > 2.0 * frame.box.min():
+            raise InputError("its particles do not fit into its box")
         history = np.array([tuple(row) for row in values["history"]], HISTORY)
         obstacles = tuple(obstacle_from_table(each) for each in values["obstacles"])
         return cls(frame, history, values["note"], values["seed"], values["shrunk"], obstacles)

@@ -66,7 +66,11 @@ SUMMARY = records.table(
         "collisions_per_second": _POSITIVE,
         "seconds": _POSITIVE,
     },
-    later={"without_trajectory": _TEXT, "units": records.mapping(_COUNT)},
+    later={
+        "without_trajectory": _TEXT,
+        "units": records.mapping(_COUNT),
+        **dict.fromkeys(("U", "temperature"), records.optional(_ESTIMATE)),
+    },
 )
 """The check of ``summary.json``."""
 
