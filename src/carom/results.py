@@ -40,6 +40,9 @@ KINDS: dict[str, type] = {}
 
 _PARTS = ("error", "n_eff", "tau", "blocks")  # of an estimate, besides its mean
 _NOT_FINITE = ("nan", "inf", "-inf")  # JSON has no such numbers
+_DAMAGED = (
+    ValueError, TypeError, LookupError, ArithmeticError, AttributeError, RecursionError, zipfile.BadZipFile,
+)  # fmt: skip
 _TYPES = {"int": (int,), "float": (int, float), "bool": (bool,)}  # what a file may hold in such a field
 _T = TypeVar("_T", bound=type)
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 WHERE, OUTPUT = "Where it runs", "What to write"
 
 
-def command_of(name: str, asked: type[Spec], kind: Callable[[], type[Study[Any]]]) -> Callable[..., None]:
+def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callable[..., None]:
     """Return the command of a study.
 
     Parameters

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from carom.errors import FileError, InputError
-from carom.io.paths import replacing, writing
+from carom.paths import replacing, writing
 from carom.simulation import stretches
 
 if TYPE_CHECKING:
