@@ -32,7 +32,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from carom.studies.eos.start import start as begin
 from helpers.mixtures import mixture
 from rates import rate, size_of
 
@@ -47,6 +46,7 @@ from carom.simulation.run_state import RunState
 from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec
 from carom.studies.scenes import scene_spec
+from carom.studies.start import start as begin
 from carom.studies.study import perform
 
 BARE = carom.Tuning(images=False)

@@ -119,7 +119,17 @@ def test_a_worker_killed_while_it_is_idle_costs_nothing():
         while alive(worker):
             assert time.monotonic() < deadline
             time.sleep(0.01)
-        assert place.submit(abs, -3).result() == 3
+        found = []
+        ended = engines.run(
+            abs,
+            [-3],
+            place,
+            done=lambda value, result: found.append(result),
+            failed=print,
+            stop=lambda: False,
+        )
+        assert ended
+        assert found == [3]
 
 
 def alive(process):
@@ -322,8 +332,9 @@ def test_mpi_gives_the_same_bits(tmp_path):
     if "Open MPI" in version.stdout or "open-mpi" in version.stdout:
         # More processes than cores, and as any user: small machines run tests, too.
         launcher += ["--oversubscribe", "--allow-run-as-root"]
-    command = [*launcher, sys.executable, "-m", "mpi4py.futures", "-m", "carom", "eos", *short]
-    done = subprocess.run([*command, "--out", tmp_path / "mpi"], capture_output=True, text=True, timeout=WAIT)
+    under_mpi = [*launcher, sys.executable, "-m", "mpi4py.futures", "-m", "carom", "eos", *short]
+    under_mpi += ["--out", str(tmp_path / "mpi")]
+    done = subprocess.run(under_mpi, capture_output=True, text=True, timeout=WAIT)
     assert done.returncode == 0, done.stderr
     assert command("eos", *short, "--engine", "serial", "--out", tmp_path / "serial").returncode == 0
     assert stored(tmp_path / "mpi") == stored(tmp_path / "serial")

@@ -59,6 +59,8 @@ class Place:
         Whether it has the disk of this process.
     capacity : int or None
         Number of tasks at a time; None without limit.
+    replaces : bool
+        Whether workers that died are replaced: what they ran can run again.
     listen : callable
         Passes on messages of workers.
     """
@@ -69,6 +71,7 @@ class Place:
     local: bool = False
     here: bool = False
     capacity: int | None = None
+    replaces: bool = False
     listen: Callable[[], object] = lambda: None
 
 
@@ -177,17 +180,27 @@ def _processes(count: int, main: bool) -> Place:
 
     leash, lead = multiprocessing.Pipe(duplex=False)
     told, mouth = multiprocessing.Pipe(duplex=False)
-    pool = ProcessPool(
-        count, context=SpawnContext() if main else _Context(), initializer=_begin, initargs=(leash, mouth)
-    )
+
+    def new() -> ProcessPool:
+        context = SpawnContext() if main else _Context()
+        return ProcessPool(count, context=context, initializer=_begin, initargs=(leash, mouth))
+
+    pools = [new()]
+
+    def submit(function: Callable[[Any], Any], value: Any) -> Future[Any]:
+        if not pools[-1].active:  # its last worker was killed while nothing ran
+            pools.append(new())
+        return pools[-1].schedule(function, args=[value])
 
     def end(now: bool) -> None:
         if now:
             lead.close()
-            pool.stop()
-        else:
-            pool.close()
-        pool.join()
+        for pool in pools:
+            if now or not pool.active:
+                pool.stop()
+            else:
+                pool.close()
+            pool.join()
 
     def listen() -> None:
         while told.poll():
@@ -195,7 +208,7 @@ def _processes(count: int, main: bool) -> Place:
             compile_listeners.notify()
 
     name = f"{count} process{'es' * (count > 1)}"
-    return Place(name, lambda f, v: pool.schedule(f, args=[v]), end, here=True, listen=listen)
+    return Place(name, submit, end, here=True, replaces=True, listen=listen)
 
 
 def _begin(leash: Any, mouth: Any) -> None:
@@ -297,7 +310,7 @@ def run(
             except Stopped:
                 return False
             except Exception as error:
-                if _died(error) and not isinstance(error, BrokenExecutor) and attempt < ATTEMPTS:
+                if _died(error) and place.replaces and attempt < ATTEMPTS:
                     waiting.appendleft((value, attempt + 1))
                 else:
                     failed(value, reason(error))

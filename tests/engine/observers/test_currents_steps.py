@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from carom.studies.eos.start import start
 
 import carom
 from carom.engine.observers.currents import Currents
@@ -13,8 +12,8 @@ from carom.models import Steps, StepTable
 from carom.observables import HelfandCurrents
 from carom.simulation import stretches
 from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.eos import toml
 from carom.studies.scenes import scene_spec
+from carom.studies.start import start
 
 EPS = np.finfo(float).eps
 
@@ -118,16 +117,16 @@ def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_f
     settings = {"n": 100, "dimension": 2, "replicas": 1, "equilibration": 200}
     scene = {"kT": 2.0, "interaction": StepTable(LADDER)}
     study = carom.transport(0.3, **settings, collisions_per_particle=5120, scene=scene, executor="serial")
-    (row,) = study.table
+    (row,) = study.points
     for record in study.records:
         # Rounds of 12 collisions a particle know the mean of kT, which fluctuates by sqrt(2 / 200), to 3 %.
         assert record["result"]["kT"] == pytest.approx(2.0, rel=0.1)
         assert record["result"]["U"] < -0.1
     assert row.enskog is None  # it knows of cores only
     assert not row.exists  # in the plane
-    d, v = row.self_diffusion[0].value, row.self_diffusion_by_velocity[0].value
+    d, v = row.self_diffusion[0], row.self_diffusion_by_velocity[0]
     assert d.mean == pytest.approx(v.mean, abs=5.0 * math.hypot(d.error, v.error))
-    assert toml.parse(toml.text(study.spec), TransportSpec) == study.spec
+    assert TransportSpec.from_toml(study.spec.to_toml()) == study.spec
 
 
 def test_a_study_in_space_starts_with_its_interaction():
