@@ -8,6 +8,7 @@ import sys
 from carom.studies.planner.measures import BLOCKS, estimates, measure
 from carom.studies.planner.sizes import residual
 from carom.studies.planner.system import System
+from carom.studies.study import Look
 
 COLLISIONS = 12e6 if "--quick" not in sys.argv else 3e5
 POINTS = {
@@ -22,7 +23,7 @@ for d, (etas, sizes) in POINTS.items():
         for n in sizes:
             length = 2.0 * COLLISIONS / n
             spec = system.spec(n, collisions_per_particle=length, equilibration=1000.0, blocks=BLOCKS, seed=7)
-            result = measure(spec.tasks()[0])["result"]
+            result = measure(spec.tasks()[0], Look())
             z = estimates(result["by_virial"], result["by_rate"], d)[0].z
             exact = system.z()
             bias = (z.mean - system.shift(n) - exact) / exact

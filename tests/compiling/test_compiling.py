@@ -78,14 +78,14 @@ def test_compiling_is_told_once_and_only_where_something_is_compiled(capsys):
 @pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled")
 def test_the_screen_says_once_that_worker_processes_compile(capsys):
     results = []
-    with compiling_told(), executors.engine("processes", workers=2) as where:
-        executors.run(
-            compiled_there, [1, 2, 3], where, done=lambda _, found: results.append(found), failed=print
-        )
+    done = lambda _, found: results.append(found)  # noqa: E731
+    how = {"done": done, "failed": print, "stop": lambda: False}
+    with compiling_told(), executors.opened("processes", workers=2) as where:
+        executors.run(compiled_there, [1, 2, 3], where, **how)
     assert sorted(results) == [2, 3, 4]
     assert capsys.readouterr().err.count(TEXT) == 1
-    with compiling_told(), executors.engine("processes", workers=1) as where:
-        executors.run(abs, [-1], where, done=lambda _, found: results.append(found), failed=print)
+    with compiling_told(), executors.opened("processes", workers=1) as where:
+        executors.run(abs, [-1], where, **how)
     assert capsys.readouterr().err == ""
 
 

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from carom.studies.codes.code import SphericalCode as SphericalCode
-    from carom.studies.coefficients.result import Transport as Transport
     from carom.studies.coefficients.spec import TransportSpec as TransportSpec
-    from carom.studies.eos.result import EquationOfState as EquationOfState
+    from carom.studies.coefficients.study import Transport as Transport
     from carom.studies.eos.spec import StudySpec as StudySpec
+    from carom.studies.eos.study import EquationOfState as EquationOfState
     from carom.studies.packings.packing import Packing as Packing
     from carom.studies.planner.outcome import Outcome as Outcome
     from carom.studies.planner.plan import RunPlan as RunPlan

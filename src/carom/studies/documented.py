@@ -12,13 +12,13 @@ from carom.studies.arguments import refuse_unknown
 from carom.studies.spec import SpecField, fields_of
 from carom.studies.study import Study
 
-F = TypeVar("F", bound=Callable[..., Any])
+R = TypeVar("R")
 
 HOW = ("executor", "cores", "out", "progress", "look")
 """Arguments of :meth:`carom.studies.study.Study.run`."""
 
 
-def documented(kind: type[Study[Any]], **said: str) -> Callable[[F], F]:
+def documented(kind: type[Study[Any]], **said: str) -> Callable[[Callable[..., R]], Callable[..., R]]:
     """Return a decorator of a function ``f(*, how, **given)`` whose ``given`` are the fields of a spec.
 
     Its signature and docstring then name these fields and the arguments of :meth:`Study.run`, which arrive
@@ -27,7 +27,7 @@ def documented(kind: type[Study[Any]], **said: str) -> Callable[[F], F]:
     fields.
     """
 
-    def decorate(function: F) -> F:
+    def decorate(function: Callable[..., R]) -> Callable[..., R]:
         fields = fields_of(kind.Spec)
         own = [
             p for p in inspect.signature(function).parameters.values()
@@ -48,7 +48,7 @@ def documented(kind: type[Study[Any]], **said: str) -> Callable[[F], F]:
             return said.get(name) or _said(fields[name])
 
         @functools.wraps(function)
-        def called(*arguments: Any, **given: Any) -> Any:
+        def called(*arguments: Any, **given: Any) -> R:
             refuse_unknown(f"{function.__name__}()", given, known)
             ways = {name: given.pop(name) for name in HOW if name in given}
             return function(*arguments, how=ways, **{k: v for k, v in given.items() if v is not None})
@@ -65,7 +65,7 @@ def documented(kind: type[Study[Any]], **said: str) -> Callable[[F], F]:
             ]
         )  # fmt: skip
         called.__signature__ = inspect.Signature([*own, *more, *how])  # type: ignore[attr-defined]
-        return called  # type: ignore[return-value]
+        return called
 
     return decorate
 
