@@ -51,7 +51,7 @@ def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
     assert not any(name.startswith(("model", "observers")) for name in names(found))
     assert "state.images" not in names(found)
     assert {name for name in names(found) if name.startswith("state")} == {
-        "state.rows", "state.partner", "state.crossing_time", "state.clock", "state.candidate_block",
+        "state.rows", "state.partner", "state.crossing_time", "state.clock",
     }  # fmt: skip
 
 

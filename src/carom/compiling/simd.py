@@ -3,7 +3,9 @@
 The compiler leaves these loops as they are. It gathers element by element, and a store into one array might
 change what the next load from another finds, so it goes one by one. Here
 
-- whole rows are loaded and shuffled into columns (:func:`gather_rows`): a third of the instructions;
+- whole rows are loaded and shuffled into columns (:func:`gather_rows`): a third of the instructions. The
+  columns are an array on the stack (:func:`candidate_block`) that a loop over just eight reads: the compiler
+  then keeps it in registers, and stores nothing at all;
 - single values are loaded one by one and stored side by side (:func:`pack`, :func:`pack_fields`): gathers
   take several times as long;
 - members of a cell are copied and replaced in one go (:func:`copy_words`, :func:`replace_words`).
@@ -18,6 +20,7 @@ Each function is written in plain Python, too, which is compiled where this Numb
 
 from __future__ import annotations
 
+import math
 import operator
 from typing import Any, NamedTuple
 
@@ -29,7 +32,7 @@ from numba.core.typeconv import Conversion
 from numba.extending import intrinsic, models, overload, register_model
 
 from carom.compiling import numba_features
-from carom.compiling.borrowed import BORROWING, BorrowedTuple, BorrowedUniTuple
+from carom.compiling.borrowed import BORROWING, BorrowedArray, BorrowedTuple, BorrowedUniTuple
 from carom.compiling.dispatch import INLINE
 
 VECTORS = "eight values at a time"
@@ -38,7 +41,7 @@ LANES = 8
 """Values in a register."""
 
 WIDTH = 32
-"""Candidates a block holds."""
+"""Candidates that the last bits of a time tell apart."""
 
 INT, DOUBLE = ir.IntType(64), ir.DoubleType()
 WORDS = ir.VectorType(ir.IntType(32), LANES)
@@ -70,7 +73,7 @@ def _in_vectors(function):
 
 
 @intrinsic
-def _gather_rows(typingctx, rows, words, start_index, bits, candidate_block, block_half, lane):
+def _gather_rows(typingctx, rows, words, start_index, bits, block):
     number = rows.dtype.fields["t"].type
     width = number.bitwidth // 8
     columns = rows.dtype.size // width
@@ -78,12 +81,11 @@ def _gather_rows(typingctx, rows, words, start_index, bits, candidate_block, blo
     def codegen(context, builder, signature, args):
         base = builder.bitcast(_data(context, builder, rows, args[0]), ir.IntType(8).as_pointer())
         names = _data(context, builder, words, args[1])
-        target = builder.bitcast(_data(context, builder, candidate_block, args[4]), DOUBLE.as_pointer())
+        target = builder.bitcast(_data(context, builder, block, args[4]), DOUBLE.as_pointer())
         four = ir.VectorType(DOUBLE, 4)
         stored_four = ir.VectorType(context.get_value_type(number), 4)
         eight = ir.VectorType(DOUBLE, LANES)
         row_size = ir.Constant(INT, rows.dtype.size)
-        offset = builder.add(args[6], builder.mul(args[5], ir.Constant(INT, columns * WIDTH)))
         components = _named(builder, names, args[2], args[3])
         starts = [builder.gep(base, [builder.mul(component, row_size)]) for component in components]
         for group in range(0, columns, 4):
@@ -93,12 +95,11 @@ def _gather_rows(typingctx, rows, words, start_index, bits, candidate_block, blo
                 loaded = builder.load(builder.bitcast(part, stored_four.as_pointer()), align=width)
                 parts.append(loaded if width == 8 else builder.fpext(loaded, four))
             for column, vector in enumerate(_transpose(builder, parts), start=group):
-                address = builder.gep(target, [builder.add(offset, ir.Constant(INT, column * WIDTH))])
+                address = builder.gep(target, [ir.Constant(INT, column * LANES)])
                 builder.store(vector, builder.bitcast(address, eight.as_pointer()), align=8)
         return context.get_dummy_value()
 
-    arguments = (rows, words, types.int64, types.int64, candidate_block, types.int64, types.int64)
-    return types.void(*arguments), codegen
+    return types.void(rows, words, types.int64, types.int64, block), codegen
 
 
 def _transpose(builder, rows):
@@ -119,9 +120,8 @@ def _transpose(builder, rows):
     ]
 
 
-def gather_rows(rows, words, start_index, bits, candidate_block, block_half, lane):
-    """Copy the rows of eight candidates, widened to double precision, into the columns ``lane`` to ``lane +
-    7`` of one half of a block.
+def gather_rows(rows, words, start_index, bits, block):
+    """Copy the rows of eight candidates, widened to double precision, into the columns of a block.
 
     Parameters
     ----------
@@ -129,23 +129,96 @@ def gather_rows(rows, words, start_index, bits, candidate_block, block_half, lan
         All components.
     words : uint32 array
         ``words[start_index : start_index + 8] >> bits`` are the rows meant.
-    candidate_block : (2, fields, WIDTH) float64 array
-        One line a field of a row: x, t, v, event_time, padding.
+    block : (fields, LANES) float64 array
+        One line a field of a row: x, t, v, event_time, padding (:func:`candidate_block`).
     """
     for k in range(LANES):
         old_event = rows[int(words[start_index + k]) >> int(bits)]
         d = len(old_event.x)
         for axis in range(d):
-            candidate_block[block_half, axis, lane + k] = old_event.x[axis]
-            candidate_block[block_half, d + 1 + axis, lane + k] = old_event.v[axis]
-        candidate_block[block_half, d, lane + k] = old_event.t
-        candidate_block[block_half, 2 * d + 1, lane + k] = old_event.event_time
+            block[axis, k] = old_event.x[axis]
+            block[d + 1 + axis, k] = old_event.v[axis]
+        block[d, k] = old_event.t
+        block[2 * d + 1, k] = old_event.event_time
 
 
 @_in_vectors(gather_rows)
-def _gather_rows_compiled(rows, words, start_index, bits, candidate_block, block_half, lane):
+def _gather_rows_compiled(rows, words, start_index, bits, block):
     # Numba supplies the context, here and below
-    _gather_rows(rows, words, start_index, bits, candidate_block, block_half, lane)  # type: ignore[call-arg]
+    _gather_rows(rows, words, start_index, bits, block)  # type: ignore[call-arg]
+
+
+def _on_stack(context, builder, kind, shape):
+    """Return an array of that type and shape on the stack."""
+    number, size = context.get_value_type(kind.dtype), math.prod(shape)
+    room = cgutils.alloca_once(builder, ir.ArrayType(number, size))
+    room.align = 64
+    array = cgutils.create_struct_proxy(kind)(context, builder)
+    array.data = builder.bitcast(room, number.as_pointer())
+    array.nitems, array.itemsize = ir.Constant(INT, size), ir.Constant(INT, 8)
+    array.shape = cgutils.pack_array(builder, [ir.Constant(INT, length) for length in shape])
+    strides = [8 * math.prod(shape[k + 1 :]) for k in range(len(shape))]
+    array.strides = cgutils.pack_array(builder, [ir.Constant(INT, stride) for stride in strides])
+    array.meminfo = array.parent = ir.Constant(context.get_value_type(types.voidptr), None)
+    return array._getvalue()
+
+
+@intrinsic
+def _candidate_block(typingctx, rows):
+    columns = rows.dtype.size // (rows.dtype.fields["t"].type.bitwidth // 8)
+    block = BorrowedArray(types.Array(types.float64, 2, "C"))
+    keys = BorrowedArray(types.Array(types.int64, 1, "C"))
+
+    def codegen(context, builder, signature, args):
+        parts = [_on_stack(context, builder, block, (columns, LANES))]
+        parts.append(_on_stack(context, builder, keys, (LANES,)))
+        return context.make_tuple(builder, signature.return_type, parts)
+
+    return types.Tuple([block, keys])(rows), codegen
+
+
+def candidate_block(rows):
+    """Return room for the old events of eight candidates, (fields, LANES) float64, and for a key of each,
+    (LANES,) int64: on the stack of the function that asks.
+    """
+    columns = rows.dtype.itemsize // rows.dtype["t"].itemsize
+    return np.zeros((columns, LANES)), np.zeros(LANES, np.int64)
+
+
+@overload(candidate_block, jit_options=INLINE)
+def _candidate_block_compiled(rows):
+    columns = rows.dtype.size // (rows.dtype.fields["t"].type.bitwidth // 8)
+
+    def on_stack(rows):
+        return _candidate_block(rows)  # type: ignore[call-arg]
+
+    def on_heap(rows):
+        return np.zeros((columns, LANES)), np.zeros(LANES, np.int64)
+
+    return on_stack if numba_features.has(VECTORS) and numba_features.has(BORROWING) else on_heap
+
+
+@intrinsic
+def _least(typingctx, keys):
+    def codegen(context, builder, signature, args):
+        eight = ir.VectorType(INT, LANES)
+        data = _data(context, builder, keys, args[0])
+        loaded = builder.load(builder.bitcast(data, eight.as_pointer()), align=8)
+        kind = ir.FunctionType(INT, [eight])
+        smallest = cgutils.get_or_insert_function(builder.module, kind, "llvm.vector.reduce.smin.v8i64")
+        return builder.call(smallest, [loaded])
+
+    return types.int64(keys), codegen
+
+
+def least(keys):
+    """Return the smallest of eight keys."""
+    return keys.min()
+
+
+@_in_vectors(least)
+def _least_compiled(keys):
+    return _least(keys)  # type: ignore[call-arg]
 
 
 def _line_up(context, builder, values, words, start_index, bits, target, offset):
@@ -484,11 +557,12 @@ def _getitem(array, j):
 def _try() -> bool:
     from numba import njit
 
-    def copy(rows, words, candidate_block, values, target, members):
-        gather_rows(rows, words, 1, 2, candidate_block, 1, 8)
+    def copy(rows, words, block, values, target, members):
+        gather_rows(rows, words, 1, 2, block)
         pack(values, words, 1, 2, target, 3)
         copy_words(members, 1, 2, words, 3, 4, 5)
         replace_words(members, 2, 0, 33, 7)
+        return least(words[:LANES].astype(np.int64))
 
     rows = np.zeros(9, [("x", "f8", (3,)), ("t", "f8"), ("v", "f8", (3,)), ("event_time", "f8")])
     for number, name in enumerate(("x", "t", "v", "event_time")):
@@ -498,7 +572,7 @@ def _try() -> bool:
         words = (np.arange(16, dtype=np.uint32)[::-1] // 2 << 2).copy()
         members = np.arange(48, dtype=np.uint32).reshape(4, 12)
         members[2, 3] = members[2, 9] = 33
-        candidate_block, target = np.zeros((2, 8, WIDTH)), np.zeros(16)
-        function(rows.view(np.recarray), words, candidate_block, np.arange(9.0), target, members)
-        done.append((words, members, candidate_block, target))
+        block, target = np.zeros((8, LANES)), np.zeros(16)
+        smallest = function(rows.view(np.recarray), words, block, np.arange(9.0), target, members)
+        done.append((words, members, block, target, np.array(smallest)))
     return all((a == b).all() for a, b in zip(*done, strict=True))

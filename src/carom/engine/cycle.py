@@ -48,7 +48,7 @@ from carom.engine.events import (
     start_over,
 )
 from carom.engine.neighbors.interface import begin_epoch, build, cross, earliest_newcomer, rebin
-from carom.engine.neighbors.prefetch import leaves_first
+from carom.engine.neighbors.prefetch import leaves_first, prefetch_first
 from carom.engine.observers.interface import ends_run, is_full
 from carom.engine.one_body import run_one_body
 from carom.engine.queue_hooks import publish_time, receive, safe_to_process, should_return
@@ -179,6 +179,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
             if not done:
                 return NEEDS_NEIGHBORS, cycles
             pop(calendar)
+            prefetch_first(neighbors, model.boundary, state, np.uint64(calendar.component[0]))
             tally.transits += 1
             schedule_transit(
                 model, state, neighbors, i, now
@@ -192,6 +193,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
                 start_over(model, state, neighbors, calendar, tally, i, now)
             continue
         pop(calendar)
+        prefetch_first(neighbors, model.boundary, state, np.uint64(calendar.component[0]))
         ref = np.int64(state.partner[i])
         if ref < 0:
             happened = run_one_body(model, state, neighbors, i, ref, now)

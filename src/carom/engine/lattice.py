@@ -72,24 +72,24 @@ def relative_to(motion, boundary, i, ref, me, other, now):
 
 
 @optional
-def candidate_relative_to(motion, boundary, i, ref, me, candidate_block, block_half, k, now):
+def candidate_relative_to(motion, boundary, i, ref, me, block, k, now):
     """Return the same of a candidate whose old event is in a column of the block."""
     rr = 0.0
     rv = 0.0
     vv = 0.0
     dimension = len(boundary.edges)
-    elapsed = now - candidate_block[block_half, dimension, k]
+    elapsed = now - block[dimension, k]
     for axis in range(dimension):
         x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
         y = position(
             motion,
             axis,
-            candidate_block[block_half, axis, k],
-            candidate_block[block_half, dimension + 1 + axis, k],
+            block[axis, k],
+            block[dimension + 1 + axis, k],
             elapsed,
         )
         r = separation(boundary, i, ref, axis, y - x)
-        v = velocity(motion, axis, candidate_block[block_half, dimension + 1 + axis, k], elapsed) - velocity(
+        v = velocity(motion, axis, block[dimension + 1 + axis, k], elapsed) - velocity(
             motion, axis, me.v[axis], now - me.t
         )
         rr += r * r
@@ -166,32 +166,30 @@ def _(motion: Sheared, boundary, i, ref, me, other, now):
 
 
 @inner
-def _candidate_apart(motion, boundary, i, ref, axis, me, candidate_block, block_half, k, now):
+def _candidate_apart(motion, boundary, i, ref, axis, me, block, k, now):
     dimension = len(boundary.edges)
-    elapsed = now - candidate_block[block_half, np.uint64(dimension), k]
+    elapsed = now - block[np.uint64(dimension), k]
     x = position_at(motion, axis, me.x, me.v, now - me.t, now)
-    speed = np.float64(candidate_block[block_half, np.uint64(dimension + 1 + axis), k])
+    speed = np.float64(block[np.uint64(dimension + 1 + axis), k])
     if axis == 0:
-        speed -= tilt_at(motion, now) * candidate_block[block_half, np.uint64(dimension + 2), k]
-    return separation(
-        boundary, i, ref, axis, candidate_block[block_half, np.uint64(axis), k] + speed * elapsed - x
-    )
+        speed -= tilt_at(motion, now) * block[np.uint64(dimension + 2), k]
+    return separation(boundary, i, ref, axis, block[np.uint64(axis), k] + speed * elapsed - x)
 
 
 @candidate_relative_to.register
-def _(motion: Sheared, boundary, i, ref, me, candidate_block, block_half, k, now):
+def _(motion: Sheared, boundary, i, ref, me, block, k, now):
     dimension = len(boundary.edges)
-    elapsed = now - candidate_block[block_half, np.uint64(dimension), k]
+    elapsed = now - block[np.uint64(dimension), k]
     rr = 0.0
     rv = 0.0
     vv = 0.0
     for axis in range(dimension):
-        r = _candidate_apart(motion, boundary, i, ref, axis, me, candidate_block, block_half, k, now)
-        v = np.float64(candidate_block[block_half, np.uint64(dimension + 1 + axis), k])
+        r = _candidate_apart(motion, boundary, i, ref, axis, me, block, k, now)
+        v = np.float64(block[np.uint64(dimension + 1 + axis), k])
         if axis == 0:
-            up = _candidate_apart(motion, boundary, i, ref, 1, me, candidate_block, block_half, k, now)
+            up = _candidate_apart(motion, boundary, i, ref, 1, me, block, k, now)
             r += tilt_at(motion, now) * up
-            v += motion.rate * (up - candidate_block[block_half, np.uint64(dimension + 2), k] * elapsed)
+            v += motion.rate * (up - block[np.uint64(dimension + 2), k] * elapsed)
         v -= velocity_at(motion, axis, me.v, now - me.t)
         rr += r * r
         rv += r * v

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.registry import fast, inner, optional, required
-from carom.compiling.simd import LANES, WIDTH, asked_of, gather_rows, pack_fields
+from carom.compiling.simd import LANES, WIDTH, asked_of, candidate_block, gather_rows, least, pack_fields
 from carom.engine.boundary import NearestImage, SectorImage, index, index_bits
 from carom.engine.lattice import candidate_relative_to, relative_to
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
@@ -47,12 +47,13 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
     """Return the word of the candidate that i meets first, ``avoided`` left out, or -1, and the time until
     then, to 47 bits (the paper's line 4).
 
-    The loop has no branch and no store, so that it is vectorised. The candidate's number replaces the last
-    five bits of the time; the smallest of these integers is the earliest candidate.
+    The loop over eight has no branch, and stores nothing but what stays in registers, so that it is
+    vectorised. The candidate's number replaces the last five bits of the time; the smallest of these integers
+    is the earliest candidate.
     """
     me = state.rows[i]
-    block_index = np.uint64(block_half)
-    candidate_block = state.candidate_block
+    first_lane = np.int64(block_half) * WIDTH
+    block, keys = candidate_block(state.rows)
     dimension = len(model.boundary.edges)
     bits = np.int64(index_bits(model.boundary))
     best = NO_CANDIDATE
@@ -60,24 +61,30 @@ def nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
     for start in range(0, count, WIDTH):
         size = min(count - start, WIDTH)
         full = (size + LANES - 1) & ~(LANES - 1)
+        for k in range(np.uint64(LANES)):
+            keys[k] = NO_CANDIDATE
+        # All of them first: a register that is read right after its parts were written one by one waits.
         for lane in range(0, full, LANES):
             ref_index = np.int64(start_index) + start + lane
-            gather_rows(state.rows, refs, ref_index, bits, candidate_block, block_half, np.int64(lane))
-            pack_fields(model.pair, model.lanes, refs, ref_index, bits, block_half * WIDTH + np.int64(lane))
-        earliest = NO_CANDIDATE
-        for k in range(np.uint64(full)):
-            ref = refs[start_index + np.uint64(start) + k]
-            rr, rv, vv = candidate_relative_to(
-                model.motion, model.boundary, i, ref, me, candidate_block, block_index, k, now
-            )
-            lane_index = block_index * np.uint64(WIDTH) + k
-            t = candidate_time(model.boundary, model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now)
-            eligible = candidate_block[block_index, 2 * dimension + 1, k] >= now + t
-            eligible &= np.int64(ref) != avoided
-            eligible &= np.int64(k) < size  # what follows the last candidate is somebody's word, but not i's
-            t = t if eligible else NEVER
-            key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | np.int64(k)
-            earliest = min(earliest, key)
+            pack_fields(model.pair, model.lanes, refs, ref_index, bits, first_lane + np.int64(lane))
+        for lane in range(0, full, LANES):
+            ref_index = np.int64(start_index) + start + lane
+            gather_rows(state.rows, refs, ref_index, bits, block)
+            for k in range(np.uint64(LANES)):
+                ref = refs[np.uint64(ref_index) + k]
+                number = np.int64(k) + lane
+                rr, rv, vv = candidate_relative_to(model.motion, model.boundary, i, ref, me, block, k, now)
+                lane_index = np.uint64(first_lane + number)
+                t = candidate_time(
+                    model.boundary, model.pair, model.lanes, lane_index, i, ref, rr, rv, vv, now
+                )
+                eligible = block[2 * dimension + 1, k] >= now + t
+                eligible &= np.int64(ref) != avoided
+                eligible &= number < size  # what follows the last candidate is somebody's word, but not i's
+                t = t if eligible else NEVER
+                key = (np.float64(t).view(np.int64) & ~np.int64(WIDTH - 1)) | number
+                keys[k] = min(keys[k], key)
+        earliest = least(keys)
         if earliest < best:
             best = earliest
             chosen = np.int64(refs[start_index + np.uint64(start + (earliest & (WIDTH - 1)))])

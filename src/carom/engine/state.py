@@ -8,6 +8,8 @@ neighbour scheme nor a sample therefore affects the trajectory.
 
 from __future__ import annotations
 
+import contextlib
+import mmap
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -34,8 +36,6 @@ class State(NamedTuple):
     """Boxes crossed, (n, d) int32, or None where nobody asks."""
     clock: Any
     """One record of type CLOCK."""
-    candidate_block: np.ndarray
-    """Room for the rows of some candidates side by side, for two searches, (2, fields, 32) float64."""
 
 
 def row_type(dimension: int, number: type = np.float64) -> np.dtype:
@@ -54,12 +54,37 @@ def row_type(dimension: int, number: type = np.float64) -> np.dtype:
     )
 
 
+HUGE_PAGE = 2**21
+"""Bytes of a huge page: one address to translate instead of 512."""
+
+HUGE_FROM = 2**20
+"""Bytes of an array from which it is on huge pages. NumPy asks for these from 4 MB on."""
+
+
 def aligned(count: int, dtype) -> np.ndarray:
-    """Return ``count`` zeroed items on cache lines of their own: what another thread writes is on others."""
+    """Return ``count`` zeroed items on cache lines of their own: what another thread writes is on others.
+
+    Large arrays are on huge pages, where the system has them: the processor knows too few small ones.
+    """
     dtype = np.dtype(dtype)
-    raw = np.zeros(-(-count * dtype.itemsize // 64) * 64 + 64, np.uint8)
-    start = -raw.ctypes.data % 64
+    size = -(-count * dtype.itemsize // 64) * 64
+    if size >= HUGE_FROM and hasattr(mmap, "MADV_HUGEPAGE"):
+        whole = mmap.mmap(-1, -(-size // HUGE_PAGE) * HUGE_PAGE + HUGE_PAGE)
+        with contextlib.suppress(OSError):  # a system without huge pages
+            whole.madvise(mmap.MADV_HUGEPAGE)
+        raw, line = np.frombuffer(whole, np.uint8), HUGE_PAGE
+    else:
+        raw, line = np.zeros(size + 64, np.uint8), 64
+    start = -raw.ctypes.data % line
     return raw[start : start + count * dtype.itemsize].view(dtype)
+
+
+def filled(shape: int | tuple[int, ...], value: float, dtype) -> np.ndarray:
+    """Return an array of one value, as :func:`aligned`."""
+    array = aligned(int(np.prod(shape)), dtype).reshape(shape)
+    if value != 0:
+        array[...] = value
+    return array
 
 
 def make_state(positions, velocities, epoch_length: float, count_images: bool, number: type) -> State:
@@ -75,11 +100,8 @@ def make_state(positions, velocities, epoch_length: float, count_images: bool, n
     clock["length"] = epoch_length
     return State(
         rows=rows.view(np.recarray),
-        partner=np.full(n, LAMBDA, np.int32),
-        crossing_time=np.full(n, NEVER),
+        partner=filled(n, LAMBDA, np.int32),
+        crossing_time=filled(n, NEVER, np.float64),
         images=np.zeros((n, dimension), np.int32) if count_images else None,
         clock=clock.view(np.recarray),
-        candidate_block=aligned(64 * kind.itemsize // np.dtype(number).itemsize, np.float64).reshape(
-            2, -1, 32
-        ),
     )

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from carom.compiling import compile_listeners
 
-CYCLES = 20_000
-"""Cycles between two looks at whether a run comes nearer to its end, and in one call at most: some 10 ms in
-two and three dimensions.
+CYCLES = 400_000
+"""Cycles between two looks at whether a run comes nearer to its end, and in one call at most: some 0.2 s in
+two and three dimensions. A call ends earlier, after ``SHORT`` to ``LONG``.
 """
 
 MOST_SCHEDULED = 100_000

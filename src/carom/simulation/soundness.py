@@ -64,7 +64,7 @@ COUNTS = re.compile(
 """Arrays of integers of which none is negative."""
 
 SCRATCH = re.compile(
-    r"state\.candidate_block|neighbors\.(packed_flights|packed_self|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.(obstacles\.(x|image|v)|timers\..*)"
+    r"neighbors\.(packed_flights|packed_self|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.(obstacles\.(x|image|v)|timers\..*)"
 )
 """Arrays of reals that are written before they are read, and memory of the rules of units."""
 

@@ -131,9 +131,7 @@ def make_process(
     ``spins_before_yield``: refusals after which its thread lets another have the core.
     """
     processes, dimension = len(slabs.masks), len(slabs.conflict_range)
-    state = engine.state._replace(
-        clock=clone(engine.state.clock), candidate_block=clone(engine.state.candidate_block)
-    )
+    state = engine.state._replace(clock=clone(engine.state.clock))
     scratch = SCRATCH[type(engine.neighbors)]
     neighbors: Any = engine.neighbors._replace(
         **{name: clone(getattr(engine.neighbors, name)) for name in scratch}

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.prefetch import prefetch
+from carom.compiling.prefetch import prefetch, prefetch_now
 from carom.compiling.registry import inner
 from carom.compiling.simd import LANES, copy_words, pack
 from carom.engine.boundary import index
@@ -34,6 +34,7 @@ from carom.engine.neighbors.prefetch import (
     HUGE,
     leaves_first,
     prefetch_event,
+    prefetch_first,
     prefetch_members,
     prefetch_own,
     stages,
@@ -50,7 +51,7 @@ from carom.engine.neighbors.skins import (
     start,
 )
 from carom.engine.pair_steps import fresh_word, named, put_newcomer, put_step, standing, stepped_word
-from carom.engine.state import aligned
+from carom.engine.state import aligned, filled
 from carom.models.questions.motion import position
 from carom.models.questions.particles import NEVER
 
@@ -122,16 +123,16 @@ def make_lists(
         bounds=bounds,
         grid=grid,
         cells=aligned((cells + 1) * cell_capacity, np.uint32).reshape(cells + 1, cell_capacity),
-        members=np.zeros(cells, np.uint16),
+        members=filled(cells, 0, np.uint16),
         grid_step=tuple(span * 2.0 ** -coordinate_bits(dimension) for span in spans),
-        reference=np.zeros(n, np.uint64),
-        refs=np.full(refs + LANES, nobody, np.uint32),
+        reference=filled(n, 0, np.uint64),
+        refs=filled(refs + LANES, nobody, np.uint32),
         found=np.zeros(found_capacity, np.uint32),
         points=np.zeros(found_capacity, np.uint64),
         sizes=np.zeros(0 if isinstance(bounds, EqualBounds) else found_capacity),
         newcomers=np.full(found_capacity + LANES, nobody, np.uint32),
         hits=np.zeros(found_capacity, np.int64),
-        counts=np.zeros(n, np.uint16 if longest < 2**16 else np.int32),
+        counts=filled(n, 0, np.uint16 if longest < 2**16 else np.int32),
         steps=pair_steps,
     )
 
@@ -394,6 +395,18 @@ def _(neighbors: Lists, motion, boundary, state, i, step):
             component = j
     if step == 1 or ref >= 0:
         prefetch_listed(neighbors, state.rows, np.uint64(component))
+
+
+@prefetch_first.register
+def _(neighbors: Lists, boundary, state, i):
+    ref = np.int64(state.partner[i])
+    j = np.uint64(index(boundary, ref)) if ref >= 0 else i
+    for component in (i, j):
+        start_index = np.int64(start(neighbors.bounds, component))
+        prefetch_now(state.rows, np.int64(component))
+        prefetch_now(neighbors.refs, start_index)
+        prefetch_now(neighbors.refs, start_index + 13)
+        prefetch_now(neighbors.reference, np.int64(component))
 
 
 @inner

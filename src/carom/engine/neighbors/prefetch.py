@@ -11,7 +11,8 @@ of an event is found in three or four steps, each one bucket after the previous 
 4. the members of those sectors.
 
 Only requests are made: nothing is written, and a wrong guess costs one request. They go to the second-level
-cache, which serves more requests at a time than the first, and keeps the lines until they are needed.
+cache, which serves more requests at a time than the first, and keeps the lines until they are needed. What
+the very next event touches is asked for into the first (:func:`prefetch_first`).
 """
 
 from __future__ import annotations
@@ -38,6 +39,15 @@ def prefetch_event(neighbors, motion, boundary, state, i, step):
     """Ask for what the event of component i will touch, as far as the answers to the step before say.
 
     The steps are one function because they have code in common that the compiler then makes once.
+    """
+    return
+
+
+@optional
+def prefetch_first(neighbors, boundary, state, i):
+    """Ask for what the next event, of component i, touches first, into the first-level cache.
+
+    It is asked for when the event before it begins. By default nothing is: with sectors it gains nothing.
     """
     return
 

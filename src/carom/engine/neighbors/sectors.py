@@ -21,7 +21,7 @@ from carom.engine.neighbors.prefetch import (
     prefetch_own,
     stages,
 )
-from carom.engine.state import aligned
+from carom.engine.state import aligned, filled
 from carom.models.questions.motion import position
 from carom.models.questions.particles import NEVER
 
@@ -89,9 +89,9 @@ def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) 
         digits=np.ascontiguousarray(digits, dtype=np.int64),
         ways=np.ascontiguousarray(digits @ strides, dtype=np.int64),
         moves=np.ravel(np.outer(strides, (-1, 1))),
-        cell=np.zeros((n + 1, dimension), np.int32),
-        wraps=np.zeros((n + 1, dimension), np.int32),
-        exit_face=np.zeros(n, np.uint8),
+        cell=filled((n + 1, dimension), 0, np.int32),
+        wraps=filled((n + 1, dimension), 0, np.int32),
+        exit_face=filled(n, 0, np.uint8),
         faces=np.array([np.flatnonzero(digits[:, k // 2] == 2 * (k % 2) - 1) for k in range(2 * dimension)]),
         neighbor_cells=np.zeros(3 ** (dimension - 1), np.int64),
         refs=np.zeros(2 * (3**dimension * cell_size + LANES), np.uint32),
