@@ -6,7 +6,7 @@ import csv
 import io
 import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 from carom.errors import InputError
@@ -91,7 +91,7 @@ class Table(Sequence[Any]):
     rows: Sequence[Any]
     title: str = ""
     notes: Sequence[str] = ()
-    flagged: Callable[[Any], bool] = lambda row: False
+    flagged: Callable[[Any], bool] = field(default=lambda row: False, compare=False)
 
     def __len__(self) -> int:
         return len(self.rows)

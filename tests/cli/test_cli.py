@@ -19,6 +19,7 @@ from helpers.commands import CAROM, carom, complaints, plan, start, wait_for
 import carom as library
 from carom import io
 from carom.scene_file.scene_file import SceneFile
+from carom.studies.lock import LOCK
 
 HELP_SECONDS = 0.5
 """From the issue of the first release: nobody waits for help."""
@@ -67,7 +68,7 @@ def snapshot(folder):
 
 def test_a_run_leaves_all_its_files(finished):
     out, _ = finished
-    assert {path.name for path in out.iterdir()} == NAMES
+    assert {path.name for path in out.iterdir()} == {*NAMES, LOCK}
     for name in ("pressure.png", "rdf.png", "snapshot.png"):
         content = (out / name).read_bytes()
         assert content.startswith(b"\x89PNG")
@@ -165,7 +166,8 @@ def test_overwrite_replaces_the_run_and_nothing_else(finished, tmp_path):
     assert done.returncode == 0, done.stderr
     assert (out / "notes.txt").read_text() == "mine"
     assert {path.name for path in out.iterdir()} == {name for name in NAMES if not name.endswith("png")} | {
-        "notes.txt"
+        "notes.txt",
+        LOCK,
     }
 
 

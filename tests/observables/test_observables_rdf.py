@@ -262,7 +262,7 @@ def test_unwritable_and_unknown_files_are_refused(tmp_path):
     result = RDF(width=0.1, rmax=2.0).over(tonks_frames(30, 0.5, 2, 4))
     with pytest.raises(FileError, match="cannot be written"):
         result.save(tmp_path / "missing" / "g.csv")
-    with pytest.raises(FileError, match=r"\.json, \.csv or \.npz"):
+    with pytest.raises(InputError, match=r"expected one of \.json, \.csv, \.npz"):
         result.save(tmp_path / "g.pickle")
 
 

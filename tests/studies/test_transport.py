@@ -335,7 +335,7 @@ def test_infinitely_many_spheres_diffuse_by_the_mass_of_all_over_that_of_the_oth
         dataclasses.replace(row, n=n, edge=edge, at_rest={0: n / (n - 1)})
         for n, edge in ((8, 2.0), (64, 4.0))
     ]
-    with mock.patch.object(Transport, "points", at_two_sizes):
+    with mock.patch.dict(study[0].__dict__, points=at_two_sizes):
         (line,) = study[0].extrapolate()
     # The same D of both sizes: a line through D 8 / 7 at 1 / 2 and D 64 / 63 at 1 / 4.
     assert line.value.mean == pytest.approx(d.mean * (2 * 64 / 63 - 8 / 7), rel=1e-9)
