@@ -161,7 +161,13 @@ TOO_SLOW = {
         ("eos", option)
         for option in ("--dimension", "--relative-error", "--engine", "--cores", "--scheduler")
     ),
-    *(("code", option) for option in ("--tries", "--seed", "--rate", "--hops", "--starts", "--cores")),
+    *(
+        ("code", option)
+        for option in (
+            "--tries", "--seed", "--agree", "--rate", "--hops", "--starts", "--engine", "--cores",
+            "--scheduler",
+        )
+    ),
     *(
         ("transport", option)
         for option in (
@@ -325,23 +331,28 @@ CASES = {
         "--json": added((), ("--json",), json_alone, True),
     },
     "code": {
-        "n": added((), ("5",), lambda done: "5 points on S^2" in done.printed, True),
+        "study": added(OUT, ("5",), made("out/code.json"), True),
+        "--out": added(("5",), ("--out", "elsewhere"), made("elsewhere/code.json"), True),
         "--dimension": added(
             ("5",), ("--dimension", "4"), lambda done: "5 points on S^3" in done.printed, True
         ),
-        "--tries": added(("9",), ("--tries", "3"), lambda done: done.asked.get("tries"), 3),
-        "--seed": added(("9",), ("--seed", "7"), lambda done: done.asked.get("seed"), 7),
-        "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked.get("rate"), 0.1),
-        "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked.get("hops"), 2),
-        "--starts": added(("9",), ("--starts", "3"), lambda done: done.asked.get("starts"), 3),
+        "--tries": added(("9",), ("--tries", "3"), lambda done: done.asked["spec"].tries, 3),
+        "--seed": added(("9",), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
+        "--agree": added(("9",), ("--agree", "3"), lambda done: done.asked["spec"].agree, 3),
+        "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked["spec"].rate, 0.1),
+        "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked["spec"].hops, 2),
+        "--starts": added(("9",), ("--starts", "3"), lambda done: done.asked["spec"].starts, 3),
         "--digits": added(
             ("5", "--json"), ("--digits", "40"), lambda done: len(json.loads(done.printed)["angle"]), 41
         ),
+        "--engine": added(("9",), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
         "--cores": added(("9",), ("--cores", "1"), lambda done: done.asked["cores"], 1),
-        "--out": added(("5",), ("--out", "five.txt"), made("five.txt"), True),
-        "--overwrite": added(
-            ("5", "--out", "full/rdf.csv"), ("--overwrite",), lambda done: done.code, 0
+        "--scheduler": added(
+            ("9",), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
         ),
+        "--report": added(("5", *OUT), ("--report",), made("out/report.html"), True),
+        "--pictures": added(("5", *OUT, "--no-pictures"), ("--pictures",), made("out/code.png"), True),
+        "--no-pictures": added(("5", *OUT), ("--no-pictures",), made("out/code.png"), False),
         "--json": added(("5",), ("--json",), json_alone, True),
     },
     "eos": {
@@ -531,10 +542,6 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update(spec=study.spec, **settings)
                 raise Asked
 
-            def code(n, **settings):
-                asked.update(n=n, **settings)
-                raise Asked
-
             def view(source, page, **settings):
                 asked.update(source=source, page=page, **settings)
                 page.write_text("<html></html>")
@@ -546,7 +553,6 @@ def type_in(folder, command, *arguments, asked=None):
             patch.setattr("carom.pictures.view.view", view)
             patch.setattr("carom.pictures.movie.movie", movie)
             patch.setattr("typer.launch", lambda page: asked.update(launched=page))
-            patch.setattr("carom.studies.codes.search.spherical_code", code)
             patch.setattr("carom.studies.accuracy.trade.trade", trade)
             patch.setattr("carom.studies.planner.plan.plan", plan)
             patch.setattr("carom.studies.study.Study.run", run)

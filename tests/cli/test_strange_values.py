@@ -26,9 +26,9 @@ from carom.io import records
 from carom.models.obstacles.balls import Ball
 from carom.scene_file.scene_file import SceneFile
 from carom.studies import folder as tasks
-from carom.studies.codes import toml as codes
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.code import load as load_code
+from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
@@ -207,8 +207,9 @@ SEARCH = {
     "code": {
         "n": 8,
         "dimension": 3,
-        "seeds": 2,
-        "first": 0,
+        "tries": 2,
+        "seed": 0,
+        "agree": 2,
         "rate": 0.1,
         "hops": 1,
         "starts": 1,
@@ -227,10 +228,14 @@ def test_a_strange_value_in_a_study_file_is_a_sentence(tmp_path, all_of_them):
         spec = StudySpec.from_toml(text)
         assert StudySpec.from_toml(spec.to_toml()) == spec
 
+    def code(text):
+        spec = CodeSpec.from_toml(text)
+        assert CodeSpec.from_toml(spec.to_toml()) == spec
+
     for tables, reader in (
         (STUDY, eos),
         (STUDY, transport),
-        (SEARCH, codes.parse),
+        (SEARCH, code),
     ):
         for changed, *_ in damaged(tables, all_of_them):
             if (text := as_toml(changed)) is not None:
@@ -424,10 +429,7 @@ def test_what_is_no_json_is_a_sentence_of_every_reader(tmp_path, content):
     file.write_bytes(content)
     for command in ("run", "eos", "transport", "code", "plan", "trade"):
         if content or command == "code":  # an empty scene file has all defaults
-            assert (
-                typed(command, file, *(["--out", tmp_path / "out"] if command != "code" else [])).exit_code
-                == 2
-            )
+            assert typed(command, file, "--out", tmp_path / "out").exit_code == 2
 
 
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")

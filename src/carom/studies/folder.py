@@ -41,7 +41,7 @@ RESULTS = "tasks"
 
 WRITTEN = (
     SETTINGS, "study.toml", "report.html", "eos.csv", "eos.png", "transport.csv", "transport.png",
-    "plan.json", "outcome.json",
+    "code.json", "code.csv", "code.png", "points.csv", "plan.json", "outcome.json",
 )  # fmt: skip
 """Files that commands write into the folder of a study."""
 

@@ -19,6 +19,7 @@ from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
 from carom.studies.codes.code import FORMAT as A_CODE
 from carom.studies.codes.code import load as load_code
+from carom.studies.codes.study import Codes
 from carom.studies.coefficients.study import Transport
 from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import SETTINGS, Folder
@@ -52,7 +53,7 @@ def load(path: str | PathLike[str], *, trust_code: bool = False) -> Any:
 
     Returns
     -------
-    Scene, Simulation, RunResult, Packing, EquationOfState, Transport, RunPlan or SphericalCode
+    Scene, Simulation, RunResult, Packing, EquationOfState, Transport, Codes, RunPlan or SphericalCode
         A scene file gives its scene, a checkpoint the simulation.
 
     Raises
@@ -117,7 +118,7 @@ def resume(
 
     Returns
     -------
-    RunResult, Packing, EquationOfState, Transport or Outcome
+    RunResult, Packing, EquationOfState, Transport, Codes or Outcome
         What an uninterrupted run would have returned, bit for bit.
 
     Raises
@@ -172,7 +173,7 @@ def _of_folder(folder: Path) -> Any:
     raise FileError(f"{folder} is a folder without results of Carom; expected {KNOWN}.")
 
 
-STUDIES: dict[str, type[Study[Any]]] = {kind.Spec.study: kind for kind in (EquationOfState, Transport)}
+STUDIES: dict[str, type[Study[Any]]] = {kind.Spec.study: kind for kind in (EquationOfState, Transport, Codes)}
 """The studies by what their folders say that they are."""
 
 
