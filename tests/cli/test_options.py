@@ -1,6 +1,7 @@
 """Every option of every command changes what the command does; an option without a case here fails."""
 
 import contextlib
+import importlib
 import json
 import shutil
 import sys
@@ -171,9 +172,9 @@ TOO_SLOW = {
     *(
         ("transport", option)
         for option in (
-            "scene", "--out", "--packing-fraction", "--n", "--replicas", "--dimension", "--seed",
-            "--relative-error", "--collisions-per-particle", "--equilibration", "--engine", "--cores",
-            "--scheduler",
+            "study", "--out", "--packing-fraction", "--n", "--replicas", "--dimension", "--seed",
+            "--initial", "--relative-error", "--collisions-per-particle", "--equilibration", "--engine",
+            "--cores", "--scheduler",
         )
     ),
 }  # fmt: skip
@@ -386,7 +387,7 @@ CASES = {
         "--json": added((*EOS, *OUT), ("--json",), json_alone, True),
     },
     "transport": {
-        "scene": added(
+        "study": added(
             (), ("scene.toml",), lambda done: done.asked["spec"].packing_fraction, close_to((0.3,))
         ),
         "--out": added((), ("--out", "elsewhere"), lambda done: str(done.asked["out"]), "elsewhere"),
@@ -396,6 +397,7 @@ CASES = {
         "--n": added((), ("--n", "40"), lambda done: done.asked["spec"].n, (40,)),
         "--replicas": added((), ("--replicas", "2"), lambda done: done.asked["spec"].replicas, 2),
         "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["spec"].dimension, 2),
+        "--initial": added((), ("--initial", "fcc"), lambda done: done.asked["spec"].initial, "fcc"),
         "--seed": added((), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
         "--relative-error": added(
             (), ("--relative-error", "0.1"), lambda done: done.asked["spec"].relative_error, 0.1
@@ -529,6 +531,7 @@ def type_in(folder, command, *arguments, asked=None):
         for name in [name for name in sys.modules if name.startswith("carom_rules_")]:
             patch.delitem(sys.modules, name)  # one source runs once in a process
         if asked is not None:
+            importlib.import_module("carom.studies.saved")  # whose docstrings are those of Study.run
 
             def trade(plan, out, **settings):
                 asked.update(plan=plan, out=out, **settings)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from carom.studies.eos.spec import StudySpec as StudySpec
     from carom.studies.eos.study import EquationOfState as EquationOfState
     from carom.studies.packings.packing import Packing as Packing
+    from carom.studies.packings.spec import PackSpec as PackSpec
+    from carom.studies.packings.study import Packings as Packings
     from carom.studies.planner.outcome import Outcome as Outcome
     from carom.studies.planner.plan import RunPlan as RunPlan
     from carom.studies.planner.target import Target as Target
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 _LAZY = {
     "RunResult": "carom.studies.runs.result",
     "Packing": "carom.studies.packings.packing",
+    "Packings": "carom.studies.packings.study",
+    "PackSpec": "carom.studies.packings.spec",
     "SphericalCode": "carom.studies.codes.code",
     "Codes": "carom.studies.codes.study",
     "CodeSpec": "carom.studies.codes.spec",

@@ -96,7 +96,13 @@ class CodeSpec(Spec):
     digits: Annotated[int, integer(low=15, high=MOST_DIGITS), Opt("Decimal digits of the result.")] = 32
 
     def complete(self) -> None:
-        """Set the number of starts, which depends on n."""
+        """Set the number of starts, which depends on n.
+
+        Raises
+        ------
+        InputError
+            If more tries are to agree than there are.
+        """
         from carom.studies.codes.repulsion import starts_for
 
         if self.starts is None:
@@ -109,7 +115,7 @@ class CodeSpec(Spec):
 
     @classmethod
     def of_argument(cls, path: str | Path) -> CodeSpec:
-        """Return the search for a number of points, or that of a file.
+        """Return the search for a number of points, or that of the file ``path``.
 
         Raises
         ------

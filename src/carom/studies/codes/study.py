@@ -37,7 +37,7 @@ class Row:
 
 
 def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Return the code of one try."""
+    """Return the code of the try that a ``task`` describes; ``look`` ends it, as in any study."""
     return search(task, look)
 
 
@@ -67,13 +67,13 @@ class Codes(Study[CodeSpec]):
         return best_of(self.records, self.spec.digits)
 
     def enough(self, records: Sequence[Record]) -> int | None:
-        """Return how many tries hold as many as asked for that agree on the best code."""
+        """Return how many of the first ``records`` hold as many as asked for that agree on the best code."""
         if self.spec.agree is None:
             return None
         return first_to_agree([record["result"]["cosine"] for record in records], self.spec.agree)
 
     def place(self, task: Task) -> str:
-        """Return the seed of a try, in words."""
+        """Return where a ``task`` is, in words: its seed."""
         return f"from seed {task['seed']}"
 
     @property
@@ -139,7 +139,7 @@ class Codes(Study[CodeSpec]):
                 yield "The best code", self.plot()
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
-        """Draw the caps of the best code on S^2.
+        """Draw the caps of the best code on S^2, and save the picture to ``path``.
 
         Raises
         ------
@@ -181,7 +181,7 @@ def spherical_code(n: int, dimension: int = 3, *, how: Mapping[str, Any], **give
     Notes
     -----
     With ``agree``, the tries are those of the shortest sequence of seeds of which so many led to its best
-    code: the result is the same with any number of workers. After Ctrl-C, ``so_far`` of the exception is the
+    code: the result is the same on any number of cores. After Ctrl-C, ``so_far`` of the exception is the
     best code until then.
 
     Examples
