@@ -33,6 +33,7 @@ from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
 from carom.studies.packings.packing import HISTORY, Packing
+from carom.studies.packings.spec import PackSpec
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
 
@@ -217,6 +218,32 @@ SEARCH = {
     }
 }
 
+PACKINGS = {
+    "pack": {
+        "dimension": 2,
+        "seeds": 2,
+        "seed": 1,
+        "species": [{"count": 5, "diameter": 1.0}, {"name": "small", "count": 5, "diameter": 0.5}],
+        "walls": False,
+        "stages": [[0.1, 1e3], [0.01, 1e5]],
+        "collisions": 100,
+        "common": True,
+        "neighbors": "auto",
+    }
+}
+
+
+@pytest.mark.parametrize("all_of_them", [False, slow(True)])
+@pytest.mark.parametrize(("tables", "kind"), [(SEARCH, CodeSpec), (PACKINGS, PackSpec)])
+def test_a_strange_value_in_the_file_of_a_code_or_of_packings_is_a_sentence(tables, kind, all_of_them):
+    def read(text):
+        spec = kind.from_toml(text)
+        assert kind.from_toml(spec.to_toml()) == spec
+
+    for changed, *_ in damaged(tables, all_of_them):
+        if (text := as_toml(changed)) is not None:
+            sentence(read, text)
+
 
 @pytest.mark.parametrize("all_of_them", [False, slow(True)])
 def test_a_strange_value_in_a_study_file_is_a_sentence(tmp_path, all_of_them):
@@ -228,14 +255,9 @@ def test_a_strange_value_in_a_study_file_is_a_sentence(tmp_path, all_of_them):
         spec = StudySpec.from_toml(text)
         assert StudySpec.from_toml(spec.to_toml()) == spec
 
-    def code(text):
-        spec = CodeSpec.from_toml(text)
-        assert CodeSpec.from_toml(spec.to_toml()) == spec
-
     for tables, reader in (
         (STUDY, eos),
         (STUDY, transport),
-        (SEARCH, code),
     ):
         for changed, *_ in damaged(tables, all_of_them):
             if (text := as_toml(changed)) is not None:

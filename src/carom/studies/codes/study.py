@@ -158,8 +158,13 @@ class Codes(Study[CodeSpec]):
         found: dict[str, Callable[[Path], object]] = {"code.csv": self.save}
         if self.records and self.code is None:
             return found
-        found |= dict.fromkeys(("code.json", "points.csv"), lambda path: self.code and self.code.save(path))
+        found |= dict.fromkeys(("code.json", "points.csv"), self._write)
         return found | ({"code.png": self.save} if self.spec.dimension == 3 else {})
+
+    def _write(self, path: Path) -> None:
+        """Write the best code, if there is one."""
+        if self.code is not None:
+            self.code.save(path)
 
 
 @documented(Codes)

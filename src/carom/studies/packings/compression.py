@@ -366,6 +366,8 @@ def stages_of(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stag
             stages = [(FAST, until)]
     elif rate is not None or until is not None:
         raise InputError("Give stages, or rate and until_Z, not both.")
+    if not isinstance(stages, Sequence):
+        raise InputError(f"stages must be a list of (rate, until_Z), found {checks.describe(stages)}.")
     result = []
     for each in stages:
         if not isinstance(each, Sequence) or len(each) != 2:

@@ -99,7 +99,8 @@ class Packings(Study[PackSpec]):
     @functools.cached_property
     def table(self) -> Table:
         """One :class:`Row` for each packing; ``excess`` is the number of contacts less the isostatic one."""
-        rows, ends = [], {}
+        rows: list[Row] = []
+        ends: dict[str, list[int]] = {}
         for found in (record["result"] for record in self.records):
             values = {name: found[name] for name in Row.__dataclass_fields__}
             if found["contacts_note"]:  # the number of contacts is not known then
@@ -186,8 +187,8 @@ class Packings(Study[PackSpec]):
         axes.plot(*zip(*known, strict=True), "o", ms=4)
         axes.set_xlabel("jamming fraction, mean and standard error")
         axes.set_ylabel("seed")
-        axes.yaxis.get_major_locator().set_params(integer=True)
-        axes.xaxis.get_major_locator().set_params(nbins=5)
+        axes.locator_params(axis="y", integer=True)
+        axes.locator_params(axis="x", nbins=5)
         axes.ticklabel_format(axis="x", useOffset=False)
         paper.lay_out(figure, axes)
         return paper.saved(figure, path)
