@@ -63,19 +63,20 @@ def test_numbers_of_contacts_that_are_not_clear_are_not_told(study):
     """Such a fast compression leaves no void between the gaps of contacts and the others."""
     assert all(packing.network.note for packing in study.packings)
     assert [(row.contacts, row.excess) for row in study.table] == 3 * [(None, None)]
-    assert "unclear" in str(study.table)
+    assert "unclear: no void" in str(study.table)
     slow = dict(study.records[0]["result"], contacts_note="", contacts=60, excess=-1)
     clear = Packings(study.spec, ({**study.records[0], "result": slow},))
     assert [(row.contacts, row.excess) for row in clear.table] == [(60, -1)]
+    assert "unclear" not in str(clear.table)
 
 
 def test_how_packings_ended_is_below_the_table(study):
     other = {**study.records[1], "result": {**study.records[1]["result"], "note": "the box is full"}}
     mixed = Packings(study.spec, (study.records[0], other, study.records[2]))
-    assert mixed.table.notes[1:] == [
+    assert mixed.table.notes[2:] == [
         "Ended: Z = PV/NkT = 1e+06 reached (seeds 1, 3).", "Ended: the box is full (seeds 2).",
     ]  # fmt: skip
-    assert study.table.notes[1:] == ["Ended: Z = PV/NkT = 1e+06 reached."]
+    assert study.table.notes[2:] == ["Ended: Z = PV/NkT = 1e+06 reached."]
 
 
 def test_the_picture_has_a_point_for_each_seed(study):
@@ -189,6 +190,11 @@ def test_what_cannot_be_asked_for_is_a_sentence(words, sentence, tmp_path, monke
     assert refused.exit_code == 2, refused.output
     assert sentence in " ".join(refused.output.split())
     assert not (tmp_path / "carom-pack").exists()
+
+
+def test_the_function_for_one_packing_names_that_for_several():
+    with pytest.raises(InputError, match=r"packings\(\.\.\., seeds=8\) makes several"):
+        carom.pack(40, seeds=3)
 
 
 def test_a_study_of_packings_is_a_file():

@@ -246,6 +246,8 @@ def pack(
     >>> packing.note
     'Z = PV/NkT = 1e+06 reached'
     """
+    if "seeds" in others:
+        raise InputError("pack() makes one packing; packings(..., seeds=8) makes several.")
     refuse_unknown("pack()", others, _ARGUMENTS)
     plan = stages_of(rate, until_Z, collisions, stages)
     limit = None if collisions is None else checks.integer(collisions, "collisions", low=1)

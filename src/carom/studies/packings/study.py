@@ -108,6 +108,8 @@ class Packings(Study[PackSpec]):
             rows.append(Row(**values))
             ends.setdefault(found["note"], []).append(found["seed"])
         notes = ["excess: contacts - isostatic number."] if rows else []
+        if any(row.excess is None for row in rows):
+            notes.append("unclear: no void separates the gaps of contacts from those of other pairs.")
         for note, seeds in ends.items():
             which = f" (seeds {', '.join(map(str, seeds))})" if len(ends) > 1 else ""
             notes.append(f"Ended: {note}{which}.")
