@@ -60,10 +60,11 @@ if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation as Simulation
     from carom.simulation.simulation import Statistics as Statistics
     from carom.simulation.tuning import Tuning as Tuning
-    from carom.studies.codes.search import spherical_code as spherical_code
+    from carom.studies.codes.study import spherical_code as spherical_code
     from carom.studies.coefficients.study import transport as transport
     from carom.studies.eos.study import equation_of_state as equation_of_state
     from carom.studies.packings.compression import pack as pack
+    from carom.studies.packings.study import packings as packings
     from carom.studies.planner.plan import plan as plan
     from carom.studies.runs.execution import run as run
     from carom.studies.saved import load as load
@@ -95,7 +96,8 @@ _LAZY = {
     "check": "carom.simulation.conditions",
     "run": "carom.studies.runs.execution",
     "pack": "carom.studies.packings.compression",
-    "spherical_code": "carom.studies.codes.search",
+    "packings": "carom.studies.packings.study",
+    "spherical_code": "carom.studies.codes.study",
     "equation_of_state": "carom.studies.eos.study",
     "transport": "carom.studies.coefficients.study",
     "plan": "carom.studies.planner.plan",

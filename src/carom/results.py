@@ -361,8 +361,14 @@ def _all(result: Result) -> dict[str, Any]:
     return {**result.to_dict(), **result._saved()}
 
 
+def as_saved(result: Result) -> dict[str, Any]:
+    """Return what a .json file of a ``result`` holds, from which :func:`from_dict` makes it again."""
+    found: dict[str, Any] = _written(_all(result))
+    return found
+
+
 def _text(result: Result, indent: int | None = None) -> str:
-    return json.dumps(_written(_all(result)), indent=indent, allow_nan=False, ensure_ascii=False)
+    return json.dumps(as_saved(result), indent=indent, allow_nan=False, ensure_ascii=False)
 
 
 def _arrays(result: Result) -> dict[str, np.ndarray]:

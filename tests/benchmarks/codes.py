@@ -17,7 +17,8 @@ from pathlib import Path
 
 from carom.studies.codes.compression import compress
 from carom.studies.codes.repulsion import starts_for
-from carom.studies.codes.search import HOPS, RATES, search
+from carom.studies.codes.search import search
+from carom.studies.codes.spec import RATES, CodeSpec
 
 TABLE = Path(__file__).parents[1] / "data" / "spherical_codes.csv"
 
@@ -42,23 +43,24 @@ def main():
     parser.add_argument("n", type=int, nargs="*", default=range(7, 41))
     parser.add_argument("-k", type=int, default=3)
     parser.add_argument("--seeds", type=int, default=8)
-    parser.add_argument("--hops", type=int, default=HOPS)
+    parser.add_argument("--hops", type=int, default=CodeSpec.hops)
     parser.add_argument("--until", action="store_true", help="no more seeds after one has reached the table")
     parser.add_argument("--starts", type=int, help="as carom code has them, if left out")
     chosen = parser.parse_args()
     table = best_known()
-    compress({"n": 9, "k": chosen.k, "seed": 0, "rate": 0.2})
+    compress({"n": 9, "dimension": chosen.k, "seed": 0, "rate": 0.2})
     print("|  n | table | best found | seeds that reached it | CPU s a seed |")
     print("|---|---|---|---|---|")
     for n in chosen.n:
         begin = time.process_time()
         starts = starts_for(n) if chosen.starts is None else chosen.starts
-        common = {"n": n, "k": chosen.k, "hops": chosen.hops, "starts": starts}
+        common = {"n": n, "dimension": chosen.k, "hops": chosen.hops, "starts": starts}
         tasks = [{**common, "seed": seed, "rate": RATES[seed % 2]} for seed in range(chosen.seeds)]
         known = table.get((chosen.k, n))
         cosines: list[float] = []
         for task in tasks:
-            cosines.append(search(task)["cosine"])
+            cosine = search(task)["cosine"]
+            cosines.append(math.inf if cosine is None else cosine)
             if chosen.until and known is not None and min(cosines) <= goal_of(known):
                 break
         spent = (time.process_time() - begin) / len(cosines)

@@ -1,6 +1,7 @@
 """Every option of every command changes what the command does; an option without a case here fails."""
 
 import contextlib
+import importlib
 import json
 import shutil
 import sys
@@ -161,13 +162,19 @@ TOO_SLOW = {
         ("eos", option)
         for option in ("--dimension", "--relative-error", "--engine", "--cores", "--scheduler")
     ),
-    *(("code", option) for option in ("--tries", "--seed", "--rate", "--hops", "--starts", "--cores")),
+    *(
+        ("code", option)
+        for option in (
+            "--tries", "--seed", "--agree", "--rate", "--hops", "--starts", "--engine", "--cores",
+            "--scheduler",
+        )
+    ),
     *(
         ("transport", option)
         for option in (
-            "scene", "--out", "--packing-fraction", "--n", "--replicas", "--dimension", "--seed",
-            "--relative-error", "--collisions-per-particle", "--equilibration", "--engine", "--cores",
-            "--scheduler",
+            "study", "--out", "--packing-fraction", "--n", "--replicas", "--dimension", "--seed",
+            "--initial", "--relative-error", "--collisions-per-particle", "--equilibration", "--engine",
+            "--cores", "--scheduler",
         )
     ),
 }  # fmt: skip
@@ -246,6 +253,9 @@ CASES = {
             (*PACK, *OUT), ("--seed", "5"),
             lambda done: (done.summary["seed"], done.summary["packing_fraction"]), lambda seen: seen[0] == 5,
         ),
+        "--seeds": added((*PACK, *OUT), ("--seeds", "2"), made("out/seed-2/summary.json"), True),
+        "--cores": added((*PACK, *OUT), ("--cores", "1"), lambda done: done.code, 2),
+        "--report": added((*PACK, *OUT, "--seeds", "1"), ("--report",), made("out/report.html"), True),
         "--json": added((*PACK, *OUT), ("--json",), json_alone, True),
         "--overwrite": added((*PACK, "--out", "packed"), ("--overwrite",), lambda done: done.code, 0),
         "--n": added((*PACK, *OUT), ("--n", "30"), told("n"), 30),
@@ -325,23 +335,28 @@ CASES = {
         "--json": added((), ("--json",), json_alone, True),
     },
     "code": {
-        "n": added((), ("5",), lambda done: "5 points on S^2" in done.printed, True),
+        "study": added(OUT, ("5",), made("out/code.json"), True),
+        "--out": added(("5",), ("--out", "elsewhere"), made("elsewhere/code.json"), True),
         "--dimension": added(
             ("5",), ("--dimension", "4"), lambda done: "5 points on S^3" in done.printed, True
         ),
-        "--tries": added(("9",), ("--tries", "3"), lambda done: done.asked.get("tries"), 3),
-        "--seed": added(("9",), ("--seed", "7"), lambda done: done.asked.get("seed"), 7),
-        "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked.get("rate"), 0.1),
-        "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked.get("hops"), 2),
-        "--starts": added(("9",), ("--starts", "3"), lambda done: done.asked.get("starts"), 3),
+        "--tries": added(("9",), ("--tries", "3"), lambda done: done.asked["spec"].tries, 3),
+        "--seed": added(("9",), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
+        "--agree": added(("9",), ("--agree", "3"), lambda done: done.asked["spec"].agree, 3),
+        "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked["spec"].rate, 0.1),
+        "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked["spec"].hops, 2),
+        "--starts": added(("9",), ("--starts", "3"), lambda done: done.asked["spec"].starts, 3),
         "--digits": added(
             ("5", "--json"), ("--digits", "40"), lambda done: len(json.loads(done.printed)["angle"]), 41
         ),
+        "--engine": added(("9",), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
         "--cores": added(("9",), ("--cores", "1"), lambda done: done.asked["cores"], 1),
-        "--out": added(("5",), ("--out", "five.txt"), made("five.txt"), True),
-        "--overwrite": added(
-            ("5", "--out", "full/rdf.csv"), ("--overwrite",), lambda done: done.code, 0
+        "--scheduler": added(
+            ("9",), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
         ),
+        "--report": added(("5", *OUT), ("--report",), made("out/report.html"), True),
+        "--pictures": added(("5", *OUT, "--no-pictures"), ("--pictures",), made("out/code.png"), True),
+        "--no-pictures": added(("5", *OUT), ("--no-pictures",), made("out/code.png"), False),
         "--json": added(("5",), ("--json",), json_alone, True),
     },
     "eos": {
@@ -375,7 +390,7 @@ CASES = {
         "--json": added((*EOS, *OUT), ("--json",), json_alone, True),
     },
     "transport": {
-        "scene": added(
+        "study": added(
             (), ("scene.toml",), lambda done: done.asked["spec"].packing_fraction, close_to((0.3,))
         ),
         "--out": added((), ("--out", "elsewhere"), lambda done: str(done.asked["out"]), "elsewhere"),
@@ -385,6 +400,7 @@ CASES = {
         "--n": added((), ("--n", "40"), lambda done: done.asked["spec"].n, (40,)),
         "--replicas": added((), ("--replicas", "2"), lambda done: done.asked["spec"].replicas, 2),
         "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["spec"].dimension, 2),
+        "--initial": added((), ("--initial", "fcc"), lambda done: done.asked["spec"].initial, "fcc"),
         "--seed": added((), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
         "--relative-error": added(
             (), ("--relative-error", "0.1"), lambda done: done.asked["spec"].relative_error, 0.1
@@ -518,6 +534,7 @@ def type_in(folder, command, *arguments, asked=None):
         for name in [name for name in sys.modules if name.startswith("carom_rules_")]:
             patch.delitem(sys.modules, name)  # one source runs once in a process
         if asked is not None:
+            importlib.import_module("carom.studies.saved")  # whose docstrings are those of Study.run
 
             def trade(plan, out, **settings):
                 asked.update(plan=plan, out=out, **settings)
@@ -531,10 +548,6 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update(spec=study.spec, **settings)
                 raise Asked
 
-            def code(n, **settings):
-                asked.update(n=n, **settings)
-                raise Asked
-
             def view(source, page, **settings):
                 asked.update(source=source, page=page, **settings)
                 page.write_text("<html></html>")
@@ -546,7 +559,6 @@ def type_in(folder, command, *arguments, asked=None):
             patch.setattr("carom.pictures.view.view", view)
             patch.setattr("carom.pictures.movie.movie", movie)
             patch.setattr("typer.launch", lambda page: asked.update(launched=page))
-            patch.setattr("carom.studies.codes.search.spherical_code", code)
             patch.setattr("carom.studies.accuracy.trade.trade", trade)
             patch.setattr("carom.studies.planner.plan.plan", plan)
             patch.setattr("carom.studies.study.Study.run", run)

@@ -26,13 +26,14 @@ from carom.io import records
 from carom.models.obstacles.balls import Ball
 from carom.scene_file.scene_file import SceneFile
 from carom.studies import folder as tasks
-from carom.studies.codes import toml as codes
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.code import load as load_code
+from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
 from carom.studies.packings.packing import HISTORY, Packing
+from carom.studies.packings.spec import PackSpec
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
 
@@ -207,14 +208,41 @@ SEARCH = {
     "code": {
         "n": 8,
         "dimension": 3,
-        "seeds": 2,
-        "first": 0,
+        "tries": 2,
+        "seed": 0,
+        "agree": 2,
         "rate": 0.1,
         "hops": 1,
         "starts": 1,
         "digits": 20,
     }
 }
+
+PACKINGS = {
+    "pack": {
+        "dimension": 2,
+        "seeds": 2,
+        "seed": 1,
+        "species": [{"count": 5, "diameter": 1.0}, {"name": "small", "count": 5, "diameter": 0.5}],
+        "walls": False,
+        "stages": [[0.1, 1e3], [0.01, 1e5]],
+        "collisions": 100,
+        "common": True,
+        "neighbors": "auto",
+    }
+}
+
+
+@pytest.mark.parametrize("all_of_them", [False, slow(True)])
+@pytest.mark.parametrize(("tables", "kind"), [(SEARCH, CodeSpec), (PACKINGS, PackSpec)])
+def test_a_strange_value_in_the_file_of_a_code_or_of_packings_is_a_sentence(tables, kind, all_of_them):
+    def read(text):
+        spec = kind.from_toml(text)
+        assert kind.from_toml(spec.to_toml()) == spec
+
+    for changed, *_ in damaged(tables, all_of_them):
+        if (text := as_toml(changed)) is not None:
+            sentence(read, text)
 
 
 @pytest.mark.parametrize("all_of_them", [False, slow(True)])
@@ -230,7 +258,6 @@ def test_a_strange_value_in_a_study_file_is_a_sentence(tmp_path, all_of_them):
     for tables, reader in (
         (STUDY, eos),
         (STUDY, transport),
-        (SEARCH, codes.parse),
     ):
         for changed, *_ in damaged(tables, all_of_them):
             if (text := as_toml(changed)) is not None:
@@ -424,10 +451,7 @@ def test_what_is_no_json_is_a_sentence_of_every_reader(tmp_path, content):
     file.write_bytes(content)
     for command in ("run", "eos", "transport", "code", "plan", "trade"):
         if content or command == "code":  # an empty scene file has all defaults
-            assert (
-                typed(command, file, *(["--out", tmp_path / "out"] if command != "code" else [])).exit_code
-                == 2
-            )
+            assert typed(command, file, "--out", tmp_path / "out").exit_code == 2
 
 
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")

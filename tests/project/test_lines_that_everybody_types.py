@@ -299,7 +299,7 @@ def test_studies_go_on_from_their_folder(folder):
     assert carom.resume(folder / "transport1").complete
     done = CliRunner().invoke(cli.app, ["resume", str(folder / "eos1")])
     assert done.exit_code == 0, done.output
-    assert "2 points" in done.output
+    assert "0.2" in done.output
 
 
 def test_a_fluid_a_mixture_a_crystal_and_walls(tmp_path, monkeypatch):

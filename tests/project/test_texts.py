@@ -23,7 +23,7 @@ from carom.observables.partial_rdf import write_partial
 from carom.observables.rdf import distributions
 from carom.pictures import plots
 from carom.studies.codes.code import SphericalCode
-from carom.studies.codes.search import spherical_code
+from carom.studies.codes.study import spherical_code
 
 HOSTILE = (
     "<img src=x onerror=alert(1)>", "</script><script>alert(1)</script>", "<!--<script>", '"><b>', "'&amp;",

@@ -26,6 +26,7 @@ INTO = {
     "pack": ("a packing", ["--n", "20", "--overwrite"]),
     "eos": ("a study", ["--eta", "0.1", "--n", "32"]),
     "transport": ("a study", ["--eta", "0.1", "--n", "32"]),
+    "code": ("a study", ["5"]),
     "plan": ("a plan", ["--eta", "0.1", "-t", "Z=0.1"]),
     "trade": ("a comparison", ["--overwrite"]),
 }

@@ -3,6 +3,8 @@
 import csv
 import json
 import math
+import signal
+from concurrent.futures import Future
 from pathlib import Path
 
 import mpmath
@@ -20,8 +22,9 @@ from carom.studies.codes.contacts import contact_graph
 from carom.studies.codes.hops import improve
 from carom.studies.codes.polish import polish, refine
 from carom.studies.codes.repulsion import _energy, repelled
-from carom.studies.codes.search import spherical_code
-from carom.studies.codes.toml import parse
+from carom.studies.codes.search import first_to_agree
+from carom.studies.codes.spec import CodeSpec
+from carom.studies.codes.study import Codes, spherical_code
 from carom.studies.signals import Interrupted
 
 with open(Path(__file__).parents[1] / "data" / "spherical_codes.csv", encoding="utf-8") as file:
@@ -79,7 +82,7 @@ def test_algebraic_codes_come_out_to_thirty_digits(n):
 @pytest.mark.parametrize("n", [4, 5, 6])
 def test_what_is_known_exactly_is_found_by_caps_that_grow_as_well(n):
     """The search is not asked for these; here it is."""
-    code = polish(np.array(compress({"n": n, "k": 3, "seed": 0, "rate": 0.02})["points"]))
+    code = polish(np.array(compress({"n": n, "dimension": 3, "seed": 0, "rate": 0.02})["points"]))
     _, cosine, residual = refine(code, 32)
     assert residual < MOST
     with mpmath.workdps(40):
@@ -140,7 +143,7 @@ def test_hops_lead_to_a_code_that_is_not_worse():
 
 def test_a_compression_ends_where_the_caps_jam():
     """At a reduced pressure of 1e8, not after a number of collisions."""
-    jammed = compress({"n": 9, "k": 3, "seed": 0, "rate": 0.2})
+    jammed = compress({"n": 9, "dimension": 3, "seed": 0, "rate": 0.2})
     assert 1e8 <= jammed["pressure"] < 1e10
     assert jammed["collisions"] < 9 * 500
 
@@ -201,6 +204,8 @@ def test_the_same_seed_gives_the_same_code_wherever_it_runs():
         ({"n": 9, "hops": -1}, "hops must be"),
         ({"n": 9, "starts": -1}, "starts must be"),
         ({"n": 9, "digits": 5}, "digits must be"),
+        ({"n": 9, "agree": 1}, "agree must be"),
+        ({"n": 9, "agree": 5, "tries": 4}, "at most the number of tries"),
         ({"n": 9, "executor": "abacus"}, "executor must be"),
     ],
 )
@@ -218,10 +223,8 @@ def test_a_file_that_is_no_code_is_refused(tmp_path):
 
 @pytest.mark.slow
 def test_ctrl_c_leaves_the_best_so_far():
-    def stop(stage, fraction):
+    def stop(fraction, text):
         if fraction >= 0.2:
-            import signal
-
             signal.raise_signal(signal.SIGINT)
 
     with pytest.raises(Interrupted, match="of 10 tries") as stopped:
@@ -230,32 +233,179 @@ def test_ctrl_c_leaves_the_best_so_far():
     assert stopped.value.so_far.angle == pytest.approx(TABLE[3, 9], abs=LAST_DIGIT)
 
 
-@pytest.mark.slow
-def test_the_command_prints_and_keeps_what_the_function_returns(tmp_path):
-    out = tmp_path / "nine.json"
-    done = CliRunner().invoke(cli.app, ["code", "9", "--tries", "2", "--json", "--out", str(out)])
+@pytest.fixture
+def without_growth(monkeypatch):
+    """Let tries be quick: all find the code of seven points, or, from seeds 1, 4, 5 and 8, a worse one."""
+    seeds = []
+    code = polish(climb(repelled(7, 3, 1, np.random.default_rng(1))))
+
+    def search(task, look=lambda: None):
+        look()
+        seeds.append(task["seed"])
+        worse = task["seed"] in (1, 4, 5, 8)
+        return {
+            "points": code.points.tolist(),
+            "cosine": code.cosine + 1e-6 * worse,
+            "contacts": code.contacts.tolist(),
+            "forces": code.forces.tolist(),
+        }
+
+    monkeypatch.setattr("carom.studies.codes.study.search", search)
+    return seeds
+
+
+def typed(*words):
+    """Type ``carom code`` with one process."""
+    return CliRunner().invoke(cli.app, ["code", *map(str, words), "--engine", "serial"])
+
+
+def test_the_command_prints_and_keeps_what_the_function_returns(tmp_path, without_growth):
+    code = spherical_code(7, tries=3, executor="serial")
+    done = typed(7, "--tries", 3, "--out", tmp_path / "seven", "--report")
     assert done.exit_code == 0, done.output
-    told = json.loads(done.stdout)
-    assert told["angle"].startswith("70.528779")
-    assert carom.load(out).to_dict() == told
-    again = CliRunner().invoke(cli.app, ["code", "9", "--out", str(out)])
-    assert again.exit_code == 2
-    assert "--overwrite" in again.output
-    refused = CliRunner().invoke(cli.app, ["code", "1"])
+    assert str(code.to_dict()["angle"]) in done.stdout
+    kept = {path.name for path in (tmp_path / "seven").glob("[!.]*")}
+    assert kept == {
+        "study.json", "study.toml", "tasks", "code.json", "code.csv", "points.csv", "code.png", "report.html",
+    }  # fmt: skip
+    assert carom.load(tmp_path / "seven" / "code.json") == code
+    assert carom.load(tmp_path / "seven").code == code
+    rows = list(csv.DictReader((tmp_path / "seven" / "code.csv").open(encoding="utf-8")))
+    assert [(row["seed"], row["best"]) for row in rows] == [("1", "false"), ("2", "true"), ("3", "true")]
+    points = list(csv.DictReader((tmp_path / "seven" / "points.csv").open(encoding="utf-8")))
+    assert [float(row["z"]) for row in points] == code.points[:, 2].tolist()
+    page = (tmp_path / "seven" / "report.html").read_text(encoding="utf-8")
+    assert code.to_dict()["angle"] in page
+    told = json.loads(typed(7, "--tries", 3, "--out", tmp_path / "seven", "--json").stdout)
+    assert (told["angle"], told["seed"], told["reached"]) == (code.to_dict()["angle"], 2, 2)
+
+
+def test_the_command_goes_on_where_it_was(tmp_path, without_growth):
+    assert typed(7, "--tries", 2, "--out", tmp_path / "seven").exit_code == 0
+    assert typed(7, "--tries", 4, "--digits", 20, "--out", tmp_path / "seven").exit_code == 0
+    assert without_growth == [1, 2, 3, 4]
+    assert carom.load(tmp_path / "seven").code.digits == 20
+    refused = typed(8, "--out", tmp_path / "seven")
     assert refused.exit_code == 2
-    assert "n must be" in refused.output
+    assert "n was 7 and is 8 now" in " ".join(refused.output.split())
+    assert carom.resume(tmp_path / "seven", cores=1).complete
+
+
+def test_ctrl_c_prints_and_writes_the_best_so_far(tmp_path, without_growth, monkeypatch):
+    from carom.studies.codes import study
+
+    whole = study.search
+
+    def search(task, look):
+        if task["seed"] == 3:
+            signal.raise_signal(signal.SIGINT)
+        return whole(task, look)
+
+    monkeypatch.setattr(study, "search", search)
+    done = typed(7, "--tries", 5, "--out", tmp_path / "seven")
+    assert done.exit_code == 130
+    assert "reached by 1 of 2, first by seed 2" in done.stdout
+    assert "2 of 5 tries are done, and the same command goes on" in " ".join(done.stderr.split())
+    assert carom.load(tmp_path / "seven" / "code.json").seed == 2
+    monkeypatch.setattr(study, "search", whole)
+    assert typed(7, "--tries", 5, "--out", tmp_path / "seven").exit_code == 0
+    assert without_growth == [1, 2, 3, 4, 5]
+
+
+def test_progress_tells_the_best_so_far(without_growth):
+    said = []
+    spherical_code(7, tries=3, executor="serial", progress=lambda fraction, text: said.append(text))
+    assert said[0] == "0 of 3 tries"
+    best = math.degrees(math.acos(float(exact_cosine(7))))
+    assert said[-1] == f"3 of 3 tries, best {best:.7f} degrees"
+
+
+def test_tries_without_a_code_are_in_the_table_and_none_with_one_is_an_error(tmp_path, monkeypatch):
+    def search(task, look):
+        return {"points": None, "cosine": None, "problem": "the caps never jammed."}
+
+    monkeypatch.setattr("carom.studies.codes.study.search", search)
+    done = typed(7, "--tries", 2, "--out", tmp_path / "seven")
+    assert done.exit_code == 3
+    assert "None of 2 tries led to a code; from seed 1, the caps never jammed. Give more" in done.stdout
+    assert not (tmp_path / "seven" / "code.json").exists()
+    with pytest.raises(InputError, match="None of 2 tries led to a code"):
+        spherical_code(7, tries=2, executor="serial")
+
+
+@pytest.mark.parametrize(
+    ("cosines", "count", "needed"),
+    [
+        ([0.5, 0.5], 2, 2),
+        ([0.4, 0.5, 0.4, 0.3, 0.3], 2, 3),  # the best of the first three, not of all
+        ([0.5, 0.4, 0.3, 0.4, 0.3], 2, 5),
+        ([0.5, None, 0.5], 2, 3),
+        ([0.5, 0.5 - 2.0**-46, 0.5 - 2.0**-45], 3, 3),  # one code, up to rounding
+        ([0.5, 0.5 - 2.0**-44, 0.5 - 2.0**-43], 3, None),  # the first is no longer the best
+        ([0.5, 0.4, 0.3], 2, None),
+        ([None, None], 2, None),
+        ([], 2, None),
+    ],
+)
+def test_the_first_tries_that_agree(cosines, count, needed):
+    assert first_to_agree(cosines, count) == needed
+
+
+class Backwards:
+    """An Executor that runs what it was given when it has all of it, the last first."""
+
+    def __init__(self, count):
+        self.count, self.given = count, []
+
+    def submit(self, function, value):
+        self.given.append((future := Future(), function, value))
+        if len(self.given) == self.count:
+            for each, call, task in reversed(self.given):
+                each.set_result(call(task))
+        return future
+
+
+def test_a_search_ends_when_tries_agree_and_does_not_depend_on_who_ends_first(tmp_path, without_growth):
+    """Of seeds 1 to 8, 1 is worse; 2 and 3 agree."""
+    code = spherical_code(7, tries=8, agree=2, executor="serial")
+    assert without_growth == [1, 2, 3]
+    assert (list(code.angles), code.reached, code.seed) == ([1, 2, 3], 2, 2)
+    again = Codes(CodeSpec(7, tries=8, agree=2)).run(executor=Backwards(8), out=tmp_path / "seven")
+    assert again.code == code
+    assert again.complete
+    assert again.fraction == 1.0
+    assert len(list((tmp_path / "seven" / "tasks").iterdir())) == 8
+    assert carom.load(tmp_path / "seven").code == code
+    done = typed(7, "--tries", 8, "--agree", 2, "--out", tmp_path / "seven")
+    assert done.exit_code == 0
+    assert "reached by 2 of 3, first by seed 2" in done.stdout
+    assert len(Codes(CodeSpec(7, tries=8)).run(out=tmp_path / "seven").records) == 8
+
+
+def test_tries_that_do_not_agree_all_run(without_growth):
+    code = spherical_code(7, tries=4, seed=2, agree=3, executor="serial")  # 2 and 3 agree; 4 and 5 are worse
+    assert without_growth == [2, 3, 4, 5]
+    assert code.reached == 2
+
+
+@pytest.mark.slow
+def test_tries_agree_on_the_same_code_on_any_number_of_workers():
+    one, two = (spherical_code(9, tries=6, agree=2, hops=2, cores=cores) for cores in (1, 2))
+    assert one == two
 
 
 def test_a_file_says_what_is_searched_for_and_options_override_it(tmp_path):
     file = tmp_path / "search.toml"
     file.write_text("[code]\nn = 8\ndimension = 4\ntries = 3\ndigits = 20\n")
-    done = CliRunner().invoke(cli.app, ["code", str(file), "--digits", "25", "--json"])
+    done = typed(file, "--digits", 25, "--json", "--out", tmp_path / "eight")
     assert done.exit_code == 0, done.output
     told = json.loads(done.stdout)
     assert (told["n"], told["dimension"]) == (8, 4)
     assert told["angle"] == "90." + 23 * "0"
-    words = parse("[code]\nn = 24\ndimension = 4\ntries = 3\nseed = 5\nrate = 0.1\nhops = 2\n")
-    assert words == {"n": 24, "dimension": 4, "tries": 3, "seed": 5, "rate": 0.1, "hops": 2}
+    text = "[code]\nn = 24\ndimension = 4\ntries = 3\nseed = 5\nrate = 0.1\nhops = 2\nagree = 2\n"
+    spec = CodeSpec.from_toml(text)
+    assert spec == CodeSpec(24, 4, tries=3, seed=5, rate=0.1, hops=2, agree=2, starts=50)
+    assert CodeSpec.from_toml(spec.to_toml()) == spec
 
 
 @pytest.mark.parametrize(
@@ -267,23 +417,41 @@ def test_a_file_says_what_is_searched_for_and_options_override_it(tmp_path):
         ("[code]\nn = 'many'\n", "n must be"),
         ("[code]\ntries = 3\n", "must have n"),
         ("code = 3\n", "must be a section"),
-        ("[scene]\nn = 8\n", "no section"),
+        ("[scene]\nn = 8\n", "no section of a search"),
         ("[code\n", "no valid TOML"),
     ],
 )
 def test_a_file_that_says_no_search_is_refused_in_a_sentence(tmp_path, content, sentence):
     file = tmp_path / "search.toml"
     file.write_text(content)
-    refused = CliRunner().invoke(cli.app, ["code", str(file)])
+    refused = typed(file, "--out", tmp_path / "new")
     assert refused.exit_code == 2
     assert sentence in " ".join(refused.output.split())
+    assert not (tmp_path / "new").exists()
 
 
-def test_a_picture_of_caps_in_four_dimensions_is_refused_before_the_search(tmp_path, monkeypatch):
-    monkeypatch.setattr("carom.studies.codes.search.spherical_code", None)
-    refused = CliRunner().invoke(cli.app, ["code", "6", "-d", "4", "--out", str(tmp_path / "x.png")])
-    assert refused.exit_code == 2
-    assert "3 dimensions, and these have 4" in " ".join(refused.output.split())
+def test_a_code_that_is_known_needs_no_try_and_one_in_four_dimensions_has_no_picture(tmp_path):
+    done = typed(6, "-d", 4, "--out", tmp_path / "six", "--report")
+    assert done.exit_code == 0, done.output
+    names = {path.name for path in (tmp_path / "six").glob("[!.]*")}
+    assert names == {
+        "study.json", "study.toml", "tasks", "code.json", "code.csv", "points.csv", "report.html",
+    }  # fmt: skip
+    assert not list((tmp_path / "six" / "tasks").iterdir())
+    assert "optimal (Rankin 1955)" in done.stdout
+    with pytest.raises(InputError, match="three dimensions"):
+        carom.load(tmp_path / "six").plot()
+
+
+def test_files_of_the_user_are_left_as_they_are(tmp_path):
+    (tmp_path / "six").mkdir()
+    (tmp_path / "six" / "points.csv").write_text("mine")
+    for out, sentence in ((tmp_path / "six", "exists already"), (tmp_path / "six.json", "is a folder")):
+        refused = typed(6, "--out", out)
+        assert refused.exit_code == 2
+        assert sentence in " ".join(refused.output.split())
+    assert (tmp_path / "six" / "points.csv").read_text() == "mine"
+    assert not (tmp_path / "six.json").exists()
 
 
 def test_a_code_that_cannot_be_written_is_printed_all_the_same(tmp_path, monkeypatch):
@@ -291,17 +459,22 @@ def test_a_code_that_cannot_be_written_is_printed_all_the_same(tmp_path, monkeyp
         raise FileError("the disk is full")
 
     monkeypatch.setattr(SphericalCode, "save", full)
-    done = CliRunner().invoke(cli.app, ["code", "4", "--tries", "1", "--out", str(tmp_path / "4.txt")])
+    done = typed(4, "--out", tmp_path / "four")
     assert done.exit_code == 2
     assert "109.47" in done.stdout
     assert "the disk is full" in done.stderr
 
 
 def test_what_is_neither_a_number_nor_a_file_is_refused():
-    for text, sentence in (("eight", "number of points"), ("nowhere.toml", "does not exist")):
-        refused = CliRunner().invoke(cli.app, ["code", text])
+    for text, sentence in (
+        ("eight", "number of points"),
+        ("nowhere.toml", "does not exist"),
+        (1, "n must be"),
+    ):
+        refused = typed(text)
         assert refused.exit_code == 2
         assert sentence in " ".join(refused.output.split())
+    assert CliRunner().invoke(cli.app, ["code"]).exit_code == 2
 
 
 def found_among_forty(n, k):

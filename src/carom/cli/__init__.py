@@ -12,9 +12,10 @@ from typing import Annotated, Any
 import typer
 
 from carom import studies
-from carom.cli import code, files, pack, plan, run, study, trade
+from carom.cli import files, pack, plan, run, study, trade
 from carom.cli.trouble import told, whole_streams
 from carom.pictures.importing import nobody_reads_docstrings
+from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
 from carom.version import __version__
@@ -57,7 +58,7 @@ app.command("init")(files.init)
 app.command("trade")(trade.trade)
 app.command("plan")(plan.plan)
 app.command("eos")(study.command_of("eos", StudySpec, lambda: studies.EquationOfState))
-app.command("code")(code.code)
+app.command("code")(study.command_of("code", CodeSpec, lambda: studies.Codes))
 app.command("transport")(study.command_of("transport", TransportSpec, lambda: studies.Transport))
 
 

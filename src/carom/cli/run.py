@@ -190,7 +190,17 @@ def resume(
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import packed, predicted, results, staged, watched
+    from carom.cli.study import carry_out
+    from carom.studies.places import kind_of
 
+    if folder.is_dir() and kind_of(folder) == "a study":
+        from carom.studies.saved import load
+
+        report = (folder / "report.html").exists()
+        carry_out(
+            load(folder), folder, executor=None, cores=cores, report=report, pictures=True, as_json=as_json
+        )
+        return
     with watched() as progress, compiling_told():
         from carom.studies.packings.packing import Packing
         from carom.studies.runs.result import RunResult

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 WHERE, OUTPUT = "Where it runs", "What to write"
 
+FILES = (".json", ".csv", ".txt", ".html", ".png", ".pdf", ".svg")
+"""Suffixes of files, which no new folder has."""
+
 
 def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callable[..., None]:
     """Return the command of a study.
@@ -42,7 +45,6 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
         study: Path | None, out: Path, engine: str | None, scheduler: str | None, cores: str | None,
         report: bool, pictures: bool, as_json: bool, **given: Any,
     ) -> None:  # fmt: skip
-        from carom.cli.compiling import compiling_told
         from carom.errors import InputError
 
         if engine is not None and scheduler is not None:
@@ -50,22 +52,14 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
         fields = fields_of(asked)
         values = {key: fields[key].of_option(value) for key, value in given.items() if value is not None}
         spec = asked(**values) if study is None else asked.of_argument(study).replaced(**values)
-        result = kind()(spec)
-        reserve(result, out)
-        with watched(result.unit) as (progress, look), compiling_told():
-            result = result.run(
-                executor=scheduler or engine, cores=number_of(cores), out=out, progress=progress, look=look
-            )
-        # Results are printed before files are written, because a full disk may refuse the files.
-        show(result, as_json)
-        write(result, out, report=report, pictures=pictures)
-        if not as_json:
-            print(visible(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
-        finish(result)
+        carry_out(
+            kind()(spec), out, executor=scheduler or engine, cores=cores, report=report, pictures=pictures,
+            as_json=as_json,
+        )  # fmt: skip
 
     run.__doc__ = asked.about
     options = [
-        _option("study", Path, None, argument=asked.argument),
+        _argument("study", asked),
         _option("out", Path, Path(f"carom-{name}"), "--out", "-o",
                 help="Folder for the results; the same study continues there."),
         *(_of_field(field) for field in fields_of(asked).values() if field.is_option),
@@ -83,6 +77,41 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
     run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     run.__annotations__ = {option.name: option.annotation for option in options}
     return friendly(run)
+
+
+def carry_out(
+    study: Study[Any],
+    out: Path,
+    *,
+    executor: str | None,
+    cores: str | None,
+    report: bool,
+    pictures: bool,
+    as_json: bool,
+) -> None:
+    """Run a study in a folder, print and write its results, and exit with its code."""
+    from carom.cli.compiling import compiling_told
+    from carom.studies.signals import Interrupted
+
+    def tell(known: Study[Any]) -> None:
+        # Results are printed before files are written, because a full disk may refuse the files.
+        show(known, as_json)
+        write(known, out, report=report, pictures=pictures)
+
+    reserve(study, out)
+    try:
+        with watched(study.unit) as (progress, look), compiling_told():
+            study = study.run(
+                executor=executor, cores=number_of(cores), out=out, progress=progress, look=look
+            )
+    except Interrupted as stopped:
+        if study.anytime and stopped.so_far.records:
+            tell(stopped.so_far)
+        raise
+    tell(study)
+    if not as_json:
+        print(visible(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
+    finish(study)
 
 
 def command(kind: type[Study[Any]]) -> None:
@@ -105,15 +134,20 @@ def command(kind: type[Study[Any]]) -> None:
     started(app)
 
 
+def _argument(name: str, asked: type[Spec]) -> inspect.Parameter:
+    """Return the argument of the command, which can be left out if its name is in brackets."""
+    hint = Annotated[
+        Path | None, typer.Argument(help=asked.argument, metavar=asked.argument_name, show_default=False)
+    ]
+    default = None if asked.argument_name.startswith("[") else inspect.Parameter.empty
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+
+
 def _option(
-    name: str, kind: Any, default: Any, *flags: str, help: str = "", panel: str = "", argument: str = ""
+    name: str, kind: Any, default: Any, *flags: str, help: str = "", panel: str = ""
 ) -> inspect.Parameter:
-    """Return a parameter that typer understands."""
-    said: Any
-    if argument:
-        said = typer.Argument(help=argument, show_default=False)
-    else:
-        said = typer.Option(*flags, help=help, rich_help_panel=panel or None)
+    """Return an option that typer understands."""
+    said = typer.Option(*flags, help=help, rich_help_panel=panel or None)
     hint = Annotated[kind | None if default is None else kind, said]  # type: ignore[valid-type]
     return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
 
@@ -150,9 +184,11 @@ def reserve(study: Study[Any], out: Path) -> None:
     from carom.studies import places
     from carom.studies.folder import SETTINGS
 
+    if out.suffix in FILES and not out.is_dir():
+        raise FileError(f"--out is a folder, in which {study.name} writes its files; found the file {out}.")
     places.refuse_others(out, "a study")
     if not (out / SETTINGS).exists():
-        names = (f"{study.name}.csv", f"{study.name}.png", "report.html")
+        names = (*study.files(), "report.html")
         places.refuse_to_replace([out / name for name in names], "a study")
     file = out / "study.toml"
     if file.exists() and places.of_the_user(file) and not _describes(file, study.spec):
@@ -181,10 +217,11 @@ def write(study: Study[Any], out: Path, *, report: bool, pictures: bool) -> None
     if not _describes(file, study.spec):  # the user's own, with its comments
         with replacing(file) as temporary, writing(file):
             temporary.write_text(f"{title(study.command)}\n\n{study.spec.to_toml()}", encoding="utf-8")
-    study.save(out / f"{study.name}.csv")
-    if pictures and study.records:
-        with replacing(out / f"{study.name}.png") as temporary:
-            study.plot(temporary)
+    for name, save in study.files().items():
+        # Without results there is nothing to draw, unless they are known without a task.
+        if name.endswith(".png") and not (pictures and (study.records or not study.tasks)):
+            continue
+        save(out / name)
     if report:
         study.report(out / "report.html")
 
@@ -231,6 +268,7 @@ def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[
                 advance(bar, fraction, text)
 
         def look(study: Any) -> None:
-            live.update(Group(study.table.rich(live.console), bar) if study.records else bar)
+            # The bar is above: of a table that is longer than the screen, the end is cut off.
+            live.update(Group(bar, study.table.rich(live.console)) if study.records else bar)
 
         yield progress, look

@@ -11,11 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from carom.studies.codes.code import SphericalCode as SphericalCode
+    from carom.studies.codes.spec import CodeSpec as CodeSpec
+    from carom.studies.codes.study import Codes as Codes
     from carom.studies.coefficients.spec import TransportSpec as TransportSpec
     from carom.studies.coefficients.study import Transport as Transport
     from carom.studies.eos.spec import StudySpec as StudySpec
     from carom.studies.eos.study import EquationOfState as EquationOfState
     from carom.studies.packings.packing import Packing as Packing
+    from carom.studies.packings.spec import PackSpec as PackSpec
+    from carom.studies.packings.study import Packings as Packings
     from carom.studies.planner.outcome import Outcome as Outcome
     from carom.studies.planner.plan import RunPlan as RunPlan
     from carom.studies.planner.target import Target as Target
@@ -24,7 +28,11 @@ if TYPE_CHECKING:
 _LAZY = {
     "RunResult": "carom.studies.runs.result",
     "Packing": "carom.studies.packings.packing",
+    "Packings": "carom.studies.packings.study",
+    "PackSpec": "carom.studies.packings.spec",
     "SphericalCode": "carom.studies.codes.code",
+    "Codes": "carom.studies.codes.study",
+    "CodeSpec": "carom.studies.codes.spec",
     "EquationOfState": "carom.studies.eos.study",
     "Transport": "carom.studies.coefficients.study",
     "RunPlan": "carom.studies.planner.plan",

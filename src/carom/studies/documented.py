@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import re
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, get_args, get_origin
 
@@ -13,6 +14,9 @@ from carom.studies.spec import SpecField, fields_of
 from carom.studies.study import Study
 
 R = TypeVar("R")
+
+WIDTH = 106
+"""Letters of a line of a docstring."""
 
 HOW = ("executor", "cores", "out", "progress", "look")
 """Arguments of :meth:`carom.studies.study.Study.run`."""
@@ -57,7 +61,11 @@ def documented(kind: type[Study[Any]], **said: str) -> Callable[[Callable[..., R
         head, _, rest = (inspect.getdoc(function) or "").partition("@\n")
         # Sections in the order of numpydoc: what is returned, raised and warned, then notes and examples.
         returns, mark, notes = rest.partition("\nNotes\n" if "\nNotes\n" in rest else "\nExamples\n")
-        lines = [f"{p.name} : {_type(p.annotation)}\n    {_told(p.name)}" for p in (*own, *more)]
+        lines = [
+            f"{p.name} : {_type(p.annotation, p.default is p.empty)}\n"
+            + textwrap.fill(_told(p.name), WIDTH, initial_indent="    ", subsequent_indent="    ")
+            for p in (*own, *more)
+        ]
         called.__doc__ = "\n".join(
             [
                 head + "Parameters", "----------", *lines, _without(parameters, "look"), "",
@@ -87,8 +95,8 @@ def _optional(kind: Any) -> Any:
     return kind | None
 
 
-def _type(hint: Any) -> str:
-    """Return an annotation as numpydoc has it: ``float, optional``."""
+def _type(hint: Any, needed: bool) -> str:
+    """Return an annotation as numpydoc has it: ``float, optional``, unless it is needed."""
     if isinstance(hint, str):
         parts = [part.strip() for part in hint.split("|")]
         names = [re.sub(r"(\w+)\[(.*)\]", lambda m: f"{m[1].lower()} of {m[2]}", part) for part in parts]
@@ -101,7 +109,7 @@ def _type(hint: Any) -> str:
             else str(kind.__name__)
             for kind in kinds
         ]  # fmt: skip
-    return " or ".join(name for name in names if name != "None") + ", optional"
+    return " or ".join(name for name in names if name != "None") + ", optional" * (not needed)
 
 
 def _without(parameters: str, name: str) -> str:

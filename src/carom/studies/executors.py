@@ -283,18 +283,19 @@ def run(
     done: Callable[[Any, Any], object],
     failed: Callable[[Any, str], object],
     stop: Callable[[], bool],
+    enough: Callable[[], bool] = lambda: False,
 ) -> bool:
-    """Run tasks in the given order; return whether all were completed.
+    """Run tasks in the given order; return whether all were completed, or the results are enough.
 
     ``done`` is called with each value and its result, ``failed`` with the value and the reason as a clause.
     """
     waiting = deque((value, 1) for value in values)
     running: dict[Future[Any], tuple[Any, int]] = {}
     while waiting or running:
-        if stop():
+        if stop() or enough():
             for future in running:
                 future.cancel()
-            return False
+            return not stop()
         while waiting and (place.capacity is None or len(running) < place.capacity):
             value, attempt = waiting.popleft()
             try:

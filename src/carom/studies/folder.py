@@ -41,11 +41,11 @@ RESULTS = "tasks"
 
 WRITTEN = (
     SETTINGS, "study.toml", "report.html", "eos.csv", "eos.png", "transport.csv", "transport.png",
-    "plan.json", "outcome.json",
+    "code.json", "code.csv", "code.png", "points.csv", "pack.csv", "pack.png", "plan.json", "outcome.json",
 )  # fmt: skip
 """Files that commands write into the folder of a study."""
 
-_RESULT = re.compile(r"[0-9a-f]{20}\.json")
+_RESULT = re.compile(r"[0-9a-f]{20}\.(json|h5)")
 
 
 def canonical(value: Any) -> str:

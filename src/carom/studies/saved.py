@@ -19,11 +19,13 @@ from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
 from carom.studies.codes.code import FORMAT as A_CODE
 from carom.studies.codes.code import load as load_code
+from carom.studies.codes.study import Codes
 from carom.studies.coefficients.study import Transport
 from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import SETTINGS, Folder
 from carom.studies.packings.compression import PackingFolder, holds_packing, resume_packing
 from carom.studies.packings.packing import HISTORY, Packing
+from carom.studies.packings.study import Packings
 from carom.studies.places import kind_of
 from carom.studies.planner.plan import load as load_plan
 from carom.studies.runs.execution import resume as resume_run
@@ -52,7 +54,7 @@ def load(path: str | PathLike[str], *, trust_code: bool = False) -> Any:
 
     Returns
     -------
-    Scene, Simulation, RunResult, Packing, EquationOfState, Transport, RunPlan or SphericalCode
+    Scene, Simulation, RunResult, Packing, RunPlan, SphericalCode or a study
         A scene file gives its scene, a checkpoint the simulation.
 
     Raises
@@ -117,7 +119,7 @@ def resume(
 
     Returns
     -------
-    RunResult, Packing, EquationOfState, Transport or Outcome
+    RunResult, Packing, Outcome or a study
         What an uninterrupted run would have returned, bit for bit.
 
     Raises
@@ -172,7 +174,9 @@ def _of_folder(folder: Path) -> Any:
     raise FileError(f"{folder} is a folder without results of Carom; expected {KNOWN}.")
 
 
-STUDIES: dict[str, type[Study[Any]]] = {kind.Spec.study: kind for kind in (EquationOfState, Transport)}
+STUDIES: dict[str, type[Study[Any]]] = {
+    kind.Spec.study: kind for kind in (EquationOfState, Transport, Codes, Packings)
+}
 """The studies by what their folders say that they are."""
 
 

@@ -17,8 +17,8 @@ class Interrupted(KeyboardInterrupt):
 
     Attributes
     ----------
-    so_far : Packing, SphericalCode or None
-        The packing, or the best code, until then; None if there is none, and of runs and studies.
+    so_far : Packing, SphericalCode, Study or None
+        What is known until then; None of runs, and of searches that have no code yet.
     """
 
     def __init__(self, text: str = "Stopped.", so_far: Any = None):

@@ -63,9 +63,13 @@ class Spec:
     about: ClassVar[str] = ""
     """Help of the command."""
     argument: ClassVar[str] = "Study file (TOML)."
-    """Help of the argument of the command, a file."""
+    """Help of the argument of the command."""
+    argument_name: ClassVar[str] = "[STUDY]"
+    """The argument in the usage line; without brackets it must be given."""
     section: ClassVar[str] = "study"
     """Section of the file for all fields but ``tables``, which have sections of their own."""
+    what: ClassVar[str] = "a study"
+    """What the file describes, in errors."""
     tables: ClassVar[tuple[str, ...]] = ()
     grid: ClassVar[tuple[str, ...]] = ()
     """Fields that say which tasks there are; the others are settings that all tasks share."""
@@ -151,7 +155,7 @@ class Spec:
 
     @classmethod
     def of_argument(cls, path: str | Path) -> Self:
-        """Return what the argument of the command names: a file."""
+        """Return what the argument of the command names: a file, by default."""
         return cls.load(path)
 
     @classmethod
@@ -172,7 +176,7 @@ class Spec:
             if name not in sections:
                 those = " and ".join(f"[{each}]" for each in sections)
                 verb = "those are" if len(sections) > 1 else "that is"
-                raise InputError(f"[{name}] is no section of a study; {verb} {those}.")
+                raise InputError(f"[{name}] is no section of {cls.what}; {verb} {those}.")
             if not isinstance(table, dict):
                 raise InputError(f"[{name}] must be a section, found {checks.describe(table)}.")
         words, known = found.pop(cls.section, {}), [name for name in fields_of(cls) if name not in cls.tables]

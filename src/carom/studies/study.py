@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import functools
+import itertools
 import os
 import platform
 import sys
@@ -113,6 +114,8 @@ class Study(Result, Generic[S]):
     """What tasks are called on the screen."""
     long: ClassVar[bool] = False
     """Whether a task keeps its state from time to time, and goes on from there."""
+    anytime: ClassVar[bool] = False
+    """Whether what is known after Ctrl-C is a result of its own, which the command prints and writes."""
 
     @staticmethod
     def measure(task: Task, look: Look) -> dict[str, Any]:
@@ -123,6 +126,17 @@ class Study(Result, Generic[S]):
     def cost(task: Task) -> float:
         """Return the work of a task, in any unit."""
         return 1.0
+
+    def enough(self, records: Sequence[Record]) -> int | None:
+        """Return how many of the first records make all further tasks needless; None if all are needed.
+
+        Parameters
+        ----------
+        records : sequence of dict
+            Results of the first tasks, in their order and without a gap: what is enough must not depend on
+            which of the tasks that run at the same time ends first.
+        """
+        return None
 
     def place(self, task: Task) -> str:
         """Return where a task is, in words: ``at packing fraction 0.1 with n = 108``."""
@@ -187,6 +201,10 @@ class Study(Result, Generic[S]):
         """Return further results by name, for files and ``--json``."""
         return {}
 
+    def files(self) -> dict[str, Callable[[Path], object]]:
+        """Return what writes the files of the folder besides the page, by name; pictures end with .png."""
+        return {f"{self.name}{suffix}": self.save for suffix in (".csv", ".png")}
+
     # What all studies can do.
 
     @functools.cached_property
@@ -201,15 +219,26 @@ class Study(Result, Generic[S]):
             return f"carom {self.name}"
         return f"python {Path(sys.argv[0]).name}"
 
+    @functools.cached_property
+    def needed(self) -> int:
+        """How many of the tasks are needed, from the first on; see :meth:`enough`."""
+        count = 0
+        for record, task in zip(self.records, self.tasks, strict=False):
+            if record["task"] != task:
+                break
+            count += 1
+        found = self.enough(self.records[:count])
+        return len(self.tasks) if found is None else found
+
     @property
     def complete(self) -> bool:
-        """Whether every task is done."""
-        return len(self.records) == len(self.tasks)
+        """Whether every task that is needed is done."""
+        return len(self.records) == self.needed
 
     @property
     def fraction(self) -> float:
         """Finished fraction of the work."""
-        total = sum(map(self.cost, self.tasks))
+        total = sum(map(self.cost, self.tasks[: self.needed]))
         return sum(self.cost(record["task"]) for record in self.records) / total if total else 1.0
 
     @property
@@ -217,10 +246,15 @@ class Study(Result, Generic[S]):
         """How far the study is, in words."""
         return f"{len(self.records)} of {len(self.tasks)} {self.unit}"
 
+    @property
+    def underway(self) -> str:
+        """What is said while the study runs: how far it is, and perhaps the best so far."""
+        return self.progress
+
     def _done(self) -> str:
         """Return how much of the study is done, in words."""
         done = len(self.records)
-        if done == len(self.tasks):
+        if self.complete:
             return f"{done} {self.unit if done != 1 else self.unit.removesuffix('s')}"
         return f"{self.progress} done"
 
@@ -306,11 +340,13 @@ class Study(Result, Generic[S]):
             name, ended = "", True
             if missing := session.missing:
                 stop.deferred = True
+                # What still runs when the results are enough is ended, too.
+                over = lambda: stop.asked or session.enough  # noqa: E731
                 with executors.opened(
                     executor, workers, len(missing), main=self.measure.__module__ == "__main__"
                 ) as place:
                     name = place.name
-                    asked = (lambda: stop.asked) if place.local else None
+                    asked = over if place.local else None
                     kept = folder.path if folder and self.long and place.here else None
                     ended = executors.run(
                         functools.partial(perform, self.measure, stop=asked, kept=kept),
@@ -319,8 +355,9 @@ class Study(Result, Generic[S]):
                         done=session.done,
                         failed=session.failed,
                         stop=lambda: stop.asked,
+                        enough=lambda: session.enough,
                     )
-                    if not ended:
+                    if not ended or session.enough:
                         place.end(True)
                 stop.deferred = False
             session.write_again()
@@ -331,7 +368,10 @@ class Study(Result, Generic[S]):
 
     def _with(self, known: dict[str, Record], failures: list[Failure]) -> Self:
         found = tuple(known[key(task)] for task in self.tasks if key(task) in known)
-        return dataclasses.replace(self, records=found, failures=tuple(failures))
+        study = dataclasses.replace(self, records=found, failures=tuple(failures))
+        if study.needed < len(found):  # results that came too late, and depend on the number of workers
+            study = dataclasses.replace(study, records=found[: study.needed])
+        return dataclasses.replace(study, failures=()) if study.complete else study
 
     def _columns(self) -> dict[str, Any]:
         return {name: [getattr(row, name) for row in self.table] for name in self.table.names()}
@@ -451,19 +491,31 @@ class _Session:
         if folder is not None:
             stored = {key(task): folder.load(task) for task in study.tasks}
             self.known |= {name: record for name, record in stored.items() if record is not None}
+        self.keys = [key(task) for task in study.tasks]
+        self.enough = self._judged()
         self.failures: list[Failure] = []
         self.unwritten: list[Record] = []
         self.problem = ""
 
     @property
     def missing(self) -> list[Task]:
-        return [task for task in self.study.tasks if key(task) not in self.known]
+        if self.enough:
+            return []
+        return [
+            task for task, name in zip(self.study.tasks, self.keys, strict=True) if name not in self.known
+        ]
 
     def so_far(self) -> Any:
         return self.study._with(self.known, self.failures)
 
+    def _judged(self) -> bool:
+        """Return whether the results so far make all further tasks needless."""
+        first = itertools.takewhile(self.known.__contains__, self.keys)
+        return self.study.enough([self.known[name] for name in first]) is not None
+
     def done(self, task: Task, record: Record) -> None:
         self.known[key(task)] = record
+        self.enough = self._judged()
         self._keep(record)
         self.report()
 
@@ -475,7 +527,7 @@ class _Session:
             return
         now = self.so_far()
         if self.progress is not None:
-            self.progress(now.fraction, now.progress)
+            self.progress(now.fraction, now.underway)
         if self.look is not None:
             self.look(now)
 
@@ -504,10 +556,10 @@ class _Session:
         return Interrupted(text, self.so_far())
 
     def warn(self) -> None:
-        if self.failures:
-            first = self.failures[0]
+        if failures := self.so_far().failures:
+            first = failures[0]
             warnings.warn(
-                f"{len(self.failures)} of {len(self.study.tasks)} {self.study.unit} failed, the first one "
+                f"{len(failures)} of {len(self.study.tasks)} {self.study.unit} failed, the first one "
                 f"{self.study.place(first.task)}: {first.reason}. The rest is done; run the study again to "
                 "try these.",
                 CaromWarning,

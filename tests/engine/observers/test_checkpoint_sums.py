@@ -101,7 +101,7 @@ def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkey
     monkeypatch.setattr(compression, "PART", 40)
     wanted = {"rate": 0.1, "until_Z": 1e3, "seed": 2, "pictures": False}
     whole = carom.pack(points(30, dimension=2, seed=1), **wanted)
-    part, parts = compression._Compression._part, []
+    part, parts = compression.Compression._part, []
 
     def impatient(self):
         part(self)
@@ -110,7 +110,7 @@ def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkey
             parts.append((self.virial, self.kT_time, self.duration))
             os.kill(os.getpid(), signal.SIGINT)
 
-    monkeypatch.setattr(compression._Compression, "_part", impatient)
+    monkeypatch.setattr(compression.Compression, "_part", impatient)
     with pytest.raises(carom.Interrupted, match="carom resume"):
         carom.pack(points(30, dimension=2, seed=1), **wanted, out=tmp_path / "pack")
     assert parts

@@ -17,13 +17,10 @@ from carom.io import records
 from carom.paths import replacing, writing
 from carom.results import Result
 from carom.studies.codes.polish import GUARD
+from carom.studies.codes.spec import MOST_DIGITS
 
 FORMAT = "carom spherical code"
 """Value of the key "format" in a file."""
-
-
-MOST_DIGITS = 1000
-"""Largest number of decimal digits of a code."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -192,7 +189,7 @@ class SphericalCode(Result):
         rows = [
             ("smallest angle", f"{words['angle']} degrees"),
             ("its cosine", words["cosine"]),
-            ("contacts", f"{words['contacts']}: {kind}"),
+            ("contacts", f"{words['contacts']}, {kind}"),
             ("rattlers", who),
             ("residual", f"{words['residual']:.1e}"),
         ]

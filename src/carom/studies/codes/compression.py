@@ -12,7 +12,6 @@ from carom.models.motions.great_circles import GreatCircles
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
-from carom.studies.executors import Stopped
 
 EDGE = 8.0
 """Edge of the box around the unit sphere: no image is near."""
@@ -56,31 +55,30 @@ def scene_of(points: np.ndarray, diameter: float) -> Scene:
     return Scene(0.5 * EDGE + points, box=EDGE, diameter=diameter, motion=GreatCircles())
 
 
-def compress(task: dict[str, Any], stop: Callable[[], bool] = lambda: False) -> dict[str, Any]:
+def compress(task: dict[str, Any], look: Callable[[], object] = lambda: None) -> dict[str, Any]:
     """Let random points of a sphere grow into caps that jam.
 
     Parameters
     ----------
     task : dict
-        The number ``n`` of points, the dimension ``k`` of the space, the ``seed``, and the growth ``rate`` of
+        The number ``n`` of points, the ``dimension`` of the space, the ``seed``, and the growth ``rate`` of
         the diameters over the thermal speed.
-    stop : callable
-        Called from time to time; if it returns true, :class:`carom.studies.executors.Stopped` is raised.
+    look : callable
+        Called from time to time; what it raises ends the compression.
 
     Returns
     -------
     dict
         ``points`` (n, k), the reduced ``pressure`` at the end and the number of ``collisions``.
     """
-    n, k, rate = task["n"], task["k"], task["rate"]
+    n, k, rate = task["n"], task["dimension"], task["rate"]
     rng = np.random.default_rng([n, k, task["seed"]])
     start = SPARSE * tiling_diameter(n, k)
     scene = scene_of(random_points(n, k, start, rng), start)
     sim = Simulation(scene, seed=int(rng.integers(2**31)), growth=rate, tuning=Tuning(images=False))
     pressure, growth = 1.0, rate
     for _ in range(STRETCHES):
-        if stop():
-            raise Stopped
+        look()
         block = sim.run(collisions_per_particle=max(HEATING / growth, 1.0))
         if block.duration > 0.0:
             heat = 0.5 * (1.0 + sim.kT) * block.duration  # kT rises from 1, about linearly in time

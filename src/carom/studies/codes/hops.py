@@ -8,7 +8,6 @@ import numpy as np
 
 from carom.studies.codes.climb import climb
 from carom.studies.codes.contacts import ROUNDING
-from carom.studies.executors import Stopped
 
 MOVED = 3
 """Points that a hop moves, at most."""
@@ -19,7 +18,7 @@ hole, so that hops lead to different codes."""
 
 
 def improve(
-    points: np.ndarray, hops: int, rng: np.random.Generator, stop: Callable[[], bool] = lambda: False
+    points: np.ndarray, hops: int, rng: np.random.Generator, look: Callable[[], object] = lambda: None
 ) -> np.ndarray:
     """Return the best code of a walk over local optima (Wales and Doye, J. Phys. Chem. A 101 (1997) 5111).
 
@@ -31,13 +30,12 @@ def improve(
         Number of hops. The result of a hop is kept if its smallest angle is not smaller.
     rng : Generator
         Chooses the points that move, and their new places.
-    stop : callable
-        Called before each hop; if it returns true, :class:`carom.studies.executors.Stopped` is raised.
+    look : callable
+        Called before each hop; what it raises ends the search.
     """
     best, product = points, largest_product(points)
     for _ in range(hops):
-        if stop():
-            raise Stopped
+        look()
         there = climb(_scattered(best, rng))
         reached = largest_product(there)
         if reached <= product + ROUNDING:

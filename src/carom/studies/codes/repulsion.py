@@ -7,8 +7,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from carom.studies.executors import Stopped
-
 EXPONENTS = (4.0, 16.0, 64.0, 256.0, 1024.0)
 """Exponents s of the repulsion r^-s. The largest leaves the smallest angle some 1e-3 below that of the code
 nearby."""
@@ -32,7 +30,7 @@ def starts_for(n: int) -> int:
 
 
 def repelled(
-    n: int, k: int, starts: int, rng: np.random.Generator, stop: Callable[[], bool] = lambda: False
+    n: int, k: int, starts: int, rng: np.random.Generator, look: Callable[[], object] = lambda: None
 ) -> np.ndarray:
     """Return the best of several sets of ``n`` points of the sphere in R^k that repel each other, (n, k).
 
@@ -47,13 +45,12 @@ def repelled(
         Random sets of points, at least 1.
     rng : Generator
         Chooses the first positions, and the first exponent.
-    stop : callable
-        Called before each start; if it returns true, :class:`carom.studies.executors.Stopped` is raised.
+    look : callable
+        Called before each start; what it raises ends the search.
     """
     best, least = np.empty((n, k)), math.inf
     for _ in range(starts):
-        if stop():
-            raise Stopped
+        look()
         x = rng.standard_normal((n, k))
         for exponent in EXPONENTS[rng.integers(FIRST) :]:
             x, logarithm = _minimised(x, exponent)

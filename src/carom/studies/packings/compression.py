@@ -35,7 +35,7 @@ from carom.simulation.tuning import Tuning
 from carom.studies.arguments import refuse_unknown
 from carom.studies.packings.packing import HISTORY, Packing, parted
 from carom.studies.runs.folder import RunFolder
-from carom.studies.signals import Interrupted, Stop, stoppable
+from carom.studies.signals import Interrupted, stoppable
 
 FAST, SLOW = 0.02, 1e-3
 """Default rates: fast while spheres could still order, then slow enough to close the contacts."""
@@ -246,31 +246,45 @@ def pack(
     >>> packing.note
     'Z = PV/NkT = 1e+06 reached'
     """
+    if "seeds" in others:
+        raise InputError("pack() makes one packing; packings(..., seeds=8) makes several.")
     refuse_unknown("pack()", others, _ARGUMENTS)
-    plan = _stages(rate, until_Z, collisions, stages)
+    plan = stages_of(rate, until_Z, collisions, stages)
     limit = None if collisions is None else checks.integer(collisions, "collisions", low=1)
     of_points = {
         "dimension": dimension, "species": species, "walls": walls, "packing_fraction": packing_fraction,
     }  # fmt: skip
-    scene = _start(start, {name: value for name, value in of_points.items() if value is not None}, seed)
+    scene = start_of(start, {name: value for name, value in of_points.items() if value is not None}, seed)
     if scene.n < 2:
         raise InputError("A packing needs at least two particles, found one.")
     if getattr(scene.motion, "curved", False):
         raise InputError("A packing is one of a box; for caps on a sphere there is spherical_code().")
-    unit = np.full(scene.n, 1.0) if common else scene.diameters / scene.diameters.mean()
-    unit = unit / math.sqrt(scene.mass)
-    compression = _Compression(plan, limit, unit, checks.integer(seed, "seed", low=0), pictures, progress)
-    sim = Simulation(scene, seed=seed, tuning=Tuning(neighbors=neighbors), growth=plan[0].rate * unit)
+    compression = Compression.begun(scene, plan, limit, common, seed, neighbors, pictures, progress)
     if out is None:
-        with stoppable() as stop:
-            return compression.run(sim, None, stop)
+        return _carried_out(compression, None)
     folder = PackingFolder(Path(out))
     folder.check_free(overwrite)
     folder.make()
-    with folder.owned(), stoppable() as stop:
+    with folder.owned():
         folder.sweep()
         folder.clear()
-        return compression.run(sim, folder, stop)
+        return _carried_out(compression, folder)
+
+
+def _carried_out(compression: Compression, folder: PackingFolder | None) -> Packing:
+    """Run a compression to the end, and write the results to the folder if there is one."""
+    kept = None if folder is None else folder.checkpoint
+    with stoppable() as stop:
+        stop.deferred = True
+        if not compression.run(kept, lambda: stop.asked):
+            text = "Stopped." if folder is None else f"Stopped; `carom resume {folder.path}` goes on."
+            raise Interrupted(text, compression.packing("stopped"))
+        packing = compression.packing()
+        if folder is not None:
+            compression.save(folder.checkpoint)
+            stop.deferred = False
+            packing.save(folder.path, pictures=compression.pictures)
+    return packing
 
 
 _ARGUMENTS = (
@@ -280,8 +294,8 @@ _ARGUMENTS = (
 """Keywords of :func:`pack`."""
 
 
-def _start(start: Any, of_points: dict[str, Any], seed: int) -> Scene:
-    """Return the scene from which a compression begins."""
+def start_of(start: Any, of_points: dict[str, Any], seed: int) -> Scene:
+    """Return the scene from which a compression begins; the arguments are as in :func:`pack`."""
     if start is None or isinstance(start, int | np.integer):
         species = of_points.get("species")
         counted = species is not None and checked_species(species)[0].count is not None
@@ -321,14 +335,9 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
     folder = PackingFolder(Path(out))
     if not holds_packing(out):
         raise FileError(f"{out} holds no packing of Carom; start one with `carom pack --out {out}`.")
-    _, attributes = checkpoint.load(folder.checkpoint)
-    with folder.owned(), stoppable() as stop:
+    with folder.owned():
         folder.sweep()
-        try:
-            compression = _Compression.restored(json.loads(attributes["extra"]), progress)
-        except (KeyError, TypeError, ValueError) as error:
-            raise FileError(f"{folder.checkpoint} is not the checkpoint of a packing: {error}.") from None
-        return compression.run(Simulation.load(folder.checkpoint), folder, stop)
+        return _carried_out(Compression.load(folder.checkpoint, progress), folder)
 
 
 def holds_packing(out: str | PathLike[str]) -> bool:
@@ -349,7 +358,7 @@ def holds_packing(out: str | PathLike[str]) -> bool:
     return there
 
 
-def _stages(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage, ...]:
+def stages_of(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage, ...]:
     """Return the stages that the arguments of :func:`pack` describe."""
     if stages is None:
         if until is None and collisions is None:
@@ -359,6 +368,8 @@ def _stages(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage,
             stages = [(FAST, until)]
     elif rate is not None or until is not None:
         raise InputError("Give stages, or rate and until_Z, not both.")
+    if not isinstance(stages, Sequence):
+        raise InputError(f"stages must be a list of (rate, until_Z), found {checks.describe(stages)}.")
     result = []
     for each in stages:
         if not isinstance(each, Sequence) or len(each) != 2:
@@ -375,7 +386,7 @@ def _stages(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage,
     return tuple(result)
 
 
-class _Compression:
+class Compression:
     """A compression under way.
 
     Attributes
@@ -384,6 +395,8 @@ class _Compression:
         The arguments of :func:`pack`.
     unit : (n,) array
         Growth rate of each diameter at a ``rate`` of 1 [length / time].
+    sim : Simulation
+        What grows.
     stage : int
         Index of the present stage.
     history : list
@@ -398,6 +411,7 @@ class _Compression:
 
     def __init__(
         self,
+        sim: Simulation,
         plan: tuple[Stage, ...],
         limit: int | None,
         unit: np.ndarray,
@@ -405,59 +419,92 @@ class _Compression:
         pictures: bool,
         progress: Progress | None,
     ):
-        self.plan, self.limit, self.unit = plan, limit, unit
+        self.sim, self.plan, self.limit, self.unit = sim, plan, limit, unit
         self.seed, self.pictures, self.progress = seed, pictures, progress
         self.stage = 0
         self.history: list[tuple[int, float, float, float]] = []
         self.left = 0
         self.virial = self.duration = self.kT_time = 0.0
         self.note = ""
-        self.sim: Simulation
 
     @classmethod
-    def restored(cls, notes: dict[str, Any], progress: Progress | None) -> _Compression:
-        """Return the compression that the notes of a checkpoint describe."""
-        plan = tuple(Stage(*stage) for stage in notes["plan"])
-        self = cls(plan, notes["limit"], np.array(notes["unit"]), notes["seed"], notes["pictures"], progress)
-        self.history = [tuple(row) for row in notes["history"]]
-        for name in ("stage", "left", "virial", "duration", "kT_time", "note"):
-            setattr(self, name, notes[name])
+    def begun(
+        cls,
+        scene: Scene,
+        plan: tuple[Stage, ...],
+        limit: int | None,
+        common: bool,
+        seed: int,
+        neighbors: str,
+        pictures: bool = False,
+        progress: Progress | None = None,
+    ) -> Compression:
+        """Return the compression of a scene at its start; the arguments are as in :func:`pack`."""
+        unit = np.full(scene.n, 1.0) if common else scene.diameters / scene.diameters.mean()
+        unit = unit / math.sqrt(scene.mass)
+        checks.integer(seed, "seed", low=0)
+        sim = Simulation(scene, seed=seed, tuning=Tuning(neighbors=neighbors), growth=plan[0].rate * unit)
+        return cls(sim, plan, limit, unit, seed, pictures, progress)
+
+    @classmethod
+    def load(cls, path: Path, progress: Progress | None = None) -> Compression:
+        """Return the compression that :meth:`save` wrote.
+
+        Raises
+        ------
+        FileError
+            If the file is missing, damaged, of another version of Carom, or holds something else.
+        """
+        _, attributes = checkpoint.load(path)
+        try:
+            notes = json.loads(attributes["extra"])
+            plan = tuple(Stage(*stage) for stage in notes["plan"])
+            arguments = plan, notes["limit"], np.array(notes["unit"]), notes["seed"], notes["pictures"]
+            history = [tuple(row) for row in notes["history"]]
+            values = {
+                name: notes[name] for name in ("stage", "left", "virial", "duration", "kT_time", "note")
+            }
+        except (KeyError, TypeError, ValueError) as error:
+            raise FileError(f"{path} is not the checkpoint of a packing: {error}.") from None
+        self = cls(Simulation.load(path), *arguments, progress)
+        self.history = history
+        for name, value in values.items():
+            setattr(self, name, value)
         return self
 
-    def _save(self, folder: PackingFolder) -> None:
+    def save(self, path: Path) -> None:
+        """Write a checkpoint."""
         names = (
             "plan", "limit", "seed", "pictures", "history", "stage", "left", "virial", "duration", "kT_time",
             "note",
         )  # fmt: skip
         notes = {"unit": self.unit.tolist(), **{name: getattr(self, name) for name in names}}
-        save(folder.checkpoint, self.sim._state, notes)
+        save(path, self.sim._state, notes)
 
-    def run(self, sim: Simulation, folder: PackingFolder | None, stop: Stop) -> Packing:
-        """Run to the end, and write the results to the folder if there is one."""
-        self.sim = sim
+    def run(self, kept: Path | None, stop: Callable[[], bool]) -> bool:
+        """Run on; return whether the end was reached.
+
+        Parameters
+        ----------
+        kept : Path or None
+            File for a checkpoint from time to time, and when it is stopped.
+        stop : callable
+            Asked from time to time whether to stop.
+        """
         self._report()
         if not self.history and not self.left:
-            sim.rescale(1.0)
+            self.sim.rescale(1.0)
             self._begin()
         due = -math.inf
-        stop.deferred = True
         while not self.note:
-            if folder is not None and (stop.asked or clock.perf_counter() >= due):
-                self._save(folder)
+            asked = stop()
+            if kept is not None and (asked or clock.perf_counter() >= due):
+                self.save(kept)
                 due = clock.perf_counter() + CHECKPOINT_EVERY
-            if stop.asked:
-                raise self._interrupted(folder)
+            if asked:
+                return False
             self._part()
-        packing = self._packing(self.note)
-        if folder is not None:
-            self._save(folder)
-            stop.deferred = False
-            packing.save(folder.path, pictures=self.pictures)
-        return packing
-
-    def _interrupted(self, folder: PackingFolder | None) -> Interrupted:
-        text = "Stopped." if folder is None else f"Stopped; `carom resume {folder.path}` goes on."
-        return Interrupted(text, self._packing("stopped"))
+        return True
 
     def _begin(self) -> None:
         """Begin a stretch."""
@@ -525,13 +572,14 @@ class _Compression:
                 done = max(done, collisions / self.limit)
         self.progress("Packing", min(done, 1.0))
 
-    def _packing(self, note: str) -> Packing:
+    def packing(self, note: str = "") -> Packing:
+        """Return the packing so far; ``note`` says why it ended, if the compression does not."""
         scene = self.sim.scene
         frame, shrunk = parted(self.sim.frame(), scene.obstacles)
         return Packing(
             frame=frame,
             history=np.array(self.history, dtype=HISTORY),
-            note=note,
+            note=self.note or note,
             seed=self.seed,
             shrunk=shrunk,
             obstacles=scene.obstacles,

@@ -1,0 +1,143 @@
+"""What a search for a spherical code asks for: the section ``[code]``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, ClassVar
+
+from carom.errors import InputError
+from carom.studies.spec import Opt, Spec, integer, number
+
+MOST = 1000
+"""Largest number of points: every cap is compared with all others."""
+
+MOST_DIGITS = 1000
+"""Largest number of decimal digits of a code."""
+
+RATES = (0.01, 0.2)
+"""Default growth rates of the diameters over the thermal speed, for even and odd seeds. Slow growth orders,
+and finds the best code of most sizes often. For some sizes it prefers another code: for 15 points on S^2 one
+slow seed in 20 ends at the best known one, and one fast seed in six.
+"""
+
+
+@dataclass(frozen=True)
+class CodeSpec(Spec):
+    """A search for points on a sphere whose smallest angle is as large as possible: one task for each try.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    study: ClassVar[str] = "spherical code"
+    section: ClassVar[str] = "code"
+    what: ClassVar[str] = "a search for a code"
+    argument: ClassVar[str] = r"Number of points, or a file (TOML) with \[code]."
+    argument_name: ClassVar[str] = "N"
+    about: ClassVar[str] = """Spread N points on a sphere as far apart as possible.
+
+    Caps on great circles grow until they jam, and points repel each other; hops lead to better codes. The
+    contacts of the best are then solved for to many digits. The folder then holds code.json (everything),
+    points.csv, code.csv (the tries), code.png, and a result file for each try in tasks/. Ctrl-C prints the
+    best so far; the same command goes on.
+
+    [bold]Examples[/bold]
+
+    carom code 24
+    carom code 24 -d 4 --out 24-cell
+    carom code 19 --tries 8 --report --out nineteen
+    carom code 12 --agree 3 --out icosahedron
+    carom code search.toml --tries 100
+    """
+    grid: ClassVar[tuple[str, ...]] = ("tries", "seed", "agree", "digits")
+    resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"n": ("starts",)}
+
+    n: Annotated[int, integer(low=2, high=MOST), Opt("Number of points, 2 to 1000.", flags=None)]
+    dimension: Annotated[
+        int,
+        integer(low=2, high=12),
+        Opt("Dimension of the space around the sphere.", "", ("--dimension", "-d")),
+    ] = 3
+    tries: Annotated[int, integer(low=1, high=10**6), Opt("Number of random starts.")] = 40
+    seed: Annotated[int, integer(low=0), Opt("Seed of the first try; each further one has the next.")] = 1
+    agree: Annotated[
+        int | None,
+        integer(low=2),
+        Opt("End as soon as so many tries have led to the best code. By default, all tries run."),
+    ] = None
+    rate: Annotated[
+        float | None,
+        number(low=0.0, high=1.0, open_low=True),
+        Opt(
+            "Growth rate of the diameters over the thermal speed. By default 0.01 for even seeds, as slow "
+            "growth orders, and 0.2 for odd ones, as fast growth leads to more different codes."
+        ),
+    ] = None
+    hops: Annotated[
+        int,
+        integer(low=0),
+        Opt(
+            "Hops in each try. A hop moves one to three points into holes and optimises again; a result that "
+            "is not worse is kept."
+        ),
+    ] = 20
+    starts: Annotated[
+        int | None,
+        integer(low=0),
+        Opt(
+            "Sets of points that repel each other, in each try. By default 50, and fewer for more than 60 "
+            "points; with 0 the caps only grow."
+        ),
+    ] = None
+    digits: Annotated[int, integer(low=15, high=MOST_DIGITS), Opt("Decimal digits of the result.")] = 32
+
+    def complete(self) -> None:
+        """Set the number of starts, which depends on n.
+
+        Raises
+        ------
+        InputError
+            If more tries are to agree than there are.
+        """
+        from carom.studies.codes.repulsion import starts_for
+
+        if self.starts is None:
+            self._put("starts", starts_for(self.n))
+        if self.agree is not None and self.agree > self.tries:
+            raise InputError(
+                f"agree must be at most the number of tries ({self.tries}), found {self.agree}; give more "
+                "tries."
+            )
+
+    @classmethod
+    def of_argument(cls, path: str | Path) -> CodeSpec:
+        """Return the search for a number of points, or that of the file ``path``.
+
+        Raises
+        ------
+        InputError
+            If it is neither.
+        """
+        text = str(path)
+        if text.isdecimal():
+            return cls(int(text))
+        if Path(text).suffix != ".toml":
+            raise InputError(f"N must be a number of points, or a file that ends with .toml; found {text!r}.")
+        return cls.load(path)
+
+    @property
+    def exact(self) -> bool:
+        """Whether the best code is known without a search; see :func:`carom.studies.codes.known.known`."""
+        return self.dimension == 2 or self.n <= 2 * self.dimension
+
+    def tasks(self) -> list[dict[str, Any]]:
+        """Return the tries, by seed; none for a code that is known."""
+        if self.exact:
+            return []
+        seeds = range(self.seed, self.seed + self.tries)
+        shared = self.settings()
+        return [{**shared, "seed": seed, "rate": self.rate or RATES[seed % 2]} for seed in seeds]

@@ -1,0 +1,233 @@
+"""Packings as a study: one for each seed, and the means over them."""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+import numpy as np
+
+from carom.errors import FileError, InputError
+from carom.observables.statistics import value_with_error
+from carom.results import as_saved, from_dict
+from carom.scene.description import particles
+from carom.studies.documented import documented
+from carom.studies.executors import Stopped
+from carom.studies.folder import Task
+from carom.studies.packings.compression import Compression, stages_of
+from carom.studies.packings.packing import Packing
+from carom.studies.packings.spec import PackSpec, points_of
+from carom.studies.study import Look, Study
+from carom.table import Column, Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+MEANS = ("packing_fraction", "jamming_fraction", "rattler_fraction")
+"""Results of which the means are known."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One packing."""
+
+    seed: Annotated[int, Column("seed")]
+    packing_fraction: Annotated[float, Column("packing fraction", ".8f")]
+    jamming_fraction: Annotated[float | None, Column("jams at", ".8f", missing="unknown")]
+    Z: Annotated[float | None, Column("Z", ".3g", missing="unknown")]
+    rattlers: Annotated[int | None, Column("rattlers", missing="unknown")]
+    rattler_fraction: float | None
+    contacts: int | None
+    excess: Annotated[int | None, Column("excess", "+d", missing="unclear")]
+    collisions: int
+    note: str
+
+
+def measure(task: Task, look: Look) -> dict[str, Any]:
+    """Return the packing that a ``task`` describes; ``look`` ends it, and names the file of its state."""
+    compression = _kept(look.kept) or Compression.begun(
+        points_of(task),
+        stages_of(*(task.get(name) for name in ("rate", "until_Z", "collisions", "stages"))),
+        task.get("collisions"),
+        task["common"],
+        task["seed"],
+        task["neighbors"],
+    )
+    if not compression.run(look.kept, look.stop or (lambda: False)):
+        raise Stopped
+    return as_saved(compression.packing())
+
+
+def _kept(path: Path | None) -> Compression | None:
+    """Return the compression in the file where a task kept its state; None if there is none to go on with."""
+    if path is None or not path.exists():
+        return None
+    try:
+        return Compression.load(path)
+    except FileError:  # damaged: begin anew
+        return None
+
+
+@dataclass(frozen=True, repr=False)
+class Packings(Study[PackSpec]):
+    """Packings of several seeds.
+
+    Attributes
+    ----------
+    spec : PackSpec
+        What is packed.
+    records, failures, folder, engine, seconds
+        As in ``carom.studies.study.Study``.
+    """
+
+    Spec: ClassVar[type[PackSpec]] = PackSpec
+    name: ClassVar[str] = "pack"
+    unit: ClassVar[str] = "packings"
+    long: ClassVar[bool] = True
+    measure = staticmethod(measure)
+
+    @functools.cached_property
+    def packings(self) -> tuple[Packing, ...]:
+        """The packings, by seed."""
+        return tuple(from_dict(record["result"]) for record in self.records)
+
+    @functools.cached_property
+    def table(self) -> Table:
+        """One :class:`Row` for each packing; ``excess`` is the number of contacts less the isostatic one."""
+        rows: list[Row] = []
+        ends: dict[str, list[int]] = {}
+        for found in (record["result"] for record in self.records):
+            values = {name: found[name] for name in Row.__dataclass_fields__}
+            if found["contacts_note"]:  # the number of contacts is not known then
+                values |= {"contacts": None, "excess": None}
+            rows.append(Row(**values))
+            ends.setdefault(found["note"], []).append(found["seed"])
+        notes = ["excess: contacts - isostatic number."] if rows else []
+        if any(row.excess is None for row in rows):
+            notes.append("unclear: no void separates the gaps of contacts from those of other pairs.")
+        for note, seeds in ends.items():
+            which = f" (seeds {', '.join(map(str, seeds))})" if len(ends) > 1 else ""
+            notes.append(f"Ended: {note}{which}.")
+        return Table(Row, rows, notes=notes)
+
+    def mean(self, name: str) -> tuple[float, float]:
+        """Return the mean of a column of the table and its standard error; NaN where they are not known.
+
+        Parameters
+        ----------
+        name : str
+            Name of a column of numbers, e.g. ``"jamming_fraction"``.
+
+        Raises
+        ------
+        InputError
+            If there is no such column.
+        """
+        if name not in self.table.names() or name == "note":
+            raise InputError(f"The table has no numbers {name!r}; expected one of {', '.join(MEANS)}.")
+        values = [value for row in self.table if (value := getattr(row, name)) is not None]
+        if not values:
+            return math.nan, math.nan
+        error = float(np.std(values, ddof=1)) / math.sqrt(len(values)) if len(values) > 1 else math.nan
+        return float(np.mean(values)), error
+
+    def place(self, task: Task) -> str:
+        """Return where a ``task`` is, in words: its seed."""
+        return f"of seed {task['seed']}"
+
+    @property
+    def title(self) -> str:
+        """What was packed."""
+        if not self.records:
+            return "Packings"
+        found = self.records[0]["result"]
+        return f"Packings of {found['n']} {particles(found['dimension'], found['n'])}"
+
+    def sentences(self) -> list[str]:
+        """Return the means."""
+        found = {name.replace("_", " "): self.mean(name) for name in MEANS}
+        known = [
+            f"{name} {value_with_error(*mean)}" for name, mean in found.items() if math.isfinite(mean[1])
+        ]
+        if not known:
+            return []
+        return [f"Means and standard errors over {len(self.table)} packings: {', '.join(known)}."]
+
+    def more(self) -> dict[str, Any]:
+        """Return the means and their standard errors."""
+        found = {name: self.mean(name) for name in MEANS}
+        return {
+            **{name: mean for name, (mean, _) in found.items()},
+            **{f"{name}_error": error for name, (_, error) in found.items()},
+        }
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+        """Draw the jamming fraction of each seed, their mean and its standard error; save it to ``path``.
+
+        Raises
+        ------
+        InputError
+            If no jamming fraction is known.
+        FileError
+            If the picture cannot be saved.
+        """
+        from carom.pictures import paper
+
+        known = [(row.jamming_fraction, row.seed) for row in self.table if row.jamming_fraction is not None]
+        if not known:
+            raise InputError("There is nothing to draw yet: no jamming fraction is known.")
+        figure, axes = paper.sheet(5.0, 3.6)
+        mean, error = self.mean("jamming_fraction")
+        axes.axvline(mean, color="0.4", lw=0.8)
+        if math.isfinite(error):
+            axes.axvspan(mean - error, mean + error, color="0.85", lw=0.0)
+        axes.plot(*zip(*known, strict=True), "o", ms=4)
+        axes.set_xlabel("jamming fraction, mean and standard error")
+        axes.set_ylabel("seed")
+        axes.locator_params(axis="y", integer=True)
+        axes.locator_params(axis="x", nbins=5)
+        axes.ticklabel_format(axis="x", useOffset=False)
+        paper.lay_out(figure, axes)
+        return paper.saved(figure, path)
+
+    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
+        """Yield the picture of the page."""
+        if any(row.jamming_fraction is not None for row in self.table):
+            yield "Results", self.plot()
+
+    def files(self) -> dict[str, Callable[[Path], object]]:
+        """Return what writes the table, the picture, and a folder for each packing."""
+        seeds = range(self.spec.seed, self.spec.seed + self.spec.seeds)
+        return super().files() | {f"seed-{seed}": functools.partial(self._write, seed) for seed in seeds}
+
+    def _write(self, seed: int, folder: Path) -> None:
+        """Write the folder of the packing of a seed, if it is done."""
+        for packing in self.packings:
+            if packing.seed == seed:
+                packing.save(folder, pictures=False)
+
+
+@documented(Packings)
+def packings(n: int | None = None, *, how: Mapping[str, Any], **given: Any) -> Packings:
+    """Pack points of several seeds, each as :func:`carom.pack` does.
+
+    @
+
+    Returns
+    -------
+    Packings
+        The packings, and the means over them.
+
+    Examples
+    --------
+    >>> import carom
+    >>> study = carom.packings(30, dimension=2, seeds=3, rate=0.1, until_Z=1e6, executor="serial")
+    >>> [row.seed for row in study.table], study.packings[0].note
+    ([1, 2, 3], 'Z = PV/NkT = 1e+06 reached')
+    """
+    return Packings(PackSpec(n, **given)).run(**how)

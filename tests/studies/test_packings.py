@@ -1,0 +1,216 @@
+"""Packings of several seeds in one study: the bits of single packings, means, folder, resume, command."""
+
+import csv
+import json
+import math
+import signal
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import carom
+from carom import cli
+from carom.errors import InputError
+from carom.studies.executors import Stopped
+from carom.studies.folder import Folder
+from carom.studies.packings.compression import Compression
+from carom.studies.packings.spec import PackSpec
+from carom.studies.packings.study import Packings, measure
+from carom.studies.signals import Interrupted
+from carom.studies.study import Look
+
+SMALL = {"dimension": 2, "rate": 0.1, "until_Z": 1e6}
+OPTIONS = ("--n", "40", "-d", "2", "--rate", "0.1", "--until-Z", "1e6")
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory):
+    """Three packings of forty disks, in a folder."""
+    out = tmp_path_factory.mktemp("packings") / "several"
+    return carom.packings(40, seeds=3, executor="serial", out=out, **SMALL)
+
+
+def typed(*words):
+    return CliRunner().invoke(cli.app, ["pack", *map(str, words), "-j", "1"])
+
+
+def test_each_packing_is_that_of_its_seed(study):
+    assert [packing.seed for packing in study.packings] == [1, 2, 3]
+    for packing in study.packings:
+        assert packing == carom.pack(40, seed=packing.seed, **SMALL)
+    assert study.packings[0] != study.packings[1]
+    assert carom.load(study.folder).packings == study.packings
+    study.save(study.folder / "all.json")
+    assert carom.load(study.folder / "all.json").packings == study.packings
+
+
+def test_means_have_the_standard_error_of_independent_packings(study):
+    values = [packing.jamming_fraction for packing in study.packings]
+    mean, error = study.mean("jamming_fraction")
+    assert mean == pytest.approx(np.mean(values))
+    assert error == pytest.approx(math.sqrt(np.var(values, ddof=1) / 3))
+    assert study.to_dict()["jamming_fraction"] == mean
+    assert "over 3 packings" in str(study)
+    one = carom.packings(40, seeds=1, executor="serial", out=study.folder, **SMALL)
+    assert math.isnan(one.mean("jamming_fraction")[1])
+    assert one.to_dict()["jamming_fraction_error"] is None
+    with pytest.raises(InputError, match="no numbers 'note'"):
+        study.mean("note")
+
+
+def test_numbers_of_contacts_that_are_not_clear_are_not_told(study):
+    """Such a fast compression leaves no void between the gaps of contacts and the others."""
+    assert all(packing.network.note for packing in study.packings)
+    assert [(row.contacts, row.excess) for row in study.table] == 3 * [(None, None)]
+    assert "unclear: no void" in str(study.table)
+    slow = dict(study.records[0]["result"], contacts_note="", contacts=60, excess=-1)
+    clear = Packings(study.spec, ({**study.records[0], "result": slow},))
+    assert [(row.contacts, row.excess) for row in clear.table] == [(60, -1)]
+    assert "unclear" not in str(clear.table)
+
+
+def test_how_packings_ended_is_below_the_table(study):
+    other = {**study.records[1], "result": {**study.records[1]["result"], "note": "the box is full"}}
+    mixed = Packings(study.spec, (study.records[0], other, study.records[2]))
+    assert mixed.table.notes[2:] == [
+        "Ended: Z = PV/NkT = 1e+06 reached (seeds 1, 3).", "Ended: the box is full (seeds 2).",
+    ]  # fmt: skip
+    assert study.table.notes[2:] == ["Ended: Z = PV/NkT = 1e+06 reached."]
+
+
+def test_the_picture_has_a_point_for_each_seed(study):
+    (axes,) = study.plot().axes
+    points = next(line for line in axes.lines if line.get_marker() == "o")
+    assert list(points.get_ydata()) == [1, 2, 3]
+    assert list(points.get_xdata()) == [packing.jamming_fraction for packing in study.packings]
+    with pytest.raises(InputError, match="nothing to draw"):
+        Packings(study.spec).plot()
+
+
+def test_a_task_that_is_stopped_goes_on_where_it_was(study, tmp_path):
+    task, calls = study.tasks[0], []
+
+    def stop():
+        calls.append(None)
+        return len(calls) > 20
+
+    kept = tmp_path / "kept.h5"
+    with pytest.raises(Stopped):
+        measure(task, Look(stop, kept))
+    before = len(Compression.load(kept).history)
+    assert before > 5
+    # What is left is not enough for a compression from the start.
+    assert measure(task, Look(lambda: len(calls) < 0, kept)) == study.records[0]["result"]
+    kept.write_bytes(kept.read_bytes()[:1000])
+    assert measure(task, Look(None, kept)) == study.records[0]["result"]
+
+
+def test_ctrl_c_inside_a_packing_loses_nothing(study, tmp_path, monkeypatch):
+    part, parts = Compression._part, []
+
+    def impatient(self):
+        parts.append(self.seed)
+        if parts.count(2) == 10 and len(parts) == parts.count(1) + 10:
+            signal.raise_signal(signal.SIGINT)
+        part(self)
+
+    monkeypatch.setattr(Compression, "_part", impatient)
+    out = tmp_path / "several"
+    with pytest.raises(Interrupted, match="1 of 3 packings are done") as stopped:
+        carom.packings(40, seeds=3, executor="serial", out=out, **SMALL)
+    assert stopped.value.so_far.packings == study.packings[:1]
+    assert [path.suffix for path in sorted((out / "tasks").iterdir())].count(".h5") == 1
+    begun = len(parts)
+    again = Packings.load(out).run(out=out, executor="serial")
+    assert again.packings == study.packings
+    assert not list((out / "tasks").glob("*.h5"))
+    assert parts[begun:].count(2) == len(study.packings[1].history) - 10
+
+
+def test_remnants_of_states_are_swept(study):
+    left = study.folder / "tasks" / f".{Folder(study.folder).kept(study.tasks[0]).stem}.123.tmp.h5"
+    left.touch()
+    carom.packings(40, seeds=3, executor="serial", out=study.folder, **SMALL)
+    assert not left.exists()
+
+
+def test_the_command_writes_a_folder_for_each_packing(study, tmp_path):
+    out = tmp_path / "several"
+    done = typed(*OPTIONS, "--seeds", 2, "--out", out, "--report")
+    assert done.exit_code == 0, done.output
+    assert "Means and standard errors over 2 packings" in " ".join(done.stdout.split())
+    assert carom.load(out / "seed-2") == study.packings[1]
+    assert (out / "pack.png").exists()
+    assert "Packings of 40 disks" in (out / "report.html").read_text(encoding="utf-8")
+    again = typed(*OPTIONS, "--seeds", 3, "--out", out, "--json", "--no-pictures")
+    assert len(json.loads(again.stdout)["table"]) == 3
+    rows = list(csv.DictReader((out / "pack.csv").open(encoding="utf-8")))
+    assert [float(row["packing_fraction"]) for row in rows] == [p.packing_fraction for p in study.packings]
+    of_file = typed(out / "study.toml", "--out", out, "--json")
+    assert json.loads(of_file.stdout)["study"] == study.spec.words()
+    resumed = CliRunner().invoke(cli.app, ["resume", str(out)])
+    assert resumed.exit_code == 0, resumed.output
+    other = typed(*OPTIONS[:-1], "1e5", "--seeds", 3, "--out", out)
+    assert other.exit_code == 2
+    assert "until_Z was 1000000.0 and is 100000.0 now" in " ".join(other.output.split())
+
+
+def test_one_packing_and_several_need_folders_of_their_own(study, tmp_path):
+    carom.pack(40, out=tmp_path / "one", pictures=False, **SMALL)
+    several = typed(*OPTIONS, "--seeds", 2, "--out", tmp_path / "one")
+    assert several.exit_code == 2
+    assert "holds a packing already" in " ".join(several.output.split())
+    one = CliRunner().invoke(cli.app, ["pack", *OPTIONS, "--out", str(study.folder)])
+    assert one.exit_code == 2
+    assert "holds a study already" in " ".join(one.output.split())
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (("--report",), "--report is for several packings"),
+        (("--cores", "2"), "--cores is for several packings"),
+        (("--seeds", "2", "--overwrite"), "--overwrite is for one packing"),
+        (("--seeds", "0"), "seeds must be"),
+        (("--seeds", "2", "--rate", "-1"), "rate must be"),
+        (("--seeds", "2", "--rate", "0.1", "--stage", "0.1:1e3"), "stages, or rate and until_Z"),
+        (("--seeds", "2", "--n", "10", "--species", "5:1"), "n"),
+        (("scene.toml", "--seeds", "2"), "A scene file is the start of one packing"),
+        (("bad.toml",), "did you mean rate"),
+        (("other.toml",), "is no section of a study of packings"),
+    ],
+)
+def test_what_cannot_be_asked_for_is_a_sentence(words, sentence, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "scene.toml").write_text("[scene]\nn = 32\npacking_fraction = 0.1\n")
+    (tmp_path / "bad.toml").write_text("[pack]\nrates = 0.1\n")
+    (tmp_path / "other.toml").write_text("[pack]\nrate = 0.1\n[scene]\nn = 10\n")
+    refused = CliRunner().invoke(cli.app, ["pack", *words])
+    assert refused.exit_code == 2, refused.output
+    assert sentence in " ".join(refused.output.split())
+    assert not (tmp_path / "carom-pack").exists()
+
+
+def test_the_function_for_one_packing_names_that_for_several():
+    with pytest.raises(InputError, match=r"packings\(\.\.\., seeds=8\) makes several"):
+        carom.pack(40, seeds=3)
+
+
+def test_a_study_of_packings_is_a_file():
+    mixture = [carom.Species(count=20), carom.Species("small", count=20, diameter=0.7)]
+    spec = PackSpec(dimension=2, species=mixture, stages=[(0.1, 1e3), (0.01, 1e5)], seeds=2, common=True)
+    assert PackSpec.from_toml(spec.to_toml()) == spec
+    assert spec.start(1).n == 40
+    assert spec.replaced(n=30).species is None
+    assert spec.replaced(until_Z=1e4).stages is None
+    for wrong, sentence in (
+        ({"species": [3]}, "must hold Species"),
+        ({"species": [{"count": 3, "size": 1.0}]}, "A species has no 'size'"),
+        ({"stages": [(0.1, None)], "collisions": 100}, "needs a Z"),
+        ({"walls": "y"}, "walls must be true or false"),
+        ({"neighbors": "none"}, "neighbors must be one of"),
+        ({"dimension": 13}, "dimension must be"),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            PackSpec(**wrong)
