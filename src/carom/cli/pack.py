@@ -9,6 +9,10 @@ import typer
 
 from carom.cli.options import Json
 from carom.cli.trouble import friendly
+from carom.scene_file.commands import PackSpec
+from carom.spec import helps
+
+_SAYS = helps(PackSpec)
 
 _SCENE = "The system"
 _LENGTH = "How long"
@@ -18,10 +22,10 @@ _OUTPUT = "What to write"
 @friendly
 def pack(
     scene: Annotated[
-        Path | None, typer.Argument(help="Scene file (TOML) to start from. Without: random points.")
+        Path | None, typer.Argument(help=r"Scene file (TOML): \[scene] and \[pack]. Without: random points.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-pack"),
-    seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 1,
+    seed: Annotated[int | None, typer.Option(help=_SAYS["seed"])] = None,
     as_json: Json = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the packing in the folder.")
@@ -53,15 +57,11 @@ def pack(
     ] = False,
     rate: Annotated[
         float | None,
-        typer.Option(
-            help="Growth of the mean diameter over the thermal speed. Without: 0.02 to Z = PV/NkT of "
-            "1e3, then 1e-3.",
-            rich_help_panel=_LENGTH,
-        ),
+        typer.Option(help=_SAYS["rate"], rich_help_panel=_LENGTH),
     ] = None,
     until_Z: Annotated[
         float | None,
-        typer.Option(help="Z = PV/NkT at the end; 1e10.", rich_help_panel=_LENGTH),
+        typer.Option(help=_SAYS["until_Z"], rich_help_panel=_LENGTH),
     ] = None,
     stage: Annotated[
         list[str] | None,
@@ -69,18 +69,14 @@ def pack(
             help="Instead of both: RATE:Z. Repeat the option for each stage.", rich_help_panel=_LENGTH
         ),
     ] = None,
-    collisions: Annotated[
-        int | None, typer.Option(help="Number of collisions after which to stop.", rich_help_panel=_LENGTH)
-    ] = None,
+    collisions: Annotated[int | None, typer.Option(help=_SAYS["collisions"], rich_help_panel=_LENGTH)] = None,
     common: Annotated[
-        bool,
-        typer.Option(
-            "--common", help="One rate for all, not in proportion to size.", rich_help_panel=_LENGTH
-        ),
-    ] = False,
+        bool | None, typer.Option("--common", help=_SAYS["common"], rich_help_panel=_LENGTH)
+    ] = None,
     pictures: Annotated[
-        bool, typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT)
-    ] = True,
+        bool | None,
+        typer.Option("--pictures/--no-pictures", help=_SAYS["pictures"], rich_help_panel=_OUTPUT),
+    ] = None,
 ) -> None:
     """Compress particles until they jam: points that grow into spheres, or the spheres of a scene.
 
@@ -107,26 +103,31 @@ def pack(
             "A scene file says what is packed: leave out --n, --dimension, --packing-fraction, --species and "
             "--walls."
         )
+    asked = (PackSpec() if scene is None else PackSpec.load(scene)).replaced(
+        seed=seed, rate=rate, until_Z=until_Z, collisions=collisions, stages=stages or None, common=common,
+        pictures=pictures,
+    )  # fmt: skip
     with watched() as progress, compiling_told():
         from carom.scene.species import Species
+        from carom.scene_file.scene_file import SceneFile
         from carom.studies.packings.compression import pack as compress
 
         progress("Preparing", 0.0)
         packing = compress(
-            n if scene is None else scene,
+            n if scene is None else SceneFile.load(scene).scene.build(asked.seed),
             dimension=dimension,
             packing_fraction=packing_fraction,
             species=[Species(count=count, diameter=diameter) for count, diameter in kinds] or None,
             walls=walls or None,
-            rate=rate,
-            until_Z=until_Z,
-            collisions=collisions,
-            stages=stages or None,
-            common=common,
-            seed=seed,
+            rate=asked.rate,
+            until_Z=asked.until_Z,
+            collisions=asked.collisions,
+            stages=asked.stages,
+            common=asked.common,
+            seed=asked.seed,
             out=out,
             overwrite=overwrite,
-            pictures=pictures,
+            pictures=asked.pictures,
             progress=progress,
         )
     packed(packing.to_dict(), out, as_json)

@@ -139,9 +139,9 @@ def test_a_study_in_space_starts_with_its_interaction():
 def test_a_scene_file_with_a_well_is_a_transport_study(tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text(
-        "[scene]\ninitial = 'random'\nn = 100\ndimension = 2\npacking_fraction = 0.3\nkT = 1.5\n"
-        "interaction = { type = 'square-well', range = 1.5, depth = 0.5 }\n"
+        "[scene]\nn = 100\ndimension = 2\npacking_fraction = 0.3\n"
+        "interaction = { type = 'square-well', range = 1.5, depth = 0.5 }\n[transport]\nkT = 1.5\n"
     )
     spec = TransportSpec.of_argument(file).replaced(relative_error=0.1)
     assert spec.scene["interaction"] == {"type": "square-well", "range": 1.5, "depth": 0.5}
-    assert spec.scene["kT"] == 1.5
+    assert spec.kT == 1.5

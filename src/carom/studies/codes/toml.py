@@ -8,7 +8,7 @@ from typing import Any
 from carom import checks
 from carom.errors import InputError
 from carom.io.records import toml_tables
-from carom.studies.spec import read
+from carom.spec import read
 
 WORDS = ("n", "dimension", "seed", "tries", "rate", "hops", "starts", "digits")
 """Keys of ``[code]``."""
