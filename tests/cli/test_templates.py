@@ -178,3 +178,9 @@ def test_one_file_serves_every_command(tmp_path, command):
     done = typed(tmp_path, command[0], "one.toml", *command[1:])
     assert done.exit_code in (0, 3), done.output
     assert "Error" not in done.output
+
+
+def test_the_page_of_scene_files_has_every_key_with_its_help():
+    page = (Path(__file__).parents[2] / "docs" / "scene-files.md").read_text(encoding="utf-8")
+    for name in templates.SPECS:
+        assert templates.table(name) in page, name

@@ -5,6 +5,7 @@ A template holds values; what a key means is the help of its field, and is writt
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from importlib.resources import files
@@ -80,12 +81,17 @@ def code(name: str) -> str | None:
 
 def _told(line: str, field: SpecField) -> str:
     """Return a line with the meaning of its key."""
-    assert field.opt is not None
-    text = field.opt.help.partition("; as an option")[0].rstrip(".")
+    text = _meaning(field)
     told = f"{line:<{COLUMN - 1}} # {text[0].lower() + text[1:] if text[1:2].islower() else text}"
     while len(told) > LONGEST and (cut := max(told.rfind(". "), told.rfind("; "))) > len(line):
         told = told[:cut]
     return told
+
+
+def _meaning(field: SpecField) -> str:
+    """Return what a key means, without what its option looks like."""
+    assert field.opt is not None
+    return field.opt.help.partition("; as an option")[0].rstrip(".")
 
 
 def schema() -> dict[str, Any]:
@@ -134,3 +140,17 @@ def _type(hint: Any) -> dict[str, Any]:
         return {"anyOf": [one, {"type": "array", "items": one}]}
     kinds = [_type(each) for each in get_args(hint) if each is not type(None)]
     return kinds[0] if len(kinds) == 1 else {"anyOf": kinds} if kinds else {}
+
+
+def table(name: str) -> str:
+    """Return the keys of a section as a table in Markdown."""
+    kind = SPECS[name]
+    rows = []
+    for key, field in fields_of(kind).items():
+        if field.opt is not None and key not in kind.tables:
+            default = _key(field).get("default", "")
+            shown = f"`{json.dumps(default)}`" if default != "" else ""
+            rows.append(
+                f"| `{key}` | {field.opt.help.partition('; as an option')[0].rstrip('.')} | {shown} |"
+            )
+    return "\n".join(["| key | meaning | default |", "|---|---|---|", *rows])

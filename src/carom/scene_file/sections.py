@@ -6,7 +6,7 @@ The help of a command reads these fields, so that nothing slow is imported here 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from carom.errors import InputError
@@ -287,7 +287,9 @@ class SceneSpec(Spec):
         InputError
             If the code of the rule was not allowed to run (:meth:`SceneFile.trusted`), or fails.
         """
-        return {"interaction": self.interaction.ranges()} if hasattr(self.interaction, "ranges") else {}
+        from carom.models.interactions.rule_files import RuleFile
+
+        return {"interaction": self.interaction.ranges()} if isinstance(self.interaction, RuleFile) else {}
 
 
 def formats_of(text: str) -> list[str]:
@@ -379,6 +381,5 @@ class RunSpec(Spec):
 
     def replaced(self, **given: Any) -> RunSpec:
         """Return the section with other values; a walltime goes with the relative error that it limits."""
-        if self.walltime is not None and any(given.get(name) for name in LENGTHS if name != "relative_error"):
-            return RunSpec.replaced(RunSpec(**{**self.__dict__, "walltime": None}), **given)
-        return super().replaced(**given)
+        other = given.get("relative_error") is None and any(given.get(name) for name in LENGTHS)
+        return super(RunSpec, replace(self, walltime=None) if other else self).replaced(**given)

@@ -117,7 +117,11 @@ def point_of(scene: SceneSpec, given: Container[str]) -> dict[str, Any]:
         found["dimension"] = scene.dimension
     if scene.counted or any(name in given for name in ("density", "box", "cells")):
         made = scene.build(1)
-        return {**found, "n": made.n, "packing_fraction": made.packing_fraction}
+        asked = scene.packing_fraction  # which the places have to rounding
+        found["packing_fraction"] = made.packing_fraction if asked is None else asked
+        if scene.counted or any(name in given for name in ("n", "box", "cells")):
+            found["n"] = made.n
+        return found
     return found | {name: getattr(scene, name) for name in ("n", "packing_fraction") if name in given}
 
 
