@@ -22,10 +22,10 @@ n, error = (108, 1e-2) if args.smoke else (4000, 2e-4)
 # %% The two branches: a fluid that starts at random, and a crystal that starts as fcc and goes on a little
 # below melting, as a metastable state that lives longer than these runs.
 fluid = carom.equation_of_state(
-    [0.40, 0.43, 0.46, 0.48, 0.49], n=n, relative_error=error, initial="random", out=args.out / "fluid"
+    [0.40, 0.43, 0.46, 0.48, 0.49], n=n, relative_error=error, lattice="none", out=args.out / "fluid"
 )
 crystal = carom.equation_of_state(
-    [0.53, 0.54, 0.55, 0.57, 0.60], n=n, relative_error=error, initial="fcc", out=args.out / "crystal"
+    [0.53, 0.54, 0.55, 0.57, 0.60], n=n, relative_error=error, lattice="fcc", out=args.out / "crystal"
 )
 print(fluid, crystal, sep="\n")
 

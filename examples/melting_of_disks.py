@@ -32,10 +32,10 @@ else:
 # times deeper. Beyond melting a random start freezes into grains, so these points start as a crystal. What is
 # not in equilibrium is flagged by the drift of the pressure or of psi_6, or because replicas disagree.
 study = carom.equation_of_state(
-    etas, dimension=2, n=sizes, initial="random", out=args.out / "melting", **length
+    etas, dimension=2, n=sizes, lattice="none", out=args.out / "melting", **length
 )
 crystal = carom.equation_of_state(
-    crystals, dimension=2, n=sizes, initial="triangular", out=args.out / "crystal", **length
+    crystals, dimension=2, n=sizes, lattice="triangular", out=args.out / "crystal", **length
 )
 for row in [*study.table, *crystal.table]:
     pressure = f"P* = {row.reduced_pressure:.4f} +- {row.reduced_pressure_error:.4f}"

@@ -178,15 +178,16 @@ def test_overwrite_replaces_the_run_and_nothing_else(finished, tmp_path):
     ("scene", "z"),
     [
         # One sphere never meets anybody: Z = 1 exactly.
-        ('initial = "cubic"\nn = 1\npacking_fraction = 0.1', 1.0),
+        ('lattice = "cubic"\nn = 1\npacking_fraction = 0.1', 1.0),
         # Nobody moves: there is no pressure to speak of.
-        ("cells = 4\nkT = 0.0", None),
+        ("n = 256\n[run]\nkT = 0.0", None),
     ],
     ids=["one sphere", "nothing moves"],
 )
 def test_scenes_without_collisions_end_properly(tmp_path, scene, z):
+    head = "" if "[run]" in scene else "[run]\n"
     (tmp_path / "scene.toml").write_text(
-        f"[scene]\n{scene}\n[run]\nequilibration = 1\ncollisions_per_particle = 10\nframes = 3\n"
+        f"[scene]\n{scene}\n{head}equilibration = 1\ncollisions_per_particle = 10\nframes = 3\n"
     )
     done = carom("run", "scene.toml", "--out", "run", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
@@ -207,13 +208,13 @@ def test_scenes_without_collisions_end_properly(tmp_path, scene, z):
         ("[scene]\npacking_fraction = nan", "packing_fraction"),
         ("[scene]\npacking_fraktion = 0.3", "did you mean packing_fraction"),
         ("[scene]\nn = 0", "n"),
-        ("[scene]\ncells = 'four'", "cells"),
-        ("[scene]\ninitial = 'random'\nn = 10\nbox = [3.0, -1.0, 3.0]", "box"),
-        ("[scene]\ninitial = 'file'\nfile = 'missing.h5md'", "missing.h5md"),
-        ("[scene]\ninitial = 'file'\nfile = 'scene.toml'", "scene.toml"),
+        ("[scene]\nlattice = 'fcc'\ncells = 'four'", "cells"),
+        ("[scene]\nn = 10\nbox = [3.0, -1.0, 3.0]", "box"),
+        ("[scene]\nfile = 'missing.h5md'", "missing.h5md"),
+        ("[scene]\nfile = 'scene.toml'", "scene.toml"),
         ("[run]\nseed = -1", "seed"),
-        ("[run]\nneighbors = 'lists'\n[scene]\ncells = 1\npacking_fraction = 0.3", "neighbor"),
-        ("[output]\ntrajectory = ['extxyz']\n[scene]\ninitial = 'dn'\ndimension = 4\ncells = 2\n"
+        ("[run]\nneighbors = 'lists'\n[scene]\nlattice = 'fcc'\nn = 4\npacking_fraction = 0.3", "neighbor"),
+        ("[run]\nwrite = ['extxyz']\n[scene]\nlattice = 'dn'\ndimension = 4\ncells = 2\n"
          "packing_fraction = 0.1", "h5md"),
         ("[scene\n", "TOML"),
     ],
@@ -230,7 +231,7 @@ def test_bad_scenes_are_refused_in_one_sentence(tmp_path, text, sentence):
         (["run", "."], "scene.toml does not exist"),
         (["run", "--n", "-5"], "n"),
         (["run", "--density", "2"], "density"),
-        (["run", "--dimension", "2", "--initial", "fcc"], "dimension is 3"),
+        (["run", "--dimension", "2", "--lattice", "fcc"], "dimension is 3"),
         (["run", "--out", "a_file"], "a_file"),
         (["run", "--out", "a_file/run"], "a_file"),
         (["run", "--out", "full"], "--overwrite"),
@@ -240,12 +241,15 @@ def test_bad_scenes_are_refused_in_one_sentence(tmp_path, text, sentence):
         (["export", "foreign.h5md", "foreign.h5md"], "--overwrite"),
         (["rdf", "foreign.h5md"], "foreign.h5md"),
         (["rdf", "foreign.h5md", "--out", "table.txt"], ".csv"),
-        (["init", "a_file"], "--overwrite"),
+        (["init", "a_file"], "expected .toml"),
+        (["init", "mine.toml"], "--overwrite"),
+        (["init", "--template", "wall"], "did you mean walls"),
         (["init", "nowhere/scene.toml"], "nowhere"),
     ],
 )
 def test_bad_commands_are_refused_in_one_sentence(tmp_path, arguments, sentence):
-    (tmp_path / "a_file").write_text("mine")
+    for name in ("a_file", "mine.toml"):
+        (tmp_path / name).write_text("mine")
     (tmp_path / "foreign.h5md").write_bytes(b"nothing of the kind")
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "summary.json").write_text("{}")
@@ -299,8 +303,8 @@ def test_a_full_disk_is_one_sentence_and_the_run_resumes(tmp_path, finished):
 def test_init_writes_the_default_plan_with_comments(tmp_path):
     done = carom("init", cwd=tmp_path)
     assert done.returncode == 0
-    assert "carom run scene.toml" in done.stdout
-    text = (tmp_path / "scene.toml").read_text()
+    assert "carom run fluid.toml" in done.stdout
+    text = (tmp_path / "fluid.toml").read_text()
     assert text.count("#") > 10
     assert SceneFile.from_toml(text) == SceneFile()
 

@@ -152,7 +152,6 @@ def test_a_run_that_fails_is_told_with_exit_code_2_and_tried_again(tmp_path):
     file = tmp_path / "study.toml"
     file.write_text(
         "[study]\npacking_fraction = [0.1, 0.62]\nn = 32\nreplicas = 1\ncollisions_per_particle = 50\n"
-        'initial = "random"\n'
     )
     for options in ([], ["--json"]):
         finished = carom(

@@ -18,7 +18,6 @@ ROOT = Path(__file__).parents[2]
 
 SCENE = """
 [scene]
-initial = "random"
 dimension = 2
 n = 16
 packing_fraction = 0.3

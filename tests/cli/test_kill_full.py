@@ -92,7 +92,7 @@ def test_a_run_with_one_trajectory_alone_goes_on_after_a_kill(reference, tmp_pat
     out, scene = tmp_path / "run", tmp_path / "one.toml"
     others = [other for other in ("h5md", "extxyz", "gsd") if other != form]
     plan = full_run.plan(**SIZE, without=others)
-    assert plan.output.trajectory == (form,)
+    assert plan.run.write == (form,)
     scene.write_text(plan.to_toml())
     process = start("run", scene, "--out", out)
     wait_for(lambda: (out / "checkpoint.h5").exists() and checkpointed(out) > 2, process)

@@ -19,8 +19,8 @@ import carom
 from carom import cli, io
 from carom.frame import Frame
 
-RUN = ("--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10", "--frames", "2",
-       "--collisions-per-particle", "40", "--no-pictures")  # fmt: skip
+RUN = ("--lattice", "fcc", "--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10",
+       "--frames", "2", "--collisions-per-particle", "40", "--no-pictures")  # fmt: skip
 PACK = ("--n", "20", "--dimension", "2", "--rate", "0.1", "--until-Z", "1e3", "--no-pictures")
 EOS = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "50", "--equilibration",
        "20", "--engine", "serial", "--no-pictures")  # fmt: skip
@@ -132,7 +132,7 @@ def close(value, within=0.0):
 
 
 OUT = ("--out", "out")
-EXPLAIN = (*RUN[:4], "--explain")
+EXPLAIN = (*RUN[:6], "--explain")
 NO_LENGTH = without(RUN, "--collisions-per-particle")
 LOGGED = ("logged.toml", "--no-event-log")
 SPECIES = ("--species", "10:1", "--species", "10:1.4")
@@ -172,9 +172,9 @@ TOO_SLOW = {
     *(
         ("transport", option)
         for option in (
-            "study", "--out", "--packing-fraction", "--n", "--replicas", "--dimension", "--seed",
-            "--initial", "--relative-error", "--collisions-per-particle", "--equilibration", "--engine",
-            "--cores", "--scheduler",
+            "scene", "--out", "--packing-fraction", "--n", "--kT", "--replicas", "--dimension", "--seed",
+            "--relative-error", "--collisions-per-particle", "--equilibration", "--engine", "--cores",
+            "--scheduler",
         )
     ),
 }  # fmt: skip
@@ -182,7 +182,7 @@ TOO_SLOW = {
 
 CASES = {
     "run": {
-        "scene": added((*EXPLAIN[4:],), ("scene.toml",), in_brackets("n"), "32"),
+        "scene": added(("--explain",), ("scene.toml",), in_brackets("n"), "32"),
         "--out": added(RUN, ("--out", "elsewhere"), made("elsewhere/summary.json"), True),
         "--seed": added(
             (*RUN, *OUT), ("--seed", "5"),
@@ -190,16 +190,23 @@ CASES = {
         ),
         "--json": added((*RUN, *OUT), ("--json",), json_alone, True),
         "--overwrite": added((*RUN, "--out", "full"), ("--overwrite",), lambda done: done.code, 0),
-        "--initial": added(EXPLAIN, ("--initial", "cubic"), in_brackets("n"), "27"),
+        "--lattice": added(
+            without(EXPLAIN, "--lattice"), ("--lattice", "cubic"), lambda done: "n=27" in done.printed, True
+        ),
+        "--kT": added((*RUN, *OUT), ("--kT", "2"), told("kT"), close_to(2.0)),
+        "--time": added((*NO_LENGTH, *OUT), ("--time", "3"), told("time"), close_to(3.0)),
+        "--write": added(
+            (*RUN, *OUT), ("--write", "extxyz"), told("trajectories"), ["trajectory.extxyz"]
+        ),
         "--dimension": added(("--explain",), ("--dimension", "2"), in_brackets("dimension"), "2"),
-        "--n": added(EXPLAIN[2:], ("--n", "32"), in_brackets("n"), "32"),
-        "--cells": added(EXPLAIN[2:], ("--cells", "2"), in_brackets("n"), "32"),
+        "--n": added(without(EXPLAIN, "--cells"), ("--n", "32"), in_brackets("n"), "32"),
+        "--cells": added(without(EXPLAIN, "--cells"), ("--cells", "2"), in_brackets("n"), "32"),
         "--packing-fraction": added(
-            EXPLAIN[:2] + EXPLAIN[4:], ("--packing-fraction", "0.2"),
+            without(EXPLAIN, "--packing-fraction"), ("--packing-fraction", "0.2"),
             lambda done: "packing_fraction=0.2)" in done.printed, True,
         ),
         "--density": added(
-            EXPLAIN[:2] + EXPLAIN[4:], ("--density", "0.6"),
+            without(EXPLAIN, "--packing-fraction"), ("--density", "0.6"),
             lambda done: "packing_fraction=0.314159)" in done.printed, True,
         ),
         "--equilibration": added(
@@ -304,6 +311,9 @@ CASES = {
     },
     "init": {
         "path": added((), ("mine.toml",), made("mine.toml"), True),
+        "--template": added((), ("--template", "rules"), made("rules.py"), True),
+        "--list": added((), ("--list",), lambda done: "square-well" in done.printed, True),
+        "--schema": added((), ("--schema",), json_alone, True),
         "--overwrite": added(("scene.toml",), ("--overwrite",), lambda done: done.code, 0),
     },
     "trade": {
@@ -369,7 +379,8 @@ CASES = {
         "--n": added((*EOS, *OUT), ("--n", "40"), scene_told("n"), {40}),
         "--replicas": added((*EOS, *OUT), ("--replicas", "2"), lambda done: len(done.tasks), 2),
         "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["spec"].dimension, 2),
-        "--initial": added((*EOS, *OUT), ("--initial", "fcc"), scene_told("initial"), {"fcc"}),
+        "--lattice": added((*EOS, *OUT), ("--lattice", "fcc"), scene_told("initial"), {"fcc"}),
+        "--kT": added((*EOS, *OUT), ("--kT", "2"), scene_told("kT"), {2.0}),
         "--seed": added((*EOS, *OUT), ("--seed", "7"), tasked("seed"), {7}),
         "--relative-error": added(
             (), ("--relative-error", "0.1"), lambda done: done.asked["spec"].relative_error, 0.1
@@ -398,6 +409,7 @@ CASES = {
             (), ("--packing-fraction", "0.15"), lambda done: done.asked["spec"].packing_fraction, (0.15,)
         ),
         "--n": added((), ("--n", "40"), lambda done: done.asked["spec"].n, (40,)),
+        "--kT": added((), ("--kT", "2"), lambda done: done.asked["spec"].kT, 2.0),
         "--replicas": added((), ("--replicas", "2"), lambda done: done.asked["spec"].replicas, 2),
         "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["spec"].dimension, 2),
         "--initial": added((), ("--initial", "fcc"), lambda done: done.asked["spec"].initial, "fcc"),
@@ -462,7 +474,6 @@ CASES = {
 
 HUNT = """
 [scene]
-initial = "random"
 n = 4
 box = [9.0, 9.0]
 diameter = 0.1
@@ -482,10 +493,10 @@ class Asked(Exception):
 def material(tmp_path_factory):
     """Return a folder of what commands read, and what stands in their way."""
     folder = tmp_path_factory.mktemp("material")
-    (folder / "scene.toml").write_text("[scene]\ncells = 2\npacking_fraction = 0.3\n")
+    (folder / "scene.toml").write_text("[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.3\n")
     (folder / "logged.toml").write_text(
-        "[scene]\ncells = 3\npacking_fraction = 0.3\n[run]\nequilibration = 1\nframes = 2\n"
-        "collisions_per_particle = 40\n[output]\nevent_log = true\npictures = false\n"
+        "[scene]\nlattice = 'fcc'\ncells = 3\npacking_fraction = 0.3\n[run]\nequilibration = 1\nframes = 2\n"
+        "collisions_per_particle = 40\nevent_log = true\npictures = false\n"
     )
     (folder / "study.toml").write_text(
         "[study]\npacking_fraction = [0.1]\nn = 32\ncollisions_per_particle = 40\n[scene]\nmass = 2.0\n"

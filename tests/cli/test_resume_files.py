@@ -243,9 +243,7 @@ class Own(Ball):
 
 def test_a_plan_that_no_file_holds_leaves_the_run_that_is_there(out):
     before = content(out)
-    plan = SceneFile(
-        scene=SceneSpec(initial="random", n=4, box=(9.0, 9.0), obstacles=(Own((4.0, 4.0), 1.0),))
-    )
+    plan = SceneFile(scene=SceneSpec(n=4, box=(9.0, 9.0), obstacles=(Own((4.0, 4.0), 1.0),)))
     with pytest.raises(InputError, match="class of one's own"):
         RunFolder(out).begin(plan)
     assert content(out) == before

@@ -21,29 +21,18 @@ from carom.studies.runs.report import _mixture_theory
 
 BINARY = """
 [scene]
-initial = "random"
 dimension = {dimension}
 packing_fraction = 0.2
 {more}
-
-[[scene.species]]
-name = "a, b"
-count = 40
-diameter = 1.0
-
-[[scene.species]]
-name = "small"
-count = 80
-diameter = 0.5
+species."a, b" = {{ count = 40, diameter = 1.0 }}
+species.small = {{ count = 80, diameter = 0.5 }}
 
 [run]
 equilibration = 20
 collisions_per_particle = 50
 frames = 20
-
-[output]
 pictures = true
-trajectory = {trajectory}
+write = {trajectory}
 """
 
 

@@ -15,6 +15,7 @@ from carom.scene_file.scene_file import RunSpec, SceneFile
 
 PRECISE = """
 [scene]
+lattice = "fcc"
 cells = 3
 packing_fraction = 0.3
 
@@ -25,7 +26,6 @@ relative_error = 3e-3
 frames = 20
 checkpoint_every = 0.02
 
-[output]
 pictures = false
 """
 
@@ -114,7 +114,7 @@ def test_ten_thousand_collisions_per_particle_are_the_default():
 NONE = {
     "pinned": ("pinned = 4", "components are pinned"),
     "a field": ('motion = { type = "gravity", g = [0.0, -1.0] }', "Gravity changes the total momentum"),
-    "at rest": ("kT = 0.0", "Nothing moves"),
+    "at rest": ("[run]\nkT = 0.0", "Nothing moves"),
     "one": ("", "One particle"),
 }
 
@@ -123,8 +123,9 @@ NONE = {
 def test_a_run_without_a_pressure_takes_no_relative_error(tmp_path, name):
     key, says = NONE[name]
     n = 1 if name == "one" else 16
-    scene = f'[scene]\ninitial = "random"\nn = {n}\ndimension = 2\nbox = [9.0, 9.0]\n{key}\n'
-    plan = SceneFile.from_toml(scene + "[run]\nrelative_error = 0.05\n")
-    with pytest.raises(InputError, match=rf"needs a pressure; give collisions_per_particle.*{says}"):
+    scene = f"[scene]\nn = {n}\ndimension = 2\nbox = [9.0, 9.0]\n{key}\n"
+    scene += "" if "[run]" in key else "[run]\n"
+    plan = SceneFile.from_toml(scene + "relative_error = 0.05\n")
+    with pytest.raises(InputError, match=rf"needs a pressure; give collisions_per_particle or time.*{says}"):
         carom.run(plan, tmp_path / "run")
     assert not (tmp_path / "run").exists()

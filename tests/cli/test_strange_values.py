@@ -133,24 +133,24 @@ RUN = {"seed": 1, "equilibration": 1.0, "collisions_per_particle": 9.0, "frames"
 
 def scene(**keys):
     """Return a scene of 20 disks or spheres at random."""
-    return {"scene": {"initial": "random", "n": 20, "packing_fraction": 0.05, **keys}}
+    return {"scene": {"n": 20, "packing_fraction": 0.05, **keys}}
 
 
 ON_A_SPHERE = {"type": "great-circles", "radius": 1.0}
 WELL = {"type": "square-well", "range": 1.5, "depth": 1.0}
 SCENES = {
     "walls": scene(
-        dimension=2, walls={"y_low": {"impact": 0.9, "offset": 0.0}}, kT=1.0, pinned=[1, 2],
-        obstacles=[
-            PLANE,
-            {"type": "ball", "center": [1.0, 1.0], "radius": 0.5},
-            {**PLANE, "kT": 1.0, "seed": 3},
-            {**PLANE, "impact": LOSS},
-        ],
+        dimension=2, walls={"y_low": {"impact": 0.9, "offset": 0.0}}, pinned=[1, 2],
+        obstacles={
+            "floor": PLANE,
+            "ball": {"type": "ball", "center": [1.0, 1.0], "radius": 0.5},
+            "hot": {**PLANE, "kT": 1.0, "seed": 3},
+            "soft": {**PLANE, "impact": LOSS},
+        },
         impact={"type": "loss", **LOSS},
-    ) | {"run": RUN, "output": {"trajectory": ["h5md"], "event_log": False, "pictures": False}},
+    ) | {"run": RUN | {"kT": 1.0, "write": ["h5md"], "event_log": False, "pictures": False}},
     "mixture": scene(
-        species=[{"name": "a", "fraction": 0.5, "diameter": 1.0, "mass": 1.0}, {"fraction": 0.5}],
+        species={"a": {"fraction": 0.5, "diameter": 1.0, "mass": 1.0}, "b": {"fraction": 0.5}},
         contact=[[1.0, 0.9], [0.9, 1.0]],
     ),
     "well": scene(interaction=WELL),
@@ -168,12 +168,12 @@ SCENES = {
     ),
     "gravity": scene(
         dimension=2, walls="y", motion={"type": "gravity", "g": [0.0, -1.0]},
-        obstacles=[{
+        obstacles={"floor": {
             **PLANE, "direction": [0.0, 1.0], "shake": {"type": "sine", "amplitude": 0.01, "period": 1.0},
-        }],
+        }},
     ),
-    "sphere": {"scene": {"initial": "file", "file": "no.h5md", "motion": ON_A_SPHERE}},
-    "lattice": {"scene": {"initial": "triangular", "cells": [2, 2], "density": 0.5, "diameter": 1.0}},
+    "sphere": {"scene": {"file": "no.h5md", "motion": ON_A_SPHERE}},
+    "lattice": {"scene": {"lattice": "triangular", "cells": [2, 2], "density": 0.5, "diameter": 1.0}},
 }  # fmt: skip
 
 
@@ -202,7 +202,7 @@ STUDY = {
         "packing_fraction": [0.1], "n": [32], "replicas": 1, "dimension": 3, "collisions_per_particle": 20.0,
         "equilibration": 5.0, "seed": 1,
     },
-    "scene": {"kT": 1.0, "species": [{"name": "a", "fraction": 0.5}, {"name": "b", "fraction": 0.5}]},
+    "scene": {"species": {"a": {"fraction": 0.5}, "b": {"fraction": 0.5}}},
 }  # fmt: skip
 SEARCH = {
     "code": {
@@ -348,7 +348,7 @@ def test_a_strange_value_in_the_summary_of_a_run_is_a_sentence(tmp_path, all_of_
 def test_a_strange_value_beside_a_trajectory_is_a_sentence(tmp_path, all_of_them):
     with io.open(tmp_path / "trajectory.h5md", "w") as file:
         file.write(crystal(2, 3))
-    (tmp_path / "scene.toml").write_text('[scene]\ninitial = "random"\ndimension = 2\nn = 5\ndensity = 0.1\n')
+    (tmp_path / "scene.toml").write_text("[scene]\ndimension = 2\nn = 5\ndensity = 0.1\n")
     for changed, *_ in damaged({"box": [10.0, 10.0]}, True):
         (tmp_path / "summary.json").write_text(as_json(changed))
         typed("view", tmp_path, "--out", tmp_path / "page.html", "--no-open", "--overwrite")

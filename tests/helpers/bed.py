@@ -11,7 +11,6 @@ from carom.scene_file.scene_file import SceneFile
 
 SCENE = """
 [scene]
-initial = "random"
 n = 3
 box = [3.0, 6.0]
 walls = "y"
@@ -27,11 +26,10 @@ type = "loss"
 restitution = 0.8
 contact_time = 1e-2
 
-[[scene.obstacles]]
+[scene.obstacles.floor]
 type = "plane"
 normal = [0.0, 1.0]
 offset = 0.0
-name = "floor"
 impact = { restitution = 0.8, contact_time = 1e-2 }
 shake = { amplitude = 0.2, period = 2.0 }
 
@@ -39,9 +37,7 @@ shake = { amplitude = 0.2, period = 2.0 }
 equilibration = 2
 collisions_per_particle = 4
 frames = 1
-
-[output]
-trajectory = []
+write = []
 pictures = false
 """
 

@@ -21,6 +21,7 @@ TIMING = {"collisions_per_second", "seconds"}
 #: 108 spheres for one or two seconds, with a frame and a checkpoint every few hundredths.
 PLAN = """
 [scene]
+lattice = "fcc"
 cells = 3
 packing_fraction = 0.3
 
@@ -30,8 +31,6 @@ equilibration = {equilibration}
 collisions_per_particle = {measured}
 frames = {frames}
 checkpoint_every = 0.02
-
-[output]
 event_log = {log}
 pictures = false
 """

@@ -11,22 +11,12 @@ from carom.scene_file.scene_file import SceneFile
 
 PLAN = """
 [scene]
-initial = "random"
 dimension = 2
 packing_fraction = 0.2
 walls = "y"
-obstacles = [{{type = "ball", center = [2, 2], radius = 0.6}}]
-
-[[scene.species]]
-name = "large"
-count = 20
-diameter = 1.0
-
-[[scene.species]]
-name = "small"
-count = 28
-diameter = 0.6
-mass = 0.3
+obstacles.ball = {{ type = "ball", center = [2, 2], radius = 0.6 }}
+species.large = {{ count = 20, diameter = 1.0 }}
+species.small = {{ count = 28, diameter = 0.6, mass = 0.3 }}
 
 [run]
 seed = 3
@@ -34,11 +24,9 @@ equilibration = {equilibration}
 collisions_per_particle = {measured}
 frames = {frames}
 checkpoint_every = 0.02
-
-[output]
 event_log = true
 pictures = false
-trajectory = ["h5md", "extxyz", "gsd"]
+write = ["h5md", "extxyz", "gsd"]
 """
 
 
@@ -49,20 +37,18 @@ equilibration = 200
 collisions_per_particle = {measured}
 frames = 64
 checkpoint_every = 0.02
-
-[output]
 event_log = true
 pictures = false
-trajectory = ["h5md", "extxyz"]
+write = ["h5md", "extxyz"]
 """
 
 OTHERS = {
     "wells": (
         """
 [scene]
+lattice = "fcc"
 cells = 2
 density = 0.3
-kT = 2.0
 
 [scene.interaction]
 type = "square-well"

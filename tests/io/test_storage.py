@@ -10,13 +10,13 @@ import pytest
 
 import carom
 from carom import Frame, Scene, Simulation, io
-from carom.scene_file.scene_file import OutputSpec, RunSpec, SceneFile, SceneSpec
+from carom.scene_file.scene_file import RunSpec, SceneFile, SceneSpec
 from carom.simulation import checkpoint
 from carom.studies.runs import storage, underway
 
 
 def plan(frames=None, trajectory=None):
-    return SceneFile(run=RunSpec(frames=frames), output=OutputSpec(trajectory=trajectory))
+    return SceneFile(run=RunSpec(frames=frames, write=trajectory))
 
 
 def amount(asked, scene, checkpoint=0):
@@ -194,9 +194,8 @@ def test_a_frame_takes_about_as_many_bytes_as_is_thought(form, dimension, tmp_pa
 
 def test_a_run_says_what_it_kept(tmp_path, monkeypatch):
     small = SceneFile(
-        scene=SceneSpec(cells=3, packing_fraction=0.3),
-        run=RunSpec(equilibration=5.0, collisions_per_particle=20.0),
-        output=OutputSpec(pictures=False),
+        scene=SceneSpec(lattice="fcc", cells=3, packing_fraction=0.3),
+        run=RunSpec(equilibration=5.0, collisions_per_particle=20.0, pictures=False),
     )
     # Two dozen frames of 108 spheres in one format, beside a checkpoint.
     monkeypatch.setattr(storage, "SMALL", 0.0)
@@ -222,9 +221,8 @@ def everything_is_large(monkeypatch):
 def test_a_run_with_no_room_for_a_frame_says_so_and_has_all_else(tmp_path, monkeypatch):
     """Its g(r) is that of the state at the end: what the one frame would have held."""
     small = SceneFile(
-        scene=SceneSpec(cells=3, packing_fraction=0.3),
-        run=RunSpec(equilibration=5.0, collisions_per_particle=20.0),
-        output=OutputSpec(pictures=False),
+        scene=SceneSpec(lattice="fcc", cells=3, packing_fraction=0.3),
+        run=RunSpec(equilibration=5.0, collisions_per_particle=20.0, pictures=False),
     )
     one = carom.run(replace(small, run=replace(small.run, frames=1)), tmp_path / "one")
     everything_is_large(monkeypatch)
@@ -250,9 +248,8 @@ def test_a_run_with_no_room_for_a_frame_says_so_and_has_all_else(tmp_path, monke
 
 def test_a_run_without_frames_goes_on_from_a_packed_checkpoint_bit_for_bit(tmp_path, monkeypatch):
     small = SceneFile(
-        scene=SceneSpec(cells=3, packing_fraction=0.3),
-        run=RunSpec(equilibration=5.0, collisions_per_particle=200.0, checkpoint_every=1e-3),
-        output=OutputSpec(pictures=False),
+        scene=SceneSpec(lattice="fcc", cells=3, packing_fraction=0.3),
+        run=RunSpec(equilibration=5.0, collisions_per_particle=200.0, checkpoint_every=1e-3, pictures=False),
     )
     everything_is_large(monkeypatch)
     monkeypatch.setattr(storage, "KEPT", 0.0)

@@ -295,7 +295,7 @@ def test_a_drive_of_a_scene_file_is_that_of_python(drive, tmp_path):
     table = drive.to_table()
     lines = "\n".join(f"{name} = {value!r}".replace("'", '"') for name, value in table.items())
     path = tmp_path / "bath.toml"
-    path.write_text(f"[scene]\ncells = 2\n[scene.drive]\n{lines}\n")
+    path.write_text(f"[scene]\nlattice = 'fcc'\ncells = 2\n[scene.drive]\n{lines}\n")
     plan = SceneFile.load(path)
     assert plan.scene.drive == drive
     path.write_text(plan.to_toml())

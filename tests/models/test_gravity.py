@@ -240,7 +240,6 @@ def test_a_scene_file_holds_field_floor_and_loss():
 
     text = """
 [scene]
-initial = "random"
 n = 20
 box = [8.5, 12.0]
 walls = "y"
@@ -254,11 +253,10 @@ type = "loss"
 restitution = 0.9
 contact_time = 1e-3
 
-[[scene.obstacles]]
+[scene.obstacles.floor]
 type = "plane"
 normal = [0.0, 1.0]
 offset = 0.5
-name = "floor"
 impact = { restitution = 0.8, contact_time = 1e-3 }
 shake = { amplitude = 0.3, period = 2.0 }
 """

@@ -238,7 +238,7 @@ def test_one_ball_between_pinned_ones_loses_by_every_contact_what_restitution_sa
 def test_a_scene_file_says_how_many_are_pinned_or_who():
     from carom.scene_file.scene_file import SceneFile
 
-    text = "[scene]\ninitial = 'random'\nn = 30\ndimension = 2\npacking_fraction = 0.2\npinned = {}\n"
+    text = "[scene]\nn = 30\ndimension = 2\npacking_fraction = 0.2\npinned = {}\n"
     plan = SceneFile.from_toml(text.format(12))
     scene = plan.scene.build(5)
     assert scene.pinned.sum() == 12

@@ -49,19 +49,10 @@ def behave(unit, event):
 
 SCENE = """
 [scene]
-initial = "random"
 box = [20.0, 20.0]
 walls = "y"
-
-[[scene.species]]
-name = "hare"
-count = 16
-diameter = 0.1
-
-[[scene.species]]
-name = "fox"
-count = 4
-diameter = 0.1
+species.hare = { count = 16, diameter = 0.1 }
+species.fox = { count = 4, diameter = 0.1 }
 
 [scene.interaction]
 type = "ranges"
@@ -77,8 +68,6 @@ kinds = [
 equilibration = 0
 collisions_per_particle = 20
 frames = 4
-
-[output]
 event_log = true
 pictures = false
 """

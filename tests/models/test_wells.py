@@ -318,9 +318,9 @@ def test_steps_of_equal_volume_keep_the_integral_of_the_potential():
 
 TOML = """
 [scene]
+lattice = "fcc"
 cells = 4
 density = 0.3
-kT = 2.0
 
 [scene.interaction]
 """
@@ -350,7 +350,7 @@ def test_a_scene_file_describes_an_interaction(text, interaction):
 def test_a_scene_file_runs_from_the_command_line_beside_no_theory_of_hard_spheres(tmp_path):
     (tmp_path / "well.toml").write_text(
         TOML + 'type = "square-well"\n[run]\nequilibration = 5\ncollisions_per_particle = 40\nframes = 2\n'
-        "[output]\npictures = false\n"
+        "pictures = false\n"
     )
     done = CliRunner().invoke(cli.app, ["run", str(tmp_path / "well.toml"), "--out", str(tmp_path / "out")])
     assert done.exit_code == 0, done.output

@@ -192,7 +192,7 @@ def test_a_segment_has_the_mean_energy_of_both_of_its_ends(heat):
 
 @pytest.mark.parametrize(("kT", "told"), [(1.98, True), (1.995, False), (2.005, False), (2.02, True)])
 def test_a_temperature_that_is_missed_either_way_is_told(kT, told):
-    plan = SimpleNamespace(scene=SimpleNamespace(kT=2.0), output=SimpleNamespace(event_log=False))
+    plan = SimpleNamespace(run=SimpleNamespace(kT=2.0, event_log=False))
     sim = SimpleNamespace(scene=SimpleNamespace(velocities=None))
     said = _other_temperature(SimpleNamespace(plan=plan, sim=sim, energy_drift=1e-15), Estimate.exact(kT))
     assert (said is not None) == told
@@ -201,21 +201,20 @@ def test_a_temperature_that_is_missed_either_way_is_told(kT, told):
 
 WELLS = """
 [scene]
+lattice = "fcc"
 cells = 3
 density = 0.3
-kT = 3.0
 
 [scene.interaction]
 type = "square-well"
 
 [run]
+kT = 3.0
 seed = 2
 equilibration = {equilibration}
 collisions_per_particle = {measured}
 frames = 2
 checkpoint_every = 0.02
-
-[output]
 pictures = false
 event_log = {log}
 """
@@ -265,23 +264,20 @@ def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_p
 def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(tmp_path):
     plan = SceneFile.from_toml("""
 [scene]
-initial = "random"
 dimension = 2
 n = 40
 packing_fraction = 0.1
 walls = "y"
-kT = 1.0
 
 [scene.motion]
 type = "gravity"
 g = [0.0, -0.5]
 
 [run]
+kT = 1.0
 equilibration = 50
 collisions_per_particle = 800
 frames = 2
-
-[output]
 pictures = false
 """)
     summary = carom.run(plan, tmp_path / "run").summary

@@ -20,7 +20,7 @@ from carom.observables.momentum_balance import weighted_momenta
 from carom.scene import temperature
 from carom.scene.velocities import maxwell_velocities
 from carom.scene_file.scene_file import SceneFile
-from carom.scene_file.sections import OutputSpec, RunSpec, SceneSpec
+from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.simulation.measuring import measure
 from carom.studies.runs import execution as runs
 
@@ -292,9 +292,8 @@ def test_error_bars_cover_at_any_density(d, n, eta, periodic, which, obstacles):
 
 def test_a_run_measures_walls_as_measure_does(tmp_path):
     plan = SceneFile(
-        scene=SceneSpec(initial="random", n=40, dimension=2, packing_fraction=0.3, walls="y"),
-        run=RunSpec(collisions_per_particle=100, equilibration=30, frames=1),
-        output=OutputSpec(trajectory=(), pictures=False),
+        scene=SceneSpec(n=40, dimension=2, packing_fraction=0.3, walls="y"),
+        run=RunSpec(collisions_per_particle=100, equilibration=30, frames=1, write=(), pictures=False),
     )
     lower, upper = runs.run(plan, tmp_path / "run").summary["obstacles"]
     # Of equal disks the balance is the same for both walls, to rounding; what they took up is not.

@@ -136,7 +136,6 @@ def test_a_page_never_replaces_the_trajectory_that_it_shows(tmp_path, monkeypatc
 
 WITH_A_BALL = """
 [scene]
-initial = "random"
 n = 7
 packing_fraction = 0.1
 dimension = {dimension}

@@ -120,8 +120,7 @@ def test_only_commands_that_take_a_scene_file_say_that_their_options_override_it
     for name, command in get_command(app).commands.items():
         panels = {getattr(parameter, "rich_help_panel", None) or "" for parameter in command.params}
         takes = {parameter.name for parameter in command.params}
-        for file in ("scene", "study"):
-            assert file in takes or not any(f" {file} file)" in panel for panel in panels), name
+        assert takes & {"scene", "study"} or not any(" scene file)" in panel for panel in panels), name
 
 
 def test_every_option_is_described_and_no_bracket_lost():

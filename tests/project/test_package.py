@@ -106,7 +106,7 @@ def test_wheel_holds_the_package_alone_and_its_types(built):
     (wheel,) = built.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
     assert "carom/py.typed" in names
-    assert "carom/scene.toml" in names
+    assert "carom/templates/fluid.toml" in names
     assert any(name.endswith("licenses/LICENSE") for name in names)
     sources = {str(p.relative_to(ROOT / "src")) for p in (ROOT / "src/carom").rglob("*.py")}
     assert {name for name in names if name.endswith(".py")} == {Path(s).as_posix() for s in sources}

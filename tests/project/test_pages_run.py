@@ -38,7 +38,7 @@ BEFORE = {
     "architecture.md": "from carom.compiling.registry import required\n",
     "cli.md": """
 from pathlib import Path
-text = "[scene]\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
+text = "[scene]\\nlattice = 'fcc'\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
 Path("scene.toml").write_text(text + "collisions_per_particle = 20\\nframes = 3\\n")
 """,
     "clusters.md": SMALL_STUDY
@@ -54,7 +54,7 @@ with carom.Simulation(scene, seed=2, event_log="events.h5") as logged:
     "looking.md": FLUID
     + """
 from carom.scene_file.scene_file import SceneFile
-text = "[scene]\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
+text = "[scene]\\nlattice = 'fcc'\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
 carom.run(SceneFile.from_toml(text + "collisions_per_particle = 20\\nframes = 3\\n"), "carom-run")
 """,
     "packings.md": """

@@ -17,24 +17,20 @@ from carom.simulation import mechanics, stretches
 
 PLAN = """
 [scene]
-initial = "random"
 dimension = 2
 packing_fraction = 0.3
-
 {species}
 [run]
 equilibration = 50
 collisions_per_particle = 10
 frames = 2
-
-[output]
-trajectory = ["h5md", "extxyz"]
+write = ["h5md", "extxyz"]
 pictures = true
 """
 
 NAMES, DIAMETERS = ("a", "b", "c"), (1.0, 0.8, 0.6)
 
-KINDS = "".join(f'[[scene.species]]\nname = "{{}}"\nfraction = 1\ndiameter = {s}\n' for s in (1, 1, 0.8, 0.6))
+KINDS = "".join(f'species."{{}}" = {{{{ fraction = 1, diameter = {s} }}}}\n' for s in (1, 1, 0.8, 0.6))
 
 #: The empty species stands first, in the middle, last, and all but one are empty.
 COUNTS = [(0, 30, 20), (30, 0, 20), (30, 20, 0), (50, 0, 0), (0, 0, 50)]
@@ -42,7 +38,7 @@ COUNTS = [(0, 30, 20), (30, 0, 20), (30, 20, 0), (50, 0, 0), (0, 0, 50)]
 
 def plan_of(counts, key="count", n=None):
     """A plan of three species, of which there are so many, or of n these fractions."""
-    table = '[[scene.species]]\nname = "{}"\ndiameter = {}\n{} = {}\n'
+    table = "species.{} = {{ diameter = {}, {} = {} }}\n"
     species = "\n".join(table.format(*row) for row in zip(NAMES, DIAMETERS, (key,) * 3, counts, strict=True))
     given = "" if n is None else f"n = {n}\n"
     return SceneFile.from_toml(PLAN.format(species=given + species))

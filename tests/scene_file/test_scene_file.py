@@ -1,4 +1,4 @@
-"""The plan: a scene file in TOML, read strictly."""
+"""Scene files: TOML, read strictly."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ import carom.io
 from carom.errors import FileError, InputError, OverlapError
 from carom.frame import Frame
 from carom.scene.scene import Scene
-from carom.scene_file.scene_file import LARGEST_FILE, OutputSpec, RunSpec, SceneFile, SceneSpec, template
+from carom.scene_file.scene_file import RunSpec, SceneFile, SceneSpec
+from carom.spec import LARGEST_FILE, fields_of
 
 
-def test_the_template_is_the_default_plan():
-    assert SceneFile.from_toml(template()) == SceneFile() == SceneFile.from_toml("")
+def test_an_empty_file_is_the_default_plan():
+    assert SceneFile.from_toml("") == SceneFile()
 
 
 def test_the_default_scene_has_2048_spheres_at_045():
@@ -27,27 +28,19 @@ def test_the_default_scene_has_2048_spheres_at_045():
     assert scene.packing_fraction == pytest.approx(0.45, rel=1e-14)
 
 
-def test_every_key_of_the_template_is_explained_there():
-    text = template()
-    for section in dataclasses.fields(SceneFile):
-        assert f"[{section.name}]" in text
-    for spec in (SceneSpec, RunSpec, OutputSpec):
-        for key in dataclasses.fields(spec):
-            ways = tuple(f"\n{way}" for way in (f"{key.name} = ", f"# {key.name} = "))
-            ways += (f"\n# [[scene.{key.name}]]", f"\n# [scene.{key.name}]")
-            assert any(way in text for way in ways), key.name
-
-
 SCENES = [
-    ("initial = 'fcc'\ncells = 3\ndensity = 0.5", 108, 3),
-    ("cells = [2, 3, 4]\npacking_fraction = 0.5", 96, 3),
-    ("n = 256\npacking_fraction = 0.5", 256, 3),
-    ("initial = 'cubic'\ndimension = 1\nn = 7\npacking_fraction = 0.5", 7, 1),
-    ("initial = 'cubic'\ndimension = 4\ncells = 3\npacking_fraction = 0.2", 81, 4),
-    ("initial = 'triangular'\ncells = [4, 2]\npacking_fraction = 0.7", 16, 2),
-    ("initial = 'dn'\ndimension = 4\ncells = 2\npacking_fraction = 0.2", 128, 4),
-    ("initial = 'random'\nn = 50\ndimension = 2", 50, 2),
-    ("initial = 'random'\nn = 50\nbox = [9, 9.5]\ndiameter = 0.5\nmass = 2", 50, 2),
+    ("lattice = 'fcc'\ncells = 3\ndensity = 0.5", 108, 3),
+    ("lattice = 'fcc'\ncells = [2, 3, 4]\npacking_fraction = 0.5", 96, 3),
+    ("lattice = 'fcc'\nn = 256\npacking_fraction = 0.5", 256, 3),
+    ("lattice = 'fcc'", 2048, 3),
+    ("lattice = 'cubic'\ndimension = 1\nn = 7\npacking_fraction = 0.5", 7, 1),
+    ("lattice = 'cubic'\ndimension = 4\ncells = 3\npacking_fraction = 0.2", 81, 4),
+    ("lattice = 'triangular'\ncells = [4, 2]\npacking_fraction = 0.7", 16, 2),
+    ("lattice = 'dn'\ndimension = 4\ncells = 2\npacking_fraction = 0.2", 128, 4),
+    ("lattice = 'none'\nn = 50\ndimension = 2", 50, 2),
+    ("n = 50", 50, 3),
+    ("n = 50\ndimension = 7", 50, 7),
+    ("n = 50\nbox = [9, 9.5]\ndiameter = 0.5\nmass = 2", 50, 2),
 ]
 
 
@@ -62,7 +55,7 @@ def test_a_section_scene_builds_its_scene(scene, n, dimension):
 
 
 def test_the_seed_places_random_spheres():
-    text = "[scene]\ninitial = 'random'\nn = 20\n[run]\nseed = {}"
+    text = "[scene]\nn = 20\n[run]\nseed = {}"
     first, again, other = (SceneFile.from_toml(text.format(s)).build_scene().positions for s in (1, 1, 2))
     np.testing.assert_array_equal(first, again)
     assert (first != other).any()
@@ -70,16 +63,22 @@ def test_the_seed_places_random_spheres():
 
 BAD = [
     ("[scen]\ncells = 8", r"\[scen\] is no known section; did you mean scene"),
-    ("[colour]", r"\[colour\] is no known section \(known: output, run, scene\)"),
-    ("cells = 8", r"outside of any section; write it below \[scene\]"),
-    ("nonsense = 8", "outside of any section and is no known key"),
+    ("[colour]", r"\[colour\] is no known section \(known: code, pack, plan, run, scene, study, transport\)"),
+    ("[output]\nevent_log = true", r"\[output\] is no known section; its keys stand in \[run\]"),
+    ("[study]\nn = 8", r"\[study\] is for another command; this one reads \[scene\] or \[run\]"),
+    ("cells = 8", r"cells stands outside of any section; write it below one, such as \[scene\]"),
     ("scene = 8", r"\[scene\] must be a section, found 8"),
+    ("[scene]\n[code]\n[[pack]]", r"\[pack\] must be a section, found a list"),
     ("[[scene]]", r"\[scene\] must be a section, found a list"),
     ("[scene]\nceels = 8", r"\[scene\] ceels is no known key; did you mean cells"),
     ("[run]\nframs = 8", r"\[run\] frams is no known key; did you mean frames"),
-    ("[output]\nzzz = 8", r"\[output\] zzz is no known key \(known: event_log, pictures, trajectory\)"),
+    ("[run]\nzzz = 8", r"\[run\] zzz is no known key \(known: checkpoint_every, collisions_per_particle,"),
+    ("[run]\ntrajectory = ['h5md']", r"trajectory is no known key; give write = "),
+    ("[scene]\ninitial = 'fcc'", r'initial is no known key; places are random; give lattice = "fcc"'),
+    ("[scene]\nkT = 2.0", r"kT is no known key; the section of a command has it, such as \[run\] kT = 2.0"),
+    ("[scene]\nphi = 0.3", "phi is no known key; give packing_fraction"),
     ("[scene]\ncells = ", "line 2|end of document"),
-    ("[scene]\ncells = 1\nkT = 1 1\n", "line 3"),
+    ("[scene]\ncells = 1\nmass = 1 1\n", "line 3"),
     ("[scene]\ncells = 1\ncells = 2", "overwrite"),
     ("[scene]\ncells = '8'", "cells must be an integer, found the string '8'"),
     ("[scene]\ncells = 8.0", "integer, found 8.0"),
@@ -87,7 +86,7 @@ BAD = [
     ("[scene]\ncells = [8, 'x', 8]", "integer, found the string 'x'"),
     ("[scene]\ncells = []", "one value an axis, found 0"),
     ("[scene]\ncells = 0", "between 1"),
-    ("[scene]\ncells = 8\nn = 2048", "cells and n contradict"),
+    ("[scene]\nlattice = 'fcc'\ncells = 8\nn = 2048", "cells and n contradict"),
     ("[scene]\ndensity = 1\npacking_fraction = 0.4", "packing_fraction and density contradict"),
     ("[scene]\npacking_fraction = '0.45'", "found the string '0.45'.*plain number"),
     ("[scene]\npacking_fraction = 1.5", "at most 1"),
@@ -97,39 +96,39 @@ BAD = [
     ("[scene]\ndiameter = '1 nm'", "reduced units"),
     ("[scene]\ndiameter = 0", "diameter must be"),
     ("[scene]\nmass = -1.0", "mass must be"),
-    ("[scene]\nkT = inf", "finite"),
-    ("[scene]\nkT = -1", "at least 0"),
-    ("[scene]\ninitial = 'fc'", "found the string 'fc'; did you mean fcc"),
-    ("[scene]\ninitial = 3", "must be one of fcc"),
-    ("[scene]\ninitial = 'fcc'\ndimension = 2", "dimension is 3 with initial"),
-    ("[scene]\ninitial = 'dn'\ncells = 2\ndensity = 0.1\ndimension = 2", "at least 3"),
-    ("[scene]\ninitial = 'cubic'\ndensity = 0.1", "cells or n is needed"),
-    ("[scene]\ninitial = 'cubic'\ncells = 2", "packing_fraction or density is needed"),
-    ("[scene]\nbox = [9, 9, 9]", "box has no meaning"),
-    ("[scene]\ninitial = 'random'", "n is needed"),
-    ("[scene]\ninitial = 'random'\nn = 9\ncells = 2", "cells has no meaning"),
-    ("[scene]\ninitial = 'random'\nn = 9\nbox = 9", "box must be a list of edges, found 9"),
-    ("[scene]\ninitial = 'random'\nn = 9\nbox = [9, 0]", "box must be at least"),
-    ("[scene]\ninitial = 'random'\nn = 9\nbox = [9, 9]\ndensity = 1", "density and box contradict"),
-    ("[scene]\ninitial = 'random'\nn = 9\nbox = [9, 9]\ndimension = 3", "must have 3 edges, found 2"),
-    ("[scene]\nfile = 'a.h5md'", "file has no meaning"),
-    ("[scene]\ninitial = 'file'", "file is needed"),
-    ("[scene]\ninitial = 'file'\nfile = 3", "file must be a string"),
-    ("[scene]\ninitial = 'file'\nfile = ''", "name of a file"),
-    ("[scene]\ninitial = 'file'\nfile = 'a'\nn = 3", "n has no meaning"),
+    ("[scene]\nlattice = 'fc'", "found the string 'fc'; did you mean fcc"),
+    ("[scene]\nlattice = 3", "must be one of none, fcc"),
+    ("[scene]\nlattice = 'fcc'\ndimension = 2", "dimension is 3 with lattice"),
+    ("[scene]\nlattice = 'dn'\ncells = 2\ndensity = 0.1\ndimension = 2", "at least 3"),
+    ("[scene]\nlattice = 'fcc'\nbox = [9, 9, 9]", "box has no meaning with lattice"),
+    ("[scene]\nn = 9\ncells = 2", "cells has no meaning without a lattice"),
+    ("[scene]\nn = 9\nframe = 2", "frame has no meaning without a file"),
+    ("[scene]\nn = 9\nbox = 9", "box must be a list of edges, found 9"),
+    ("[scene]\nn = 9\nbox = [9, 0]", "box must be at least"),
+    ("[scene]\nn = 9\nbox = [9, 9]\ndensity = 1", "density and box contradict"),
+    ("[scene]\nn = 9\nbox = [9, 9]\ndimension = 3", "must have 3 edges, found 2"),
+    ("[scene]\nfile = 3", "file must be a string"),
+    ("[scene]\nfile = ''", "name of a file"),
+    ("[scene]\nfile = 'a'\nn = 3", "n has no meaning with file"),
+    ("[scene]\nfile = 'a'\nlattice = 'fcc'", "lattice has no meaning with file"),
+    ("[run]\nkT = inf", "finite"),
+    ("[run]\nkT = -1", "at least 0"),
     ("[run]\nseed = -1", "seed must be between 0"),
     ("[run]\nseed = 1.5", "seed must be an integer"),
     ("[run]\nseed = 9223372036854775808", "more than 18 digits"),
     ("[run]\nequilibration = -1", "at least 0"),
     ("[run]\ncollisions_per_particle = 0", "greater than 0"),
+    ("[run]\ntime = 0", "greater than 0"),
+    ("[run]\ntime = 1\nrelative_error = 0.1", "has time and relative_error: each says how long"),
+    ("[run]\ntime = 1\nwalltime = 3", "walltime goes with relative_error"),
     ("[run]\nframes = 0", "frames must be between 1"),
     ("[run]\ncheckpoint_every = '10 s'", "plain number"),
     ("[run]\nneighbors = 'list'", "did you mean lists"),
-    ("[output]\ntrajectory = 'h5md'", "list of formats, found the string"),
-    ("[output]\ntrajectory = ['pdb']", "must be one of h5md, extxyz, gsd; found the string 'pdb'"),
-    ("[output]\ntrajectory = ['gsd', 'gsd']", "names a format twice"),
-    ("[output]\nevent_log = 1", "true or false, found 1"),
-    ("[output]\npictures = 'yes'", "true or false, found the string"),
+    ("[run]\nwrite = 'h5md'", "list of formats, found the string"),
+    ("[run]\nwrite = ['pdb']", "must be one of h5md, extxyz, gsd; found the string 'pdb'"),
+    ("[run]\nwrite = ['gsd', 'gsd']", "names a format twice"),
+    ("[run]\nevent_log = 1", "true or false, found 1"),
+    ("[run]\npictures = 'yes'", "true or false, found the string"),
     ("[scene]\ninteraction = 0", "interaction must be a table, found 0"),
     ("[scene]\nmotion = 1979-05-27", "motion must be a table"),
     ("[scene]\nimpact = ['loss']", "impact must be a table, found a list of 1"),
@@ -148,18 +147,18 @@ def test_a_bad_scene_file_is_named_in_one_sentence(text, says):
 
 
 def test_a_lattice_that_n_does_not_fill_names_the_nearest_that_do():
-    plan = SceneFile.from_toml("[scene]\nn = 2000")
+    plan = SceneFile.from_toml("[scene]\nlattice = 'fcc'\nn = 2000")
     with pytest.raises(InputError, match="1372 or 2048"):
         plan.build_scene()
 
 
 def test_packing_too_densely_names_the_limit():
     with pytest.raises(InputError, match=r"0\.740480"):
-        SceneFile.from_toml("[scene]\npacking_fraction = 0.75").build_scene()
+        SceneFile.from_toml("[scene]\nlattice = 'fcc'\npacking_fraction = 0.75").build_scene()
 
 
 @pytest.mark.parametrize(
-    "change", [{"kT": "1"}, {"cells": 2.5}, {"initial": "file"}, {"n": 3}, {"packing_fraction": 7}]
+    "change", [{"mass": "1"}, {"cells": 2.5}, {"file": 3}, {"density": 3.0}, {"packing_fraction": 7}]
 )
 def test_a_plan_made_in_python_is_checked_alike(change):
     with pytest.raises(InputError):
@@ -184,15 +183,15 @@ def test_a_scene_starts_from_a_frame_of_a_file(tmp_path, monkeypatch):
 
     monkeypatch.setattr(carom.io, "read", read)
     scene_file = tmp_path / "scene.toml"
-    scene_file.write_text("[scene]\ninitial = 'file'\nfile = 'old/run.h5md'\nframe = 3\n")
+    scene_file.write_text("[scene]\nfile = 'old/run.h5md'\nframe = 3\n")
     plan = SceneFile.load(scene_file)
     scene = plan.build_scene()
     assert asked == [(str(tmp_path / "old/run.h5md"), 3)]
     np.testing.assert_array_equal(scene.positions, start.positions)
     np.testing.assert_array_equal(scene.velocities, velocities)
-    warmer = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, kT=2.0))
+    warmer = dataclasses.replace(plan, run=plan.run.replaced(kT=2.0))
     assert warmer.build_scene().velocities is None
-    assert (plan.scene.kT, warmer.scene.kT) == (None, 2.0)
+    assert (plan.run.kT, warmer.run.kT) == (None, 2.0)
     assert SceneFile.from_toml(plan.to_toml()) == plan
 
 
@@ -220,21 +219,21 @@ def test_an_error_in_a_file_names_the_file(tmp_path):
 
 def test_a_file_with_a_byte_order_mark_and_windows_lines_is_read(tmp_path):
     path = tmp_path / "scene.toml"
-    path.write_bytes(b"\xef\xbb\xbf[scene]\r\ncells = 3\r\n")
-    assert SceneFile.load(path).scene.cells == 3
+    path.write_bytes(b"\xef\xbb\xbf[scene]\r\nn = 3\r\n")
+    assert SceneFile.load(path).scene.n == 3
 
 
 @given(name=st.text(min_size=1, max_size=30).filter(lambda s: "\0" not in s))
 def test_any_name_of_a_file_survives_the_round_trip(name):
     try:
-        plan = SceneFile(SceneSpec(initial="file", file=name))
+        plan = SceneFile(SceneSpec(file=name))
     except InputError:
         assert name != name.encode("utf-8", "ignore").decode()
         return
     assert SceneFile.from_toml(plan.to_toml()) == plan
 
 
-KEYS = [f.name for spec in (SceneSpec, RunSpec, OutputSpec) for f in dataclasses.fields(spec)]
+KEYS = [name for spec in (SceneSpec, RunSpec) for name in fields_of(spec)]
 KEYS += ["", "é", "a.b", "packing_fractoin", "__class__", "x" * 100]
 
 toml_value = st.one_of(
@@ -243,7 +242,7 @@ toml_value = st.one_of(
     st.sampled_from(
         ["true", "false", "1979-05-27", "07:32:00", "{a = 1}", "[]", "[[1]]", "0x1F", "'1 nm'", "''"]
     ),
-    st.sampled_from(["'fcc'", "'cubic'", "'triangular'", "'dn'", "'random'", "'file'", "'lists'", "['gsd']"]),
+    st.sampled_from(["'fcc'", "'cubic'", "'triangular'", "'dn'", "'none'", "'file'", "'lists'", "['gsd']"]),
     st.lists(st.integers(-2, 9), max_size=4).map(repr),
     st.lists(st.floats(0, 20), max_size=4).map(repr),
     st.integers(1, 300).map(str),
@@ -253,7 +252,7 @@ toml_value = st.one_of(
 toml_key = st.sampled_from(KEYS).map(lambda k: k if k.isidentifier() and k.isascii() else f"'{k}'")
 toml_section = st.builds(
     lambda name, pairs: f"[{name}]\n" + "".join(f"{k} = {v}\n" for k, v in pairs),
-    st.sampled_from(["scene", "scene", "run", "output", "sceen", "scene.file", "a b"]),
+    st.sampled_from(["scene", "scene", "run", "pack", "sceen", "scene.file", "a b"]),
     st.lists(st.tuples(toml_key, toml_value), max_size=5, unique_by=lambda pair: pair[0]),
 )
 toml_text = st.one_of(st.lists(toml_section, max_size=3).map("".join), st.text(max_size=60))
@@ -272,7 +271,7 @@ def test_any_text_becomes_a_plan_or_an_input_error(text):
 scene_keys = st.fixed_dictionaries(
     {},
     optional={
-        "initial": st.sampled_from(["fcc", "cubic", "triangular", "dn", "random"]),
+        "lattice": st.sampled_from(["fcc", "cubic", "triangular", "dn", "none"]),
         "cells": st.integers(1, 4) | st.lists(st.integers(1, 3), min_size=1, max_size=4).map(tuple),
         "n": st.integers(1, 300),
         "dimension": st.integers(1, 4),
@@ -302,11 +301,11 @@ def test_a_model_of_one_s_own_fits_no_scene_file():
         elastic = False
 
     for name in ("interaction", "motion", "impact"):
-        plan = SceneFile(scene=SceneSpec(cells=2, packing_fraction=0.3, **{name: Mine()}))
+        plan = SceneFile(scene=SceneSpec(n=32, packing_fraction=0.3, **{name: Mine()}))
         with pytest.raises(InputError, match=rf"\[scene\] {name} is .*class of one's own"):
             plan.to_toml()
         with pytest.raises(InputError, match=rf"\[scene\] {name} must be a table, found the string"):
-            SceneSpec(cells=2, packing_fraction=0.3, **{name: "x"})
+            SceneSpec(n=32, packing_fraction=0.3, **{name: "x"})
 
 
 def test_a_run_writes_absolute_paths_so_that_it_goes_on_from_its_folder(tmp_path, monkeypatch):
@@ -327,7 +326,7 @@ def test_a_run_writes_absolute_paths_so_that_it_goes_on_from_its_folder(tmp_path
     monkeypatch.setattr(execution, "Run", begin)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(Noted):
-        execution.run(SceneFile(scene=SceneSpec(initial="file", file="f.h5md", interaction=rules)), "out")
+        execution.run(SceneFile(scene=SceneSpec(file="f.h5md", interaction=rules)), "out")
     scene = started[0].scene
     assert scene.file == str(tmp_path / "f.h5md")
     assert scene.interaction.file == str(tmp_path / "rules.py")
@@ -335,7 +334,7 @@ def test_a_run_writes_absolute_paths_so_that_it_goes_on_from_its_folder(tmp_path
 
 
 def test_a_list_of_pinned_components_has_any_length():
-    text = "[scene]\ninitial = 'random'\nn = 30\ndimension = 2\npacking_fraction = 0.1\npinned = {}\n"
+    text = "[scene]\nn = 30\ndimension = 2\npacking_fraction = 0.1\npinned = {}\n"
     assert SceneFile.from_toml(text.format(list(range(20)))).build_scene().pinned.sum() == 20
     assert SceneFile.from_toml(text.format([])).build_scene().pinned is None
 
@@ -353,16 +352,16 @@ def test_a_start_from_a_file_knows_who_may_overlap(tmp_path):
     near = frame_of([[1.0, 1.0], [1.4, 1.0], [5.0, 5.0]])
     with carom.io.open(tmp_path / "near.h5md", "w") as writer:
         writer.write(near)
-    start = {"initial": "file", "file": str(tmp_path / "near.h5md"), "kT": 1.0}
+    start = {"file": str(tmp_path / "near.h5md")}
     soft = StepTable(Steps([1.0], [1.0]))
-    scene = SceneSpec(**start, interaction=soft).build(1)
+    scene = SceneSpec(**start, interaction=soft).build(1, kT=1.0)
     np.testing.assert_array_equal(scene.positions, near.positions)
     assert Scene.from_frame(near, interaction=soft).velocities is not None
-    assert SceneSpec(**start, pinned=(0, 1)).build(1).pinned.tolist() == [True, True, False]
+    assert SceneSpec(**start, pinned=(0, 1)).build(1, kT=1.0).pinned.tolist() == [True, True, False]
     with pytest.raises(OverlapError):
-        SceneSpec(**start, pinned=(0, 2)).build(1)
+        SceneSpec(**start, pinned=(0, 2)).build(1, kT=1.0)
     with pytest.raises(InputError, match="Component 0 is pinned, and has a velocity"):
-        SceneSpec(**(start | {"kT": None}), pinned=(0, 1)).build(1)
+        SceneSpec(**start, pinned=(0, 1)).build(1)
 
 
 def test_what_a_frame_is_joined_with_is_checked():

@@ -8,46 +8,36 @@ import pytest
 from carom import io
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.models import Ball, Plane, SquareWell
+from carom.models import Ball, Plane
 from carom.models.contacts.restitution import Restitution
 from carom.scene.scene import Scene
-from carom.scene_file.scene_file import SceneFile, template
-from carom.scene_file.sections import SceneSpec, SpeciesSpec
+from carom.scene.species import Species
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
 
 EVERYTHING = """
 [scene]
-initial = "random"
 n = 40
 dimension = 2
 box = [9.0, 8]
 walls = "y"
 impact = { restitution = 0.9, elastic_below = 0.01 }
 contact = [[1.0, 0.7], [0.7, 0.5]]
-kT = 2.0
+species.large = { fraction = 1, diameter = 1.0, mass = 8.0 }
+species.small = { fraction = 3, diameter = 0.5 }
 
-[[scene.species]]
-name = "large"
-fraction = 1
-diameter = 1.0
-mass = 8.0
-
-[[scene.species]]
-name = "small"
-fraction = 3
-diameter = 0.5
-
-[[scene.obstacles]]
+[scene.obstacles.pillar]
 type = "ball"
 center = [4.5, 4]
 radius = 1.5
-name = "pillar"
 
-[[scene.obstacles]]
+[scene.obstacles.plane]
 type = "plane"
 normal = [0, 2]
 offset = 1.0
 
 [run]
+kT = 2.0
 seed = 3
 """
 
@@ -63,16 +53,14 @@ def test_a_scene_file_says_what_python_says():
     assert (scene.impact.restitution, scene.impact.elastic_below) == (0.9, 0.01)
     np.testing.assert_array_equal(scene.contact, [[1.0, 0.7], [0.7, 0.5]])
     in_python = SceneSpec(
-        initial="random",
         n=40,
         dimension=2,
         box=(9.0, 8.0),
         walls="y",
         impact=Restitution(0.9, elastic_below=0.01),
         contact=((1.0, 0.7), (0.7, 0.5)),
-        kT=2.0,
         species=(
-            SpeciesSpec("large", fraction=1, mass=8.0),
+            Species("large", fraction=1, mass=8.0),
             {"name": "small", "fraction": 3, "diameter": 0.5},
         ),
         obstacles=(Ball((4.5, 4.0), 1.5, "pillar"), Plane((0, 2), 1)),
@@ -84,11 +72,13 @@ def test_a_scene_file_says_what_python_says():
     "text",
     [
         EVERYTHING,
-        "[scene]\ninitial = 'fcc'\ncells = 2\npacking_fraction = 0.3\nwalls = true",
-        "[scene]\ninitial = 'fcc'\npacking_fraction = 0.3\nspecies = [{count = 30}, {count = 2, mass = 3}]",
-        "[scene]\ninitial = 'cubic'\ncells = 3\ndensity = 0.3\nspecies = [{fraction = 1}, {fraction = 2}]",
-        "[scene]\ninitial = 'random'\nn = 5\nimpact = 0.5",
-        "[scene]\ninitial = 'random'\nn = 5\n"
+        "[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.3\nwalls = true",
+        "[scene]\nlattice = 'fcc'\npacking_fraction = 0.3\n"
+        "species = {a = {count = 30}, 'b c' = {count = 2, mass = 3}}",
+        "[scene]\nlattice = 'cubic'\ncells = 3\ndensity = 0.3\n"
+        "species = {a = {fraction = 1}, b = {fraction = 2}}",
+        "[scene]\nn = 5\nimpact = 0.5",
+        "[scene]\nn = 5\npacking_fraction = 0.1\n"
         "walls.z_low = { impact = 0.8, shake = { amplitude = 0.1, period = 1 } }",
     ],
 )
@@ -99,28 +89,21 @@ def test_a_plan_comes_back_from_its_own_toml(text):
     np.testing.assert_array_equal(again.build_scene().positions, plan.build_scene().positions)
 
 
-def test_the_template_s_mixture_and_obstacles_are_a_scene_when_switched_on():
-    lines = template().splitlines()
-    start = next(k for k, line in enumerate(lines) if line == "# [[scene.species]]")
-    end = next(k for k, line in enumerate(lines) if line.startswith("# Walls of the box"))
-    shown = [line.removeprefix("# ") for line in lines[start:end] if "=" in line or line.startswith("# [[")]
-    text = "[scene]\ninitial = 'random'\nn = 10\nbox = [12.0, 12.0, 12.0]\nwalls = true\n" + "\n".join(shown)
-    scene = SceneFile.from_toml(text).build_scene()
-    assert scene.species_names == ("large",)
-    assert [o.name for o in scene.obstacles] == ["pillar", "plane"]
-
-
-def test_the_template_s_well_is_a_scene_when_switched_on():
-    lines = template().splitlines()
-    start = next(k for k, line in enumerate(lines) if line == "# [scene.interaction]")
-    end = next(k for k, line in enumerate(lines) if line.startswith("# Or units"))
-    shown = "\n".join(line.removeprefix("# ") for line in lines[start:end])
-    scene = SceneFile.from_toml("[scene]\ncells = 3\npacking_fraction = 0.2\n" + shown).build_scene()
-    assert scene.interaction == SquareWell(1.5, 1.0)
+def test_species_and_obstacles_without_names_of_their_own_come_back_as_they_were():
+    bare = (Species(fraction=1.0), Species("1-", fraction=2.0, diameter=0.5), Species(fraction=1.0))
+    twice = (Ball((1.0, 1.0), 0.3), Ball((4.0, 4.0), 0.4), Ball((6.0, 1.0), 0.4, "a.b"))
+    plan = SceneFile(SceneSpec(n=20, box=(8.0, 8.0), species=bare, obstacles=twice))
+    text = plan.to_toml()
+    assert 'species."0" = ' in text
+    assert "[scene.obstacles.ball-1]" in text
+    again = SceneFile.from_toml(text)
+    assert again == plan
+    assert [each.name for each in again.scene.species] == [None, "1-", None]
+    assert [each.name for each in again.scene.obstacles] == ["ball", "ball", "a.b"]
 
 
 def test_all_axes_periodic_is_the_default_however_it_is_said():
-    base = "[scene]\ncells = 2\npacking_fraction = 0.3\n"
+    base = "[scene]\nn = 32\npacking_fraction = 0.3\n"
     for said in ("walls = false", 'walls = ""', "walls = []", "impact = 1.0"):
         assert SceneFile.from_toml(base + said) == SceneFile.from_toml(base)
 
@@ -133,30 +116,32 @@ def test_what_a_trajectory_does_not_hold_can_be_added_to_its_frame(tmp_path):
     )  # fmt: skip
     with io.open(tmp_path / "start.h5md", "w") as writer:
         writer.write(frame)
-    spec = SceneSpec(initial="file", file=str(tmp_path / "start.h5md"), obstacles=scene.obstacles, impact=0.8)
+    spec = SceneSpec(file=str(tmp_path / "start.h5md"), obstacles=scene.obstacles, impact=0.8)
     built = spec.build(0)
     assert built.obstacles == scene.obstacles
     assert built.periodic == (False, False)
     assert built.impact == Restitution(0.8)
 
 
-SPECIES = "species = [{fraction = 1}, {fraction = 2}]"
+SPECIES = "species = {a = {fraction = 1}, b = {fraction = 2}}"
 
 
 @pytest.mark.parametrize(
     ("lines", "says"),
     [
-        ("species = 3", "list of tables"),
-        ("species = [3]", "species 0 must be a table"),
-        ("species = [{color = 1}]", "has no 'color'"),
-        ("species = [{}]", "a count for each, or a fraction"),
-        ("species = [{count = 1, fraction = 1}]", "a count for each, or a fraction"),
-        ("species = [{count = 1}, {fraction = 1}]", "a count for each, or a fraction"),
-        ("species = [{count = 5}]\nn = 5", "n has no meaning"),
-        ("species = [{count = -1}]", "count must be between"),
-        ("species = [{fraction = 1, diameter = 0}]", "diameter must be at least"),
-        ("species = [{fraction = 1, name = ''}]", "name"),
-        ("species = [{fraction = 1, name = 'a'}, {fraction = 1, name = 'a'}]", "different names"),
+        ("species = 3", "tables with names"),
+        ("species = [3]", r"tables with names, as \[scene.species.small\]; found a list"),
+        ("[[scene.species]]\nname = 'a'", "tables with names"),
+        ("species.a = 3", "species a must be a table"),
+        ("species.a = {color = 1}", "species a has no 'color'"),
+        ("species.a = {}", "a count for each, or a fraction"),
+        ("species.a = {count = 1, fraction = 1}", "a count for each, or a fraction"),
+        ("species = {a = {count = 1}, b = {fraction = 1}}", "a count for each, or a fraction"),
+        ("species.a = {count = 5}\nn = 5", "n has no meaning"),
+        ("species.a = {count = -1}", "count of species a must be at least 0"),
+        ("species.a = {fraction = 1, diameter = 0}", "diameter of species a must be positive"),
+        ('species."" = {fraction = 1}', "must have a name"),
+        ("species = {b = {fraction = 1, name = 'a'}, a = {fraction = 1}}", "different names"),
         (SPECIES + "\ndiameter = 1.0", "diameter has no meaning"),
         (SPECIES + "\ncontact = [1.0]", "list of lists"),
         (SPECIES + "\ncontact = [[1.0, -1.0], [1.0, 1.0]]", "contact must be positive"),
@@ -175,10 +160,11 @@ SPECIES = "species = [{fraction = 1}, {fraction = 2}]"
         ("impact = 2", "at most 1"),
         ("restitution = 0.9", "give impact = 0.9"),
         ("elastic_below = 0.1", "restitution = 0.9, elastic_below"),
-        ("obstacles = [{type = 'hole'}]", "type of an obstacle"),
-        ("obstacles = [{type = 'ball', center = [0, 0, 0]}]", "obstacles 0: A ball needs radius"),
-        ("obstacles = [3]", "must be an obstacle"),
-        ("initial = 'file'\nfile = 'x.h5md'\n" + SPECIES, "species has no meaning"),
+        ("obstacles.a = {type = 'hole'}", "type of an obstacle"),
+        ("obstacles.a = {type = 'ball', center = [0, 0, 0]}", "obstacles a: A ball needs radius"),
+        ("obstacles.a = 3", "must be an obstacle"),
+        ("obstacles = [3]", r"tables with names, as \[scene.obstacles.pillar\]; found a list"),
+        ("file = 'x.h5md'\n" + SPECIES, "species has no meaning"),
     ],
 )
 def test_bad_tables_are_named_in_one_sentence(lines, says):
@@ -190,17 +176,17 @@ def test_bad_tables_are_named_in_one_sentence(lines, says):
 @pytest.mark.parametrize(
     ("lines", "says"),
     [
-        ("obstacles = [{type = 'ball', center = [0, 0], radius = 1}]", "must have 3 coordinates"),
-        ("obstacles = [{type = 'ball', center = [1, 1, 1], radius = 3}]", "inside an obstacle"),
+        ("obstacles.a = {type = 'ball', center = [0, 0], radius = 1}", "must have 3 coordinates"),
+        ("obstacles.a = {type = 'ball', center = [1, 1, 1], radius = 3}", "inside an obstacle"),
         (
-            "obstacles = [{type = 'ball', center = [1, 1, 1], radius = 1, "
-            "shake = {amplitude = 1, period = 1}}]",
+            "obstacles.a = {type = 'ball', center = [1, 1, 1], radius = 1, "
+            "shake = {amplitude = 1, period = 1}}",
             "needs direction",
         ),
     ],
 )
 def test_what_does_not_fit_the_box_is_said_when_the_scene_is_built(lines, says):
-    plan = SceneFile.from_toml("[scene]\ncells = 3\npacking_fraction = 0.4\n" + lines)
+    plan = SceneFile.from_toml("[scene]\nlattice = 'fcc'\ncells = 3\npacking_fraction = 0.4\n" + lines)
     with pytest.raises(InputError, match=says):
         plan.build_scene()
 
@@ -218,7 +204,7 @@ def test_an_obstacle_of_one_s_own_fits_no_file():
         def model(self):
             return None
 
-    spec = SceneSpec(cells=2, packing_fraction=0.3, obstacles=(Own(),))
+    spec = SceneSpec(n=2, packing_fraction=0.01, obstacles=(Own(),))
     assert spec.build(0).obstacles[0].name == "own"
     with pytest.raises(InputError, match="class of one's own"):
         SceneFile(scene=spec).to_toml()

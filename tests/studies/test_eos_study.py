@@ -149,13 +149,14 @@ def test_unknown_arguments_are_refused():
 
 def test_a_study_is_a_toml_file_and_back():
     spec = StudySpec(
-        packing_fraction=(0.1, 0.55), n=(108, 256), relative_error=1e-3, scene={"mass": 2.0, "kT": 0.5}
+        packing_fraction=(0.1, 0.55), n=(108, 256), relative_error=1e-3, kT=0.5, scene={"mass": 2.0}
     )
     assert StudySpec.from_toml(spec.to_toml()) == spec
     assert StudySpec.from_toml("") == StudySpec()
     for text, message in (
         ("[study]\nreplica = 2", "did you mean replicas"),
-        ("[run]\nseed = 1", "no section"),
+        ("[run]\nseed = 1", "for another command"),
+        ("[stdy]\nseed = 1", "no known section; did you mean study"),
         ("study = 1", "must be a section"),
         ("[study", "no valid TOML"),
     ):
@@ -186,7 +187,7 @@ def test_a_heavier_and_hotter_gas_has_the_same_z_within_five_errors():
         packing_fraction=(0.2,), n=(108,), replicas=1, collisions_per_particle=100, scene={"mass": 4.0}
     ).tasks()
     assert task["scene"]["mass"] == 4.0
-    heavy = carom.equation_of_state([0.2], replicas=1, scene={"mass": 4.0, "kT": 2.0}, **SMALL)
+    heavy = carom.equation_of_state([0.2], replicas=1, kT=2.0, scene={"mass": 4.0}, **SMALL)
     # Another scene has another stream; both measure the same gas.
     (a,), (b,) = plain.table, heavy.table
     assert abs(a.Z - b.Z) < 5.0 * math.hypot(a.Z_error, b.Z_error)
@@ -418,7 +419,7 @@ def test_what_has_not_equilibrated_is_flagged():
 def test_a_crystal_that_should_have_melted_is_seen():
     """Spheres that start from fcc at 0.49 stay a crystal, with a pressure that never drifts."""
     study = carom.equation_of_state(
-        [0.49], initial="fcc", n=256, replicas=1, equilibration=100, collisions_per_particle=300,
+        [0.49], lattice="fcc", n=256, replicas=1, equilibration=100, collisions_per_particle=300,
         executor="serial", frames=0,
     )  # fmt: skip
     (row,) = study.table
@@ -510,7 +511,7 @@ def test_tables_become_data_frames():
 
 @pytest.mark.parametrize(("n", "eta", "dimension"), [(500, 0.45, 3), (300, 0.3, 3), slow(600, 0.2, 4)])
 def test_a_random_start_well_below_freezing_is_a_crystal_that_melts(n, eta, dimension):
-    asked = SceneSpec(initial="random", n=n, packing_fraction=eta, dimension=dimension, mass=2.0)
+    asked = SceneSpec(n=n, packing_fraction=eta, dimension=dimension, mass=2.0)
     scene = start_of(asked, np.random.default_rng(1))
     assert (scene.n, scene.dimension, scene.mass) == (n, dimension, 2.0)
     assert scene.packing_fraction == pytest.approx(eta, rel=1e-12)
@@ -535,9 +536,7 @@ def test_a_random_start_well_below_freezing_is_a_crystal_that_melts(n, eta, dime
     ("n", "eta", "dimension"), [slow(500, 0.49, 3), (450, 0.52, 3), (32, 0.475, 3), slow(600, 0.3, 4)]
 )
 def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, eta, dimension):
-    asked = SceneSpec(
-        initial="random", n=n, packing_fraction=eta, dimension=dimension, mass=2.0, diameter=3.0
-    )
+    asked = SceneSpec(n=n, packing_fraction=eta, dimension=dimension, mass=2.0, diameter=3.0)
     scene = start_of(asked, np.random.default_rng(1))
     assert (scene.n, scene.dimension, scene.mass, scene.diameter) == (n, dimension, 2.0, 3.0)
     assert scene.packing_fraction == pytest.approx(eta, rel=1e-12)
@@ -563,7 +562,7 @@ def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, e
     ],
 )
 def test_other_random_starts_are_placed_at_random(more):
-    words = {"initial": "random", "n": 256, "packing_fraction": 0.4, "dimension": 3, **more}
+    words = {"n": 256, "packing_fraction": 0.4, "dimension": 3, **more}
     asked = SceneSpec(**words)
     scene = start_of(asked, np.random.default_rng(1))
     assert np.array_equal(scene.positions, asked.build(np.random.default_rng(1)).positions)

@@ -84,7 +84,7 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
         0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, 0 * images
     )
     sim = SimpleNamespace(scene=scene, frame=lambda: still)
-    facts = SimpleNamespace(sim=sim, plan=SimpleNamespace(scene=SimpleNamespace(initial="fcc")))
+    facts = SimpleNamespace(sim=sim, plan=SimpleNamespace(scene=SimpleNamespace(start="fcc")))
     drawn = _lines(_compared(scene, _phase(facts)))
     assert list(drawn) == ["Speedy (fcc)", "Almarza (fcc)"]
     assert drawn["Almarza (fcc)"] == best["Z"]

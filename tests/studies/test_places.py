@@ -72,7 +72,7 @@ def test_a_folder_with_a_run_and_a_packing_is_not_resumed_as_one_of_them(tmp_pat
 
 def test_a_scene_file_of_the_user_is_not_replaced_by_a_run(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    text = "# Mine.\n[scene]\ninitial = 'random'\nn = 32\npacking_fraction = 0.1\n"
+    text = "# Mine.\n[scene]\nn = 32\npacking_fraction = 0.1\n"
     (tmp_path / "scene.toml").write_text(text)
     for options in ([], ["--overwrite"]):
         done = CliRunner().invoke(cli.app, ["run", "scene.toml", "--out", ".", *options])

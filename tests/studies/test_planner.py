@@ -211,17 +211,17 @@ def test_quantities_that_a_system_lacks_are_refused():
 def test_a_scene_file_says_what_there_is_and_walls_are_refused(tmp_path):
     path = tmp_path / "scene.toml"
     path.write_text(
-        '[scene]\ninitial = "random"\ndimension = 2\npacking_fraction = 0.3\nkT = 2.0\n'
-        "[[scene.species]]\ncount = 30\n[[scene.species]]\ncount = 10\ndiameter = 2.0\n"
+        "[scene]\ndimension = 2\npacking_fraction = 0.3\n"
+        "species.small = { count = 30 }\nspecies.large = { count = 10, diameter = 2.0 }\n[run]\nkT = 2.0\n"
     )
     system, n = of_scene(path)
     assert (system.dimension, n, system.kT) == (2, 40, 2.0)
     assert system.fractions == [0.75, 0.25]
     assert system.packing_fraction == pytest.approx(0.3)
-    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\nwalls = 'z'\n")
+    path.write_text("[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.3\nwalls = 'z'\n")
     with pytest.raises(InputError, match="walls"):
         of_scene(path)
-    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.3\npinned = 3\n")
+    path.write_text("[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.3\npinned = 3\n")
     with pytest.raises(InputError, match="pinned"):
         of_scene(path)
 

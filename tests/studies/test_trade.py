@@ -212,7 +212,7 @@ def test_positions_are_looked_at_before_anybody_crosses_half_of_the_box():
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     folder = tmp_path_factory.mktemp("trade") / "out"
-    plan = SceneFile.from_toml('[scene]\ninitial = "random"\ndimension = 2\nn = 16\npacking_fraction = 0.3\n')
+    plan = SceneFile.from_toml("[scene]\ndimension = 2\nn = 16\npacking_fraction = 0.3\n")
     patch = pytest.MonkeyPatch()
     patch.setattr(trade_statistics, "SIZES", (64, 256))
     patch.setattr("carom.studies.accuracy.trade.STEPS", (1e-1, 1e-2))
@@ -287,7 +287,7 @@ def test_a_scene_that_the_references_cannot_move_is_refused(change):
 
 def test_a_lonely_sphere_is_refused_in_one_sentence(tmp_path):
     scene = tmp_path / "scene.toml"
-    scene.write_text('[scene]\ninitial = "random"\nn = 1\n')
+    scene.write_text("[scene]\nn = 1\n")
     done = command("trade", scene, "--out", tmp_path / "out")
     assert done.returncode == 2
     (said,) = complaints(done).strip().splitlines()

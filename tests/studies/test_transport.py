@@ -403,8 +403,8 @@ def test_in_two_dimensions_no_number_is_given_for_what_does_not_exist():
         ({"packing_fraction": 0.6}, "freezing"),
         ({"scene": {"impact": 0.9}}, "impact"),
         ({"scene": {"walls": True}}, "walls"),
-        ({"scene": {"kT": 0.0}}, "kT must be"),
-        ({"scene": {"kT": 0.0, "species": [{"fraction": 0.5}, {"fraction": 0.5}]}}, "kT must be"),
+        ({"kT": 0.0}, "kT must be"),
+        ({"kT": 0.0, "scene": {"species": [{"fraction": 0.5}, {"fraction": 0.5}]}}, "kT must be"),
         ({"scene": {"pinned": 10}}, "pinned leaves no bulk fluid"),
         ({"scene": {"impact": Loss(0.9, contact_time=1e-3)}}, "impact leaves no bulk fluid"),
         ({"scene": {"motion": Gravity((0.0, 0.0, -1.0))}}, "motion leaves no bulk fluid"),
@@ -425,26 +425,26 @@ def test_what_has_no_coefficients_is_refused_at_once(words, says):
 )
 def test_a_scene_file_of_no_bulk_fluid_is_refused(tmp_path, more, says):
     path = tmp_path / "scene.toml"
-    path.write_text(f"[scene]\ncells = 2\npacking_fraction = 0.2\n{more}\n")
+    path.write_text(f"[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.2\n{more}\n")
     with pytest.raises(InputError, match=says):
         TransportSpec.of_argument(path)
-    path.write_text('[scene]\ninitial = "file"\nfile = "start.h5md"\n')
-    with pytest.raises(InputError, match="another initial than file"):
+    path.write_text('[scene]\nfile = "start.h5md"\n')
+    with pytest.raises(InputError, match="file has no meaning in a study"):
         TransportSpec.of_argument(path)
 
 
 def test_what_is_given_takes_the_place_of_what_a_file_says(tmp_path):
     path = tmp_path / "study.toml"
-    path.write_text("[study]\npacking_fraction = [0.1]\n")
+    path.write_text("[transport]\npacking_fraction = [0.1]\n")
     assert TransportSpec.of_argument(path).replaced(collisions_per_particle=5.0).relative_error is None
     assert (
         TransportSpec.of_argument(path).replaced(dimension=2).packing_fraction == TransportSpec.densities[2]
     )
-    path.write_text("[study]\npacking_fraction = [0.1]\ncollisions_per_particle = 50\n")
+    path.write_text("[transport]\npacking_fraction = [0.1]\ncollisions_per_particle = 50\n")
     spec = TransportSpec.of_argument(path).replaced(relative_error=0.1)
     assert (spec.relative_error, spec.collisions_per_particle) == (0.1, None)
     assert spec.packing_fraction == (0.1,)
-    path.write_text("[scene]\ncells = 2\npacking_fraction = 0.4\n")
+    path.write_text("[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.4\n")
     assert TransportSpec.of_argument(path).packing_fraction == pytest.approx((0.4,))
     assert (
         TransportSpec.of_argument(path).replaced(dimension=2).packing_fraction == TransportSpec.densities[2]

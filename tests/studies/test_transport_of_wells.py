@@ -21,12 +21,14 @@ FILE = f"""
 n = 256
 dimension = 3
 packing_fraction = 0.002
-kT = 2.0
 
 [scene.interaction]
 type = "square-well"
 range = {WIDTH}
 depth = {DEPTH}
+
+[transport]
+kT = 2.0
 """
 
 

@@ -186,7 +186,14 @@ def rdf(
 
 @friendly
 def init(
-    path: Annotated[Path, typer.Argument(help="File to write.")] = Path("scene.toml"),
+    path: Annotated[Path | None, typer.Argument(help="File to write; TEMPLATE.toml by default.")] = None,
+    template: Annotated[
+        str, typer.Option("--template", "-t", help="What to start from; --list shows all.")
+    ] = "fluid",
+    listed: Annotated[bool, typer.Option("--list", help="List the templates.")] = False,
+    schema: Annotated[
+        bool, typer.Option("--schema", help="Print the JSON schema by which editors complete scene files.")
+    ] = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Write a commented scene file to start from.
@@ -194,12 +201,37 @@ def init(
     [bold]Examples[/bold]
 
     carom init
-    carom init disks.toml
+    carom init --list
+    carom init disks.toml --template walls
+    carom init --schema > carom.schema.json
     """
-    from carom.paths import replacing, writing
-    from carom.scene_file.scene_file import template
+    import json
 
-    refuse_to_replace(path, overwrite=overwrite)
-    with replacing(path) as temporary, writing(path):
-        temporary.write_text(template(), encoding="utf-8")
-    typer.echo(visible(f"{path} written; edit it, then `carom run {path}`."))
+    from carom import checks
+    from carom.cli import templates
+    from carom.errors import InputError
+    from carom.paths import replacing, writing
+
+    if schema:
+        typer.echo(json.dumps(templates.schema(), indent=2))
+        return
+    if listed:
+        typer.echo("\n".join(f"{name:<13}{templates.title(name)}" for name in templates.NAMES))
+        return
+    if template not in templates.NAMES:
+        raise InputError(
+            f"There is no template {template!r}{checks.suggestion(template, templates.NAMES)}; "
+            "`carom init --list` shows all."
+        )
+    path = Path(f"{template}.toml") if path is None else path
+    if path.suffix != ".toml":
+        raise InputError(f"{path} has the suffix '{path.suffix}'; expected .toml.")
+    texts = {path: templates.template(template, path.name)}
+    if (code := templates.code(template)) is not None:
+        texts[path.with_suffix(".py")] = code
+    refuse_to_replace(*texts, overwrite=overwrite)
+    for file, text in texts.items():
+        with replacing(file) as temporary, writing(file):
+            temporary.write_text(text, encoding="utf-8")
+    run = texts[path].removeprefix("# ").partition(":")[0].replace(path.name, str(path))
+    typer.echo(visible(f"{' and '.join(map(str, texts))} written; edit it, then `{run}`."))

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
 from carom.cli.options import Json
 from carom.cli.trouble import friendly
+from carom.spec import helps
+from carom.studies.packings.spec import PackSpec
 
-if TYPE_CHECKING:
-    from carom.studies.packings.spec import PackSpec
-
+_SAYS = helps(PackSpec)
 _SCENE = "The system"
 _LENGTH = "How long"
 _SEEDS = "Several packings"
@@ -22,30 +22,25 @@ _OUTPUT = "What to write"
 @friendly
 def pack(
     scene: Annotated[
-        Path | None,
-        typer.Argument(
-            help=r"Scene file (TOML) to start from, or a study file with \[pack]. Without: random points."
-        ),
+        Path | None, typer.Argument(help=r"Scene file (TOML): \[scene] and \[pack]. Without: random points.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-pack"),
-    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers; 1.")] = None,
+    seed: Annotated[int | None, typer.Option(help=_SAYS["seed"])] = None,
     as_json: Json = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the packing in the folder.")
     ] = False,
-    n: Annotated[
-        int | None, typer.Option("--n", help="Number of points; 1000.", rich_help_panel=_SCENE)
-    ] = None,
+    n: Annotated[int | None, typer.Option("--n", help=_SAYS["n"], rich_help_panel=_SCENE)] = None,
     dimension: Annotated[
         int | None,
-        typer.Option("--dimension", "-d", help="Dimension of space, 1 to 12; 3.", rich_help_panel=_SCENE),
+        typer.Option("--dimension", "-d", help=_SAYS["dimension"], rich_help_panel=_SCENE),
     ] = None,
     packing_fraction: Annotated[
         float | None,
         typer.Option(
             "--packing-fraction",
             "--eta",
-            help="Packing fraction of the start, instead of points.",
+            help=_SAYS["packing_fraction"],
             rich_help_panel=_SCENE,
         ),
     ] = None,
@@ -56,19 +51,15 @@ def pack(
         ),
     ] = None,
     walls: Annotated[
-        bool, typer.Option("--walls", help="Hard walls instead of a periodic box.", rich_help_panel=_SCENE)
-    ] = False,
+        bool | None, typer.Option("--walls", help=_SAYS["walls"], rich_help_panel=_SCENE)
+    ] = None,
     rate: Annotated[
         float | None,
-        typer.Option(
-            help="Growth of the mean diameter over the thermal speed. Without: 0.02 to Z = PV/NkT of "
-            "1e3, then 1e-3.",
-            rich_help_panel=_LENGTH,
-        ),
+        typer.Option(help=_SAYS["rate"], rich_help_panel=_LENGTH),
     ] = None,
     until_Z: Annotated[
         float | None,
-        typer.Option(help="Z = PV/NkT at the end; 1e10.", rich_help_panel=_LENGTH),
+        typer.Option(help=_SAYS["until_Z"], rich_help_panel=_LENGTH),
     ] = None,
     stage: Annotated[
         list[str] | None,
@@ -76,18 +67,13 @@ def pack(
             help="Instead of both: RATE:Z. Repeat the option for each stage.", rich_help_panel=_LENGTH
         ),
     ] = None,
-    collisions: Annotated[
-        int | None, typer.Option(help="Number of collisions after which to stop.", rich_help_panel=_LENGTH)
-    ] = None,
+    collisions: Annotated[int | None, typer.Option(help=_SAYS["collisions"], rich_help_panel=_LENGTH)] = None,
     common: Annotated[
-        bool,
-        typer.Option(
-            "--common", help="One rate for all, not in proportion to size.", rich_help_panel=_LENGTH
-        ),
-    ] = False,
+        bool | None, typer.Option("--common", help=_SAYS["common"], rich_help_panel=_LENGTH)
+    ] = None,
     seeds: Annotated[
         int | None,
-        typer.Option(help="Number of packings, with seeds from --seed on.", rich_help_panel=_SEEDS),
+        typer.Option(help=_SAYS["seeds"], rich_help_panel=_SEEDS),
     ] = None,
     cores: Annotated[
         str | None,
@@ -102,11 +88,9 @@ def pack(
         ),
     ] = False,
     pictures: Annotated[
-        bool,
-        typer.Option(
-            "--pictures/--no-pictures", help="Three PNG files; pack.png of several.", rich_help_panel=_OUTPUT
-        ),
-    ] = True,
+        bool | None,
+        typer.Option("--pictures/--no-pictures", help=_SAYS["pictures"], rich_help_panel=_OUTPUT),
+    ] = None,
 ) -> None:
     """Compress particles until they jam: points that grow into spheres, or the spheres of a scene.
 
@@ -129,79 +113,55 @@ def pack(
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import packed, watched
     from carom.errors import InputError
+    from carom.spec import read, sections
 
     kinds = [(_whole(count), diameter) for count, diameter in _pairs(species, "--species", "COUNT:DIAMETER")]
-    stages = _pairs(stage, "--stage", "RATE:Z")
-    if (
-        spec := _several(
-            scene, n=n, dimension=dimension, packing_fraction=packing_fraction, species=kinds, walls=walls,
-            rate=rate, until_Z=until_Z, stages=stages, collisions=collisions, common=common, seed=seed,
-            seeds=seeds,
+    points = {
+        "n": n, "dimension": dimension, "packing_fraction": packing_fraction, "walls": walls,
+        "species": [{"count": count, "diameter": diameter} for count, diameter in kinds] or None,
+    }  # fmt: skip
+    of_scene = scene is not None and "scene" in sections(read(scene), "scene", "pack")
+    asked = (PackSpec() if scene is None else PackSpec.load(scene)).replaced(
+        **points, seeds=seeds, seed=seed, rate=rate, until_Z=until_Z, collisions=collisions,
+        stages=_pairs(stage, "--stage", "RATE:Z") or None, common=common, pictures=pictures,
+    )  # fmt: skip
+    said = asked.n, asked.packing_fraction, asked.species, asked.walls, dimension
+    if of_scene and said != (None, None, None, False, None):
+        raise InputError(
+            r"[scene] says what is packed: leave out n, dimension, packing_fraction, species and walls of "
+            "[pack], and their options."
         )
-    ) is not None:  # fmt: skip
+    if asked.seeds is not None:
+        if of_scene:
+            raise InputError("[scene] is the start of one packing; leave out --seeds, or [scene].")
         if overwrite:
             raise InputError("--overwrite is for one packing; a study of several goes on in its folder.")
         from carom.cli.study import carry_out
         from carom.studies.packings.study import Packings
 
         carry_out(
-            Packings(spec), out, executor=None, cores=cores, report=report, pictures=pictures, as_json=as_json
-        )
+            Packings(asked), out, executor=None, cores=cores, report=report, pictures=asked.pictures,
+            as_json=as_json,
+        )  # fmt: skip
         return
     if cores is not None or report:
         raise InputError(
             f"{'--report' if report else '--cores'} is for several packings; give --seeds, or leave it out."
         )
-    if scene is not None and (n, dimension, packing_fraction, kinds, walls) != (None, None, None, [], False):
-        raise InputError(
-            "A scene file says what is packed: leave out --n, --dimension, --packing-fraction, --species and "
-            "--walls."
-        )
     with watched() as progress, compiling_told():
-        from carom.scene.species import Species
+        from carom.scene_file.scene_file import SceneFile
         from carom.studies.packings.compression import pack as compress
 
         progress("Preparing", 0.0)
+        start = asked.start(asked.seed)
+        if scene is not None and of_scene:
+            start = SceneFile.load(scene).scene.build(asked.seed)
         packing = compress(
-            n if scene is None else scene,
-            dimension=dimension,
-            packing_fraction=packing_fraction,
-            species=[Species(count=count, diameter=diameter) for count, diameter in kinds] or None,
-            walls=walls or None,
-            rate=rate,
-            until_Z=until_Z,
-            collisions=collisions,
-            stages=stages or None,
-            common=common,
-            seed=1 if seed is None else seed,
-            out=out,
-            overwrite=overwrite,
-            pictures=pictures,
-            progress=progress,
-        )
+            start, rate=asked.rate, until_Z=asked.until_Z, collisions=asked.collisions, stages=asked.stages,
+            common=asked.common, seed=asked.seed, neighbors=asked.neighbors, out=out, overwrite=overwrite,
+            pictures=asked.pictures, progress=progress,
+        )  # fmt: skip
     packed(packing.to_dict(), out, as_json)
-
-
-def _several(file: Path | None, **given: Any) -> PackSpec | None:
-    """Return the study that is asked for by --seeds, or by a file with ``[pack]``; None if one packing is."""
-    from carom.errors import InputError
-    from carom.io.records import toml_tables
-    from carom.studies.packings.spec import PackSpec
-    from carom.studies.spec import read
-
-    of_file = file is not None and "pack" in toml_tables(read(file))
-    if given["seeds"] is None and not of_file:
-        return None
-    if file is not None and not of_file:
-        raise InputError("A scene file is the start of one packing; --seeds packs points, or leave it out.")
-    species = [{"count": count, "diameter": diameter} for count, diameter in given.pop("species")]
-    given = {
-        name: value
-        for name, value in given.items()
-        if value is not None and value is not False and value != []
-    }
-    given |= {"species": species} if species else {}
-    return PackSpec(**given) if file is None else PackSpec.load(file).replaced(**given)
 
 
 def _pairs(given: list[str] | None, option: str, form: str) -> list[tuple[float, float]]:

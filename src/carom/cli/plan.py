@@ -10,6 +10,8 @@ import typer
 
 from carom.cli.options import number_of
 from carom.cli.trouble import friendly
+from carom.scene_file.commands import PlanSpec
+from carom.spec import helps
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
     from carom.studies.planner.plan import RunPlan
     from carom.studies.planner.system import System
 
+_SAYS = helps(PlanSpec)
 _SCENE = "The system, without a scene file"
 _BUDGET = "Available cores and time"
 _OUTPUT = "What to do with the plan"
@@ -28,16 +31,8 @@ FOLDER = Path("carom-plan")
 
 @friendly
 def plan(
-    scene: Annotated[Path | None, typer.Argument(help="Scene file (TOML). The plan chooses its n.")] = None,
-    target: Annotated[
-        str,
-        typer.Option(
-            "--target",
-            "-t",
-            help="Z=1e-4: quantity and relative error, including the bias of finite size. Z, P (pressure), "
-            "g(contact) or D. Z=+-0.002 is an absolute error.",
-        ),
-    ] = "Z=1e-3",
+    scene: Annotated[Path | None, typer.Argument(help=r"Scene file (TOML): \[scene] and \[plan].")] = None,
+    target: Annotated[str | None, typer.Option("--target", "-t", help=_SAYS["target"])] = None,
     packing_fraction: Annotated[
         float | None,
         typer.Option(
@@ -60,24 +55,20 @@ def plan(
     ] = None,
     n: Annotated[
         int | None,
-        typer.Option("--n", help="Plan with this number of particles only.", rich_help_panel=_SCENE),
+        typer.Option("--n", help=_SAYS["n"], rich_help_panel=_SCENE),
     ] = None,
-    seed: Annotated[
-        int | None, typer.Option(help="Seed of all random numbers; 1.", rich_help_panel=_SCENE)
-    ] = None,
+    seed: Annotated[int | None, typer.Option(help=_SAYS["seed"], rich_help_panel=_SCENE)] = None,
     cores: Annotated[
         str | None,
-        typer.Option(
-            "--cores", "-j", help="Number of cores; by default all of this machine.", rich_help_panel=_BUDGET
-        ),
+        typer.Option("--cores", "-j", help=_SAYS["cores"], rich_help_panel=_BUDGET),
     ] = None,
     walltime: Annotated[
         float | None,
-        typer.Option(help="Available wall time in seconds; by default no limit.", rich_help_panel=_BUDGET),
+        typer.Option(help=_SAYS["walltime"], rich_help_panel=_BUDGET),
     ] = None,
     pilot: Annotated[
         float | None,
-        typer.Option(help="CPU seconds that each of two pilots may take; 15.", rich_help_panel=_BUDGET),
+        typer.Option(help=_SAYS["pilot"], rich_help_panel=_BUDGET),
     ] = None,
     run: Annotated[
         bool,
@@ -128,26 +119,29 @@ def plan(
 
         if scene is not None and (packing_fraction, dimension, species) != (None, None, None):
             _contradiction()
+        asked = (PlanSpec() if scene is None else PlanSpec.load(scene)).replaced(
+            target=target, n=n, seed=seed, cores=number_of(cores), walltime=walltime, pilot=pilot
+        )
         d = 3 if dimension is None else dimension
         kinds = _species(species)
         if run and folder is not None and (folder / NAME).exists():
-            given = {"n": n, "seed": seed, "cores": number_of(cores), "walltime": walltime}
-            asked = planner.system_of(packing_fraction, d, kinds, scene)
-            found = _held(folder, target, asked, given)
+            given = {name: getattr(asked, name) for name in ("n", "seed", "cores", "walltime")}
+            system = planner.system_of(packing_fraction, d, kinds, scene)
+            found = _held(folder, asked.target, system, given)
         else:
             if folder is not None:
                 planner.reserve(folder)
             found = planner.plan(
-                target,
+                asked.target,
                 packing_fraction=packing_fraction,
                 dimension=d,
                 species=kinds,
                 scene=scene,
-                n=n,
-                cores=number_of(cores),
-                walltime=walltime,
-                seed=1 if seed is None else seed,
-                pilot_seconds=PILOT_SECONDS if pilot is None else pilot,
+                n=asked.n,
+                cores=asked.cores,
+                walltime=asked.walltime,
+                seed=1 if asked.seed is None else asked.seed,
+                pilot_seconds=PILOT_SECONDS if asked.pilot is None else asked.pilot,
                 progress=shown,
             )
             if folder is not None:

@@ -2,105 +2,34 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from carom.cli.options import Cores, Json, Trusted, number_of
+from carom.cli.study import _of_field, _option
 from carom.cli.trouble import friendly
+from carom.scene_file.sections import RunSpec, SceneSpec
+from carom.spec import Spec, fields_of
 from carom.texts import visible
 
-_SCENE = "The system (overrides a scene file)"
-_LENGTH = "How long"
-_OUTPUT = "What to write"
+_ARGUMENT = (
+    "Scene file (TOML), as `carom init` writes it, or the folder of a run. Without: 2048 hard spheres."
+)
 
 
-@friendly
 def run(
-    scene: Annotated[
-        Path | None,
-        typer.Argument(
-            help="Scene file (TOML), as `carom init` writes it, or the folder of a run. Without: 2048 hard "
-            "spheres."
-        ),
-    ] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-run"),
-    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
-    as_json: Json = False,
-    overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder.")] = False,
-    initial: Annotated[
-        str | None,
-        typer.Option(help="fcc, triangular, cubic, dn or random.", rich_help_panel=_SCENE),
-    ] = None,
-    dimension: Annotated[
-        int | None,
-        typer.Option(
-            "--dimension",
-            "-d",
-            help="Dimension of space. Alone, 1 to 6: a fluid of that dimension.",
-            rich_help_panel=_SCENE,
-        ),
-    ] = None,
-    n: Annotated[int | None, typer.Option("--n", help="Number of spheres.", rich_help_panel=_SCENE)] = None,
-    cells: Annotated[
-        int | None, typer.Option(help="Or: cells of the lattice along each axis.", rich_help_panel=_SCENE)
-    ] = None,
-    packing_fraction: Annotated[
-        float | None,
-        typer.Option(
-            "--packing-fraction",
-            "--eta",
-            help="Fraction of the volume filled by spheres.",
-            rich_help_panel=_SCENE,
-        ),
-    ] = None,
-    density: Annotated[
-        float | None, typer.Option(help="Or: number density, N diameter^d / V.", rich_help_panel=_SCENE)
-    ] = None,
-    equilibration: Annotated[
-        float | None,
-        typer.Option(help="Collisions per particle before anything is measured.", rich_help_panel=_LENGTH),
-    ] = None,
-    collisions_per_particle: Annotated[
-        float | None,
-        typer.Option(help="Collisions per particle in the measurement.", rich_help_panel=_LENGTH),
-    ] = None,
-    relative_error: Annotated[
-        float | None,
-        typer.Option(help="Or: measure until Z has this relative error.", rich_help_panel=_LENGTH),
-    ] = None,
-    walltime: Annotated[
-        float | None,
-        typer.Option(help="Limit of wall time for this, in seconds.", rich_help_panel=_LENGTH),
-    ] = None,
-    frames: Annotated[
-        int | None,
-        typer.Option(
-            help="Number of frames. Default: 100; fewer in large systems, to keep the files below 200 MB.",
-            rich_help_panel=_LENGTH,
-        ),
-    ] = None,
-    checkpoint_every: Annotated[
-        float | None, typer.Option(help="Seconds between checkpoints.", rich_help_panel=_OUTPUT)
-    ] = None,
-    event_log: Annotated[
-        bool | None,
-        typer.Option(
-            "--event-log/--no-event-log", help="Write every collision to events.h5.", rich_help_panel=_OUTPUT
-        ),
-    ] = None,
-    pictures: Annotated[
-        bool | None,
-        typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT),
-    ] = None,
-    cores: Cores = "1",
-    trust_code: Trusted = False,
-    explain: Annotated[
-        bool,
-        typer.Option("--explain", help="Print what would be compiled and which arrays are made, then stop."),
-    ] = False,
+    scene: Path | None,
+    out: Path,
+    as_json: bool,
+    overwrite: bool,
+    cores: str,
+    trust_code: bool,
+    explain: bool,
+    **given: Any,
 ) -> None:
     """Simulate: equilibrate, measure the pressure and g(r), sample a trajectory.
 
@@ -110,48 +39,34 @@ def run(
     [bold]Examples[/bold]
 
     carom run
-    carom run scene.toml --out fluid --seed 7
-    carom run --n 500 --packing-fraction 0.3 --out dilute
-    carom run --dimension 2 --packing-fraction 0.65 --out disks
-    carom run --cells 4 --collisions-per-particle 500 --frames 20 --out quick
-    carom run --packing-fraction 0.3 --relative-error 1e-3 --walltime 600 --out precise
-    carom run scene.toml --out fluid --json > summary.json
-    carom run scene.toml --explain
+    carom run fluid.toml --out fluid --seed 7
+    carom run --n 500 --eta 0.3 --out dilute
+    carom run --dimension 2 --eta 0.65 --out disks
+    carom run --n 256 -c 500 --frames 20 --out quick
+    carom run --lattice fcc --eta 0.55 --out crystal
+    carom run --eta 0.3 --relative-error 1e-3 --walltime 600 --out precise
+    carom run bed.toml --time 100 --out bed
+    carom run fluid.toml --out fluid --json > summary.json
+    carom run fluid.toml --explain
     carom run battle.toml --trust-code
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.overrides import overridden
     from carom.cli.screen import predicted, results, watched
+    from carom.scene_file.scene_file import SceneFile
     from carom.studies.runs.asked import plan_of
 
-    plan = overridden(
-        None if scene is None else plan_of(scene),
-        scene={
-            "initial": initial,
-            "dimension": dimension,
-            "n": n,
-            "cells": cells,
-            "packing_fraction": packing_fraction,
-            "density": density,
-        },
-        run={
-            "seed": seed,
-            "equilibration": equilibration,
-            "collisions_per_particle": collisions_per_particle,
-            "relative_error": relative_error,
-            "walltime": walltime,
-            "frames": frames,
-            "checkpoint_every": checkpoint_every,
-        },
-        output={"event_log": event_log, "pictures": pictures},
-    )
+    asked = SceneFile() if scene is None else plan_of(scene)
+    words = _values(SceneSpec, given)
+    # Without a file, n and density have the defaults of what is given.
+    there = SceneSpec(**words) if scene is None else asked.scene.replaced(**words)
+    plan = SceneFile(there, asked.run.replaced(**_values(RunSpec, given)))
     plan = plan.trusted() if trust_code else plan
     if explain:
         from carom.simulation.explanation import explain as explained
         from carom.simulation.tuning import Tuning
 
         found = explained(
-            plan.build_scene(), tuning=Tuning(neighbors=plan.run.neighbors), event_log=plan.output.event_log
+            plan.build_scene(), tuning=Tuning(neighbors=plan.run.neighbors), event_log=plan.run.event_log
         )
         typer.echo(visible(found, lines=True))
         return
@@ -167,6 +82,40 @@ def run(
             cores=number_of(cores),
         )
     results(result, as_json)
+
+
+def _values(kind: type[Spec], given: dict[str, Any]) -> dict[str, Any]:
+    """Return the fields of a section that options set."""
+    fields = fields_of(kind)
+    return {k: fields[k].of_option(v) for k, v in given.items() if k in fields and v is not None}
+
+
+def _options() -> list[inspect.Parameter]:
+    """Return the options of ``carom run``: the keys of the scene file that have one, and its own."""
+    keys = [each for kind in (SceneSpec, RunSpec) for each in fields_of(kind).values() if each.is_option]
+    shared = {"as_json": (Json, False), "cores": (Cores, "1"), "trust_code": (Trusted, False)}
+    return [
+        inspect.Parameter(
+            "scene", inspect.Parameter.KEYWORD_ONLY, default=None,
+            annotation=Annotated[Path | None, typer.Argument(help=_ARGUMENT)],
+        ),
+        _option("out", Path, Path("carom-run"), "--out", "-o", help="Folder for the results."),
+        _option("overwrite", bool, False, "--overwrite", help="Replace the run in the folder."),
+        *map(_of_field, keys),
+        *(
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+            for name, (hint, default) in shared.items()
+        ),
+        _option(
+            "explain", bool, False, "--explain",
+            help="Print what would be compiled and which arrays are made, then stop.",
+        ),
+    ]  # fmt: skip
+
+
+run.__signature__ = inspect.Signature(_options())  # type: ignore[attr-defined]
+run.__annotations__ = {option.name: option.annotation for option in _options()}
+run = friendly(run)
 
 
 @friendly

@@ -18,7 +18,7 @@ from carom.cli.trouble import PARTLY, friendly
 from carom.texts import visible
 
 if TYPE_CHECKING:
-    from carom.studies.spec import Spec, SpecField
+    from carom.spec import Spec, SpecField
     from carom.studies.study import Study
 
 WHERE, OUTPUT = "Where it runs", "What to write"
@@ -39,7 +39,7 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
     kind : callable
         Returns the class of the study when the command runs: its import takes longer than the help.
     """
-    from carom.studies.spec import fields_of
+    from carom.spec import fields_of
 
     def run(
         study: Path | None, out: Path, engine: str | None, scheduler: str | None, cores: str | None,

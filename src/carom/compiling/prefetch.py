@@ -55,7 +55,7 @@ def prefetch_now(array, index):
 @overload(prefetch, jit_options=INLINE)
 def _prefetch_compiled(array, index):
     def body(array, index):
-        _prefetch(array, index)  # type: ignore[call-arg]  # Numba supplies the context
+        _prefetch(array, index)
 
     return body if numba_features.has(PREFETCHING) else lambda array, index: None
 
@@ -63,7 +63,7 @@ def _prefetch_compiled(array, index):
 @overload(prefetch_now, jit_options=INLINE)
 def _prefetch_now_compiled(array, index):
     def body(array, index):
-        _prefetch_now(array, index)  # type: ignore[call-arg]
+        _prefetch_now(array, index)
 
     return body if numba_features.has(PREFETCHING) else lambda array, index: None
 

@@ -1,187 +1,275 @@
-"""Checks of the fields of a section, with messages that name the section and the key."""
+"""Checks of the keys of a scene file.
+
+Models, and NumPy with them, are imported when there is a value to check: the help of a command reads only
+which keys there are.
+"""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
-from carom import checks
 from carom.errors import InputError
-from carom.models.files import tables
-from carom.models.obstacles import Wall
-from carom.scene import lattices
-from carom.scene.box import LONGEST_EDGE
+from carom.spec import Check, integer, said, schema_of, word
+
+LATTICES = ("fcc", "triangular", "cubic", "dn")
+FORMATS = ("h5md", "extxyz", "gsd")
+
+MOST = 10**8
+"""Most particles of a scene, as in :mod:`carom.scene.lattices`."""
+
+MOST_DIMENSIONS = 12
 
 
-class Fields:
-    """The fields of a section: each is checked, and replaced by its value in the right type."""
+def listed(value: Any) -> tuple[Any, ...] | None:
+    """Return a list as a tuple, and anything else as None."""
+    return tuple(value) if isinstance(value, list | tuple) else None
 
-    def __init__(self, section: str, spec: Any) -> None:
-        self.section = section
-        self.spec = spec
 
-    def _replace(self, name: str, check: Callable[[Any, str], Any]) -> None:
-        """Replace a field by its checked value, unless it is left out."""
-        value = getattr(self.spec, name)
-        optional = type(self.spec).__dataclass_fields__[name].default is None
-        if value is not None or not optional:
-            object.__setattr__(self.spec, name, check(value, f"[{self.section}] {name}"))
+def tuples(value: Any) -> Any:
+    """Return a value with tuples instead of lists, also within tables."""
+    if isinstance(value, list | tuple):
+        return tuple(map(tuples, value))
+    if type(value) is dict:
+        return {key: tuples(each) for key, each in value.items()}
+    return value
 
-    def number(
-        self, name: str, low: float = -math.inf, high: float = math.inf, open_low: bool = False
-    ) -> None:
-        """Check a number."""
-        self._replace(name, lambda v, k: checks.number(v, k, low=low, high=high, open_low=open_low))
 
-    def integer(self, name: str, low: int, high: int) -> None:
-        """Check a whole number."""
-        self._replace(name, lambda v, k: checks.integer(v, k, low=low, high=high))
+def positive(value: Any, name: str) -> float:
+    """Check a length or a mass."""
+    from carom import checks
 
-    def integers(self, name: str, low: int, high: int) -> None:
-        """Check a whole number, or one for each axis."""
+    return checks.positive(value, name)
 
-        def check(value: Any, key: str) -> int | tuple[int, ...]:
-            if not isinstance(value, tuple):
-                return checks.integer(value, key, low=low, high=high)
-            return tuple(checks.integer(v, key, low=low, high=high) for v in _some(value, key))
 
-        self._replace(name, check)
+said(positive, type="number", exclusiveMinimum=0)
 
-    def indices(self, name: str, high: int) -> None:
-        """Check a whole number, or a list of any length; an empty one is left out."""
 
-        def check(value: Any, key: str) -> int | tuple[int, ...] | None:
-            if not isinstance(value, tuple):
-                return checks.integer(value, key, low=0, high=high)
-            return tuple(checks.integer(v, key, low=0, high=high) for v in value) or None
+def each_axis(one: Check) -> Check:
+    """Return the check of one value, or of a list with a value for each axis."""
 
-        self._replace(name, check)
+    def check(value: Any, name: str) -> Any:
+        many = listed(value)
+        return one(value, name) if many is None else tuple(one(v, name) for v in _axes(many, name))
 
-    def edges(self, name: str) -> None:
-        """Check lengths, one for each axis."""
+    return said(check, anyOf=[schema_of(one), _list(one)])
 
-        def check(value: Any, key: str) -> tuple[float, ...]:
-            if not isinstance(value, tuple):
-                raise InputError(f"{key} must be a list of edges, found {checks.describe(value)}.")
-            return tuple(
-                checks.number(v, key, low=1 / checks.MAGNITUDE, high=LONGEST_EDGE * checks.MAGNITUDE)
-                for v in _some(value, key)
-            )
 
-        self._replace(name, check)
+def edges(value: Any, name: str) -> tuple[float, ...]:
+    """Check the edges of a box, a list."""
+    from carom import checks
+    from carom.scene.box import LONGEST_EDGE
 
-    def text(self, name: str) -> None:
-        """Check a name."""
+    many = listed(value)
+    if many is None:
+        raise InputError(f"{name} must be a list of edges, found {checks.describe(value)}.")
+    low, high = 1 / checks.MAGNITUDE, LONGEST_EDGE * checks.MAGNITUDE
+    return tuple(checks.number(v, name, low=low, high=high) for v in _axes(many, name))
 
-        def check(value: Any, key: str) -> str:
-            if not isinstance(value, str):
-                raise InputError(f"{key} must be a string, found {checks.describe(value)}.")
+
+said(edges, type="array", items=schema_of(positive))
+
+
+def indices(value: Any, name: str) -> int | tuple[int, ...] | None:
+    """Check a number of particles, or a list of their indices; an empty one is left out."""
+    one, many = integer(low=0, high=MOST), listed(value)
+    if many is None:
+        return one(value, name)
+    return tuple(one(v, name) for v in many) or None
+
+
+said(indices, anyOf=[{"type": "integer"}, {"type": "array", "items": {"type": "integer"}}])
+
+
+def file_name(value: Any, name: str) -> str:
+    """Check the name of a file."""
+    from carom import checks
+
+    if not isinstance(value, str):
+        raise InputError(f"{name} must be a string, found {checks.describe(value)}.")
+    try:
+        value.encode("utf-8")
+    except UnicodeEncodeError:
+        value = ""
+    if not value or "\0" in value:
+        raise InputError(f"{name} must be the name of a file, found something else.")
+    return value
+
+
+said(file_name, type="string")
+
+
+def formats(value: Any, name: str) -> tuple[str, ...]:
+    """Check formats of trajectories, each once."""
+    from carom import checks
+
+    many = listed(value)
+    if many is None:
+        raise InputError(f"{name} must be a list of formats, found {checks.describe(value)}.")
+    found = tuple(word(*FORMATS)(each, name) for each in many)
+    if len(set(found)) < len(found):
+        raise InputError(f"{name} names a format twice: {', '.join(found)}.")
+    return found
+
+
+said(formats, type="array", items={"enum": list(FORMATS)})
+
+
+def contact(value: Any, name: str) -> tuple[tuple[float, ...], ...]:
+    """Check a table of contact distances."""
+    from carom import checks
+
+    rows = [listed(row) for row in listed(value) or (None,)]
+    if any(row is None for row in rows):
+        raise InputError(f"{name} must be a list of lists of numbers, found {checks.describe(value)}.")
+    return tuple(tuple(checks.positive(x, name) for x in row or ()) for row in rows)
+
+
+said(contact, type="array", items={"type": "array", "items": schema_of(positive)})
+
+
+def walls(value: Any, name: str) -> Any:
+    """Check names of axes, or walls by name, as values or as tables."""
+    from carom import checks
+    from carom.models.files import tables
+    from carom.models.obstacles import Wall
+
+    if isinstance(value, Mapping):
+        given = {wall: each for wall, each in value.items() if isinstance(each, Wall)}
+        read = {wall: tuples(each) for wall, each in value.items() if wall not in given}
+        try:
+            made = given | tables.walls_from_table(read)
+        except InputError as problem:
+            raise InputError(f"{name}: {problem}") from problem
+        return {wall: made[wall] for wall in value}
+    axes = listed(value)
+    each = (value,) if axes is None else axes
+    if not isinstance(value, bool) and not all(isinstance(axis, str) for axis in each):
+        raise InputError(
+            f"{name} must name axes, such as 'xy', or be true, or hold walls by name; found "
+            f"{checks.describe(value)}."
+        )
+    return value if axes is None else axes
+
+
+said(
+    walls,
+    anyOf=[
+        {"type": ["boolean", "string"]},
+        {"type": "array", "items": {"type": "string"}},
+        {"type": "object", "additionalProperties": {"type": "object"}},
+    ],
+)
+
+
+def species(value: Any, name: str) -> tuple[Any, ...]:
+    """Check species: tables by name, or a list of values or of tables.
+
+    One whose name is its number has no name of its own.
+    """
+    from carom import checks
+    from carom.scene.species import Species
+
+    found = []
+    for k, (key, each) in enumerate(_named(value, name, "name = { fraction = 0.2, diameter = 1.0 }")):
+        given = dict(each) if isinstance(each, Mapping) else each
+        if not isinstance(given, dict | Species):
+            raise InputError(f"{name} {key} must be a table, found {checks.describe(each)}.")
+        if isinstance(given, Species):
+            given = {field: getattr(given, field) for field in _SPECIES}
+        checks.keys(given, f"{name} {key}", _SPECIES)
+        given.setdefault("name", key if isinstance(key, str) else None)
+        if given["name"] == "":
+            raise InputError(f"{name} {key} must have a name, found an empty one.")
+        given["name"] = None if given["name"] == str(k) else given["name"]
+        try:
+            found.append(Species(**given))
+        except InputError as problem:
+            raise InputError(f"{name} {key}: {problem}") from problem
+    return tuple(found)
+
+
+_SPECIES = ("name", "fraction", "count", "diameter", "mass")
+said(
+    species,
+    type="object",
+    additionalProperties={
+        "type": "object",
+        "properties": {
+            "fraction": {"type": "number", "minimum": 0},
+            "count": {"type": "integer", "minimum": 0},
+            "diameter": schema_of(positive),
+            "mass": schema_of(positive),
+        },
+        "additionalProperties": False,
+    },
+)
+
+
+def obstacles(value: Any, name: str) -> tuple[Any, ...]:
+    """Check obstacles: tables by name, or a list of values or of tables."""
+    from carom import checks
+    from carom.models.files import tables
+    from carom.models.obstacles import Obstacle
+
+    found = []
+    for key, each in _named(value, name, 'name = { type = "ball", center = [5.0, 5.0], radius = 2.0 }'):
+        if isinstance(each, Mapping):
+            named = {"name": key} if isinstance(key, str) else {}
             try:
-                value.encode("utf-8")
-            except UnicodeEncodeError:
-                value = ""
-            if not value or "\0" in value:
-                raise InputError(f"{key} must be the name of a file, found something else.")
-            return value
-
-        self._replace(name, check)
-
-    def choice(self, name: str, known: tuple[str, ...]) -> None:
-        """Check that a word is one of those known."""
-        self._replace(name, lambda v, k: _choice(v, k, known))
-
-    def choices(self, name: str, known: tuple[str, ...]) -> None:
-        """Check that words are among those known, each once."""
-
-        def check(value: Any, key: str) -> tuple[str, ...]:
-            if not isinstance(value, tuple):
-                raise InputError(f"{key} must be a list of formats, found {checks.describe(value)}.")
-            result = tuple(_choice(v, key, known) for v in value)
-            if len(set(result)) < len(result):
-                raise InputError(f"{key} names a format twice: {', '.join(result)}.")
-            return result
-
-        self._replace(name, check)
-
-    def walls(self, name: str) -> None:
-        """Check names of axes, or walls by name as values or as tables."""
-
-        def check(value: Any, key: str) -> Any:
-            if isinstance(value, Mapping):
-                given = {wall: each for wall, each in value.items() if isinstance(each, Wall)}
-                read = {wall: each for wall, each in value.items() if wall not in given}
-                try:
-                    made = given | tables.walls_from_table(read)
-                except InputError as problem:
-                    raise InputError(f"{key}: {problem}") from problem
-                return {wall: made[wall] for wall in value}
-            axes = value if isinstance(value, tuple) else (value,)
-            if not isinstance(value, bool) and not all(isinstance(axis, str) for axis in axes):
-                raise InputError(
-                    f"{key} must name axes, such as 'xy', or be true, or hold walls by name; found "
-                    f"{checks.describe(value)}."
-                )
-            return value
-
-        self._replace(name, check)
-
-    def table(self, name: str) -> None:
-        """Check a table of positive numbers."""
-
-        def check(value: Any, key: str) -> tuple[tuple[float, ...], ...]:
-            if not isinstance(value, tuple) or not all(isinstance(row, tuple) for row in value):
-                raise InputError(f"{key} must be a list of lists of numbers, found {checks.describe(value)}.")
-            return tuple(tuple(checks.positive(x, key) for x in row) for row in value)
-
-        self._replace(name, check)
-
-    def each(self, name: str, make: Callable[[Any, str], Any]) -> None:
-        """Make a value of each table in a list."""
-
-        def check(value: Any, key: str) -> tuple[Any, ...]:
-            if not isinstance(value, tuple):
-                raise InputError(f"{key} must be a list of tables, found {checks.describe(value)}.")
-            return tuple(make(each, f"{key} {k}") for k, each in enumerate(value))
-
-        self._replace(name, check)
-
-    def value(self, name: str) -> None:
-        """Check an interaction, a motion, an impact or a drive: a value, or its table."""
-
-        def check(value: Any, key: str) -> Any:
-            table = isinstance(value, Mapping) or (name == "impact" and isinstance(value, int | float))
-            if type(value).__module__ in ("builtins", "datetime") and not table:
-                # What a file holds instead of a table: no model is of such a type.
-                raise InputError(f"{key} must be a table, found {checks.describe(value)}.")
-            try:
-                return tables.from_table(value, name) if table else value
+                found.append(tables.obstacle_from_table({**named, **tuples(dict(each))}))
             except InputError as problem:
-                raise InputError(f"{key}: {problem}") from problem
-
-        self._replace(name, check)
-
-    def switch(self, name: str) -> None:
-        """Check a bool."""
-
-        def check(value: Any, key: str) -> bool:
-            if not isinstance(value, bool):
-                raise InputError(f"{key} must be true or false, found {checks.describe(value)}.")
-            return value
-
-        self._replace(name, check)
+                raise InputError(f"{name} {key}: {problem}") from problem
+        elif isinstance(each, type) or not isinstance(each, Obstacle):
+            raise InputError(f"{name} {key} must be an obstacle, found {checks.describe(each)}.")
+        else:
+            found.append(each)
+    return tuple(found)
 
 
-def _some(values: tuple[Any, ...], key: str) -> tuple[Any, ...]:
+said(obstacles, type="object", additionalProperties={"type": "object", "required": ["type"]})
+
+
+def model(what: str, *more: dict[str, Any]) -> Check:
+    """Return the check of an interaction, a motion, an impact or a drive: a value, or its table."""
+
+    def check(value: Any, name: str) -> Any:
+        from carom import checks
+        from carom.models.files import tables
+
+        table = isinstance(value, Mapping) or (what == "impact" and isinstance(value, int | float))
+        if type(value).__module__ in ("builtins", "datetime") and not table:
+            # What a file holds instead of a table: no model is of such a type.
+            raise InputError(f"{name} must be a table, found {checks.describe(value)}.")
+        try:
+            return tables.from_table(tuples(value), what) if table else value
+        except InputError as problem:
+            raise InputError(f"{name}: {problem}") from problem
+
+    return said(check, anyOf=[{"type": "object"}, *more]) if more else said(check, type="object")
+
+
+def _axes(values: tuple[Any, ...], name: str) -> tuple[Any, ...]:
     """Return values, one for each axis, after a check of their number."""
-    if not 1 <= len(values) <= lattices.MOST_DIMENSIONS:
-        raise InputError(f"{key} must have one value an axis, found {len(values)}.")
+    if not 1 <= len(values) <= MOST_DIMENSIONS:
+        raise InputError(f"{name} must have one value an axis, found {len(values)}.")
     return values
 
 
-def _choice(value: Any, key: str, known: tuple[str, ...]) -> str:
-    """Return a word if it is one of those known."""
-    if isinstance(value, str) and value in known:
-        return value
-    hint = checks.suggestion(value, known, listed=True) if isinstance(value, str) else ""
-    raise InputError(f"{key} must be one of {', '.join(known)}; found {checks.describe(value)}{hint}.")
+def _list(one: Check) -> dict[str, Any]:
+    return {"type": "array", "items": schema_of(one), "minItems": 1}
+
+
+def _named(value: Any, name: str, example: str) -> list[tuple[Any, Any]]:
+    """Return values with their names, or of a list with their numbers."""
+    from carom import checks
+
+    if isinstance(value, Mapping):
+        return list(value.items())
+    many = listed(value)
+    if many is None:
+        word = name.rpartition(" ")[2]
+        raise InputError(
+            f"{name} must be tables with names, such as {word}.{example}; found {checks.describe(value)}."
+        )
+    return list(enumerate(many))

@@ -14,6 +14,7 @@ RENAMED = {
     "workers": "cores",
     "until_pressure": "until_Z",
     "k": "dimension",
+    "initial": "lattice",
     "seeds": "tries",
     "hours": "walltime",
     "max_walltime": "walltime",

@@ -5,18 +5,18 @@ Scenes are imported when there is one to check: the help of a command reads the 
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
-from carom.studies.spec import Opt, Spec, integer, integers_of, number, numbers_of, several, word
+from carom.spec import Opt, Spec, integer, integers_of, number, numbers_of, several, word
 from carom.version import __version__
 
-SYSTEM, LENGTH = "The system (overrides the study file)", "How long"
+SYSTEM, LENGTH = "The system (overrides a scene file)", "How long"
 
-_SET_BY_GRID = ("packing_fraction", "n", "density", "cells", "box", "file", "frame", "initial", "dimension")
+POINT = ("n", "packing_fraction", "density", "box", "dimension", "lattice", "cells")
+"""Keys of ``[scene]`` that say how many particles there are and how dense: one point of a grid."""
 
 MOST = 10**8
 """Most particles of a scene, as in :mod:`carom.scene.lattices`."""
@@ -40,19 +40,21 @@ Blocks = Annotated[
 class GridSpec(Spec):
     """A grid of simulations: packing fractions x numbers of particles x replicas.
 
-    On a lattice, the number of particles that fills it and is nearest to n is taken.
+    On a lattice, the number of particles that fills it and is nearest to n is taken. A file may say in
+    ``[scene]`` what there is, for all commands: what the section of the study leaves out is taken from there.
     """
 
     tables: ClassVar[tuple[str, ...]] = ("scene",)
     grid: ClassVar[tuple[str, ...]] = ("packing_fraction", "n", "replicas")
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = (("relative_error", "collisions_per_particle"),)
-    resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"dimension": ("packing_fraction",)}
+    resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"dimension": ("packing_fraction", "lattice")}
     densities: ClassVar[Mapping[int, tuple[float, ...]]]
     """Default packing fractions, by dimension."""
     error: ClassVar[float]
     """Default relative error."""
     refused: ClassVar[Mapping[str, str]]
     """Keys of a scene with which there is nothing to measure, and why."""
+    gone: ClassVar[Mapping[str, str]] = {"initial": 'give lattice = "fcc", "none" or "auto"'}
 
     packing_fraction: Annotated[
         tuple[float, ...],
@@ -71,20 +73,31 @@ class GridSpec(Spec):
         integer(low=1, high=12),
         Opt("Dimension of space, 1 to 12.", SYSTEM, ("--dimension", "-d")),
     ] = 3
+    kT: Annotated[
+        float,
+        number(low=0.0, high=1e304, open_low=True),
+        Opt("Temperature; with wells held until equilibration ends.", SYSTEM, ("--kT",)),
+    ] = 1.0
     relative_error: Annotated[
         float | None, None, Opt("Relative error at every point, all replicas together.", LENGTH)
     ] = None
     collisions_per_particle: Annotated[
-        float | None, None, Opt("Instead: length of every run, in collisions per particle.", LENGTH)
+        float | None,
+        None,
+        Opt(
+            "Instead: length of every run, in collisions per particle.",
+            LENGTH,
+            ("--collisions-per-particle", "-c"),
+        ),
     ] = None
     equilibration: Length = 1000.0
     seed: Annotated[int, integer(low=0, high=2**63 - 1), Opt("Seed of all random numbers.", SYSTEM)] = 1
-    initial: Annotated[
+    lattice: Annotated[
         str,
-        word("auto", "random", "fcc", "cubic", "triangular", "dn"),
+        word("auto", "none", "fcc", "triangular", "cubic", "dn"),
         Opt(
-            "How runs start: random, fcc, triangular, cubic or dn; or auto: random up to the middle of the "
-            "coexistence, and the densest lattice above.",
+            "How runs start: auto, none (random), fcc, triangular, cubic or dn; auto is random up to the "
+            "middle of the coexistence, and the densest lattice above.",
             SYSTEM,
         ),
     ] = "auto"
@@ -123,30 +136,66 @@ class GridSpec(Spec):
         # All scenes are checked now, rather than in a worker an hour later.
         self.tasks()
 
+    @classmethod
+    def of_sections(cls, words: dict[str, Any], others: dict[str, Any]) -> dict[str, Any]:
+        """Return the fields from the section of the study and, where it leaves them out, from ``[scene]``.
+
+        Raises
+        ------
+        InputError
+            If ``[scene]`` has an unknown key, or starts from a file.
+        """
+        from carom.scene_file.fields import tuples
+        from carom.scene_file.sections import SceneSpec
+        from carom.studies.scenes import point_of, with_fractions
+
+        scene = others.get("scene", {})
+        SceneSpec.check_file(scene)
+        if "file" in scene:
+            raise InputError(
+                "[scene] file has no meaning in a study, whose runs each have a start of their own; say what "
+                "there is."
+            )
+        rest = {name: value for name, value in tuples(scene).items() if name not in POINT}
+        if "species" in scene:
+            rest["species"] = with_fractions(SceneSpec(species=scene["species"]))
+        return {**point_of(SceneSpec(**tuples(scene)), scene), **words, "scene": rest}
+
+    def to_toml(self) -> str:
+        """Return the specification as TOML, from which :meth:`from_toml` makes an equal one."""
+        from carom.io.records import toml_lines
+        from carom.scene_file.words import scene_lines
+
+        words = self.words()
+        scene = words.pop("scene", {})
+        lines = [f"[{self.section}]", *toml_lines(words)]
+        return "\n".join([*lines, *(["", *scene_lines(scene)] if scene else [])]) + "\n"
+
     def _template(self) -> dict[str, Any]:
         """Return the keys of ``scene`` as plain values, without those that the grid sets."""
         from carom import checks
         from carom.scene_file.sections import SceneSpec
+        from carom.spec import checked
         from carom.studies.scenes import plain
 
         if not isinstance(self.scene, Mapping):
             raise InputError(f"scene must be a table, found {checks.describe(self.scene)}.")
-        known = [f.name for f in dataclasses.fields(SceneSpec)]
+        SceneSpec.check_words(self.scene)
         for name in self.scene:
-            if name not in known:
-                raise InputError(f"[scene] {name} is no known key{checks.suggestion(name, known)}.")
-            if name in _SET_BY_GRID:
-                raise InputError(f"[scene] {name} is for the section [study] to say; move or remove it.")
+            if name in (*POINT, "file", "frame"):
+                raise InputError(
+                    f"[scene] {name} is for the section [{self.section}] to say; move or remove it."
+                )
             if name in self.refused:
                 raise InputError(f"[scene] {name} {self.refused[name]}")
-        template = {name: plain(value) for name, value in self.scene.items()}
-        species = template.get("species", ())
-        if any(each.get("count") is not None for each in species if isinstance(each, Mapping)):
+        given = {name: value for name, value in self.scene.items() if value is not None}
+        template = {name: plain(checked(SceneSpec, name, value), name) for name, value in given.items()}
+        if any(each.get("count") is not None for each in template.get("species", ())):
             raise InputError(
-                "[[scene.species]] of a study have no count, because n is for [study] to say; "
-                "give each a fraction."
+                "[scene] species of a study have no count, because n is for the study to say; give each a "
+                "fraction."
             )
-        return template
+        return {name: value for name, value in template.items() if value not in (None, [], ())}
 
     def tasks(self) -> list[dict[str, Any]]:
         """Return the tasks, the longest first."""
@@ -163,16 +212,23 @@ class GridSpec(Spec):
 
     def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
         """Return one run; a study adds what else it needs."""
-        from carom.studies.scenes import plain, refuse_other_interactions, scene_spec
+        from carom.scene_file.fields import tuples
+        from carom.scene_file.sections import SceneSpec
+        from carom.studies.scenes import refuse_other_interactions, words_of_task
 
-        asked = {"initial": self._start(eta), "n": n, "packing_fraction": eta, "dimension": self.dimension}
-        scene = scene_spec({**self.scene, **asked})
+        start = self._start(eta)
+        scene = SceneSpec(
+            n=n,
+            packing_fraction=eta,
+            dimension=self.dimension,
+            lattice=None if start == "random" else start,
+            **tuples(self.scene),
+        )
         refuse_other_interactions(scene)
-        values = {f.name: getattr(scene, f.name) for f in dataclasses.fields(scene)}
         return {
             "study": self.study,
             "version": __version__,
-            "scene": {name: plain(value) for name, value in values.items() if value not in (None, ())},
+            "scene": words_of_task(scene, self.kT),
             "replica": replica,
             "seed": self.seed,
             "equilibration": self.equilibration,
@@ -186,11 +242,11 @@ class GridSpec(Spec):
         raise NotImplementedError
 
     def _start(self, eta: float) -> str:
-        """Return ``initial`` of a scene; "auto" depends on the density."""
+        """Return from what a run starts, a lattice or "random"; "auto" depends on the density."""
         from carom import theory
 
-        if self.initial != "auto":
-            return self.initial
+        if self.lattice != "auto":
+            return "random" if self.lattice == "none" else self.lattice
         d = self.dimension
         middle = 0.5 * (theory.FREEZING.get(d, 1.0) + theory.MELTING.get(d, 1.0))
         if "species" in self.scene or eta < middle:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from carom.spec import Opt, Spec, integer, integers_of, number, numbers_of, several, word
 from carom.studies.documented import documented
 from carom.studies.folder import Record, Task, stream
-from carom.studies.spec import Opt, Spec, integer, integers_of, number, numbers_of, several, word
 from carom.studies.study import Look, Study
 from carom.table import Column, Table, error, facts
 from carom.version import __version__ as version

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,11 +12,12 @@ from numpy.random import default_rng
 
 from carom import checks
 from carom.errors import InputError
-from carom.models import obstacles
-from carom.models.files import to_tables
 from carom.scene import lattices
 from carom.scene.scene import Scene
-from carom.scene_file.sections import SceneSpec, SpeciesSpec
+from carom.scene.species import Species
+from carom.scene_file import words
+from carom.scene_file.fields import tuples
+from carom.scene_file.sections import SceneSpec
 from carom.simulation.equilibration import Equilibration, exchanges
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
@@ -44,13 +45,12 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
         If the scene cannot be made, or is refused.
     """
     places, speeds = stream(task["seed"], [task["scene"], task["replica"]]).spawn(2)
-    asked = scene_spec(task["scene"])
-    scene = start(asked, default_rng(places))
+    scene = start(scene_spec(task["scene"]), default_rng(places))
     if check is not None:
         check(scene)
     return Simulation(
         scene,
-        kT=asked.kT if scene.velocities is None else None,
+        kT=task["scene"]["kT"] if scene.velocities is None else None,
         seed=int(speeds.generate_state(1, np.uint64)[0]),
         tuning=Tuning(neighbors=task["neighbors"]),
         **settings,
@@ -82,39 +82,76 @@ def refuse_other_interactions(scene: SceneSpec) -> None:
         )
 
 
-def scene_spec(words: Mapping[str, Any]) -> SceneSpec:
-    """Return the scene that JSON values describe."""
-    return SceneSpec(**{name: _tuples(value) for name, value in words.items()})
+def words_of_task(scene: SceneSpec, kT: float) -> dict[str, Any]:
+    """Return a scene as the JSON values of a task.
+
+    The random stream of a task follows from these words: other words would be other runs.
+    """
+    found = {name: value for name, value in plain(scene).items() if name != "lattice"}
+    return {**found, "initial": scene.start, "kT": kT}
 
 
-def nearest_filling(initial: str, dimension: int, n: int) -> int:
+def with_fractions(scene: SceneSpec) -> tuple[Species, ...]:
+    """Return the species of a scene, each with a fraction: a study says how many particles there are."""
+    counted = scene.counted
+    return tuple(
+        replace(each, count=None, fraction=float(each.count or 0)) if counted else each
+        for each in scene.species
+    )
+
+
+def point_of(scene: SceneSpec, given: Container[str]) -> dict[str, Any]:
+    """Return the point of a grid that a scene is: what it says of n, packing fraction, dimension and lattice.
+
+    Parameters
+    ----------
+    scene : SceneSpec
+        The scene, not from a file.
+    given : container of str
+        The keys that say what it is; others have defaults, and are for the study to say.
+    """
+    found: dict[str, Any] = {}
+    if scene.lattice is not None:
+        found = {"lattice": scene.lattice}
+    if "dimension" in given or "box" in given or scene.lattice is not None:
+        found["dimension"] = scene.dimension
+    if scene.counted or any(name in given for name in ("density", "box", "cells")):
+        made = scene.build(1)
+        asked = scene.packing_fraction  # which the places have to rounding
+        found["packing_fraction"] = made.packing_fraction if asked is None else asked
+        if scene.counted or any(name in given for name in ("n", "box", "cells")):
+            found["n"] = made.n
+        return found
+    return found | {name: getattr(scene, name) for name in ("n", "packing_fraction") if name in given}
+
+
+def scene_spec(task_words: Mapping[str, Any]) -> SceneSpec:
+    """Return the scene of the words of a task."""
+    kept = {name: value for name, value in task_words.items() if name not in ("initial", "kT")}
+    lattice = None if task_words["initial"] == "random" else task_words["initial"]
+    return SceneSpec(**tuples(kept), lattice=lattice)
+
+
+def nearest_filling(start: str, dimension: int, n: int) -> int:
     """Return the number nearest to ``n`` that fills a lattice with equally many cells along every axis."""
-    if initial == "random":
+    if start == "random":
         return n
-    lattice = {"cubic": lattices.cubic, "dn": lattices.dn, "fcc": lattices.dn}.get(initial)
+    lattice = {"cubic": lattices.cubic, "dn": lattices.dn, "fcc": lattices.dn}.get(start)
     chosen = lattices.triangular() if lattice is None else lattice(dimension)
     edge = (n / len(chosen.basis) * math.prod(chosen.shape)) ** (1.0 / chosen.dimension)
     sizes = (chosen.count(lattices.cells_along(chosen, max(1, int(edge) + k))) for k in (-1, 0, 1, 2))
     return min(sizes, key=lambda size: (abs(size - n), size))
 
 
-def plain(value: Any) -> Any:
-    """Return a value of a scene as JSON values."""
-    if isinstance(value, Mapping):
-        return {name: plain(item) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(item) for item in value]
-    if isinstance(value, SpeciesSpec):
-        return {name: item for name, item in dataclasses.asdict(value).items() if item is not None}
-    if isinstance(value, tuple(obstacles.KINDS.values())):
-        return plain(to_tables.obstacle_to_table(value))  # type: ignore[arg-type]
-    if hasattr(value, "to_table"):  # an interaction, as a file has it
-        return plain(dict(value.to_table()))
-    if isinstance(value, float) and math.isinf(value):  # a hard core; JSON knows no such number
-        return str(value)
-    return value
+def plain(value: Any, name: str = "") -> Any:
+    """Return a scene, or the value of one of its keys, as JSON values."""
+    return _json(words.words_of(value) if isinstance(value, SceneSpec) else words.plain(value, name))
 
 
-def _tuples(value: Any) -> Any:
-    """Return a value with tuples in place of lists."""
-    return tuple(map(_tuples, value)) if isinstance(value, list | tuple) else value
+def _json(value: Any) -> Any:
+    """Return a value with the infinite diameters of hard cores as text, because JSON has no such number."""
+    if isinstance(value, dict):
+        return {name: _json(each) for name, each in value.items()}
+    if isinstance(value, list):
+        return [_json(each) for each in value]
+    return str(value) if isinstance(value, float) and math.isinf(value) else value

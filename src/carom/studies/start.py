@@ -86,7 +86,7 @@ def _melting(asked: SceneSpec) -> tuple[lattices.Lattice, int, float] | None:
     """
     d = asked.dimension or 3
     given = (asked.species, asked.obstacles, asked.walls, asked.box, asked.density)
-    if asked.initial != "random" or any(value not in (None, ()) for value in given) or d < 3:
+    if asked.start != "random" or any(value not in (None, ()) for value in given) or d < 3:
         return None
     if any(value is not None for value in (asked.interaction, asked.motion, asked.impact)):
         return None

@@ -1,6 +1,6 @@
 """A study as a value: what is asked for, and what is known so far. To run it is to know more.
 
-A study is a :class:`~carom.studies.spec.Spec`, which makes tasks; a function ``measure``, which turns a task
+A study is a :class:`~carom.spec.Spec`, which makes tasks; a function ``measure``, which turns a task
 into a result, anywhere; and what follows from the results: a table, figures, a page. All of this is in one
 file per study. What is common is here: the folder, Ctrl-C and resume, where tasks run, progress, files.
 """
@@ -29,12 +29,12 @@ from carom.io.records import listed
 from carom.notebook import watchable
 from carom.paths import replacing, writing
 from carom.results import Result, plain
+from carom.spec import Spec
 from carom.studies import executors
 from carom.studies.arguments import processes
 from carom.studies.executors import Stopped
 from carom.studies.folder import SETTINGS, Folder, Record, Task, key, sealed, unsealed
 from carom.studies.signals import Interrupted, stoppable
-from carom.studies.spec import Spec
 from carom.table import Table
 from carom.texts import label
 from carom.version import __version__

@@ -114,8 +114,8 @@ def test_currents_are_refused_where_steps_lose_energy():
 
 
 def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_file():
-    settings = {"n": 100, "dimension": 2, "replicas": 1, "equilibration": 200}
-    scene = {"kT": 2.0, "interaction": StepTable(LADDER)}
+    settings = {"n": 100, "dimension": 2, "kT": 2.0, "replicas": 1, "equilibration": 200}
+    scene = {"interaction": StepTable(LADDER)}
     study = carom.transport(0.3, **settings, collisions_per_particle=5120, scene=scene, executor="serial")
     (row,) = study.points
     for record in study.records:
@@ -130,8 +130,8 @@ def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_f
 
 
 def test_a_study_in_space_starts_with_its_interaction():
-    scene = {"interaction": StepTable(LADDER), "kT": 2.0}
-    (task,) = TransportSpec((0.2,), n=108, replicas=1, scene=scene).tasks()
+    scene = {"interaction": StepTable(LADDER)}
+    (task,) = TransportSpec((0.2,), n=108, kT=2.0, replicas=1, scene=scene).tasks()
     # Equal hard spheres start as a crystal with vacancies, which knows of cores only.
     assert start(scene_spec(task["scene"]), np.random.default_rng(1)).interaction == StepTable(LADDER)
 
@@ -139,9 +139,9 @@ def test_a_study_in_space_starts_with_its_interaction():
 def test_a_scene_file_with_a_well_is_a_transport_study(tmp_path):
     file = tmp_path / "scene.toml"
     file.write_text(
-        "[scene]\ninitial = 'random'\nn = 100\ndimension = 2\npacking_fraction = 0.3\nkT = 1.5\n"
-        "interaction = { type = 'square-well', range = 1.5, depth = 0.5 }\n"
+        "[scene]\nn = 100\ndimension = 2\npacking_fraction = 0.3\n"
+        "interaction = { type = 'square-well', range = 1.5, depth = 0.5 }\n[transport]\nkT = 1.5\n"
     )
     spec = TransportSpec.of_argument(file).replaced(relative_error=0.1)
     assert spec.scene["interaction"] == {"type": "square-well", "range": 1.5, "depth": 0.5}
-    assert spec.scene["kT"] == 1.5
+    assert spec.kT == 1.5

@@ -92,7 +92,7 @@ def methods(mean_free_time: float, dimension: int = 3) -> list[Method]:
 
 def default_plan() -> SceneFile:
     """Return the plan of ``carom trade`` without a scene file: 2048 spheres at density 0.5."""
-    return dataclasses.replace(SceneFile(), scene=SceneSpec(cells=8, density=0.5))
+    return dataclasses.replace(SceneFile(), scene=SceneSpec(lattice="fcc", cells=8, density=0.5))
 
 
 def trade(

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
-from carom.studies.spec import Opt, Spec, integer, number
+from carom.spec import Opt, Spec, integer, number
 
 MOST = 1000
 """Largest number of points: every cap is compared with all others."""
@@ -35,7 +35,6 @@ class CodeSpec(Spec):
 
     study: ClassVar[str] = "spherical code"
     section: ClassVar[str] = "code"
-    what: ClassVar[str] = "a search for a code"
     argument: ClassVar[str] = r"Number of points, or a file (TOML) with \[code]."
     argument_name: ClassVar[str] = "N"
     about: ClassVar[str] = """Spread N points on a sphere as far apart as possible.

@@ -1,23 +1,18 @@
-"""What a transport study asks for: the section ``[study]``, or a scene file."""
+"""What a transport study asks for: the section ``[transport]``, and ``[scene]``."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
+from carom.spec import Opt, integer
 from carom.studies.grid import SYSTEM, Blocks, GridSpec, Length, Replicas, Sizes
-from carom.studies.spec import Opt, integer, read
 
 REFUSED = ("walls", "obstacles", "motion", "impact", "pinned")
 """Keys of a scene with which there is no bulk fluid in equilibrium."""
-
-KEPT = ("diameter", "mass", "kT", "contact", "interaction", *REFUSED)
-"""Keys that a study takes from a scene file; the refused ones are taken so that they raise an error."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +32,8 @@ class TransportSpec(GridSpec):
     """
 
     study: ClassVar[str] = "transport"
-    argument: ClassVar[str] = r"Scene file, or study file with \[study] (TOML). Without: six densities."
+    section: ClassVar[str] = "transport"
+    argument: ClassVar[str] = r"Scene file (TOML): \[scene] and \[transport]. Without: six densities."
     about: ClassVar[str] = """Measure self-diffusion, viscosities and thermal conductivity.
 
     They are compared with Enskog's theory. The folder then holds study.toml, a result file for each run in
@@ -67,50 +63,6 @@ class TransportSpec(GridSpec):
     equilibration: Length = 300.0
     blocks: Blocks = 16
 
-    def complete(self) -> None:
-        """Check the grid; an interaction may be a value of Python, too."""
-        interaction = self.scene.get("interaction") if isinstance(self.scene, Mapping) else None
-        if interaction is not None and not isinstance(interaction, Mapping):  # as a file has it
-            from carom.models.files import to_tables
-
-            self._put("scene", {**self.scene, "interaction": to_tables.to_table(interaction, "interaction")})
-        super().complete()
-
-    @classmethod
-    def of_argument(cls, path: str | Path) -> TransportSpec:
-        """Return the study of a file; one without ``[study]`` is a scene file, whose size is the grid.
-
-        Raises
-        ------
-        InputError
-            If the scene starts from a file, or is not a bulk fluid in equilibrium.
-        """
-        from carom.io.records import toml_tables
-        from carom.scene_file.scene_file import SceneFile
-
-        if "study" in toml_tables(read(path)):
-            return cls.load(path)
-        file = SceneFile.load(path)
-        scene = file.scene
-        if scene.initial == "file":
-            raise InputError(
-                "Transport needs [scene] that says what there is, with another initial than file: every "
-                "replica has a start of its own."
-            )
-        made = file.build_scene()
-        kept = {
-            f.name: getattr(scene, f.name)
-            for f in dataclasses.fields(scene)
-            if f.name in KEPT and getattr(scene, f.name) not in (None, ())
-        }
-        if scene.species:
-            kept["species"] = [
-                {k: v for k, v in dataclasses.asdict(s).items() if v is not None and k != "count"}
-                | {"fraction": float(s.count if s.count is not None else s.fraction or 0.0)}
-                for s in scene.species
-            ]
-        return cls((made.packing_fraction,), n=(made.n,), dimension=made.dimension, scene=kept)
-
     def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
         """Return one run, with the time between its samples."""
         from carom import theory
@@ -128,7 +80,6 @@ class TransportSpec(GridSpec):
 
         scene = scene_spec(task["scene"])
         species = scene.species
-        kT = 1.0 if scene.kT is None else scene.kT
         if species:
             weights = [float(s.fraction or 0.0) for s in species]
             fractions = [w / math.fsum(weights) for w in weights]
@@ -136,7 +87,7 @@ class TransportSpec(GridSpec):
         else:
             fractions, diameters, masses = [1.0], [scene.diameter or 1.0], [scene.mass or 1.0]
         time = windows.free_time(
-            task["scene"]["packing_fraction"], diameters, masses, fractions, self.dimension, kT
+            task["scene"]["packing_fraction"], diameters, masses, fractions, self.dimension, self.kT
         )
         return float(f"{time / windows.PER_FREE_TIME:.4g}")
 

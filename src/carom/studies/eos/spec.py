@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
+from carom.spec import Opt, integer
 from carom.studies.grid import Blocks, GridSpec, Length, Replicas, Sizes
-from carom.studies.spec import Opt, integer
 
 EXCESS = 1.2
 """Relative error of Z - 1 after one collision. For independent collisions it is 2 / sqrt(pi) = 1.13, because
@@ -39,7 +39,7 @@ class StudySpec(GridSpec):
     """
 
     study: ClassVar[str] = "equation of state"
-    argument: ClassVar[str] = r"Study file (TOML): \[study], and \[scene] for more. Without: 12 densities."
+    argument: ClassVar[str] = r"Scene file (TOML): \[scene] and \[study]. Without: 12 densities."
     about: ClassVar[str] = """Measure the equation of state: Z over packing fractions, sizes and replicas.
 
     Z is compared with theory. The folder then holds study.toml, a result file for each run in tasks/, eos.csv

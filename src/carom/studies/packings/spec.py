@@ -1,4 +1,4 @@
-"""What a study of packings asks for: one packing for each seed; the section ``[pack]``."""
+"""What packings ask for: one, or one for each of several seeds; the section ``[pack]``."""
 
 from __future__ import annotations
 
@@ -8,12 +8,32 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
-from carom.studies.spec import Opt, Spec, integer, number, word
+from carom.scene_file.commands import Beside
+from carom.spec import Opt, integer, number, said, switch, word
+
+
+def _stages(value: Any, name: str) -> tuple[list[Any], ...]:
+    """Check stages, each a rate and a Z."""
+    from carom.studies.packings.compression import stages_of
+
+    return tuple([stage.rate, stage.until_Z] for stage in stages_of(None, None, 1, value))
+
+
+said(
+    _stages, type="array", items={"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
+)
+
+
+def _species(value: Any, name: str) -> tuple[dict[str, Any], ...]:
+    """Check species, and return them as a file has them."""
+    from carom.scene.species import listed
+
+    return tuple(map(_table, listed(value, name)))
 
 
 @dataclass(frozen=True)
-class PackSpec(Spec):
-    """Packings of points that grow until they jam, one for each seed.
+class PackSpec(Beside):
+    """How particles grow until they jam, and from which points, if not from the particles of a scene.
 
     Raises
     ------
@@ -23,8 +43,7 @@ class PackSpec(Spec):
 
     study: ClassVar[str] = "packings"
     section: ClassVar[str] = "pack"
-    what: ClassVar[str] = "a study of packings"
-    grid: ClassVar[tuple[str, ...]] = ("seeds", "seed")
+    grid: ClassVar[tuple[str, ...]] = ("seeds", "seed", "pictures")
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("n", "species"), ("stages", "rate"), ("stages", "until_Z"),
     )  # fmt: skip
@@ -33,70 +52,62 @@ class PackSpec(Spec):
         int | None, integer(low=2), Opt("Number of points; by default 1000, or that of the species.")
     ] = None
     dimension: Annotated[int, integer(low=1, high=12), Opt("Dimension of space.")] = 3
-    seeds: Annotated[int, integer(low=1, high=10**6), Opt("Number of packings.")] = 8
-    seed: Annotated[int, integer(low=0), Opt("Seed of the first packing; each further one has the next.")] = 1
-    packing_fraction: Annotated[float | None, None, Opt("Of the start, instead of points.")] = None
-    species: Annotated[
-        Sequence[Any] | None, None, Opt("Species of the points, each with a ``count`` or a ``fraction``.")
+    seeds: Annotated[
+        int | None, integer(low=1, high=10**6), Opt("Number of packings; by default one, from seed.")
     ] = None
-    walls: Annotated[bool, None, Opt("Whether the box has hard walls instead of periodic boundaries.")] = (
+    seed: Annotated[
+        int,
+        integer(low=0, high=2**63 - 1),
+        Opt("Seed of random numbers; each further packing has the next."),
+    ] = 1
+    packing_fraction: Annotated[
+        float | None, number(low=0.0), Opt("Packing fraction of the start, instead of points.")
+    ] = None
+    species: Annotated[
+        Sequence[Any] | None, _species, Opt("Species of the points, each with a ``count`` or a ``fraction``.")
+    ] = None
+    walls: Annotated[bool, switch, Opt("Whether the box has hard walls instead of periodic boundaries.")] = (
         False
     )
     rate: Annotated[
         float | None,
-        None,
-        Opt(
-            "Growth rate of the mean diameter over the thermal speed. By default it is 0.02 up to Z = 1e3, "
-            "then 1e-3."
-        ),
+        number(low=0.0),
+        Opt("Growth of the mean diameter over the thermal speed; by default 0.02 up to Z = 1e3, then 1e-3."),
     ] = None
     until_Z: Annotated[
         float | None,
-        None,
-        Opt("Z = PV / NkT to reach; by default 1e10, if no number of collisions is given."),
+        number(low=0.0),
+        Opt("Z = PV/NkT at the end; by default 1e10, if no number of collisions is given."),
     ] = None
     stages: Annotated[
-        Sequence[Any] | None,
-        None,
-        Opt("Stages (rate, until_Z) instead of one rate and Z, e.g. fast, then slow."),
+        Sequence[Any] | None, _stages, Opt("Instead of both: [rate, Z] of each stage, e.g. fast, then slow.")
     ] = None
     collisions: Annotated[
-        int | None, integer(low=1), Opt("Number of pair collisions after which each compression ends.")
+        int | None, integer(low=1), Opt("Number of pair collisions after which to stop.")
     ] = None
     common: Annotated[
-        bool, None, Opt("Whether all diameters grow at one rate, instead of in proportion to themselves.")
+        bool, switch, Opt("Whether all diameters grow at one rate, instead of in proportion to themselves.")
     ] = False
     neighbors: Annotated[
         str, word("auto", "lists", "sectors", "all"), Opt("How pairs are found: auto, lists, sectors or all.")
     ] = "auto"
+    pictures: Annotated[bool, switch, Opt("Whether to draw PNG files.")] = True
 
     def complete(self) -> None:
-        """Check the stages and the start, rather than in a worker an hour later.
+        """Check the stages, and of several packings the start, rather than in a worker an hour later.
 
         Raises
         ------
         InputError
             If they cannot be used.
         """
-        from carom import checks
-        from carom.scene.species import listed
         from carom.studies.packings.compression import stages_of
 
-        for name in ("walls", "common"):
-            if not isinstance(getattr(self, name), bool):
-                raise InputError(
-                    f"{name} must be true or false, found {checks.describe(getattr(self, name))}."
-                )
-        for name in ("rate", "until_Z", "packing_fraction"):
-            if (value := getattr(self, name)) is not None:
-                self._put(name, number(low=0.0)(value, name))
         plan = stages_of(self.rate, self.until_Z, self.collisions, self.stages)
-        if self.stages is not None:
-            if plan[-1].until_Z is None:
-                raise InputError("Each of the stages of a study needs a Z at which it ends.")
-            self._put("stages", tuple([stage.rate, stage.until_Z] for stage in plan))
-        if self.species is not None:
-            self._put("species", tuple(map(_table, listed(self.species, "species"))))
+        if self.seeds is None:
+            return
+        if self.stages is not None and plan[-1].until_Z is None:
+            raise InputError("Each of the stages of a study needs a Z at which it ends.")
         self.start(self.seed)
 
     def start(self, seed: int) -> Any:
@@ -106,7 +117,7 @@ class PackSpec(Spec):
     def tasks(self) -> list[dict[str, Any]]:
         """Return the packings, by seed."""
         shared = self.settings()
-        return [{**shared, "seed": seed} for seed in range(self.seed, self.seed + self.seeds)]
+        return [{**shared, "seed": seed} for seed in range(self.seed, self.seed + (self.seeds or 1))]
 
 
 def points_of(task: Mapping[str, Any]) -> Any:

@@ -28,6 +28,9 @@ from carom.table import Column, Table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+SEEDS = 8
+"""Default number of packings of a study."""
+
 MEANS = ("packing_fraction", "jamming_fraction", "rattler_fraction")
 """Results of which the means are known."""
 
@@ -202,7 +205,7 @@ class Packings(Study[PackSpec]):
 
     def files(self) -> dict[str, Callable[[Path], object]]:
         """Return what writes the table, the picture, and a folder for each packing."""
-        seeds = range(self.spec.seed, self.spec.seed + self.spec.seeds)
+        seeds = [task["seed"] for task in self.tasks]
         return super().files() | {f"seed-{seed}": functools.partial(self._write, seed) for seed in seeds}
 
     def _write(self, seed: int, folder: Path) -> None:
@@ -212,7 +215,7 @@ class Packings(Study[PackSpec]):
                 packing.save(folder, pictures=False)
 
 
-@documented(Packings)
+@documented(Packings, seeds="Number of packings; 8 if left out.")
 def packings(n: int | None = None, *, how: Mapping[str, Any], **given: Any) -> Packings:
     """Pack points of several seeds, each as :func:`carom.pack` does.
 
@@ -230,4 +233,4 @@ def packings(n: int | None = None, *, how: Mapping[str, Any], **given: Any) -> P
     >>> [row.seed for row in study.table], study.packings[0].note
     ([1, 2, 3], 'Z = PV/NkT = 1e+06 reached')
     """
-    return Packings(PackSpec(n, **given)).run(**how)
+    return Packings(PackSpec(n, **{"seeds": SEEDS, **given})).run(**how)

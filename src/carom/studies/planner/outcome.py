@@ -13,11 +13,11 @@ from typing import Any, ClassVar, Protocol
 from carom.errors import InputError
 from carom.observables.statistics import Estimate
 from carom.paths import replacing, writing
+from carom.spec import Spec
 from carom.studies.folder import Record, Task
 from carom.studies.grid_study import GridStudy
 from carom.studies.planner.choice import Design, duration
 from carom.studies.planner.target import Target
-from carom.studies.spec import Spec
 
 NAME = "outcome.json"
 """File of the outcome, in the folder of a plan."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import math
 from collections.abc import Mapping, Sequence
@@ -13,14 +12,13 @@ from typing import Any
 from carom import checks, densities, theory
 from carom.errors import InputError
 from carom.scene_file.scene_file import SceneFile
-from carom.scene_file.sections import SceneSpec
 from carom.studies.eos.spec import StudySpec
 from carom.studies.planner.target import Scale
-from carom.studies.scenes import nearest_filling
+from carom.studies.scenes import nearest_filling, plain, with_fractions
 from carom.theory.mixture_size import mixture_finite_size_shift
 
-KEPT = ("diameter", "mass", "kT")
-"""Keys of a scene that a plan takes over, besides species."""
+KEPT = ("diameter", "mass")
+"""Keys of a scene that a plan takes over, besides species; and kT of [run]."""
 
 REFUSED = (
     "walls",
@@ -132,10 +130,9 @@ class System:
 
     def spec(self, n: int, **settings: Any) -> StudySpec:
         """Return the study of this system with n particles."""
-        settings = {"replicas": 1, "collisions_per_particle": 1.0, "frames": 0, **settings}
-        return StudySpec(
-            (self.packing_fraction,), n=(n,), dimension=self.dimension, scene=dict(self.scene), **settings
-        )
+        settings = {"replicas": 1, "collisions_per_particle": 1.0, "frames": 0, "kT": self.kT, **settings}
+        scene = {name: value for name, value in self.scene.items() if name != "kT"}
+        return StudySpec((self.packing_fraction,), n=(n,), dimension=self.dimension, scene=scene, **settings)
 
     def filling(self, n: int) -> int:
         """Return the possible number of particles nearest to n: a crystal fills its lattice."""
@@ -196,11 +193,11 @@ class System:
 
     def words(self) -> dict[str, Any]:
         """Return the system as JSON values."""
-        scene = self.spec(64).scene
+        spec = self.spec(64)
         return {
             "packing_fraction": self.packing_fraction,
             "dimension": self.dimension,
-            "scene": dict(scene),
+            "scene": {**spec.scene, **({"kT": spec.kT} if "kT" in self.scene else {})},
         }
 
     def __str__(self) -> str:
@@ -222,21 +219,17 @@ def of_scene(path: str | Path) -> tuple[System, int]:
 
 def of_plan(plan: SceneFile) -> tuple[System, int]:
     """Return the system of a plan that describes one scene, and its number of particles."""
-    asked: SceneSpec = plan.scene
-    if asked.initial == "file":
-        raise InputError("A plan needs [scene] that says what there is, with another initial than file.")
+    asked = plan.scene
+    if asked.file is not None:
+        raise InputError("A plan needs [scene] that says what there is, instead of a file to start from.")
     made = plan.build_scene()
     words: dict[str, Any] = {
-        f.name: getattr(asked, f.name)
-        for f in dataclasses.fields(asked)
-        if f.name in (*KEPT, *REFUSED) and getattr(asked, f.name) not in (None, ())
+        name: value for name in (*KEPT, *REFUSED) if (value := getattr(asked, name)) not in (None, ())
     }
+    if plan.run.kT is not None:
+        words["kT"] = plan.run.kT
     if asked.species:
-        words["species"] = [
-            {k: v for k, v in dataclasses.asdict(s).items() if v is not None and k != "count"}
-            | {"fraction": float(s.count if s.count is not None else s.fraction or 0.0)}
-            for s in asked.species
-        ]
+        words["species"] = plain(with_fractions(asked))
     return System(made.packing_fraction, made.dimension, words), made.n
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -17,11 +16,8 @@ from carom.paths import replacing
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
-from carom.scene_file.sections import SceneSpec
+from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.studies.runs.folder import RunFolder
-
-LENGTHS = ("collisions_per_particle", "relative_error")
-"""Keys of [run] of which each says how long a run is: one takes the place of the other."""
 
 MODELS = ("interaction", "motion", "impact")
 """Keywords of a scene that its scene file names in the same words, and that may follow from others."""
@@ -47,20 +43,6 @@ def plan_of(asked: Any) -> SceneFile:
     raise InputError(
         f"run() takes a Scene, a scene file (TOML) or the folder of a run, found {checks.describe(asked)}."
     )
-
-
-def changed(plan: SceneFile, *, run: dict[str, Any], output: dict[str, Any]) -> SceneFile:
-    """Return a plan with other values in its sections [run] and [output]; None stands for those not given."""
-    for section, values in (("run", run), ("output", output)):
-        kept = {name: value for name, value in values.items() if value is not None}
-        if kept.keys() & {*LENGTHS}:
-            kept = {**dict.fromkeys(LENGTHS), **kept}
-            if kept["relative_error"] is None:
-                kept.setdefault("walltime", None)
-        if kept:
-            spec = dataclasses.replace(getattr(plan, section), **kept)
-            plan = dataclasses.replace(plan, **{section: spec})
-    return plan
 
 
 def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFile:
@@ -97,7 +79,7 @@ def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFil
         words["pinned"] = tuple(np.flatnonzero(scene.pinned).tolist())
     if scene.contact is not None:
         words["contact"] = tuple(map(tuple, scene.contact.tolist()))
-    plan = SceneFile(scene=SceneSpec(initial="file", file=str(folder.start.absolute()), kT=kT, **words))
+    plan = SceneFile(SceneSpec(file=str(folder.start.absolute()), **words), RunSpec(kT=kT))
     plan.to_toml()  # which refuses what no file can hold, before anything is written
     folder.make()
     velocities = np.zeros_like(scene.positions) if scene.velocities is None else scene.velocities

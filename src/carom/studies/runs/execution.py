@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from carom.notebook import by_stage, watchable
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.studies.arguments import refuse_unknown
-from carom.studies.runs.asked import changed, plan_of, plan_of_scene
+from carom.studies.runs.asked import plan_of, plan_of_scene
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder, existing_run
 from carom.studies.runs.result import RunResult
@@ -31,9 +32,11 @@ def run(
     kT: float | None = None,
     equilibration: float | None = None,
     collisions_per_particle: float | None = None,
+    time: float | None = None,
     relative_error: float | None = None,
     walltime: float | None = None,
     frames: int | None = None,
+    write: Sequence[str] | None = None,
     event_log: bool | None = None,
     pictures: bool | None = None,
     seed: int | None = None,
@@ -54,17 +57,23 @@ def run(
     out : path
         The folder; made if needed.
     kT : float, optional
-        Temperature; without it that of the file, and of a scene without velocities 1.
+        Temperature; without it that of the file, and of a scene without velocities 1. With wells it is held
+        until equilibration ends.
     equilibration : float, optional
         Collisions per particle before the measurement; 200 if left out here and in the file.
     collisions_per_particle : float, optional
         Collisions per particle during the measurement; 10 000 if left out.
+    time : float, optional
+        Instead, the time of the measurement.
     relative_error : float, optional
         Instead, measure until Z has this relative error.
     walltime : float, optional
         Limit of wall time for this, without that of compiling [s].
     frames : int, optional
         Number of frames; 100 if left out, or as many fewer as keep all files within 200 MB.
+    write : sequence of str, optional
+        Formats of the trajectory: "h5md", "extxyz", "gsd"; the first two if left out, or H5MD alone if both
+        exceed 20 MB.
     event_log, pictures : bool, optional
         Whether to write every collision, and to draw pictures.
     seed : int, optional
@@ -114,21 +123,17 @@ def run(
     folder = RunFolder(Path(out))
     given = scene if isinstance(scene, Scene) else None
     plan = plan_of(scene) if given is None else SceneFile()
-    if kT is not None and given is None:
-        plan = dataclasses.replace(plan, scene=dataclasses.replace(plan.scene, kT=kT))
-    wanted = {
-        "seed": seed,
-        "equilibration": equilibration,
-        "collisions_per_particle": collisions_per_particle,
-        "relative_error": relative_error,
-        "walltime": walltime,
-        "frames": frames,
-    }
-    plan = changed(plan, run=wanted, output={"event_log": event_log, "pictures": pictures})
+    how = plan.run.replaced(
+        kT=kT, seed=seed, equilibration=equilibration, collisions_per_particle=collisions_per_particle,
+        time=time, relative_error=relative_error, walltime=walltime, frames=frames, write=write,
+        event_log=event_log, pictures=pictures,
+    )  # fmt: skip
+    plan = dataclasses.replace(plan, run=how)
     plan = plan.trusted() if trust_code else plan
     folder.check_free(overwrite)
     if given is not None:
-        plan = dataclasses.replace(plan, scene=plan_of_scene(given, kT, folder).scene)
+        made = plan_of_scene(given, kT, folder)
+        plan = SceneFile(made.scene, dataclasses.replace(how, kT=made.run.kT))
     with stoppable() as stop:
         try:
             summary = Run(plan, folder, stop, progress, predicted, cores).from_the_start()
@@ -140,8 +145,8 @@ def run(
 
 
 _ARGUMENTS = (
-    "out", "kT", "equilibration", "collisions_per_particle", "relative_error", "walltime", "frames",
-    "event_log", "pictures", "seed", "cores", "trust_code", "overwrite", "progress", "predicted",
+    "out", "kT", "equilibration", "collisions_per_particle", "time", "relative_error", "walltime", "frames",
+    "write", "event_log", "pictures", "seed", "cores", "trust_code", "overwrite", "progress", "predicted",
 )  # fmt: skip
 """Keywords of :func:`run`."""
 

@@ -145,7 +145,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
     phase = parts.of("phase", lambda: _phase(facts), None)
     none: list[dict[str, Any]] = []
     compared = parts.of("theory", lambda: _compared(facts.sim.scene, phase), none)
-    if facts.plan.output.pictures:
+    if facts.plan.run.pictures:
         report("Drawing", 0.0)
         parts.of("pictures", lambda: _draw(folder, facts, pressure, distributions, _lines(compared)), None)
     summary = _summary(facts, pressure, energy, distributions, reason, phase, compared, parts)
@@ -273,7 +273,7 @@ def _phase(facts: Facts) -> Phase | None:
     scene = facts.sim.scene
     if not is_simple(scene):
         return None
-    return phase_of(scene, facts.plan.scene.initial, moved(scene, facts.sim.frame()))
+    return phase_of(scene, facts.plan.scene.start, moved(scene, facts.sim.frame()))
 
 
 def _compared(scene: Scene, phase: Phase | None) -> list[dict[str, Any]]:
@@ -362,11 +362,11 @@ def _summary(
 
 def _other_temperature(facts: Facts, kT: Estimate) -> str | None:
     """Return a sentence where a run came to another temperature than was asked for."""
-    asked, scene = facts.plan.scene.kT, facts.sim.scene
+    asked, scene = facts.plan.run.kT, facts.sim.scene
     if asked is None or scene.velocities is not None or not abs(kT.mean - asked) > OTHER * asked:
         return None
     said = f"kT = {asked:g} was asked for, and its mean is {kT.mean:.4g}: kinetic and potential energy are"
-    if facts.plan.output.event_log:
+    if facts.plan.run.event_log:
         return f"{said} exchanged, and velocities are not scaled where an event log is written."
     if facts.energy_drift is None:
         return f"{said} exchanged."

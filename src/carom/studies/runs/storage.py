@@ -43,14 +43,14 @@ def amount(plan: SceneFile, scene: Scene, checkpoint: float) -> tuple[tuple[str,
     Parameters
     ----------
     plan : SceneFile
-        Its ``[output] trajectory`` and ``[run] frames`` hold for any size.
+        Its ``[run] write`` and ``frames`` hold for any size.
     scene : Scene
         Its n and d determine the size of a frame.
     checkpoint : float
         Size of a checkpoint [bytes]. The rest of ``KEPT`` is for frames. If not even one frame fits, and the
         plan names neither formats nor a number of frames, there are no trajectories.
     """
-    formats, frames = plan.output.trajectory, plan.run.frames
+    formats, frames = plan.run.write, plan.run.frames
     left_open = formats is None and frames is None
     if formats is None:
         fits = (frames or FRAMES) <= _most(scene, FORMATS, SMALL)
@@ -75,7 +75,7 @@ def without_trajectory(
     checkpoint : float
         Size of a checkpoint [bytes].
     """
-    if formats or plan.output.trajectory is not None:
+    if formats or plan.run.write is not None:
         return None
     return (
         f"No trajectory: with one frame the files of {scene.n} particles would take more than "
@@ -95,7 +95,7 @@ def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
     held = tuple(form for form in asked if form == "h5md" or dimension <= LARGEST_EXTENDED)
     if asked and not held:
         raise InputError(
-            f"[output] trajectory {', '.join(asked)} holds at most {LARGEST_EXTENDED} dimensions, and the "
+            f"[run] write {', '.join(asked)} holds at most {LARGEST_EXTENDED} dimensions, and the "
             f'scene has {dimension}; use ["h5md"].'
         )
     for form in sorted({*asked} - {*held}):
@@ -110,7 +110,7 @@ def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
 
         if find_spec("gsd") is None:
             raise InputError(
-                '[output] trajectory "gsd" needs the package gsd; pip install "carom[gsd]", or leave it out.'
+                '[run] write "gsd" needs the package gsd; pip install "carom[gsd]", or leave it out.'
             )
     return held
 

@@ -91,7 +91,7 @@ class Run:
         self._report("Preparing", 0.0)
         plan = self.plan
         scene = plan.build_scene()
-        kT = plan.scene.kT if scene.velocities is None else None
+        kT = plan.run.kT if scene.velocities is None else None
         settings: dict[str, Any] = {
             "kT": kT,
             "seed": plan.run.seed,
@@ -102,7 +102,7 @@ class Run:
             _check_pressure(scene, kT)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # given below, where the formats are final
-            holdable(tuple(plan.output.trajectory or ()), scene.dimension)  # before anything is compiled
+            holdable(tuple(plan.run.write or ()), scene.dimension)  # before anything is compiled
         # Before anything is written, because this raises the errors of a scene that cannot be simulated.
         self.sim = Simulation(scene, **settings)
         if size(self.sim._state) > LARGE:
@@ -119,7 +119,7 @@ class Run:
         with self.folder.owned():
             self.folder.sweep()
             self.folder.begin(plan)
-            if plan.output.event_log:
+            if plan.run.event_log:
                 self.sim = Simulation(scene, **settings, event_log=self.folder.events)
             return self._run(lambda form: io.open(self.folder.trajectory(form), "w", scene))
 
@@ -135,7 +135,7 @@ class Run:
             self.written = Written(self.folder, self.formats, notes["written"])
             keep = self.stretch.written
             sources = self.written.sources(keep, lambda part: self._report("Verifying", part))
-            log = self.folder.events if self.plan.output.event_log else None
+            log = self.folder.events if self.plan.run.event_log else None
             own = self.plan.scene.own()
             self.sim = Simulation.load(self.folder.checkpoint, event_log=log, cores=self.cores, **own)
             self.folder.sweep()
@@ -198,19 +198,21 @@ class Run:
 
         look(0.0) if target else self._look()
         if self._brings_to_temperature():
-            assert self.plan.scene.kT is not None
-            rounds = Equilibration(sim, self.plan.scene.kT, target, self.stretch.rounds)
+            assert self.plan.run.kT is not None
+            rounds = Equilibration(sim, self.plan.run.kT, target, self.stretch.rounds)
             self.stretch.rounds = rounds.begun
             rounds.run(look)
         elif sim.collisions < target:
             sim.run(collisions=target - sim.collisions, progress=look)
         self.stretch.equilibrated = (sim.collisions, sim.time)
-        wanted = self.plan.run.collisions_per_particle
-        if wanted is None:
+        asked = self.plan.run
+        if asked.time is not None:
+            self._begin(self.stretch.segments, asked.time)
+        elif asked.collisions_per_particle is None:
             self.stretch.pilot = True
             self._begin(PILOT, self._duration(PILOT * block_collisions(sim.scene.n) * 2.0 / sim.scene.n))
         else:
-            self._begin(self.stretch.segments, self._duration(wanted))
+            self._begin(self.stretch.segments, self._duration(asked.collisions_per_particle))
 
     def _brings_to_temperature(self) -> bool:
         """Tell whether pairs exchange energy, and a temperature was asked for that lasts.
@@ -218,7 +220,7 @@ class Run:
         An event log holds no scaled velocities.
         """
         sim = self.sim
-        asked = sim.scene.velocities is None and not self.plan.output.event_log
+        asked = sim.scene.velocities is None and not self.plan.run.event_log
         return asked and exchanges(sim)
 
     def _begin(self, segments: int, duration: float) -> None:
@@ -389,5 +391,5 @@ def _check_pressure(scene: Scene, kT: float | None) -> None:
         reason = "Nothing moves."
     if reason is not None:
         raise InputError(
-            f"[run] relative_error needs a pressure; give collisions_per_particle instead. {reason}"
+            f"[run] relative_error needs a pressure; give collisions_per_particle or time instead. {reason}"
         )

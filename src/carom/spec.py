@@ -21,7 +21,13 @@ from carom.errors import InputError
 from carom.version import __version__
 
 LARGEST_FILE = 64 * 1024
-"""Largest size of a file [bytes]; a study is about a page."""
+"""Largest size of a file [bytes]; one is about a page, and reading a larger one would only cost time."""
+
+SECTIONS = ("scene", "run", "study", "transport", "plan", "pack", "code")
+"""Sections of a scene file: what there is, and what each command does with it. Each reads its own."""
+
+GONE = {"output": 'its keys stand in [run]: write = ["h5md"], event_log and pictures'}
+"""Sections that are none, and what to write instead."""
 
 Check = Callable[[Any, str], Any]
 
@@ -58,7 +64,7 @@ class Spec:
         If a value is refused by its check; a field that is None is not checked.
     """
 
-    study: ClassVar[str]
+    study: ClassVar[str] = ""
     """What the folder of a study says that it holds."""
     about: ClassVar[str] = ""
     """Help of the command."""
@@ -68,9 +74,11 @@ class Spec:
     """The argument in the usage line; without brackets it must be given."""
     section: ClassVar[str] = "study"
     """Section of the file for all fields but ``tables``, which have sections of their own."""
-    what: ClassVar[str] = "a study"
-    """What the file describes, in errors."""
     tables: ClassVar[tuple[str, ...]] = ()
+    within: ClassVar[str] = ""
+    """What stands before the name of a field in an error."""
+    gone: ClassVar[Mapping[str, str]] = {}
+    """Words that are no fields, and what to write instead."""
     grid: ClassVar[tuple[str, ...]] = ()
     """Fields that say which tasks there are; the others are settings that all tasks share."""
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = ()
@@ -79,10 +87,10 @@ class Spec:
     """Fields whose new value makes others meaningless."""
 
     def __post_init__(self) -> None:
-        for name, field in fields_of(type(self)).items():
+        for name in fields_of(type(self)):
             value = getattr(self, name)
-            if value is not None and field.check is not None:
-                self._put(name, field.check(value, name))
+            if value is not None:
+                self._put(name, checked(type(self), name, value))
         self.complete()
 
     def _put(self, name: str, value: Any) -> None:
@@ -160,33 +168,38 @@ class Spec:
 
     @classmethod
     def from_toml(cls, content: str) -> Self:
-        """Read a TOML text; missing keys have their defaults.
+        """Read a TOML text; missing keys have their defaults, and sections of other commands are skipped.
 
         Raises
         ------
         InputError
-            If it is no TOML, a section or key is unknown, or a value cannot be used.
+            If it is no TOML, a section or key is unknown, or a value cannot be used. If it has sections, and
+            none of them is for this.
         """
-        from carom import checks
-        from carom.io.records import toml_tables
-
-        sections = (cls.section, *cls.tables)
-        found = toml_tables(content)
-        for name, table in found.items():
-            if name not in sections:
-                those = " and ".join(f"[{each}]" for each in sections)
-                verb = "those are" if len(sections) > 1 else "that is"
-                raise InputError(f"[{name}] is no section of {cls.what}; {verb} {those}.")
-            if not isinstance(table, dict):
-                raise InputError(f"[{name}] must be a section, found {checks.describe(table)}.")
-        words, known = found.pop(cls.section, {}), [name for name in fields_of(cls) if name not in cls.tables]
-        for name in words:
-            if name not in known:
-                raise InputError(f"[{cls.section}] {name} is no known key{checks.suggestion(name, known)}.")
+        found = sections(content, cls.section, *cls.tables)
+        words = found.pop(cls.section, {})
+        cls.check_words(words)
+        words = cls.of_sections(words, found)
         for name, field in fields_of(cls).items():
             if field.needed and name not in words:
                 raise InputError(f"[{cls.section}] must have {name}; found none.")
-        return cls(**words, **found)
+        return cls(**words)
+
+    @classmethod
+    def of_sections(cls, words: dict[str, Any], others: dict[str, Any]) -> dict[str, Any]:
+        """Return the fields from the keys of their section and from other sections, ``tables``."""
+        return {**words, **others}
+
+    @classmethod
+    def check_words(cls, words: Iterable[str]) -> None:
+        """Raise InputError for a key that the section does not have."""
+        from carom import checks
+
+        known = [name for name in fields_of(cls) if name not in cls.tables]
+        for name in words:
+            if name not in known:
+                hint = f"; {cls.gone[name]}" if name in cls.gone else checks.suggestion(name, known)
+                raise InputError(f"[{cls.section}] {shown(name)} is no known key{hint}.")
 
     def to_toml(self) -> str:
         """Return the specification as TOML, from which :meth:`from_toml` makes an equal one."""
@@ -226,6 +239,17 @@ class SpecField:
         return value if self.opt is None or self.opt.read is None else self.opt.read(value)
 
 
+def checked(kind: type[Spec], name: str, value: Any) -> Any:
+    """Return a value as a field of a specification has it."""
+    check = fields_of(kind)[name].check
+    return value if check is None else check(value, kind.within + name)
+
+
+def helps(kind: type) -> dict[str, str]:
+    """Return what the fields of a specification are, by name."""
+    return {name: field.opt.help for name, field in fields_of(kind).items() if field.opt is not None}
+
+
 _FIELDS: dict[type, dict[str, SpecField]] = {}
 
 
@@ -249,7 +273,7 @@ def fields_of(kind: type) -> dict[str, SpecField]:
 
 
 def read(path: str | Path) -> str:
-    """Return the text of the file of a study.
+    """Return the text of a scene file.
 
     Raises
     ------
@@ -258,7 +282,64 @@ def read(path: str | Path) -> str:
     """
     from carom.io.records import read_text
 
-    return read_text(Path(path), "a study (TOML) of about a page", LARGEST_FILE)
+    return read_text(
+        Path(path), "a scene file (TOML) of about a page, as `carom init` writes it", LARGEST_FILE
+    )
+
+
+def sections(content: str, *own: str) -> dict[str, dict[str, Any]]:
+    """Return the tables of some sections of a TOML text; sections of other commands are skipped.
+
+    Raises
+    ------
+    InputError
+        If it is no TOML, or too long; if a section is unknown or no table, or a key stands outside of them;
+        or if it has sections and none of its ``own``.
+    """
+    from carom import checks
+    from carom.io.records import toml_tables
+
+    if len(content) > LARGEST_FILE:
+        raise InputError(f"A scene file has at most {LARGEST_FILE} characters, found {len(content)}.")
+    found = toml_tables(content)
+    known = dict.fromkeys((*SECTIONS, *own))
+    for name, table in found.items():
+        if name in known and not isinstance(table, dict):
+            raise InputError(f"[{name}] must be a section, found {checks.describe(table)}.")
+        if name not in known and not isinstance(table, dict):
+            raise InputError(
+                f"{shown(name)} stands outside of any section; write it below one, such as [{own[0]}]."
+            )
+        if name not in known:
+            hint = f"; {GONE[name]}" if name in GONE else checks.suggestion(name, known)
+            raise InputError(f"[{shown(name)}] is no known section{hint}.")
+    if found and not {*own} & {*found}:
+        wanted = " or ".join(f"[{name}]" for name in own)
+        raise InputError(f"[{next(iter(found))}] is for another command; this one reads {wanted}.")
+    return {name: found[name] for name in own if name in found}
+
+
+def shown(name: str) -> str:
+    """Return a name for a message: short and printable."""
+    short = name if len(name) <= 40 else name[:37] + "..."
+    return short if short.isprintable() and short else repr(short)
+
+
+def said(check: Check, **schema: Any) -> Check:
+    """Return a check that says, in the words of JSON schemas, which values it accepts."""
+    check.schema = schema  # type: ignore[attr-defined]
+    return check
+
+
+def schema_of(check: Check | None) -> dict[str, Any]:
+    """Return what a check says about the values that it accepts; nothing where it says nothing."""
+    return dict(getattr(check, "schema", {}))
+
+
+def _bounds(limits: Mapping[str, Any]) -> dict[str, Any]:
+    """Return limits of a number in the words of JSON schemas."""
+    lowest = "exclusiveMinimum" if limits.get("open_low") else "minimum"
+    return {word: limits[name] for name, word in (("low", lowest), ("high", "maximum")) if name in limits}
 
 
 def number(**limits: Any) -> Check:
@@ -269,7 +350,7 @@ def number(**limits: Any) -> Check:
 
         return checks.number(value, name, **limits)
 
-    return test
+    return said(test, type="number", **_bounds(limits))
 
 
 def integer(**limits: Any) -> Check:
@@ -280,7 +361,7 @@ def integer(**limits: Any) -> Check:
 
         return checks.integer(value, name, **limits)
 
-    return test
+    return said(test, type="integer", **_bounds(limits))
 
 
 def word(*known: str) -> Check:
@@ -291,9 +372,22 @@ def word(*known: str) -> Check:
 
         if isinstance(value, str) and value in known:
             return value
-        raise InputError(f"{name} must be one of {', '.join(known)}; found {checks.describe(value)}.")
+        hint = checks.suggestion(value, known, listed=True) if isinstance(value, str) else ""
+        raise InputError(f"{name} must be one of {', '.join(known)}; found {checks.describe(value)}{hint}.")
 
-    return test
+    return said(test, enum=list(known))
+
+
+def switch(value: Any, name: str) -> bool:
+    """Check true or false."""
+    from carom import checks
+
+    if not isinstance(value, bool):
+        raise InputError(f"{name} must be true or false, found {checks.describe(value)}.")
+    return value
+
+
+said(switch, type="boolean")
 
 
 def several(one: Check) -> Check:
@@ -309,7 +403,7 @@ def several(one: Check) -> Check:
             raise InputError(f"{name} names a value twice; replicas= repeats a point.")
         return tuple(sorted(found))
 
-    return test
+    return said(test, anyOf=[schema_of(one), {"type": "array", "items": schema_of(one), "minItems": 1}])
 
 
 MOST_POINTS = 10_000

@@ -1,0 +1,84 @@
+"""The scene that a section ``[scene]`` describes."""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import seeds
+from carom.errors import InputError
+from carom.scene import lattices
+from carom.scene.lattices import Lattice
+from carom.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from carom.scene_file.sections import SceneSpec
+
+MODELS = ("interaction", "motion", "impact", "drive")
+"""Keys whose values are models."""
+
+
+def build(asked: SceneSpec, seed: Any, kT: float | None = None) -> Scene:
+    """Return the scene; see :meth:`carom.scene_file.sections.SceneSpec.build`."""
+    if asked.file is not None:
+        return _of_frame(asked, seed, kT)
+    words: dict[str, Any] = {"obstacles": asked.obstacles}
+    words |= {
+        name: value for name in ("packing_fraction", "density", "walls") if (value := getattr(asked, name))
+    }
+    if asked.species:
+        words |= {"n": asked.n, "species": list(asked.species), "contact": asked.contact, "seed": seed}
+    else:
+        words |= {"diameter": asked.diameter, "mass": asked.mass}
+    if asked.lattice is None:
+        words |= {"n": asked.n, "dimension": asked.dimension, "box": asked.box, "seed": seed}
+        scene = Scene.random(**words)
+    else:
+        lattice, cells = lattice_of(asked), asked.cells
+        if cells is None and not asked.species:
+            cells = lattices.cells_for(lattice, asked.n)
+        scene = Scene.crystal(lattice=lattice, cells=cells, **words)
+    added = _added(asked, scene.n, seed)
+    return scene.replace(**added) if added else scene
+
+
+def lattice_of(asked: SceneSpec) -> Lattice:
+    """Return the lattice of a scene that starts from one."""
+    if asked.lattice == "triangular":
+        return lattices.triangular()
+    dimension = asked.dimension or 3
+    return lattices.cubic(dimension) if asked.lattice == "cubic" else lattices.dn(dimension)
+
+
+def _of_frame(asked: SceneSpec, seed: Any, kT: float | None) -> Scene:
+    """Return the scene that starts from a frame of a file."""
+    from carom.io import read
+
+    frame = read(asked.file or "", -1 if asked.frame is None else asked.frame)
+    if kT is not None:  # a pinned one may have flown in the file
+        frame = dataclasses.replace(frame, velocities=np.zeros_like(frame.velocities))
+    given = {"contact": asked.contact, "obstacles": asked.obstacles, **_added(asked, frame.n, seed)}
+    if asked.walls is not None:
+        given["walls"] = asked.walls
+    scene = Scene.from_frame(frame, **given)
+    return scene if kT is None else scene.replace(velocities=None)
+
+
+def _added(asked: SceneSpec, n: int, seed: Any) -> dict[str, Any]:
+    """Return the models and pinned particles given, by argument name."""
+    given = {name: value for name in MODELS if (value := getattr(asked, name)) is not None}
+    given |= asked.own()
+    if asked.pinned is not None:
+        given["pinned"] = _who_is_pinned(asked.pinned, n, seed)
+    return given
+
+
+def _who_is_pinned(pinned: int | tuple[int, ...], n: int, seed: Any) -> np.ndarray:
+    """Return the numbers of the particles that are pinned."""
+    if isinstance(pinned, tuple):
+        return np.array(pinned, np.int64)
+    if pinned > n:
+        raise InputError(f"[scene] pinned is {pinned}, and there are {n} particles.")
+    return np.sort(seeds.generator(seed, "pinned").permutation(n)[:pinned])
