@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
-from carom.spec import Opt, Spec, integer, number, said, switch
+from carom.spec import Opt, Spec, described, integer, number, said, switch
 
 SEED = integer(low=0, high=2**63 - 1)
 
@@ -46,6 +46,7 @@ said(
 )
 
 
+@described
 @dataclass(frozen=True)
 class PackSpec(Beside):
     """How to compress a scene: the section ``[pack]``.
@@ -95,6 +96,7 @@ def _cores(value: Any, name: str) -> Any:
 said(_cores, anyOf=[{"type": "integer", "minimum": 1}, {"const": "auto"}])
 
 
+@described
 @dataclass(frozen=True)
 class PlanSpec(Beside):
     """For what accuracy to plan, and with which means: the section ``[plan]``.
