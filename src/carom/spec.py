@@ -12,10 +12,12 @@ The help of a command reads these fields, so that nothing slow is imported here 
 from __future__ import annotations
 
 import dataclasses
+import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Self, get_args, get_type_hints
+from types import UnionType
+from typing import Any, ClassVar, Self, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from carom.errors import InputError
 from carom.version import __version__
@@ -214,6 +216,9 @@ class Spec:
         return "\n".join(lines) + "\n"
 
 
+S = TypeVar("S", bound=Spec)
+
+
 @dataclass(frozen=True)
 class SpecField:
     """A field of a specification: its name, type, check and option, and whether it has no default."""
@@ -237,6 +242,25 @@ class SpecField:
     def of_option(self, value: Any) -> Any:
         """Return the value of the option, of which some are texts that a field reads in its own way."""
         return value if self.opt is None or self.opt.read is None else self.opt.read(value)
+
+
+def described(kind: type[S]) -> type[S]:
+    """Add the fields to the docstring of a class of specifications, as its parameters."""
+    lines = ["Parameters", "----------"]
+    for field in fields_of(kind).values():
+        assert field.opt is not None
+        lines += [f"{field.name} : {_words(field.kind)}", f"    {field.opt.help}"]
+    head, mark, rest = inspect.cleandoc(kind.__doc__ or "").partition("Raises\n")
+    kind.__doc__ = "\n".join([head + lines[0], *lines[1:], "", mark + rest])
+    return kind
+
+
+def _words(hint: Any) -> str:
+    """Return a type as docstrings have it."""
+    kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+    names = ["tuple" if get_origin(kind) is tuple else getattr(kind, "__name__", "value") for kind in kinds]
+    words = ["value" if name == "Any" else name for name in names if name != "NoneType"]
+    return " or ".join(words) + (", optional" if "NoneType" in names or hint is Any else "")
 
 
 def checked(kind: type[Spec], name: str, value: Any) -> Any:

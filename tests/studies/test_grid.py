@@ -20,7 +20,7 @@ MIXED = "species.a = { count = 30 }\nspecies.b = { count = 10, diameter = 0.5 }\
             "n = 30\nbox = [9.0, 9.0]",
             "",
             (30,),
-            (pytest.approx(30 * 0.7853981633974483 / 81),),
+            (pytest.approx(30 * 0.785398163397 / 81),),
             {"dimension": 2},
         ),
         ("lattice = 'fcc'\ncells = 2\npacking_fraction = 0.3", "", (32,), (0.3,), {"lattice": "fcc"}),

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
-from carom.spec import Opt, Spec, integer, number, said
+from carom.spec import Opt, Spec, described, integer, number, said
 
 SEED = integer(low=0, high=2**63 - 1)
 
@@ -49,6 +49,7 @@ def _cores(value: Any, name: str) -> Any:
 said(_cores, anyOf=[{"type": "integer", "minimum": 1}, {"const": "auto"}])
 
 
+@described
 @dataclass(frozen=True)
 class PlanSpec(Beside):
     """For what accuracy to plan, and with which means: the section ``[plan]``.

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from carom.errors import InputError
 from carom.scene_file import fields as check
 from carom.scene_file.fields import FORMATS, LATTICES
-from carom.spec import Opt, Spec, fields_of, integer, number, switch, word
+from carom.spec import Opt, Spec, described, fields_of, integer, number, switch, word
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -47,6 +47,7 @@ LENGTHS = ("collisions_per_particle", "time", "relative_error")
 """Keys of [run] of which each says how long a run is."""
 
 
+@described
 @dataclass(frozen=True)
 class SceneSpec(Spec):
     """What there is: the section ``[scene]``.
@@ -89,7 +90,9 @@ class SceneSpec(Spec):
         number(low=0, open_low=True),
         Opt("Or: number density, N diameter^d / V.", SYSTEM),
     ] = None
-    box: Annotated[tuple[float, ...] | None, check.edges, Opt("Or: edges of the box.", flags=None)] = None
+    box: Annotated[
+        tuple[float, ...] | None, check.edges, Opt("Or: edges of the box [length].", flags=None)
+    ] = None
     dimension: Annotated[
         int | None,
         integer(low=1, high=check.MOST_DIMENSIONS),
@@ -105,7 +108,9 @@ class SceneSpec(Spec):
         check.each_axis(integer(low=1, high=check.MOST)),
         Opt("Cells of the lattice along each axis, instead of n.", SYSTEM),
     ] = None
-    diameter: Annotated[float | None, check.positive, Opt("Diameter of all particles.", flags=None)] = None
+    diameter: Annotated[
+        float | None, check.positive, Opt("Diameter of all particles [length].", flags=None)
+    ] = None
     mass: Annotated[float | None, check.positive, Opt("Mass of all particles.", flags=None)] = None
     species: Annotated[
         tuple[Any, ...],
@@ -115,7 +120,7 @@ class SceneSpec(Spec):
     contact: Annotated[
         tuple[tuple[float, ...], ...] | None,
         check.contact,
-        Opt("Contact distances of species, where not the mean of diameters.", flags=None),
+        Opt("Contact distances of species [length], by default mean diameters.", flags=None),
     ] = None
     file: Annotated[
         str | None, check.file_name, Opt("Trajectory to start from, seen from this file.", flags=None)
@@ -297,6 +302,7 @@ def formats_of(text: str) -> list[str]:
     return [part.strip() for part in text.split(",")]
 
 
+@described
 @dataclass(frozen=True)
 class RunSpec(Spec):
     """How to run it: the section ``[run]``.
@@ -318,7 +324,7 @@ class RunSpec(Spec):
     kT: Annotated[
         float | None,
         number(low=0, high=1e304),
-        Opt("Temperature; with wells held until equilibration ends.", SYSTEM, ("--kT",)),
+        Opt("Temperature kT, an energy; with wells held until equilibration ends.", SYSTEM, ("--kT",)),
     ] = None
     seed: Annotated[int, integer(low=0, high=2**63 - 1), Opt("Seed of all random numbers.")] = 1
     equilibration: Annotated[
@@ -334,7 +340,7 @@ class RunSpec(Spec):
     time: Annotated[
         float | None,
         number(low=0, high=1e300, open_low=True),
-        Opt("Or: time of the measurement.", LENGTH),
+        Opt("Or: duration of the measurement, a time.", LENGTH),
     ] = None
     relative_error: Annotated[
         float | None,

@@ -76,7 +76,7 @@ class GridSpec(Spec):
     kT: Annotated[
         float,
         number(low=0.0, high=1e304, open_low=True),
-        Opt("Temperature; with wells held until equilibration ends.", SYSTEM, ("--kT",)),
+        Opt("Temperature kT, an energy; with wells held until equilibration ends.", SYSTEM, ("--kT",)),
     ] = 1.0
     relative_error: Annotated[
         float | None, None, Opt("Relative error at every point, all replicas together.", LENGTH)
