@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from carom.studies.coefficients.study import transport as transport
     from carom.studies.eos.study import equation_of_state as equation_of_state
     from carom.studies.packings.compression import pack as pack
+    from carom.studies.measuring import measure as measure
     from carom.studies.planner.plan import plan as plan
     from carom.studies.runs.execution import run as run
     from carom.studies.saved import load as load
@@ -99,6 +100,7 @@ _LAZY = {
     "equation_of_state": "carom.studies.eos.study",
     "transport": "carom.studies.coefficients.study",
     "plan": "carom.studies.planner.plan",
+    "measure": "carom.studies.measuring",
     "resume": "carom.studies.saved",
     "load": "carom.studies.saved",
     "open": "carom.io.trajectory",
@@ -124,7 +126,7 @@ _MODULES = {
 _MEANT = {
     "PotentialEnergy": "carom.Energy",
     "plots": "the method plot() of a result, or carom.pictures.plots",
-    "rdf": "carom.RDF().over(frames)",
+    "rdf": 'carom.measure(frames, "rdf") or carom.RDF().over(frames)',
 }
 
 

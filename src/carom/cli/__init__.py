@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from carom import studies
-from carom.cli import code, files, pack, plan, run, study, trade
+from carom.cli import code, files, info, measure, pack, plan, run, study, trade
 from carom.cli.trouble import told, whole_streams
 from carom.pictures.importing import nobody_reads_docstrings
 from carom.studies.coefficients.spec import TransportSpec
@@ -46,19 +46,24 @@ def _carom(
     pass
 
 
-app.command("run")(run.run)
-app.command("pack")(pack.pack)
-app.command("resume")(run.resume)
-app.command("export")(files.export)
-app.command("view")(files.view)
-app.command("movie")(files.movie)
-app.command("rdf")(files.rdf)
-app.command("init")(files.init)
-app.command("trade")(trade.trade)
-app.command("plan")(plan.plan)
-app.command("eos")(study.command_of("eos", StudySpec, lambda: studies.EquationOfState))
-app.command("code")(code.code)
-app.command("transport")(study.command_of("transport", TransportSpec, lambda: studies.Transport))
+START, SIMULATE, STUDY, LOOK = "Start", "Simulate", "Study", "Look"
+
+app.command("init", rich_help_panel=START)(files.init)
+app.command("info", rich_help_panel=START)(info.info)
+app.command("run", rich_help_panel=SIMULATE)(run.run)
+app.command("pack", rich_help_panel=SIMULATE)(pack.pack)
+app.command("code", rich_help_panel=SIMULATE)(code.code)
+app.command("resume", rich_help_panel=SIMULATE)(run.resume)
+app.command("eos", rich_help_panel=STUDY)(study.command_of("eos", StudySpec, lambda: studies.EquationOfState))
+app.command("transport", rich_help_panel=STUDY)(
+    study.command_of("transport", TransportSpec, lambda: studies.Transport)
+)
+app.command("plan", rich_help_panel=STUDY)(plan.plan)
+app.command("trade", rich_help_panel=STUDY)(trade.trade)
+app.command("measure", rich_help_panel=LOOK)(measure.measure)
+app.command("view", rich_help_panel=LOOK)(files.view)
+app.command("movie", rich_help_panel=LOOK)(files.movie)
+app.command("export", rich_help_panel=LOOK)(files.export)
 
 
 def started(command: Any) -> None:

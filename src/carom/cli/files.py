@@ -1,9 +1,9 @@
-"""The commands that make one file from another: export, view, movie, rdf; and init, which writes a scene."""
+"""The commands that make one file from another: export, view, movie; and init, which writes a scene."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -116,72 +116,6 @@ def movie(
             progress=lambda done, total: progress("Drawing frames", done / total),
         )  # fmt: skip
     typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
-
-
-@friendly
-def rdf(
-    trajectory: Annotated[
-        Path, typer.Argument(help="Trajectory (.h5md, .extxyz, .gsd), or the folder of a run or packing.")
-    ],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="Table: .csv or .npz; by default rdf.csv beside the source."),
-    ] = None,
-    png: Annotated[bool, typer.Option("--png", help="Draw a picture as well.")] = False,
-    rmax: Annotated[
-        float | None, typer.Option(help="End of the last bin, a length; at most half the shortest edge.")
-    ] = None,
-    width: Annotated[
-        float | None, typer.Option(help="Width of a bin, a length; 0.02 diameters by default.")
-    ] = None,
-    pair: Annotated[
-        str | None, typer.Option(help="Two species of a mixture, by name or number: small,large.")
-    ] = None,
-    overwrite: Overwrite = False,
-) -> None:
-    """Compute g(r) of a trajectory, with error bars and the contact value.
-
-    Without --out the table stands beside the trajectory, and replaces an older one.
-
-    [bold]Examples[/bold]
-
-    carom rdf carom-run
-    carom rdf carom-run/trajectory.extxyz --rmax 3 --width 0.01 --png
-    carom rdf mixture --pair small,large
-    """
-    from carom import io, observables
-    from carom.cli.screen import watched
-    from carom.errors import InputError
-    from carom.observables.radial import is_table
-    from carom.paths import replacing
-
-    own = out is None
-    if out is None:
-        out = (trajectory if trajectory.is_dir() else trajectory.parent) / "rdf.csv"
-    picture = out.with_suffix(".png")
-    species: Any = None
-    if pair is not None:
-        species = tuple(word.strip() for word in pair.split(","))
-    if out.suffix not in (".csv", ".npz"):
-        raise InputError(f"{out} has the suffix '{out.suffix}'; expected .csv or .npz.")
-    refuse_to_replace(*((out, picture) if png else (out,)), overwrite=overwrite or (own and is_table(out)))
-    with watched() as progress, io.open(trajectory) as reader:
-        assert isinstance(reader, io.Reader)
-
-        def frames():
-            for k, frame in enumerate(reader):
-                progress("Computing g(r)", k / len(reader))
-                yield frame
-
-        distribution = observables.RDF(rmax=rmax, width=width, pair=species).over(frames())
-    with replacing(out) as temporary:
-        distribution.save(temporary)
-    if png:
-        with replacing(picture) as temporary:
-            distribution.plot(temporary)
-    contact = distribution.contact_value
-    told = f"{out}: {distribution.g.size} bins from {distribution.frames} frames"
-    typer.echo(visible(told + ("" if contact is None else f"; contact value {contact.value_text}")))
 
 
 @friendly

@@ -7,8 +7,14 @@ from typing import Annotated
 
 import typer
 
+from carom.cli.heartbeat import hush
+
 Json = Annotated[
     bool, typer.Option("--json", help="Print the summary as JSON, and nothing else, to standard output.")
+]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", help="Show no progress.", callback=hush, expose_value=False),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
 

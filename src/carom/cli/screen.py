@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from carom.cli.heartbeat import say
+from carom.cli.heartbeat import quiet, say
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -48,6 +48,9 @@ def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ..
 @contextlib.contextmanager
 def watched() -> Iterator[Callable[[str, float], None]]:
     """Show a progress bar while the body runs; without a terminal, print a line now and then."""
+    if quiet():
+        yield lambda stage, fraction: None
+        return
     if not sys.stderr.isatty():
         from carom.cli.heartbeat import Heartbeat
 
@@ -88,6 +91,8 @@ def staged(progress: Callable[[str, float], None]) -> Callable[..., None]:
 
 def predicted(prediction: Prediction) -> None:
     """Print on standard error how long the requested accuracy will take."""
+    if quiet():
+        return
     say(
         f"Relative error {prediction.relative_error:.2g} so far; about {prediction.seconds:.3g} s more "
         f"({prediction.collisions:.2g} collisions)."

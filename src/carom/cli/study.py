@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
 
-from carom.cli.heartbeat import say
+from carom.cli.heartbeat import quiet, say
 from carom.cli.options import number_of
 from carom.cli.trouble import PARTLY, friendly
 from carom.texts import visible
@@ -206,6 +206,9 @@ def show(study: Study[Any], as_json: bool) -> None:
 @contextlib.contextmanager
 def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[Any], None] | None]]:
     """Show a bar and the table so far while the body runs; without a terminal, print a line now and then."""
+    if quiet():
+        yield (lambda fraction, text: None), None
+        return
     if not sys.stderr.isatty():
         from carom.cli.heartbeat import Heartbeat
 
