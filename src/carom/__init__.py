@@ -63,8 +63,8 @@ if TYPE_CHECKING:
     from carom.studies.codes.search import spherical_code as spherical_code
     from carom.studies.coefficients.study import transport as transport
     from carom.studies.eos.study import equation_of_state as equation_of_state
-    from carom.studies.packings.compression import pack as pack
     from carom.studies.measuring import measure as measure
+    from carom.studies.packings.compression import pack as pack
     from carom.studies.planner.plan import plan as plan
     from carom.studies.runs.execution import run as run
     from carom.studies.saved import load as load

@@ -7,12 +7,14 @@ that ``--help`` answers at once.
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import typer
 
 from carom import studies
 from carom.cli import code, files, info, measure, pack, plan, run, study, trade
+from carom.cli.meant import Command, Group
 from carom.cli.trouble import told, whole_streams
 from carom.pictures.importing import nobody_reads_docstrings
 from carom.studies.coefficients.spec import TransportSpec
@@ -21,6 +23,7 @@ from carom.version import __version__
 
 app = typer.Typer(
     name="carom",
+    cls=Group,
     help="Event-driven molecular dynamics of hard particles in any dimension.",
     no_args_is_help=True,
     rich_markup_mode="rich",
@@ -46,24 +49,24 @@ def _carom(
     pass
 
 
-START, SIMULATE, STUDY, LOOK = "Start", "Simulate", "Study", "Look"
+COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
+    "Start": {"init": files.init, "info": info.info},
+    "Simulate": {"run": run.run, "pack": pack.pack, "code": code.code, "resume": run.resume},
+    "Study": {
+        "eos": study.command_of("eos", StudySpec, lambda: studies.EquationOfState),
+        "transport": study.command_of("transport", TransportSpec, lambda: studies.Transport),
+        "plan": plan.plan,
+        "trade": trade.trade,
+    },
+    "Look": {
+        "measure": measure.measure, "view": files.view, "movie": files.movie, "export": files.export,
+    },
+}  # fmt: skip
+"""The commands by name, in groups."""
 
-app.command("init", rich_help_panel=START)(files.init)
-app.command("info", rich_help_panel=START)(info.info)
-app.command("run", rich_help_panel=SIMULATE)(run.run)
-app.command("pack", rich_help_panel=SIMULATE)(pack.pack)
-app.command("code", rich_help_panel=SIMULATE)(code.code)
-app.command("resume", rich_help_panel=SIMULATE)(run.resume)
-app.command("eos", rich_help_panel=STUDY)(study.command_of("eos", StudySpec, lambda: studies.EquationOfState))
-app.command("transport", rich_help_panel=STUDY)(
-    study.command_of("transport", TransportSpec, lambda: studies.Transport)
-)
-app.command("plan", rich_help_panel=STUDY)(plan.plan)
-app.command("trade", rich_help_panel=STUDY)(trade.trade)
-app.command("measure", rich_help_panel=LOOK)(measure.measure)
-app.command("view", rich_help_panel=LOOK)(files.view)
-app.command("movie", rich_help_panel=LOOK)(files.movie)
-app.command("export", rich_help_panel=LOOK)(files.export)
+for _group, _commands in COMMANDS.items():
+    for _name, _command in _commands.items():
+        app.command(_name, rich_help_panel=_group, cls=Command)(_command)
 
 
 def started(command: Any) -> None:

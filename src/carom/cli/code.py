@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.options import Overwrite, number_of, refuse_to_replace
+from carom.cli.options import FLAGS, Json, Overwrite, Quiet, number_of, refuse_to_replace
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
@@ -26,7 +26,7 @@ def code(
     ],
     dimension: Annotated[
         int | None,
-        typer.Option("--dimension", "-d", help="Dimension of the space of the sphere. Without: 3."),
+        typer.Option(*FLAGS["dimension"], help="Dimension of the space of the sphere. Without: 3."),
     ] = None,
     tries: Annotated[int | None, typer.Option(help="Number of random starts. Without: 40.")] = None,
     seed: Annotated[
@@ -52,16 +52,17 @@ def code(
     ] = None,
     digits: Annotated[int | None, typer.Option(help="Decimal digits of the result. Without: 32.")] = None,
     cores: Annotated[
-        str | None, typer.Option("--cores", "-j", help="Number of processes; default one per core.")
+        str | None, typer.Option(*FLAGS["cores"], help="Number of processes; default one per core.")
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="File: .json for all, .png, .csv, or else one point per line."),
+        typer.Option(*FLAGS["out"], help="File: .json for all, .png, .csv, or else one point per line."),
     ] = None,
     overwrite: Overwrite = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON.")] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Search for points on a sphere whose smallest angle is as large as possible.
+    """Spread n points on a sphere as far apart as possible.
 
     Caps on great circles grow until they jam, and points repel each other; hops lead to better codes. The
     contacts of the best are then solved for to many digits.

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.options import Overwrite, Trusted, refuse_to_replace
+from carom.cli.options import FLAGS, Overwrite, Trusted, refuse_to_replace
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
@@ -47,9 +47,11 @@ def export(
 
 @friendly
 def view(
-    source: Annotated[Path, typer.Argument(help="Trajectory, event log, or the folder of a run or packing.")],
+    source: Annotated[
+        Path, typer.Argument(help="Trajectory, event log, or the folder of a run, packing or study.")
+    ],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Page to write; next to the source by default.")
+        Path | None, typer.Option(*FLAGS["out"], help="Page to write; next to the source by default.")
     ] = None,
     collisions: Annotated[
         int | None, typer.Option(help="Collisions to show of an event log, at least 1; 20 000 by default.")
@@ -58,27 +60,37 @@ def view(
     trust_code: Trusted = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Show a trajectory, a packing, or an event log in exact time, in the browser.
+    """Show a run, packing or study in the browser.
 
-    The page is one file of HTML that needs no network; send it to whom you like. An older page of Carom is
-    replaced.
+    Of an event log every collision is shown, in exact time; of a study its report opens. The page is one file
+    of HTML that needs no network; send it to whom you like. An older page of Carom is replaced.
 
     [bold]Examples[/bold]
 
     carom view carom-run
     carom view carom-pack --out packing.html --no-open
+    carom view carom-eos
     carom view run/events.h5 --collisions 5000
     """
     from carom.errors import InputError
     from carom.pictures.view import is_page, rules_beside
     from carom.pictures.view import view as shown
+    from carom.studies.places import kind_of
+    from carom.studies.saved import load
 
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         # With --overwrite a page could otherwise replace the trajectory that it shows.
         raise InputError(f"{out} has the suffix '{out.suffix}'; expected .html.")
-    page = out or (source / "view.html" if source.is_dir() else source.with_suffix(".html"))
+    study = kind_of(source) == "a study"
+    name = "report.html" if study else "view.html"
+    page = out or (source / name if source.is_dir() else source.with_suffix(".html"))
     refuse_to_replace(page, overwrite=overwrite or is_page(page))
-    shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
+    if study:
+        if collisions is not None:
+            raise InputError(f"--collisions is of an event log, and {source} holds a study; leave it out.")
+        load(source).report(page)
+    else:
+        shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
     typer.echo(visible(f"{page}: {page.stat().st_size / 1e6:.1f} MB"))
     if show:
         typer.launch(str(page))
@@ -98,7 +110,9 @@ def movie(
     ] = "species",
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a movie of a trajectory: MP4 (which needs the package imageio-ffmpeg) or GIF.
+    """Make a movie of a run or trajectory.
+
+    MP4 needs the package imageio-ffmpeg; GIF does not.
 
     [bold]Examples[/bold]
 

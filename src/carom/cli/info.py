@@ -20,8 +20,8 @@ def info(
 ) -> None:
     """Tell what a file or folder is, how far it is, and what to type next.
 
-    It may be a scene file, a run, a packing, a study, a plan, a code, a trajectory, a checkpoint, an event log
-    or a saved result.
+    It may be a scene file, a run, a packing, a study, a plan, a code, a trajectory, a checkpoint, an event
+    log or a saved result.
 
     [bold]Examples[/bold]
 
@@ -34,7 +34,5 @@ def info(
 
     told = found(path)
     print(
-        json.dumps(plain(told.to_dict()), indent=2, allow_nan=False)
-        if as_json
-        else visible(told, lines=True)
+        json.dumps(plain(told.to_dict()), indent=2, allow_nan=False) if as_json else visible(told, lines=True)
     )

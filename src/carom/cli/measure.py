@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from carom.cli.options import Json, Overwrite, Quiet, refuse_to_replace
+from carom.cli.options import FLAGS, Json, Overwrite, Quiet, refuse_to_replace
 from carom.cli.trouble import PARTLY, friendly
 from carom.texts import visible
 
@@ -28,7 +28,7 @@ def measure(
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", "-o", help="Folder for the tables and pictures; that of the frames."),
+        typer.Option(*FLAGS["out"], help="Folder for the tables and pictures; that of the frames."),
     ] = None,
     bins: Annotated[int | None, typer.Option(help="Number of bins.", rich_help_panel=_RDF)] = None,
     width: Annotated[
@@ -50,8 +50,9 @@ def measure(
     ] = None,
     axis: Annotated[
         str | None,
-        typer.Option(help="Axis: x, y, z or a number. Without: that of gravity or walls.",
-                     rich_help_panel=_PROFILE),
+        typer.Option(
+            help="Axis: x, y, z or a number. Without: that of gravity or walls.", rich_help_panel=_PROFILE
+        ),
     ] = None,
     pictures: Annotated[
         bool, typer.Option("--pictures/--no-pictures", help="A picture of each: NAME.png.")
@@ -82,7 +83,12 @@ def measure(
 
     names = list(quantities or ())
     asked: dict[str, Any] = {}
-    rdf = {"bins": bins, "width": width, "rmax": rmax, "pair": pair and tuple(map(str.strip, pair.split(",")))}
+    rdf = {
+        "bins": bins,
+        "width": width,
+        "rmax": rmax,
+        "pair": pair and tuple(map(str.strip, pair.split(","))),
+    }
     if any(value is not None for value in rdf.values()):
         asked["rdf"] = rdf
     if axis is not None:
@@ -90,7 +96,9 @@ def measure(
     for name in asked:
         if name not in names:
             raise InputError(f"The options of {name} go with its name: carom measure {path} {name} ...")
-    wanted = [measuring.QUANTITIES[name].observable(**asked[name]) if name in asked else name for name in names]
+    wanted = [
+        measuring.QUANTITIES[name].observable(**asked[name]) if name in asked else name for name in names
+    ]
     folder = out or (path if path.is_dir() else path.parent)
     if folder.suffix in (".csv", ".npz", ".png"):
         raise InputError(f"--out names a folder, in which there are rdf.csv and so on; found {folder}.")

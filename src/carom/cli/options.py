@@ -31,6 +31,24 @@ Trusted = Annotated[
 ]
 
 
+GoOn = Annotated[
+    bool,
+    typer.Option(
+        "--resume", help="Go on with what the folder holds, or start: for scripts of a batch system."
+    ),
+]
+
+FLAGS = {
+    "packing_fraction": ("--packing-fraction", "--eta"),
+    "dimension": ("--dimension", "-d"),
+    "collisions_per_particle": ("--collisions-per-particle", "-c"),
+    "cores": ("--cores", "-j"),
+    "out": ("--out", "-o"),
+    "quiet": ("--quiet", "-q"),
+}
+"""Options with more than one name, which they have in every command."""
+
+
 def number_of(cores: str | None) -> int | str | None:
     """Return the option --cores as a number if it is one, otherwise as it is."""
     return int(cores) if cores is not None and cores.isdecimal() else cores

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.options import Json
+from carom.cli.options import FLAGS, GoOn, Json, Quiet
 from carom.cli.trouble import friendly
 
 _SCENE = "The system"
@@ -20,24 +20,25 @@ def pack(
     scene: Annotated[
         Path | None, typer.Argument(help="Scene file (TOML) to start from. Without: random points.")
     ] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-pack"),
+    out: Annotated[Path, typer.Option(*FLAGS["out"], help="Folder for the results.")] = Path("carom-pack"),
     seed: Annotated[int, typer.Option(help="Seed of all random numbers.")] = 1,
     as_json: Json = False,
+    quiet: Quiet = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the packing in the folder.")
     ] = False,
+    go_on: GoOn = False,
     n: Annotated[
         int | None, typer.Option("--n", help="Number of points; 1000.", rich_help_panel=_SCENE)
     ] = None,
     dimension: Annotated[
         int | None,
-        typer.Option("--dimension", "-d", help="Dimension of space, 1 to 12; 3.", rich_help_panel=_SCENE),
+        typer.Option(*FLAGS["dimension"], help="Dimension of space, 1 to 12; 3.", rich_help_panel=_SCENE),
     ] = None,
     packing_fraction: Annotated[
         float | None,
         typer.Option(
-            "--packing-fraction",
-            "--eta",
+            *FLAGS["packing_fraction"],
             help="Packing fraction of the start, instead of points.",
             rich_help_panel=_SCENE,
         ),
@@ -82,15 +83,16 @@ def pack(
         bool, typer.Option("--pictures/--no-pictures", help="Three PNG files.", rich_help_panel=_OUTPUT)
     ] = True,
 ) -> None:
-    """Compress particles until they jam: points that grow into spheres, or the spheres of a scene.
+    """Compress particles until they jam.
 
-    The folder then holds packing.h5md, packing.extxyz, history.csv, summary.json, and pictures. Ctrl-C stops
-    at once; `carom resume` continues it.
+    Points grow into spheres, or the spheres of a scene grow. The folder then holds packing.h5md,
+    packing.extxyz, history.csv, summary.json, and pictures. Ctrl-C stops at once; `carom resume` continues
+    it.
 
     [bold]Examples[/bold]
 
     carom pack
-    carom pack --n 2000 --dimension 2 --rate 0.01 --out disks
+    carom pack --n 2000 -d 2 --rate 0.01 --out disks --resume
     carom pack --dimension 2 --species 500:1 --species 500:1.4 --out mixture
     carom pack --n 500 --stage 0.02:1e3 --stage 3e-4:1e12 --out isostatic
     carom pack scene.toml --out mine
@@ -107,27 +109,34 @@ def pack(
             "A scene file says what is packed: leave out --n, --dimension, --packing-fraction, --species and "
             "--walls."
         )
+    if go_on and overwrite:
+        raise InputError("--resume and --overwrite contradict each other; give one of them.")
     with watched() as progress, compiling_told():
         from carom.scene.species import Species
+        from carom.studies.packings.compression import holds_packing, resume_packing
         from carom.studies.packings.compression import pack as compress
 
         progress("Preparing", 0.0)
-        packing = compress(
-            n if scene is None else scene,
-            dimension=dimension,
-            packing_fraction=packing_fraction,
-            species=[Species(count=count, diameter=diameter) for count, diameter in kinds] or None,
-            walls=walls or None,
-            rate=rate,
-            until_Z=until_Z,
-            collisions=collisions,
-            stages=stages or None,
-            common=common,
-            seed=seed,
-            out=out,
-            overwrite=overwrite,
-            pictures=pictures,
-            progress=progress,
+        packing = (
+            resume_packing(out, progress=progress)
+            if go_on and holds_packing(out)
+            else compress(
+                n if scene is None else scene,
+                dimension=dimension,
+                packing_fraction=packing_fraction,
+                species=[Species(count=count, diameter=diameter) for count, diameter in kinds] or None,
+                walls=walls or None,
+                rate=rate,
+                until_Z=until_Z,
+                collisions=collisions,
+                stages=stages or None,
+                common=common,
+                seed=seed,
+                out=out,
+                overwrite=overwrite,
+                pictures=pictures,
+                progress=progress,
+            )
         )
     packed(packing.to_dict(), out, as_json)
 

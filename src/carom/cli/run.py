@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from carom.cli.options import Cores, Json, Trusted, number_of
+from carom.cli.options import FLAGS, Cores, GoOn, Json, Quiet, Trusted, number_of
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
@@ -26,10 +25,15 @@ def run(
             "spheres."
         ),
     ] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-run"),
+    out: Annotated[Path, typer.Option(*FLAGS["out"], help="Folder for the results.")] = Path("carom-run"),
     seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
     as_json: Json = False,
+    quiet: Quiet = False,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Print rate, drifts and overlaps of the run as well.")
+    ] = False,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="Replace the run in the folder.")] = False,
+    go_on: GoOn = False,
     initial: Annotated[
         str | None,
         typer.Option(help="fcc, triangular, cubic, dn or random.", rich_help_panel=_SCENE),
@@ -37,8 +41,7 @@ def run(
     dimension: Annotated[
         int | None,
         typer.Option(
-            "--dimension",
-            "-d",
+            *FLAGS["dimension"],
             help="Dimension of space. Alone, 1 to 6: a fluid of that dimension.",
             rich_help_panel=_SCENE,
         ),
@@ -50,8 +53,7 @@ def run(
     packing_fraction: Annotated[
         float | None,
         typer.Option(
-            "--packing-fraction",
-            "--eta",
+            *FLAGS["packing_fraction"],
             help="Fraction of the volume filled by spheres.",
             rich_help_panel=_SCENE,
         ),
@@ -65,7 +67,11 @@ def run(
     ] = None,
     collisions_per_particle: Annotated[
         float | None,
-        typer.Option(help="Collisions per particle in the measurement.", rich_help_panel=_LENGTH),
+        typer.Option(
+            *FLAGS["collisions_per_particle"],
+            help="Collisions per particle in the measurement.",
+            rich_help_panel=_LENGTH,
+        ),
     ] = None,
     relative_error: Annotated[
         float | None,
@@ -97,12 +103,12 @@ def run(
     ] = None,
     cores: Cores = "1",
     trust_code: Trusted = False,
-    explain: Annotated[
+    dry_run: Annotated[
         bool,
-        typer.Option("--explain", help="Print what would be compiled and which arrays are made, then stop."),
+        typer.Option("--dry-run", help="Print what would be compiled and which arrays are made, then stop."),
     ] = False,
 ) -> None:
-    """Simulate: equilibrate, measure the pressure and g(r), sample a trajectory.
+    """Simulate a scene and measure its pressure and structure.
 
     The folder then holds scene.toml, trajectory.h5md, trajectory.extxyz, rdf.csv, summary.json, and pictures.
     Ctrl-C stops the run at once; `carom resume` continues it.
@@ -111,17 +117,19 @@ def run(
 
     carom run
     carom run scene.toml --out fluid --seed 7
-    carom run --n 500 --packing-fraction 0.3 --out dilute
-    carom run --dimension 2 --packing-fraction 0.65 --out disks
-    carom run --cells 4 --collisions-per-particle 500 --frames 20 --out quick
-    carom run --packing-fraction 0.3 --relative-error 1e-3 --walltime 600 --out precise
-    carom run scene.toml --out fluid --json > summary.json
-    carom run scene.toml --explain
+    carom run --n 500 --eta 0.3 --out dilute
+    carom run -d 2 --eta 0.65 --out disks
+    carom run --cells 4 -c 500 --frames 20 --out quick
+    carom run --eta 0.3 --relative-error 1e-3 --walltime 600 --out precise
+    carom run fluid -c 50000 --out longer
+    carom run scene.toml --out fluid --resume --json > summary.json
+    carom run scene.toml --dry-run
     carom run battle.toml --trust-code
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.overrides import overridden
     from carom.cli.screen import predicted, results, watched
+    from carom.errors import InputError
     from carom.studies.runs.asked import plan_of
 
     plan = overridden(
@@ -146,7 +154,9 @@ def run(
         output={"event_log": event_log, "pictures": pictures},
     )
     plan = plan.trusted() if trust_code else plan
-    if explain:
+    if go_on and overwrite:
+        raise InputError("--resume and --overwrite contradict each other; give one of them.")
+    if dry_run:
         from carom.simulation.explanation import explain as explained
         from carom.simulation.tuning import Tuning
 
@@ -156,26 +166,25 @@ def run(
         typer.echo(visible(found, lines=True))
         return
     with watched() as progress, compiling_told():
+        from carom.studies.runs.execution import go_on as continued
         from carom.studies.runs.execution import run as carry_out
 
-        result = carry_out(
-            plan,
-            out,
-            overwrite=overwrite,
-            progress=progress,
-            predicted=predicted,
-            cores=number_of(cores),
-        )
-    results(result, as_json)
+        how: dict[str, Any] = {"progress": progress, "predicted": predicted, "cores": number_of(cores)}
+        if go_on:
+            result = continued(plan, out, trust_code=trust_code, **how)
+        else:
+            result = carry_out(plan, out, overwrite=overwrite, **how)
+    results(result, as_json, verbose)
 
 
 @friendly
 def resume(
     folder: Annotated[Path, typer.Argument(help="Folder of what was stopped or killed.")],
     as_json: Json = False,
+    quiet: Quiet = False,
     cores: Annotated[
         str | None,
-        typer.Option("--cores", "-j", help="Threads of a run, 1; processes of a study, one per core."),
+        typer.Option(*FLAGS["cores"], help="Threads of a run, 1; processes of a study, one per core."),
     ] = None,
     trust_code: Trusted = False,
 ) -> None:
@@ -189,10 +198,12 @@ def resume(
     carom resume fluid --json
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import packed, predicted, results, staged, watched
+    from carom.cli.screen import packed, predicted, reached, results, staged, watched
+    from carom.cli.study import settle
 
     with watched() as progress, compiling_told():
         from carom.studies.packings.packing import Packing
+        from carom.studies.planner.outcome import Outcome
         from carom.studies.runs.result import RunResult
         from carom.studies.saved import resume as go_on
 
@@ -207,7 +218,7 @@ def resume(
         packed(found.to_dict(), folder, as_json)
     elif isinstance(found, RunResult):
         results(found, as_json)
+    elif isinstance(found, Outcome):
+        reached(found, folder, as_json)
     else:
-        print(
-            json.dumps(found.to_dict(), indent=2, allow_nan=False) if as_json else visible(found, lines=True)
-        )
+        settle(found, folder, report=False, pictures=True, as_json=as_json)

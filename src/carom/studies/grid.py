@@ -60,8 +60,7 @@ class GridSpec(Spec):
         Opt(
             "Packing fractions; as an option 0.1,0.2,0.3 or 0.1:0.4:7 (7 from 0.1 to 0.4).",
             SYSTEM,
-            ("--packing-fraction", "--eta"),
-            numbers_of("--packing-fraction"),
+            read=numbers_of("--packing-fraction"),
         ),
     ] = ()
     n: Sizes = (500,)
@@ -69,7 +68,7 @@ class GridSpec(Spec):
     dimension: Annotated[
         int,
         integer(low=1, high=12),
-        Opt("Dimension of space, 1 to 12.", SYSTEM, ("--dimension", "-d")),
+        Opt("Dimension of space, 1 to 12.", SYSTEM),
     ] = 3
     relative_error: Annotated[
         float | None, None, Opt("Relative error at every point, all replicas together.", LENGTH)

@@ -27,7 +27,7 @@ from carom.scene_file.scene_file import A_SCENE, LARGEST_FILE, SceneFile
 from carom.studies.packings.packing import Packing
 from carom.studies.places import kind_of
 from carom.studies.planner.outcome import NAME as OUTCOME
-from carom.studies.runs.folder import RunFolder, existing_run
+from carom.studies.runs.folder import existing_run
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
 from carom.studies.saved import STUDIES, load
@@ -160,7 +160,9 @@ def _run(path: Path) -> Info:
         _trajectory(found, path)
         _, rows = result._rows()
         text = ", ".join(f"{name} = {value}" for name, value in rows)
-        found.add("result", text or s["note"], **{k: v for k, v in result._words().items() if k not in found.values})
+        found.add(
+            "result", text or s["note"], **{k: v for k, v in result._words().items() if k not in found.values}
+        )
         return found
     found = Info(path, "a run", "not finished", next=_typed("carom resume", path))
     if not folder.checkpoint.is_file():
@@ -206,8 +208,8 @@ def _results(found: Info, study: Study[Any]) -> Info:
     for name in study.spec.grid:
         if (value := getattr(study.spec, name)) is not None:
             several = [*value] if isinstance(value, tuple | list) else [value]
-            found.add(name.replace("_", " "), ", ".join(f"{each:.6g}" if isinstance(each, float) else str(each)
-                                                        for each in several), **{name: several})  # fmt: skip
+            texts = [f"{each:.6g}" if isinstance(each, float) else str(each) for each in several]
+            found.add(name.replace("_", " "), ", ".join(texts), **{name: several})
     if lines:
         found.add("result", "; ".join(lines[:MOST_LINES]))
     return found
@@ -293,8 +295,8 @@ def _scene(found: Info, path: Path) -> None:
         f"relative error {run.relative_error:g}" if run.relative_error is not None
         else f"{run.collisions_per_particle:g} collisions per particle"
     )  # fmt: skip
-    found.add("run", f"{length}, seed {run.seed}", seed=run.seed,
-              collisions_per_particle=run.collisions_per_particle, relative_error=run.relative_error)  # fmt: skip
+    values = {name: getattr(run, name) for name in ("seed", "collisions_per_particle", "relative_error")}
+    found.add("run", f"{length}, seed {run.seed}", **values)
 
 
 def _saved(path: Path) -> Info:
@@ -312,9 +314,7 @@ def _checkpoint(path: Path) -> Info:
     found = Info(path, "a checkpoint")
     _state(found, path)
     beside = kind_of(path.parent) in ("a run", "a packing")
-    found.next = (
-        _typed("carom resume", path.parent) if beside else f"carom.load({str(path)!r})   (in Python)"
-    )
+    found.next = _typed("carom resume", path.parent) if beside else f"carom.load({str(path)!r})   (in Python)"
     return found
 
 

@@ -295,17 +295,15 @@ def _wanted(quantities: tuple[Any, ...]) -> dict[str, Any]:
     for each in quantities:
         if isinstance(each, str):
             if each not in QUANTITIES:
-                raise InputError(
-                    f"{each!r} is no quantity of frames{checks.suggestion(each, QUANTITIES)}."
-                )
+                raise InputError(f"{each!r} is no quantity of frames{checks.suggestion(each, QUANTITIES)}.")
             name, value = each, True
         elif hasattr(each, "update") and hasattr(each, "result"):
             known = [name for name, one in QUANTITIES.items() if type(each) is one.observable]
             name, value = (*known, type(each).__name__)[0], each
         else:
             raise InputError(
-                f"measure() takes names of quantities ({', '.join(QUANTITIES)}) or observables of frames, found "
-                f"{checks.describe(each)}."
+                f"measure() takes names of quantities ({', '.join(QUANTITIES)}) or observables of frames, "
+                f"found {checks.describe(each)}."
             )
         if name in wanted:
             raise InputError(f"{name} is named twice; measure the second one by itself.")
