@@ -6,17 +6,15 @@ that ``--help`` answers at once.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from carom import studies
 from carom.cli import code, files, info, measure, pack, plan, run, study, trade
 from carom.cli.meant import Command, Group
-from carom.cli.trouble import told, whole_streams
-from carom.pictures.importing import nobody_reads_docstrings
+from carom.cli.trouble import started
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
 from carom.version import __version__
@@ -67,21 +65,6 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
 for _group, _commands in COMMANDS.items():
     for _name, _command in _commands.items():
         app.command(_name, rich_help_panel=_group, cls=Command)(_command)
-
-
-def started(command: Any) -> None:
-    """Run a command to the end of the process, with its exit code."""
-    whole_streams()
-    nobody_reads_docstrings()
-    try:
-        with told():
-            try:
-                command()
-            finally:
-                # Here, because a full device may refuse nothing before.
-                sys.stdout.flush()
-    except typer.Exit as ended:
-        sys.exit(ended.exit_code)
 
 
 def main() -> None:

@@ -16,7 +16,7 @@ import typer
 from carom.cli.heartbeat import quiet, say
 from carom.cli.meant import Command
 from carom.cli.options import FLAGS, Json, Quiet, number_of
-from carom.cli.trouble import PARTLY, friendly
+from carom.cli.trouble import PARTLY, friendly, started
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -90,8 +90,6 @@ def command(kind: type[Study[Any]]) -> None:
     kind : type
         The study. The fields of its specification are the options.
     """
-    from carom.cli import started
-
     app = typer.Typer(
         add_completion=False,
         rich_markup_mode="rich",

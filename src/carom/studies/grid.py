@@ -74,7 +74,7 @@ class GridSpec(Spec):
         float | None, None, Opt("Relative error at every point, all replicas together.", LENGTH)
     ] = None
     collisions_per_particle: Annotated[
-        float | None, None, Opt("Instead: length of every run [collisions per particle].", LENGTH)
+        float | None, None, Opt("Instead: collisions per particle of every run.", LENGTH)
     ] = None
     equilibration: Length = 1000.0
     seed: Annotated[int, integer(low=0, high=2**63 - 1), Opt("Seed of all random numbers.", SYSTEM)] = 1

@@ -131,6 +131,9 @@ _REACHED = records.table(
     }
 )
 
+_STATES = ("checkpoint.h5", "compression.h5")
+"""Checkpoints of folders, which go on."""
+
 _OF_FOLDER = ("summary.json", "study.json", "plan.json", "outcome.json", "trade.json")
 
 
@@ -249,7 +252,10 @@ def _comparison(path: Path) -> Info:
 
 
 def _toml(path: Path) -> Info:
-    sections = toml_tables(read_text(path, A_SCENE, LARGEST_FILE))
+    try:
+        sections = toml_tables(read_text(path, A_SCENE, LARGEST_FILE))
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
     if "code" in sections:
         found = Info(path, "a search for a spherical code", next=_typed("carom code", path))
         for name, value in sections["code"].items() if isinstance(sections["code"], dict) else ():
@@ -313,7 +319,7 @@ def _saved(path: Path) -> Info:
 def _checkpoint(path: Path) -> Info:
     found = Info(path, "a checkpoint")
     _state(found, path)
-    beside = kind_of(path.parent) in ("a run", "a packing")
+    beside = path.name in _STATES
     found.next = _typed("carom resume", path.parent) if beside else f"carom.load({str(path)!r})   (in Python)"
     return found
 
