@@ -20,6 +20,7 @@ from carom import cli, io
 from carom.cli import heartbeat, meant, screen, study
 from carom.cli.meant import OPTIONS
 from carom.frame import Frame
+from carom.studies.study import Study
 
 RUN = ("--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10", "--frames", "2",
        "--collisions-per-particle", "40", "--no-pictures")  # fmt: skip
@@ -557,7 +558,11 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update(target=target, **settings)
                 return PLAN
 
+            run_in_full = Study.run
+
             def run(study, **settings):
+                if command == "plan":  # of a moment
+                    return run_in_full(study, **settings)
                 asked.update(spec=study.spec, **settings)
                 raise Asked
 

@@ -12,12 +12,12 @@ from carom.observables import Crystallinity
 from carom.observables.bond_order import harmonics
 
 FEW = 0.02
-"""Solid-like part of a fluid at packing fraction 0.40; ten Wolde et al. (1996) find few in the liquid, too."""
+"""Solid-like part of a fluid at packing fraction 0.40, at most: few, as ten Wolde et al. (1996) find."""
 
 
 def one(scene, **settings):
     """Return the crystallinity of a scene at rest."""
-    frame = frame_of(scene.positions, scene.box, scene.diameters, scene.periodic)
+    frame = frame_of(scene.positions, scene.box, scene.diameters)
     return Crystallinity(**settings).over([frame])
 
 
@@ -43,8 +43,9 @@ def test_two_grains_are_two_clusters_and_dust_between_them_is_none():
     grain = carom.Scene.crystal(108, 0.7)
     edge = grain.box[0]
     rng = np.random.default_rng(1)
-    dust = rng.uniform(0.0, edge, (40, 3)) + [1.5 * edge, 0.0, 0.0]
-    few = grain.positions[grain.positions[:, 0] < 0.6 * edge] + [3.0 * edge, 0.0, 0.0]
+    along = np.array([edge, 0.0, 0.0])
+    dust = rng.uniform(0.0, edge, (40, 3)) + 1.5 * along
+    few = grain.positions[grain.positions[:, 0] < 0.6 * edge] + 3.0 * along
     positions = np.concatenate([grain.positions, few, dust])
     frame = frame_of(positions, (5.0 * edge, edge, edge), 0.1)
     found = Crystallinity(reach=1.35 * edge / 3.0 / np.sqrt(2.0)).over([frame])
@@ -93,9 +94,9 @@ def test_what_it_cannot_measure_is_refused():
         one(carom.Scene.random(5, 0.1, seed=1))
     with pytest.raises(InputError, match="No frame"):
         Crystallinity().result()
+    scenes = [carom.Scene.random(n, 0.1, seed=1) for n in (20, 21)]
     with pytest.raises(InputError, match="after one with"):
-        a, b = (carom.Scene.random(n, 0.1, seed=1) for n in (20, 21))
-        Crystallinity().over([frame_of(s.positions, s.box) for s in (a, b)])
+        Crystallinity().over([frame_of(scene.positions, scene.box) for scene in scenes])
 
 
 def test_the_result_is_a_table_a_picture_and_a_file(tmp_path):
