@@ -135,8 +135,9 @@ def settle(study: Study[Any], out: Path, *, report: bool, pictures: bool, as_jso
     show(study, as_json)
     write(study, out, report=report, pictures=pictures)
     if not as_json:
-        where = visible(shlex.quote(str(out)))
-        print(f"Results in {where}\nLook: carom view {where}")
+        print(visible(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
+        if type(study).__module__.startswith("carom."):  # one of one's own is known to its program alone
+            print(visible(f"Look: carom view {shlex.quote(str(out))}"))
     finish(study)
 
 

@@ -24,6 +24,7 @@ from carom.models.interactions.rule_files import RuleFile
 from carom.observables.statistics import value_with_error
 from carom.scene.description import particles
 from carom.scene_file.scene_file import A_SCENE, LARGEST_FILE, SceneFile
+from carom.studies.folder import RESULTS, SETTINGS, Folder
 from carom.studies.packings.packing import Packing
 from carom.studies.places import kind_of
 from carom.studies.planner.outcome import NAME as OUTCOME
@@ -195,11 +196,25 @@ def _packing(path: Path) -> Info:
 
 
 def _study(path: Path) -> Info:
+    held = Folder(path).read()
+    if held is not None and held["settings"].get("study") not in STUDIES:
+        return _own_study(path, held)
     study: Study[Any] = load(path)
     state = "finished" if study.complete else f"not finished: {study.progress} are done"
     command = "carom view" if study.complete else "carom resume"
     found = Info(path, "a study", state, next=_typed(command, path))
     return _results(found, study)
+
+
+def _own_study(path: Path, held: dict[str, Any]) -> Info:
+    """Return what a folder of a study of one's own tells; the rest is known to its program."""
+    done = len(list((path / RESULTS).glob("*.json")))
+    found = Info(path, "a study", f"{done} run{'s' if done != 1 else ''} done")
+    found.add("study", f"{held['settings'].get('study')}, of a program of its own", done=done,
+              study=str(held["settings"].get("study")))  # fmt: skip
+    found.values |= held["grid"]
+    found.next = "the program of the study goes on with it"
+    return found
 
 
 def _results(found: Info, study: Study[Any]) -> Info:
@@ -226,8 +241,8 @@ def _plan(path: Path) -> Info:
     for name, text in zip(("target", "promise", "cost"), plan._lines(), strict=False):
         found.add(name, text.removeprefix("promised "))
     found.values |= {"n": plan.design.n, "replicas": plan.design.replicas}
-    if (path / "study.json").is_file() and not ready:
-        done = len(list((path / "tasks").glob("*.json")))
+    if (path / SETTINGS).is_file() and not ready:
+        done = len(list((path / RESULTS).glob("*.json")))
         found.state = f"not finished: {done} of {plan.design.replicas} runs are done"
     if ready:
         words = records.read_json(path / OUTCOME, _REACHED, "the outcome of a plan", "run the plan again")
