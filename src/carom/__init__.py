@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from carom.studies.codes.study import spherical_code as spherical_code
     from carom.studies.coefficients.study import transport as transport
     from carom.studies.eos.study import equation_of_state as equation_of_state
+    from carom.studies.measuring import measure as measure
     from carom.studies.packings.compression import pack as pack
     from carom.studies.packings.study import packings as packings
     from carom.studies.planner.plan import plan as plan
@@ -101,6 +102,7 @@ _LAZY = {
     "equation_of_state": "carom.studies.eos.study",
     "transport": "carom.studies.coefficients.study",
     "plan": "carom.studies.planner.plan",
+    "measure": "carom.studies.measuring",
     "resume": "carom.studies.saved",
     "load": "carom.studies.saved",
     "open": "carom.io.trajectory",
@@ -126,7 +128,7 @@ _MODULES = {
 _MEANT = {
     "PotentialEnergy": "carom.Energy",
     "plots": "the method plot() of a result, or carom.pictures.plots",
-    "rdf": "carom.RDF().over(frames)",
+    "rdf": 'carom.measure(frames, "rdf") or carom.RDF().over(frames)',
 }
 
 

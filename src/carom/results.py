@@ -311,8 +311,10 @@ def _use(result: Any) -> None:
     if isinstance(result, Result):
         if type(result)._rows is not Result._rows:
             result._rows()
-        shapes = {np.shape(column) for column in result._columns().values()}
-        if len(shapes) > 1 or any(len(shape) != 1 for shape in shapes):
+        columns = result._columns().values()
+        # A cell of a list may hold several texts; an array has one number in each.
+        wrong = any(isinstance(column, np.ndarray) and column.ndim != 1 for column in columns)
+        if wrong or len({len(column) for column in columns}) > 1:
             raise InputError("its columns differ in length.")
 
 

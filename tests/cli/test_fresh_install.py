@@ -33,7 +33,8 @@ TYPED = {
     "run": ("scene.toml", "--out", "out"),
     "resume": ("out",),
     "export": ("out/trajectory.h5md", "out.extxyz"),
-    "rdf": ("out/trajectory.h5md", "--out", "rdf.csv", "--png"),
+    "info": ("out",),
+    "measure": ("out/trajectory.h5md", "rdf", "--out", "measured"),
     "view": ("out", "--out", "page.html", "--no-open"),
     "movie": ("out/trajectory.h5md", "movie.gif"),
     "pack": ("--n", "20", "--dimension", "2", "--rate", "0.1", "--until-Z", "1e3", "--out", "packed"),
@@ -78,7 +79,8 @@ def test_every_command_works_after_the_plain_install(fresh):
         assert done.returncode == 0, (name, done.stderr)
         print(name, "works", flush=True)
     for made in (
-        "mine.toml", "out/summary.json", "out.extxyz", "rdf.csv", "rdf.png", "page.html", "movie.gif",
+        "mine.toml", "out/summary.json", "out.extxyz", "measured/rdf.csv", "measured/rdf.png", "page.html",
+        "movie.gif",
         "packed/summary.json", "planned/outcome.json", "trade/trade.csv",
     ):  # fmt: skip
         assert (folder / made).exists(), made

@@ -5,6 +5,7 @@ import importlib
 import json
 import shutil
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,7 +18,10 @@ from typer.testing import CliRunner
 
 import carom
 from carom import cli, io
+from carom.cli import heartbeat, meant, screen, study
+from carom.cli.meant import OPTIONS
 from carom.frame import Frame
+from carom.studies.study import Study
 
 RUN = ("--lattice", "fcc", "--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10",
        "--frames", "2", "--collisions-per-particle", "40", "--no-pictures")  # fmt: skip
@@ -56,7 +60,7 @@ class Done(NamedTuple):
 
     @property
     def table(self):
-        lines = (self.folder / "out.csv").read_text().splitlines()
+        lines = (self.folder / "out" / "rdf.csv").read_text().splitlines()
         return np.genfromtxt([x for x in lines if not x.startswith("#")], delimiter=",", names=True)
 
 
@@ -103,7 +107,7 @@ def told(key):
 
 
 def in_brackets(name):
-    """Look at what `--explain` says of a scene."""
+    """Look at what `--dry-run` says of a scene."""
     return lambda done: dict(
         part.split("=", 1) for part in done.printed.replace("Scene(", "").split(", ") if "=" in part
     )[name]
@@ -132,11 +136,13 @@ def close(value, within=0.0):
 
 
 OUT = ("--out", "out")
-EXPLAIN = (*RUN[:6], "--explain")
+SILENT = None  # looked at by a test of its own
+DRY = (*RUN[:6], "--dry-run")
 NO_LENGTH = without(RUN, "--collisions-per-particle")
 LOGGED = ("logged.toml", "--no-event-log")
 SPECIES = ("--species", "10:1", "--species", "10:1.4")
 
+MEASURE = ("two.extxyz", "rdf", *OUT)
 MOVIE = ("two.extxyz", "two.gif")
 
 TOO_SLOW = {
@@ -182,31 +188,34 @@ TOO_SLOW = {
 
 CASES = {
     "run": {
-        "scene": added(("--explain",), ("scene.toml",), in_brackets("n"), "32"),
+        "scene": added(("--dry-run",), ("scene.toml",), in_brackets("n"), "32"),
         "--out": added(RUN, ("--out", "elsewhere"), made("elsewhere/summary.json"), True),
         "--seed": added(
             (*RUN, *OUT), ("--seed", "5"),
             lambda done: (done.summary["seed"], done.frames[0].positions[0, 0]), lambda seen: seen[0] == 5,
         ),
         "--json": added((*RUN, *OUT), ("--json",), json_alone, True),
+        "--quiet": SILENT,
+        "--verbose": added((*RUN, *OUT), ("--verbose",), lambda done: "worst overlap" in done.printed, True),
+        "--resume": added((*RUN, "--out", "finished"), ("--resume",), lambda done: done.code, 0),
         "--overwrite": added((*RUN, "--out", "full"), ("--overwrite",), lambda done: done.code, 0),
         "--lattice": added(
-            without(EXPLAIN, "--lattice"), ("--lattice", "cubic"), lambda done: "n=27" in done.printed, True
+            without(DRY, "--lattice"), ("--lattice", "cubic"), lambda done: "n=27" in done.printed, True
         ),
         "--kT": added((*RUN, *OUT), ("--kT", "2"), told("kT"), close_to(2.0)),
         "--time": added((*NO_LENGTH, *OUT), ("--time", "3"), told("time"), close_to(3.0)),
         "--write": added(
             (*RUN, *OUT), ("--write", "extxyz"), told("trajectories"), ["trajectory.extxyz"]
         ),
-        "--dimension": added(("--explain",), ("--dimension", "2"), in_brackets("dimension"), "2"),
-        "--n": added(without(EXPLAIN, "--cells"), ("--n", "32"), in_brackets("n"), "32"),
-        "--cells": added(without(EXPLAIN, "--cells"), ("--cells", "2"), in_brackets("n"), "32"),
+        "--dimension": added(("--dry-run",), ("--dimension", "2"), in_brackets("dimension"), "2"),
+        "--n": added(without(DRY, "--cells"), ("--n", "32"), in_brackets("n"), "32"),
+        "--cells": added(without(DRY, "--cells"), ("--cells", "2"), in_brackets("n"), "32"),
         "--packing-fraction": added(
-            without(EXPLAIN, "--packing-fraction"), ("--packing-fraction", "0.2"),
+            without(DRY, "--packing-fraction"), ("--packing-fraction", "0.2"),
             lambda done: "packing_fraction=0.2)" in done.printed, True,
         ),
         "--density": added(
-            without(EXPLAIN, "--packing-fraction"), ("--density", "0.6"),
+            without(DRY, "--packing-fraction"), ("--density", "0.6"),
             lambda done: "packing_fraction=0.314159)" in done.printed, True,
         ),
         "--equilibration": added(
@@ -236,14 +245,15 @@ CASES = {
         ),
         "--pictures": added((*RUN, *OUT), ("--pictures",), made("out/pressure.png"), True),
         "--no-pictures": added((*RUN[:-1], *OUT), ("--no-pictures",), made("out/pressure.png"), False),
-        "--explain": added((*RUN, *OUT), ("--explain",), made("out"), False),
+        "--dry-run": added((*RUN, *OUT), ("--dry-run",), made("out"), False),
         # Several change no bit; that the number is read is seen by one that is refused.
         "--cores": added((*RUN, *OUT), ("--cores", "0"), lambda done: done.code, 2),
-        "--trust-code": added(("hunt/scene.toml", "--explain"), ("--trust-code",), made("hunt/ran"), True),
+        "--trust-code": added(("hunt/scene.toml", "--dry-run"), ("--trust-code",), made("hunt/ran"), True),
     },
     "resume": {
         "--cores": added(("begun",), ("--cores", "two"), lambda done: done.code, 2),
         "--trust-code": added(("hunt",), ("--trust-code",), made("hunt/ran"), True),
+        "--quiet": SILENT,
         "folder": added((), ("finished",), lambda done: (done.code, "already" in done.printed), (0, True)),
         "--json": added(("finished",), ("--json",), json_alone, True),
     },
@@ -264,6 +274,10 @@ CASES = {
         "--cores": added((*PACK, *OUT), ("--cores", "1"), lambda done: done.code, 2),
         "--report": added((*PACK, *OUT, "--seeds", "1"), ("--report",), made("out/report.html"), True),
         "--json": added((*PACK, *OUT), ("--json",), json_alone, True),
+        "--quiet": SILENT,
+        "--resume": added(
+            (*PACK, "--out", "stopped"), ("--resume",), lambda done: done.code, 0
+        ),
         "--overwrite": added((*PACK, "--out", "packed"), ("--overwrite",), lambda done: done.code, 0),
         "--n": added((*PACK, *OUT), ("--n", "30"), told("n"), 30),
         "--dimension": added((*PACK, *OUT), ("--dimension", "1"), told("dimension"), 1),
@@ -290,23 +304,31 @@ CASES = {
             ("two.extxyz", "full/trajectory.h5md"), ("--overwrite",), lambda done: done.code, 0
         ),
     },
-    "rdf": {
-        "trajectory": added((), ("two.extxyz", "--out", "out.csv"), made("out.csv"), True),
-        "--out": added(("two.extxyz",), ("--out", "out.csv"), made("out.csv"), True),
-        "--png": added(("two.extxyz", "--out", "out.csv"), ("--png",), made("out.png"), True),
-        "--rmax": added(
-            ("two.extxyz", "--out", "out.csv", "--width", "0.1"), ("--rmax", "2"),
-            lambda done: len(done.table), 10,
+    "info": {
+        "path": added((), ("finished",), lambda done: "a run, finished" in done.printed, True),
+        "--json": added(("finished",), ("--json",), json_alone, True),
+    },
+    "measure": {
+        "path": added((), ("two.extxyz", "rdf", *OUT), made("out/rdf.csv"), True),
+        "quantities": added(
+            ("two.extxyz", *OUT), ("rdf",), lambda done: {p.stem for p in (done.folder / "out").iterdir()},
+            {"rdf"},
         ),
-        "--width": added(
-            ("two.extxyz", "--out", "out.csv", "--rmax", "2"), ("--width", "0.25"),
-            lambda done: len(done.table), 4,
+        "--out": added(("two.extxyz", "rdf"), OUT, made("out/rdf.csv"), True),
+        "--bins": added(MEASURE, ("--bins", "7"), lambda done: len(done.table), 7),
+        "--width": added((*MEASURE, "--rmax", "2"), ("--width", "0.25"), lambda done: len(done.table), 4),
+        "--rmax": added((*MEASURE, "--width", "0.1"), ("--rmax", "2"), lambda done: len(done.table), 10),
+        "--pair": added(MEASURE, ("--pair", "0,1"), lambda done: done.table["g"].sum(), None),
+        "--axis": added(
+            ("two.extxyz", "profile", *OUT), ("--axis", "z"),
+            lambda done: "axis 2" in done.printed, True,
         ),
-        "--pair": added(
-            ("two.extxyz", "--out", "out.csv"), ("--pair", "0,1"), lambda done: done.table["g"].sum(), None
-        ),
+        "--pictures": added((*MEASURE, "--no-pictures"), ("--pictures",), made("out/rdf.png"), True),
+        "--no-pictures": added(MEASURE, ("--no-pictures",), made("out/rdf.png"), False),
+        "--json": added(MEASURE, ("--json",), json_alone, True),
+        "--quiet": SILENT,
         "--overwrite": added(
-            ("two.extxyz", "--out", "full/rdf.csv"), ("--overwrite",), lambda done: done.code, 0
+            ("two.extxyz", "rdf", "--out", "mine"), ("--overwrite",), lambda done: done.code, 0
         ),
     },
     "init": {
@@ -317,6 +339,7 @@ CASES = {
         "--overwrite": added(("scene.toml",), ("--overwrite",), lambda done: done.code, 0),
     },
     "trade": {
+        "--quiet": SILENT,
         "scene": added(
             (), ("scene.toml",), lambda done: done.asked["plan"] and done.asked["plan"].scene.cells, 2
         ),
@@ -325,6 +348,7 @@ CASES = {
         "--overwrite": added((), ("--overwrite",), lambda done: done.asked["overwrite"], True),
     },
     "plan": {
+        "--quiet": SILENT,
         "scene": added((), ("scene.toml",), lambda done: str(done.asked["scene"]), "scene.toml"),
         "--target": added((), ("--target", "Z=+-0.1"), lambda done: done.asked["target"], "Z=+-0.1"),
         "--packing-fraction": added(
@@ -347,6 +371,7 @@ CASES = {
     "code": {
         "study": added(OUT, ("5",), made("out/code.json"), True),
         "--out": added(("5",), ("--out", "elsewhere"), made("elsewhere/code.json"), True),
+        "--quiet": SILENT,
         "--dimension": added(
             ("5",), ("--dimension", "4"), lambda done: "5 points on S^3" in done.printed, True
         ),
@@ -370,6 +395,7 @@ CASES = {
         "--json": added(("5",), ("--json",), json_alone, True),
     },
     "eos": {
+        "--quiet": SILENT,
         "study": added((*EOS, *OUT), ("study.toml",), scene_told("mass"), {2.0}),
         "--out": added(EOS, ("--out", "elsewhere"), made("elsewhere/eos.csv"), True),
         "--packing-fraction": added(
@@ -401,6 +427,7 @@ CASES = {
         "--json": added((*EOS, *OUT), ("--json",), json_alone, True),
     },
     "transport": {
+        "--quiet": SILENT,
         "study": added(
             (), ("scene.toml",), lambda done: done.asked["spec"].packing_fraction, close_to((0.3,))
         ),
@@ -517,6 +544,9 @@ def material(tmp_path_factory):
     (hunt / "rules.py").write_text("from pathlib import Path\nPath(__file__).with_name('ran').touch()\n")
     (folder / "packed").mkdir()
     (folder / "packed" / "packing.h5md").touch()
+    assert type_in(folder, "pack", *PACK, "--out", "stopped").code == 0
+    (folder / "mine").mkdir()
+    (folder / "mine" / "rdf.csv").write_text("mine")
     full = folder / "full"
     full.mkdir()
     (full / "old.html").touch()
@@ -555,7 +585,11 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update(target=target, **settings)
                 return PLAN
 
+            run_in_full = Study.run
+
             def run(study, **settings):
+                if command == "plan":  # of a moment
+                    return run_in_full(study, **settings)
                 asked.update(spec=study.spec, **settings)
                 raise Asked
 
@@ -588,7 +622,8 @@ KERNELS = {("pack", "--walls"), ("pack", "--dimension")}
     [
         slow(command, option) if (command, option) in KERNELS else (command, option)
         for command, cases in CASES.items()
-        for option in cases
+        for option, case in cases.items()
+        if case is not SILENT
     ],
 )
 def test_an_option_changes_what_the_command_does(command, option, material, typed, tmp_path_factory):
@@ -621,3 +656,103 @@ def test_every_option_has_a_case():
         for name, command in COMMANDS.items()
     }  # fmt: skip
     assert found == {name: {*cases} for name, cases in CASES.items()}
+
+
+PROGRESS = {name for name, each in COMMANDS.items() if any("--quiet" in one.opts for one in each.params)}
+
+
+def test_commands_that_take_long_can_be_quiet():
+    assert {"run", "resume", "pack", "code", "eos", "transport", "plan", "trade", "measure"} == PROGRESS
+
+
+@pytest.mark.parametrize("command", sorted(PROGRESS))
+def test_a_quiet_command_shows_no_progress(command, monkeypatch, capsys):
+    monkeypatch.setattr(heartbeat, "EVERY", 0.01)
+    heartbeat.hush(False)
+    parsed = COMMANDS[command].make_context(command, ["--quiet", *NEEDED.get(command, [])])
+    try:
+        assert "quiet" not in parsed.params
+        with heartbeat.starting(), screen.watched() as progress, study.watched("runs") as (told, _):
+            progress("Measuring", 0.5)
+            told(0.5, "1 of 2 runs")
+            time.sleep(0.1)
+        assert capsys.readouterr().err == ""
+    finally:
+        COMMANDS[command].make_context(command, NEEDED.get(command, []))
+    assert not heartbeat.quiet()
+
+
+NEEDED = {"resume": ["folder"], "code": ["5"], "measure": ["path"]}
+"""Arguments without which a command is not read."""
+
+
+def names_of():
+    """Return the commands and names of every option: (command, all of its names)."""
+    for command, each in COMMANDS.items():
+        for parameter in each.params:
+            if parameter.param_type_name == "option":
+                yield command, parameter, frozenset((*parameter.opts, *parameter.secondary_opts))
+
+
+def test_a_letter_or_word_has_one_meaning_in_every_command():
+    """Options that share a name share all of their names, and are switches in all commands or in none."""
+    meanings = {}
+    for command, parameter, names in names_of():
+        for name in names:
+            meanings.setdefault(name, {})[command] = (names, bool(parameter.is_flag))
+    assert {name: found for name, found in meanings.items() if len({*found.values()}) > 1} == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "long"),
+    [
+        ("--eta", "--packing-fraction"), ("-d", "--dimension"), ("-j", "--cores"), ("-o", "--out"),
+        ("-c", "--collisions-per-particle"), ("-q", "--quiet"), ("--colour", "--color"),
+    ],
+)  # fmt: skip
+def test_a_short_name_goes_wherever_the_long_one_does(name, long):
+    found = [names for _, _, names in names_of() if {name, long} & names]
+    assert found
+    assert all({name, long} <= names for names in found)
+
+
+@pytest.mark.parametrize(
+    ("words", "answer"),
+    [
+        (["run", "--phi", "0.3"], "Did you mean --eta?"),
+        (["eos", "--packing-fractions", "0.3"], "Did you mean --eta?"),
+        (["plan", "--workers=2"], "Did you mean --cores?"),
+        (["run", "-n", "5"], "Did you mean --n?"),
+        (["run", "--explain"], "Did you mean --dry-run?"),
+        (["measure", "run1", "--png"], "Did you mean --pictures?"),
+        (["plan", "--error", "1e-3"], "Did you mean --target?"),
+        (["rdf", "run1"], "carom measure PATH rdf"),
+        (["run", "--pakcing-fraction", "0.3"], "--packing-fraction"),
+    ],
+)
+def test_what_does_not_exist_is_answered_with_what_is_meant(words, answer):
+    done = CliRunner().invoke(cli.app, words)
+    assert done.exit_code == 2
+    assert answer in " ".join(done.output.replace("│", " ").split())
+
+
+def test_other_words_lead_to_options_and_commands_that_there_are():
+    known = {name for _, _, names in names_of() for name in names}
+    assert {*OPTIONS} <= known
+    assert {each.split()[0] for each in meant.COMMANDS.values()} <= COMMANDS.keys()
+    assert not meant.COMMANDS.keys() & COMMANDS.keys()
+
+
+def test_the_help_has_four_groups_and_short_texts_without_semicolons():
+    printed = CliRunner().invoke(cli.app, ["--help"]).output
+    places = [printed.index(f" {group} ") for group in ("Start", "Simulate", "Study", "Look")]
+    assert places == sorted(places)
+    for name, command in COMMANDS.items():
+        text = command.help.split("\n\n")[0]
+        assert len(text) <= 70, name
+        assert text.endswith(".")
+        assert ";" not in text
+        assert text.split()[0] in (
+            "Write", "Tell", "Simulate", "Compress", "Spread", "Continue", "Measure", "Find", "Compare",
+            "Show", "Make", "Convert",
+        )  # fmt: skip

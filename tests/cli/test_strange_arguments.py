@@ -39,6 +39,6 @@ def test_growth_that_no_diameter_would_notice_is_refused():
 
 
 def test_a_superscript_is_no_number_of_a_species(tmp_path):
-    done = CliRunner().invoke(app, ["rdf", str(tmp_path / "none.h5md"), "--pair", "0,²"])
+    done = CliRunner().invoke(app, ["measure", str(tmp_path / "none.h5md"), "rdf", "--pair", "0,²"])
     assert (done.exit_code, type(done.exception)) == (2, SystemExit)
     assert "does not exist" in done.output

@@ -496,7 +496,7 @@ def test_a_folder_whose_name_is_no_text_is_shown_or_refused(tmp_path):
         file.write(crystal(2, 3))
     for words in (
         ("view", name, "--out", tmp_path / "page.html", "--no-open"),
-        ("rdf", name, "--out", os.fsdecode(os.path.join(folder, b"g.csv"))),
+        ("measure", name, "rdf", "--out", os.fsdecode(os.path.join(folder, b"g"))),
         *(
             ("export", name, os.fsdecode(os.path.join(folder, b"x" + end)))
             for end in (b".extxyz", b".gsd", b".pdb")

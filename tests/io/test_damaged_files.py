@@ -378,7 +378,10 @@ def test_a_field_that_no_frame_has_is_refused_by_reader_export_and_rdf(tmp_path,
     with pytest.raises(FileError) as caught:
         carom.io.read(path, ":")
     assert "\n" not in str(caught.value)
-    for command in (["export", path, tmp_path / "b.extxyz"], ["rdf", path, "--out", tmp_path / "g.csv"]):
+    for command in (
+        ["export", path, tmp_path / "b.extxyz"],
+        ["measure", path, "rdf", "--out", tmp_path / "g"],
+    ):
         done = CliRunner().invoke(app, [str(word) for word in command])
         assert (done.exit_code, type(done.exception)) == (2, SystemExit), done.exception
     assert os.listdir(tmp_path) == ["a.h5md"]

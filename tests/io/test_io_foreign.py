@@ -257,7 +257,7 @@ def test_a_second_line_of_others_is_refused_in_a_sentence_by_every_command(tmp_p
     with pytest.raises(FileError, match="expected") as caught:
         carom.io.read(path)
     assert "\n" not in str(caught.value)
-    for words in (["export", path, tmp_path / "b.h5md"], ["rdf", path], ["view", path, "--no-open"]):
+    for words in (["export", path, tmp_path / "b.h5md"], ["measure", path], ["view", path, "--no-open"]):
         done = CliRunner().invoke(app, [str(word) for word in words])
         assert done.exit_code == 2, done.output
 
@@ -420,7 +420,7 @@ def test_every_file_has_the_mode_that_the_mask_leaves(tmp_path, mask, mode):
         sim.close()
         for words in (
             ["init", "scene.toml"],
-            ["rdf", "a.h5md", "--out", "g.csv", "--png"],
+            ["measure", "a.h5md", "rdf"],
             ["view", "a.h5md"],
         ):
             given = [str(tmp_path / word) if "." in word else word for word in words]

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.saved import one_of_each
 from typer.testing import CliRunner
 
 import carom
@@ -14,9 +15,6 @@ from carom.frame import Frame
 from carom.results import Result
 from carom.scene_file.scene_file import SceneFile
 from carom.studies import EquationOfState, Packing, RunPlan, RunResult, SphericalCode, Transport
-from carom.studies.planner.choice import Design
-from carom.studies.planner.system import System
-from carom.studies.planner.target import Target
 from carom.studies.runs.asked import plan_of_scene
 from carom.studies.runs.folder import RunFolder
 
@@ -26,29 +24,8 @@ LINES = 3
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Return a folder with a run, a packing, two studies, a plan, a code and a checkpoint."""
-    where = tmp_path_factory.mktemp("saved")
-    scene = carom.Scene.crystal(32, 0.3)
-    carom.run(scene, where / "run1", collisions_per_particle=60, equilibration=5, frames=3, pictures=False)
-    carom.pack(20, dimension=2, rate=0.1, until_Z=1e4, out=where / "pack1", pictures=False)
-    small = {"n": 32, "replicas": 1, "equilibration": 5, "executor": "serial"}
-    carom.equation_of_state([0.1, 0.2], collisions_per_particle=40, out=where / "eos1", **small)
-    carom.transport(0.1, collisions_per_particle=40, out=where / "transport1", **small)
-    plan_of_a_moment().save(where / "plan1")
-    carom.spherical_code(6).save(where / "code.json")
-    sim = carom.Simulation(scene, seed=1)
-    sim.run(collisions=50)
-    sim.save(where / "state.h5")
-    (where / "scene.toml").write_text("[scene]\nn = 32\npacking_fraction = 0.3\n")
-    return where
-
-
-def plan_of_a_moment():
-    """Return a plan that no pilot was needed for."""
-    design = Design(32, 1, 10.0, 64.0, 0.1, 0.01, 0.1005, 0.01)
-    return RunPlan(
-        Target("Z", 0.1), System(0.3), 3.98, "virial", {"virial": 1.0}, design, cores=1, walltime=None, seed=1
-    )
+    """Return a folder with one of each that can be saved."""
+    return one_of_each(tmp_path_factory.mktemp("saved"))
 
 
 SAVED = {
@@ -228,12 +205,12 @@ def test_a_folder_is_accepted_wherever_a_file_is(folder, tmp_path):
         carom.open(folder)
 
 
-@pytest.mark.parametrize("command", ["export", "movie", "rdf", "view"])
+@pytest.mark.parametrize("command", ["export", "movie", "measure", "view"])
 def test_a_command_takes_a_folder_and_replaces_its_own_page_or_table(folder, tmp_path, command):
     words = {
         "export": [str(tmp_path / "out.extxyz")],
         "movie": [str(tmp_path / "out.gif"), "--size", "32", "--color", "speed"],
-        "rdf": ["--rmax", "1.5"],
+        "measure": ["rdf", "--rmax", "1.5"],
         "view": ["--no-open"],
     }[command]
     for again in (False, True):

@@ -6,15 +6,15 @@ that ``--help`` answers at once.
 
 from __future__ import annotations
 
-import sys
-from typing import Annotated, Any
+from collections.abc import Callable
+from typing import Annotated
 
 import typer
 
 from carom import studies
-from carom.cli import files, pack, plan, run, study, trade
-from carom.cli.trouble import told, whole_streams
-from carom.pictures.importing import nobody_reads_docstrings
+from carom.cli import files, info, measure, pack, plan, run, study, trade
+from carom.cli.meant import Command, Group
+from carom.cli.trouble import started
 from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
@@ -22,6 +22,7 @@ from carom.version import __version__
 
 app = typer.Typer(
     name="carom",
+    cls=Group,
     help="Event-driven molecular dynamics of hard particles in any dimension.",
     no_args_is_help=True,
     rich_markup_mode="rich",
@@ -47,34 +48,27 @@ def _carom(
     pass
 
 
-app.command("run")(run.run)
-app.command("pack")(pack.pack)
-app.command("resume")(run.resume)
-app.command("export")(files.export)
-app.command("view")(files.view)
-app.command("movie")(files.movie)
-app.command("rdf")(files.rdf)
-app.command("init")(files.init)
-app.command("trade")(trade.trade)
-app.command("plan")(plan.plan)
-app.command("eos")(study.command_of("eos", StudySpec, lambda: studies.EquationOfState))
-app.command("code")(study.command_of("code", CodeSpec, lambda: studies.Codes))
-app.command("transport")(study.command_of("transport", TransportSpec, lambda: studies.Transport))
+COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
+    "Start": {"init": files.init, "info": info.info},
+    "Simulate": {
+        "run": run.run, "pack": pack.pack,
+        "code": study.command_of("code", CodeSpec, lambda: studies.Codes), "resume": run.resume,
+    },
+    "Study": {
+        "eos": study.command_of("eos", StudySpec, lambda: studies.EquationOfState),
+        "transport": study.command_of("transport", TransportSpec, lambda: studies.Transport),
+        "plan": plan.plan,
+        "trade": trade.trade,
+    },
+    "Look": {
+        "measure": measure.measure, "view": files.view, "movie": files.movie, "export": files.export,
+    },
+}  # fmt: skip
+"""The commands by name, in groups."""
 
-
-def started(command: Any) -> None:
-    """Run a command to the end of the process, with its exit code."""
-    whole_streams()
-    nobody_reads_docstrings()
-    try:
-        with told():
-            try:
-                command()
-            finally:
-                # Here, because a full device may refuse nothing before.
-                sys.stdout.flush()
-    except typer.Exit as ended:
-        sys.exit(ended.exit_code)
+for _group, _commands in COMMANDS.items():
+    for _name, _command in _commands.items():
+        app.command(_name, rich_help_panel=_group, cls=Command)(_command)
 
 
 def main() -> None:

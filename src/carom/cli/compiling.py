@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Iterator
 
-from carom.cli.heartbeat import say
+from carom.cli.heartbeat import quiet, say
 
 TEXT = "Compiling for this kind of scene: ten seconds or more, the first time only; Ctrl-C acts afterwards."
 
@@ -19,7 +19,7 @@ def compiling_told() -> Iterator[None]:
 
     def tell() -> None:
         nonlocal said
-        if not said:
+        if not said and not quiet():
             said = True
             say(TEXT)
 

@@ -1,13 +1,13 @@
-"""The commands that make one file from another: export, view, movie, rdf; and init, which writes a scene."""
+"""The commands that make one file from another: export, view, movie; and init, which writes a scene."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from carom.cli.options import Overwrite, Trusted, refuse_to_replace
+from carom.cli.options import FLAGS, Overwrite, Trusted, refuse_to_replace
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
@@ -47,9 +47,11 @@ def export(
 
 @friendly
 def view(
-    source: Annotated[Path, typer.Argument(help="Trajectory, event log, or the folder of a run or packing.")],
+    source: Annotated[
+        Path, typer.Argument(help="Trajectory, event log, or the folder of a run, packing or study.")
+    ],
     out: Annotated[
-        Path | None, typer.Option("--out", "-o", help="Page to write; next to the source by default.")
+        Path | None, typer.Option(*FLAGS["out"], help="Page to write; next to the source by default.")
     ] = None,
     collisions: Annotated[
         int | None, typer.Option(help="Collisions to show of an event log, at least 1; 20 000 by default.")
@@ -58,27 +60,37 @@ def view(
     trust_code: Trusted = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Show a trajectory, a packing, or an event log in exact time, in the browser.
+    """Show a run, packing or study in the browser.
 
-    The page is one file of HTML that needs no network; send it to whom you like. An older page of Carom is
-    replaced.
+    Of an event log every collision is shown, in exact time; of a study its report opens. The page is one file
+    of HTML that needs no network; send it to whom you like. An older page of Carom is replaced.
 
     [bold]Examples[/bold]
 
     carom view carom-run
     carom view carom-pack --out packing.html --no-open
+    carom view carom-eos
     carom view run/events.h5 --collisions 5000
     """
     from carom.errors import InputError
     from carom.pictures.view import is_page, rules_beside
     from carom.pictures.view import view as shown
+    from carom.studies.places import kind_of
+    from carom.studies.saved import load
 
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         # With --overwrite a page could otherwise replace the trajectory that it shows.
         raise InputError(f"{out} has the suffix '{out.suffix}'; expected .html.")
-    page = out or (source / "view.html" if source.is_dir() else source.with_suffix(".html"))
+    study = kind_of(source) == "a study"
+    name = "report.html" if study else "view.html"
+    page = out or (source / name if source.is_dir() else source.with_suffix(".html"))
     refuse_to_replace(page, overwrite=overwrite or is_page(page))
-    shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
+    if study:
+        if collisions is not None:
+            raise InputError(f"--collisions is of an event log, and {source} holds a study; leave it out.")
+        load(source).report(page)
+    else:
+        shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
     typer.echo(visible(f"{page}: {page.stat().st_size / 1e6:.1f} MB"))
     if show:
         typer.launch(str(page))
@@ -98,7 +110,9 @@ def movie(
     ] = "species",
     overwrite: Overwrite = False,
 ) -> None:
-    """Make a movie of a trajectory: MP4 (which needs the package imageio-ffmpeg) or GIF.
+    """Make a movie of a run or trajectory.
+
+    MP4 needs the package imageio-ffmpeg; GIF does not.
 
     [bold]Examples[/bold]
 
@@ -116,72 +130,6 @@ def movie(
             progress=lambda done, total: progress("Drawing frames", done / total),
         )  # fmt: skip
     typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
-
-
-@friendly
-def rdf(
-    trajectory: Annotated[
-        Path, typer.Argument(help="Trajectory (.h5md, .extxyz, .gsd), or the folder of a run or packing.")
-    ],
-    out: Annotated[
-        Path | None,
-        typer.Option("--out", "-o", help="Table: .csv or .npz; by default rdf.csv beside the source."),
-    ] = None,
-    png: Annotated[bool, typer.Option("--png", help="Draw a picture as well.")] = False,
-    rmax: Annotated[
-        float | None, typer.Option(help="End of the last bin, a length; at most half the shortest edge.")
-    ] = None,
-    width: Annotated[
-        float | None, typer.Option(help="Width of a bin, a length; 0.02 diameters by default.")
-    ] = None,
-    pair: Annotated[
-        str | None, typer.Option(help="Two species of a mixture, by name or number: small,large.")
-    ] = None,
-    overwrite: Overwrite = False,
-) -> None:
-    """Compute g(r) of a trajectory, with error bars and the contact value.
-
-    Without --out the table stands beside the trajectory, and replaces an older one.
-
-    [bold]Examples[/bold]
-
-    carom rdf carom-run
-    carom rdf carom-run/trajectory.extxyz --rmax 3 --width 0.01 --png
-    carom rdf mixture --pair small,large
-    """
-    from carom import io, observables
-    from carom.cli.screen import watched
-    from carom.errors import InputError
-    from carom.observables.radial import is_table
-    from carom.paths import replacing
-
-    own = out is None
-    if out is None:
-        out = (trajectory if trajectory.is_dir() else trajectory.parent) / "rdf.csv"
-    picture = out.with_suffix(".png")
-    species: Any = None
-    if pair is not None:
-        species = tuple(word.strip() for word in pair.split(","))
-    if out.suffix not in (".csv", ".npz"):
-        raise InputError(f"{out} has the suffix '{out.suffix}'; expected .csv or .npz.")
-    refuse_to_replace(*((out, picture) if png else (out,)), overwrite=overwrite or (own and is_table(out)))
-    with watched() as progress, io.open(trajectory) as reader:
-        assert isinstance(reader, io.Reader)
-
-        def frames():
-            for k, frame in enumerate(reader):
-                progress("Computing g(r)", k / len(reader))
-                yield frame
-
-        distribution = observables.RDF(rmax=rmax, width=width, pair=species).over(frames())
-    with replacing(out) as temporary:
-        distribution.save(temporary)
-    if png:
-        with replacing(picture) as temporary:
-            distribution.plot(temporary)
-    contact = distribution.contact_value
-    told = f"{out}: {distribution.g.size} bins from {distribution.frames} frames"
-    typer.echo(visible(told + ("" if contact is None else f"; contact value {contact.value_text}")))
 
 
 @friendly

@@ -18,6 +18,19 @@ EVERY = 10.0
 _present: Heartbeat | None = None
 """The heartbeat that prints, if any."""
 
+_quiet = False
+
+
+def hush(wanted: bool) -> None:
+    """Show progress from here on, or do not: the option --quiet of a command."""
+    global _quiet
+    _quiet = wanted
+
+
+def quiet() -> bool:
+    """Return whether no progress is to be shown."""
+    return _quiet
+
 
 def say(text: str) -> None:
     """Print a line on standard error; no command fails because that cannot be written."""
@@ -27,7 +40,8 @@ def say(text: str) -> None:
 
 def starting() -> contextlib.AbstractContextManager[object]:
     """Print from the start of a command to its end: imports and pictures take long on a busy machine, too."""
-    return contextlib.nullcontext() if sys.stderr.isatty() else Heartbeat("Starting").beating()
+    silent = _quiet or sys.stderr.isatty()
+    return contextlib.nullcontext() if silent else Heartbeat("Starting").beating()
 
 
 class Heartbeat:

@@ -7,8 +7,14 @@ from typing import Annotated
 
 import typer
 
+from carom.cli.heartbeat import hush
+
 Json = Annotated[
     bool, typer.Option("--json", help="Print the summary as JSON, and nothing else, to standard output.")
+]
+Quiet = Annotated[
+    bool,
+    typer.Option("--quiet", "-q", help="Show no progress.", callback=hush, expose_value=False),
 ]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace an existing file.")]
 
@@ -23,6 +29,24 @@ Trusted = Annotated[
         "--trust-code", help="Run the Python file that a scene with range rules names (read it first)."
     ),
 ]
+
+
+GoOn = Annotated[
+    bool,
+    typer.Option(
+        "--resume", help="Go on with what the folder holds, or start: for scripts of a batch system."
+    ),
+]
+
+FLAGS: dict[str, tuple[str, ...]] = {
+    "packing_fraction": ("--packing-fraction", "--eta"),
+    "dimension": ("--dimension", "-d"),
+    "collisions_per_particle": ("--collisions-per-particle", "-c"),
+    "cores": ("--cores", "-j"),
+    "out": ("--out", "-o"),
+    "quiet": ("--quiet", "-q"),
+}
+"""Options with more than one name, which they have in every command."""
 
 
 def number_of(cores: str | None) -> int | str | None:

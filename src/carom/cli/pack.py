@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.options import Json
+from carom.cli.options import FLAGS, GoOn, Json, Quiet
 from carom.cli.trouble import friendly
 from carom.spec import helps
 from carom.studies.packings.spec import PackSpec
@@ -24,22 +24,23 @@ def pack(
     scene: Annotated[
         Path | None, typer.Argument(help=r"Scene file (TOML): \[scene] and \[pack]. Without: random points.")
     ] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-pack"),
+    out: Annotated[Path, typer.Option(*FLAGS["out"], help="Folder for the results.")] = Path("carom-pack"),
     seed: Annotated[int | None, typer.Option(help=_SAYS["seed"])] = None,
     as_json: Json = False,
+    quiet: Quiet = False,
     overwrite: Annotated[
         bool, typer.Option("--overwrite", help="Replace the packing in the folder.")
     ] = False,
+    go_on: GoOn = False,
     n: Annotated[int | None, typer.Option("--n", help=_SAYS["n"], rich_help_panel=_SCENE)] = None,
     dimension: Annotated[
         int | None,
-        typer.Option("--dimension", "-d", help=_SAYS["dimension"], rich_help_panel=_SCENE),
+        typer.Option(*FLAGS["dimension"], help=_SAYS["dimension"], rich_help_panel=_SCENE),
     ] = None,
     packing_fraction: Annotated[
         float | None,
         typer.Option(
-            "--packing-fraction",
-            "--eta",
+            *FLAGS["packing_fraction"],
             help=_SAYS["packing_fraction"],
             rich_help_panel=_SCENE,
         ),
@@ -92,10 +93,11 @@ def pack(
         typer.Option("--pictures/--no-pictures", help=_SAYS["pictures"], rich_help_panel=_OUTPUT),
     ] = None,
 ) -> None:
-    """Compress particles until they jam: points that grow into spheres, or the spheres of a scene.
+    """Compress particles until they jam.
 
-    The folder then holds packing.h5md, packing.extxyz, history.csv, summary.json, and pictures. Ctrl-C stops
-    at once; `carom resume` continues it.
+    Points grow into spheres, or the spheres of a scene grow. The folder then holds packing.h5md,
+    packing.extxyz, history.csv, summary.json, and pictures. Ctrl-C stops at once; `carom resume` continues
+    it.
 
     With --seeds it holds a folder for each packing, pack.csv and pack.png. The same command continues a study
     that was stopped, and adds packings to it.
@@ -103,7 +105,7 @@ def pack(
     [bold]Examples[/bold]
 
     carom pack
-    carom pack --n 2000 --dimension 2 --rate 0.01 --out disks
+    carom pack --n 2000 -d 2 --rate 0.01 --out disks --resume
     carom pack --dimension 2 --species 500:1 --species 500:1.4 --out mixture
     carom pack --n 500 --stage 0.02:1e3 --stage 3e-4:1e12 --out isostatic
     carom pack scene.toml --out mine
@@ -148,19 +150,25 @@ def pack(
         raise InputError(
             f"{'--report' if report else '--cores'} is for several packings; give --seeds, or leave it out."
         )
+    if go_on and overwrite:
+        raise InputError("--resume and --overwrite contradict each other; give one of them.")
     with watched() as progress, compiling_told():
         from carom.scene_file.scene_file import SceneFile
+        from carom.studies.packings.compression import holds_packing, resume_packing
         from carom.studies.packings.compression import pack as compress
 
         progress("Preparing", 0.0)
-        start = asked.start(asked.seed)
-        if scene is not None and of_scene:
-            start = SceneFile.load(scene).scene.build(asked.seed)
-        packing = compress(
-            start, rate=asked.rate, until_Z=asked.until_Z, collisions=asked.collisions, stages=asked.stages,
-            common=asked.common, seed=asked.seed, neighbors=asked.neighbors, out=out, overwrite=overwrite,
-            pictures=asked.pictures, progress=progress,
-        )  # fmt: skip
+        if go_on and holds_packing(out):
+            packing = resume_packing(out, progress=progress)
+        else:
+            start = asked.start(asked.seed)
+            if scene is not None and of_scene:
+                start = SceneFile.load(scene).scene.build(asked.seed)
+            packing = compress(
+                start, rate=asked.rate, until_Z=asked.until_Z, collisions=asked.collisions,
+                stages=asked.stages, common=asked.common, seed=asked.seed, neighbors=asked.neighbors, out=out,
+                overwrite=overwrite, pictures=asked.pictures, progress=progress,
+            )  # fmt: skip
     packed(packing.to_dict(), out, as_json)
 
 

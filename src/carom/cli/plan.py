@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.options import number_of
+from carom.cli.options import FLAGS, Json, Quiet, number_of
 from carom.cli.trouble import friendly
 from carom.scene_file.commands import PlanSpec
 from carom.spec import helps
-from carom.texts import visible
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -36,15 +35,14 @@ def plan(
     packing_fraction: Annotated[
         float | None,
         typer.Option(
-            "--packing-fraction",
-            "--eta",
+            *FLAGS["packing_fraction"],
             help="Fraction of the volume filled by spheres.",
             rich_help_panel=_SCENE,
         ),
     ] = None,
     dimension: Annotated[
         int | None,
-        typer.Option("--dimension", "-d", help="Dimension of space, 2 to 6; 3.", rich_help_panel=_SCENE),
+        typer.Option(*FLAGS["dimension"], help="Dimension of space, 2 to 6; 3.", rich_help_panel=_SCENE),
     ] = None,
     species: Annotated[
         list[str] | None,
@@ -60,7 +58,7 @@ def plan(
     seed: Annotated[int | None, typer.Option(help=_SAYS["seed"], rich_help_panel=_SCENE)] = None,
     cores: Annotated[
         str | None,
-        typer.Option("--cores", "-j", help=_SAYS["cores"], rich_help_panel=_BUDGET),
+        typer.Option(*FLAGS["cores"], help=_SAYS["cores"], rich_help_panel=_BUDGET),
     ] = None,
     walltime: Annotated[
         float | None,
@@ -77,26 +75,19 @@ def plan(
     out: Annotated[
         Path | None,
         typer.Option(
-            "--out",
-            "-o",
+            *FLAGS["out"],
             help="Folder for plan.json, and with --run for the study, which continues there; carom-plan.",
             rich_help_panel=_OUTPUT,
         ),
     ] = None,
-    as_json: Annotated[
-        bool,
-        typer.Option(
-            "--json",
-            help="Print the plan as JSON, with --run the outcome, and nothing else, to standard output.",
-            rich_help_panel=_OUTPUT,
-        ),
-    ] = False,
+    as_json: Json = False,
+    quiet: Quiet = False,
 ) -> None:
-    """Plan a run for an accuracy: how many particles, how long, how many replicas, and what it costs here.
+    """Find the cheapest run that reaches an error.
 
-    A pilot of seconds measures rate, variance and equilibration on this machine. The plan needs the least CPU
-    time. If a target cannot be reached, or not in the given time, a sentence says so, and says what is
-    possible.
+    The plan says how many particles, how long, how many replicas, and what it costs here. A pilot of seconds
+    measures rate, variance and equilibration on this machine. The plan needs the least CPU time. If a target
+    cannot be reached, or not in the given time, a sentence says so, and says what is possible.
 
     [bold]Examples[/bold]
 
@@ -107,7 +98,7 @@ def plan(
     carom plan scene.toml -t Z=1e-3 --run --out mine
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import watched
+    from carom.cli.screen import reached, watched
     from carom.studies.planner.plan import NAME, PILOT_SECONDS
 
     folder = FOLDER if run and out is None else out
@@ -155,12 +146,7 @@ def plan(
     with watched() as progress, compiling_told():
         outcome = found.run(out=folder, progress=lambda part, text: progress(text, part))
     assert folder is not None
-    outcome.save(folder)
-    print(
-        json.dumps(outcome.words(), indent=2, allow_nan=False)
-        if as_json
-        else f"\n{visible(outcome, lines=True)}\nResults in {visible(folder)}"
-    )
+    reached(outcome, folder, as_json)
 
 
 def _held(folder: Path, target: str, asked: System, given: dict[str, Any]) -> RunPlan:

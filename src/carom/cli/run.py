@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import inspect
-import json
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from carom.cli.options import Cores, Json, Trusted, number_of
+from carom.cli.options import FLAGS, Cores, GoOn, Json, Quiet, Trusted, number_of
 from carom.cli.study import _of_field, _option
 from carom.cli.trouble import friendly
 from carom.scene_file.sections import RunSpec, SceneSpec
@@ -25,13 +24,16 @@ def run(
     scene: Path | None,
     out: Path,
     as_json: bool,
+    verbose: bool,
     overwrite: bool,
+    go_on: bool,
     cores: str,
     trust_code: bool,
-    explain: bool,
+    dry_run: bool,
+    quiet: bool = False,
     **given: Any,
 ) -> None:
-    """Simulate: equilibrate, measure the pressure and g(r), sample a trajectory.
+    """Simulate a scene and measure its pressure and structure.
 
     The folder then holds scene.toml, trajectory.h5md, trajectory.extxyz, rdf.csv, summary.json, and pictures.
     Ctrl-C stops the run at once; `carom resume` continues it.
@@ -41,17 +43,19 @@ def run(
     carom run
     carom run fluid.toml --out fluid --seed 7
     carom run --n 500 --eta 0.3 --out dilute
-    carom run --dimension 2 --eta 0.65 --out disks
+    carom run -d 2 --eta 0.65 --out disks
     carom run --n 256 -c 500 --frames 20 --out quick
     carom run --lattice fcc --eta 0.55 --out crystal
     carom run --eta 0.3 --relative-error 1e-3 --walltime 600 --out precise
     carom run bed.toml --time 100 --out bed
-    carom run fluid.toml --out fluid --json > summary.json
-    carom run fluid.toml --explain
+    carom run fluid -c 50000 --out longer
+    carom run fluid.toml --out fluid --resume --json > summary.json
+    carom run fluid.toml --dry-run
     carom run battle.toml --trust-code
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import predicted, results, watched
+    from carom.errors import InputError
     from carom.scene_file.scene_file import SceneFile
     from carom.studies.runs.asked import plan_of
 
@@ -61,7 +65,9 @@ def run(
     there = SceneSpec(**words) if scene is None else asked.scene.replaced(**words)
     plan = SceneFile(there, asked.run.replaced(**_values(RunSpec, given)))
     plan = plan.trusted() if trust_code else plan
-    if explain:
+    if go_on and overwrite:
+        raise InputError("--resume and --overwrite contradict each other; give one of them.")
+    if dry_run:
         from carom.simulation.explanation import explain as explained
         from carom.simulation.tuning import Tuning
 
@@ -71,17 +77,15 @@ def run(
         typer.echo(visible(found, lines=True))
         return
     with watched() as progress, compiling_told():
+        from carom.studies.runs.execution import go_on as continued
         from carom.studies.runs.execution import run as carry_out
 
-        result = carry_out(
-            plan,
-            out,
-            overwrite=overwrite,
-            progress=progress,
-            predicted=predicted,
-            cores=number_of(cores),
-        )
-    results(result, as_json)
+        how: dict[str, Any] = {"progress": progress, "predicted": predicted, "cores": number_of(cores)}
+        if go_on:
+            result = continued(plan, out, trust_code=trust_code, **how)
+        else:
+            result = carry_out(plan, out, overwrite=overwrite, **how)
+    results(result, as_json, verbose)
 
 
 def _values(kind: type[Spec], given: dict[str, Any]) -> dict[str, Any]:
@@ -93,13 +97,16 @@ def _values(kind: type[Spec], given: dict[str, Any]) -> dict[str, Any]:
 def _options() -> list[inspect.Parameter]:
     """Return the options of ``carom run``: the keys of the scene file that have one, and its own."""
     keys = [each for kind in (SceneSpec, RunSpec) for each in fields_of(kind).values() if each.is_option]
-    shared = {"as_json": (Json, False), "cores": (Cores, "1"), "trust_code": (Trusted, False)}
+    shared = {
+        "as_json": (Json, False), "quiet": (Quiet, False), "go_on": (GoOn, False), "cores": (Cores, "1"),
+        "trust_code": (Trusted, False),
+    }  # fmt: skip
     return [
         inspect.Parameter(
             "scene", inspect.Parameter.KEYWORD_ONLY, default=None,
             annotation=Annotated[Path | None, typer.Argument(help=_ARGUMENT)],
         ),
-        _option("out", Path, Path("carom-run"), "--out", "-o", help="Folder for the results."),
+        _option("out", Path, Path("carom-run"), *FLAGS["out"], help="Folder for the results."),
         _option("overwrite", bool, False, "--overwrite", help="Replace the run in the folder."),
         *map(_of_field, keys),
         *(
@@ -107,7 +114,11 @@ def _options() -> list[inspect.Parameter]:
             for name, (hint, default) in shared.items()
         ),
         _option(
-            "explain", bool, False, "--explain",
+            "verbose", bool, False, "--verbose", "-v",
+            help="Print rate, drifts and overlaps of the run as well.",
+        ),
+        _option(
+            "dry_run", bool, False, "--dry-run",
             help="Print what would be compiled and which arrays are made, then stop.",
         ),
     ]  # fmt: skip
@@ -122,9 +133,10 @@ run = friendly(run)
 def resume(
     folder: Annotated[Path, typer.Argument(help="Folder of what was stopped or killed.")],
     as_json: Json = False,
+    quiet: Quiet = False,
     cores: Annotated[
         str | None,
-        typer.Option("--cores", "-j", help="Threads of a run, 1; processes of a study, one per core."),
+        typer.Option(*FLAGS["cores"], help="Threads of a run, 1; processes of a study, one per core."),
     ] = None,
     trust_code: Trusted = False,
 ) -> None:
@@ -138,7 +150,7 @@ def resume(
     carom resume fluid --json
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import packed, predicted, results, staged, watched
+    from carom.cli.screen import packed, predicted, reached, results, staged, watched
     from carom.cli.study import carry_out
     from carom.studies.places import kind_of
 
@@ -152,6 +164,7 @@ def resume(
         return
     with watched() as progress, compiling_told():
         from carom.studies.packings.packing import Packing
+        from carom.studies.planner.outcome import Outcome
         from carom.studies.runs.result import RunResult
         from carom.studies.saved import resume as go_on
 
@@ -166,7 +179,5 @@ def resume(
         packed(found.to_dict(), folder, as_json)
     elif isinstance(found, RunResult):
         results(found, as_json)
-    else:
-        print(
-            json.dumps(found.to_dict(), indent=2, allow_nan=False) if as_json else visible(found, lines=True)
-        )
+    elif isinstance(found, Outcome):
+        reached(found, folder, as_json)

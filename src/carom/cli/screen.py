@@ -5,11 +5,12 @@ from __future__ import annotations
 import contextlib
 import json
 import math
+import shlex
 import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from carom.cli.heartbeat import say
+from carom.cli.heartbeat import quiet, say
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -18,8 +19,16 @@ if TYPE_CHECKING:
     from rich.progress import ProgressColumn
 
     from carom.observables import Prediction
+    from carom.studies.planner.outcome import Outcome
+    from carom.studies.runs.folder import RunFolder
     from carom.studies.runs.result import RunResult
 
+
+EPSILON = sys.float_info.epsilon
+"""Of rounding. What is below its powers 1/2 and 3/4 counts as kept and as nothing."""
+
+LONGER = 5.0
+"""Length of a longer run that is proposed [that of the run]."""
 
 UNMEASURED = ("Preparing", "Compiling", "Drawing")
 """Stages that do not report their progress: the bar moves to and fro instead of staying at 0 %."""
@@ -48,6 +57,9 @@ def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ..
 @contextlib.contextmanager
 def watched() -> Iterator[Callable[[str, float], None]]:
     """Show a progress bar while the body runs; without a terminal, print a line now and then."""
+    if quiet():
+        yield lambda stage, fraction: None
+        return
     if not sys.stderr.isatty():
         from carom.cli.heartbeat import Heartbeat
 
@@ -88,14 +100,25 @@ def staged(progress: Callable[[str, float], None]) -> Callable[..., None]:
 
 def predicted(prediction: Prediction) -> None:
     """Print on standard error how long the requested accuracy will take."""
+    if quiet():
+        return
     say(
         f"Relative error {prediction.relative_error:.2g} so far; about {prediction.seconds:.3g} s more "
         f"({prediction.collisions:.2g} collisions)."
     )
 
 
-def results(result: RunResult, as_json: bool) -> None:
-    """Print the summary: as JSON, or as a table."""
+def reached(outcome: Outcome, folder: Path, as_json: bool) -> None:
+    """Print what a plan promised and reached, and write it to its folder."""
+    outcome.save(folder)
+    if as_json:
+        print(json.dumps(outcome.words(), indent=2, allow_nan=False))
+    else:
+        print(f"\n{visible(outcome, lines=True)}\nResults in {visible(folder)}")
+
+
+def results(result: RunResult, as_json: bool, verbose: bool = False) -> None:
+    """Print the summary: as JSON, or as a table with the numbers of the engine if ``verbose``."""
     if as_json:
         print(json.dumps(result.summary, indent=2, allow_nan=False, ensure_ascii=True))
         if not result.new:
@@ -104,19 +127,65 @@ def results(result: RunResult, as_json: bool) -> None:
     if not result.new:
         print(f"{visible(result.folder)} was finished already; nothing was left to do.")
     from carom.cli.tables import Screen, show
+    from carom.studies.runs.folder import RunFolder
 
     console = Screen()
     show(console, _physics(result.summary))
     if result.summary.get("layers"):
         show(console, _bed(result.summary))
-    show(console, _mechanics(result.summary))
+    show(console, _mechanics(result.summary, verbose))
     for note in (result.summary["phase_note"], result.summary["note"]):
         if note:
             console.print(note)
     for reason in (result.summary.get("without_trajectory"), result.summary["without_rdf"]):
         if reason:
             console.print(reason)
-    console.print(f"Results in {result.folder}")
+    console.print(_health(result.summary))
+    ready(console, RunFolder(result.folder), _longer(result))
+
+
+def _health(summary: dict[str, Any]) -> str:
+    """Return one line on whether the run can be trusted."""
+    said = []
+    if (drift := summary["energy_drift"]) is not None:
+        kept = abs(drift) < EPSILON**0.5
+        said.append(
+            f"energy kept to {abs(drift):.0e}" if kept
+            else f"energy changed by {abs(drift):.2g} of the kinetic energy"
+        )  # fmt: skip
+    overlap = summary["worst_overlap"]
+    small = overlap < EPSILON**0.75
+    said.append("no overlap beyond rounding" if small else f"overlaps up to {overlap:.1g} diameters")
+    if summary["Z"]["mean"] is not None and not summary.get("remarks", []):  # older summaries have none
+        said.append("in equilibrium")
+    line = ", ".join(said)
+    return f"{line[0].upper()}{line[1:]}."
+
+
+def ready(console: Any, folder: RunFolder, *more: str) -> None:
+    """Print the files of a folder, and the commands that may come next."""
+    names = [path.name for path in folder._files() if path.is_file()]
+    where = shlex.quote(str(folder.path))
+    # Not wrapped, so that a line can be copied.
+    console.print(f"{folder.path}: {'  '.join(names)}", soft_wrap=True)
+    console.print("    ".join([f"Look: carom view {where}", *filter(None, more)]), soft_wrap=True)
+
+
+def _longer(result: RunResult) -> str:
+    """Return the commands that measure more, and longer."""
+    summary, where = result.summary, result.folder
+    if summary.get("without_trajectory"):
+        return ""
+    more = f"Measure more: carom measure {shlex.quote(str(where))}"
+    if summary["Z"]["mean"] is None:
+        return more
+    out = shlex.quote(f"{where}-longer")
+    if summary["relative_error"] is not None:
+        length = f"--relative-error {summary['relative_error'] / 2.0:.2g}"
+    else:
+        each = LONGER * 2.0 * summary["collisions"] / summary["n"]
+        length = f"-c {float(f'{each:.1g}'):.0f}"
+    return f"{more}    Longer: carom run {shlex.quote(str(where))} {length} -o {out}"
 
 
 def _physics(summary: dict[str, Any]) -> Any:
@@ -266,6 +335,7 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
 
     from carom.cli.tables import Screen, show
     from carom.scene.description import particles
+    from carom.studies.packings.compression import PackingFolder
 
     kind = particles(summary["dimension"], summary["n"])
     title = f"{summary['n']} {kind}: {summary['note']}"
@@ -295,11 +365,11 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     show(console, table)
     if told := summary.get("contacts_note"):
         console.print(told)
-    console.print(f"Results in {folder}")
+    ready(console, PackingFolder(folder))
 
 
-def _mechanics(summary: dict[str, Any]) -> Any:
-    """Return the table about the run itself: collisions, drifts, rate."""
+def _mechanics(summary: dict[str, Any], verbose: bool) -> Any:
+    """Return the table about the run itself: what was asked for, and if ``verbose`` drifts and the rate."""
     from rich.table import Table
 
     table = Table.grid(padding=(0, 3, 0, 0))
@@ -309,6 +379,8 @@ def _mechanics(summary: dict[str, Any]) -> Any:
         ("collisions", f"{summary['collisions']:,}".replace(",", " ") + f" in time {summary['time']:.6g}"),
         *([("elastic contacts", f"{spared}, below elastic_below or within contact_time")] if spared else []),
         *((f"{name} left", str(count)) for name, count in (summary.get("units") or {}).items()),
+    ]
+    engine = [
         ("energy drift", "-" if summary["energy_drift"] is None else f"{summary['energy_drift']:.1e}"),
         ("momentum drift", "-" if summary["momentum_drift"] is None else f"{summary['momentum_drift']:.1e}"),
         ("worst overlap", f"{summary['worst_overlap']:.1e} diameters"),
@@ -316,7 +388,7 @@ def _mechanics(summary: dict[str, Any]) -> Any:
         ("rate", f"{_rounded(summary['collisions_per_second'])} collisions per second"),
         ("wall time", f"{summary['seconds']:.1f} s"),
     ]
-    for name, text in rows:
+    for name, text in [*rows, *(engine if verbose else [])]:
         table.add_row(name, text)
     return table
 

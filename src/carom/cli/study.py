@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import inspect
 import json
+import shlex
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,9 +13,10 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
 
-from carom.cli.heartbeat import say
-from carom.cli.options import number_of
-from carom.cli.trouble import PARTLY, friendly
+from carom.cli.heartbeat import quiet, say
+from carom.cli.meant import Command
+from carom.cli.options import FLAGS, Json, Quiet, number_of
+from carom.cli.trouble import PARTLY, friendly, started
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -43,7 +45,7 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
 
     def run(
         study: Path | None, out: Path, engine: str | None, scheduler: str | None, cores: str | None,
-        report: bool, pictures: bool, as_json: bool, **given: Any,
+        report: bool, pictures: bool, as_json: bool, quiet: bool = False, **given: Any,
     ) -> None:  # fmt: skip
         from carom.errors import InputError
 
@@ -60,19 +62,19 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
     run.__doc__ = asked.about
     options = [
         _argument("study", asked),
-        _option("out", Path, Path(f"carom-{name}"), "--out", "-o",
+        _option("out", Path, Path(f"carom-{name}"), *FLAGS["out"],
                 help="Folder for the results; the same study continues there."),
         *(_of_field(field) for field in fields_of(asked).values() if field.is_option),
         _option("engine", str, None, help="processes, threads, serial or mpi.", panel=WHERE),
-        _option("cores", str, None, "--cores", "-j",
+        _option("cores", str, None, *FLAGS["cores"],
                 help="Number of processes or threads; default one per core.", panel=WHERE),
         _option("scheduler", str, None, help="Address of a Dask scheduler, e.g. tcp://host:8786.",
                 panel=WHERE),
         _option("report", bool, False, "--report", help="A page with tables and pictures: report.html.",
                 panel=OUTPUT),
         _option("pictures", bool, True, "--pictures/--no-pictures", help=f"{name}.png.", panel=OUTPUT),
-        _option("as_json", bool, False, "--json",
-                help="Print the results as JSON, and nothing else, to standard output.", panel=OUTPUT),
+        inspect.Parameter("as_json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Json),
+        inspect.Parameter("quiet", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Quiet),
     ]  # fmt: skip
     run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     run.__annotations__ = {option.name: option.annotation for option in options}
@@ -111,6 +113,8 @@ def carry_out(
     tell(study)
     if not as_json:
         print(visible(f"Results in {out}" + (f"; open {out / 'report.html'}" if report else "")))
+        if type(study).__module__.startswith("carom."):  # one of one's own is known to its program alone
+            print(visible(f"Look: carom view {shlex.quote(str(out))}"))
     finish(study)
 
 
@@ -122,15 +126,13 @@ def command(kind: type[Study[Any]]) -> None:
     kind : type
         The study. The fields of its specification are the options.
     """
-    from carom.cli import started
-
     app = typer.Typer(
         add_completion=False,
         rich_markup_mode="rich",
         context_settings={"help_option_names": ["-h", "--help"]},
         pretty_exceptions_show_locals=False,
     )
-    app.command(kind.name)(command_of(kind.name, kind.Spec, lambda: kind))
+    app.command(kind.name, cls=Command)(command_of(kind.name, kind.Spec, lambda: kind))
     started(app)
 
 
@@ -159,7 +161,12 @@ def _of_field(field: SpecField) -> inspect.Parameter:
         str if field.opt.read else next((k for k in get_args(field.kind) if k is not type(None)), field.kind)
     )
     return _option(
-        field.name, kind, None, *(field.opt.flags or ()), help=field.opt.help, panel=field.opt.panel
+        field.name,
+        kind,
+        None,
+        *(field.opt.flags or FLAGS.get(field.name, ())),
+        help=field.opt.help,
+        panel=field.opt.panel,
     )
 
 
@@ -243,6 +250,9 @@ def show(study: Study[Any], as_json: bool) -> None:
 @contextlib.contextmanager
 def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[Any], None] | None]]:
     """Show a bar and the table so far while the body runs; without a terminal, print a line now and then."""
+    if quiet():
+        yield (lambda fraction, text: None), None
+        return
     if not sys.stderr.isatty():
         from carom.cli.heartbeat import Heartbeat
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.options import Overwrite
+from carom.cli.options import FLAGS, Overwrite, Quiet
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ def trade(
     scene: Annotated[
         Path | None, typer.Argument(help="Scene file (TOML). Without: 2048 hard spheres at density 0.5.")
     ] = None,
-    out: Annotated[Path, typer.Option("--out", "-o", help="Folder for the results.")] = Path("carom-trade"),
+    out: Annotated[Path, typer.Option(*FLAGS["out"], help="Folder for the results.")] = Path("carom-trade"),
     seconds: Annotated[
         float,
         typer.Option(
@@ -28,9 +28,10 @@ def trade(
             "minute more."
         ),
     ] = 8.0,
+    quiet: Quiet = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Measure speed against accuracy, on this machine: what a digit costs.
+    """Compare methods by speed and accuracy, on this machine.
 
     The engine, the naive algorithm in 50 digits and in doubles, compiled time-driven stepping, and pseudo
     hard spheres (Mie 50-49; by LAMMPS, too, where it is installed) move the same spheres. The folder then

@@ -77,6 +77,25 @@ def told() -> Iterator[None]:
         raise typer.Exit(code)
 
 
+def started(command: Any) -> None:
+    """Run a command to the end of the process, with its exit code."""
+    import typer
+
+    from carom.pictures.importing import nobody_reads_docstrings
+
+    whole_streams()
+    nobody_reads_docstrings()
+    try:
+        with told():
+            try:
+                command()
+            finally:
+                # Here, because a full device may refuse nothing before.
+                sys.stdout.flush()
+    except typer.Exit as ended:
+        sys.exit(ended.exit_code)
+
+
 def _close_output() -> None:
     """Let all further output go nowhere: what is in the buffer would fail again at the end of the process."""
     with contextlib.suppress(OSError, ValueError):  # no descriptor, as in a test

@@ -233,6 +233,6 @@ def format_of(path: str | os.PathLike[str]) -> str:
         raise InputError(
             f"{path} has the suffix '{suffix}', which chooses the format; "
             f"expected one of {', '.join(SUFFIXES)}."
-            + (" It can be written by convert() alone." if suffix in EXPORTED else "")
+            + (" Such a file is exported, and not read." if suffix in EXPORTED else "")
         )
     return SUFFIXES[suffix]

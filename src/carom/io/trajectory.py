@@ -67,6 +67,8 @@ def open_reader(path: str | os.PathLike[str], *, torn: bool = False) -> Reader:
     With ``torn=True`` a last frame cut off by a kill is left out.
     """
     path = trajectory_of(path)
+    if not path.suffix:  # a folder that is not there, rather than a file without a suffix
+        existing(path)
     reader, _ = _classes(path)
     return reader(existing(path), torn=torn)
 

@@ -5,6 +5,7 @@ Nothing here runs a simulation or reads the engine's arrays.
 
 from carom.observables.bond_order import BondOrder, BondOrderResult
 from carom.observables.combined import combined
+from carom.observables.crystallinity import Crystallinity, CrystallinityResult
 from carom.observables.density_profile import DensityProfile, DensityProfileResult
 from carom.observables.dynamics import Dynamics, DynamicsResult
 from carom.observables.energy import Energy, EnergyResult
@@ -25,6 +26,8 @@ __all__ = [
     "RDF",
     "BondOrder",
     "BondOrderResult",
+    "Crystallinity",
+    "CrystallinityResult",
     "DensityProfile",
     "DensityProfileResult",
     "Distribution",

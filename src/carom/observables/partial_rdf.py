@@ -7,7 +7,7 @@ import dataclasses
 import io
 import itertools
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,7 +16,7 @@ import numpy as np
 from carom.errors import FileError
 from carom.frame import Frame
 from carom.observables.radial import RDFResult
-from carom.observables.rdf import distributions
+from carom.observables.rdf import Histograms
 from carom.scene.species import pair_name
 from carom.texts import visible
 
@@ -46,33 +46,45 @@ def species_of(scene: Scene) -> np.ndarray | None:
     return which.astype(np.int64) if sizes.size <= MOST_SPECIES and scene.contact is None else None
 
 
-def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str, RDFResult]:
-    """g_ij(r) of every pair of species, in the default bins of :class:`carom.RDF`.
+class PartialRDF:
+    """g_ij(r) of every pair of species of a mixture, in the default bins of :class:`carom.RDF`.
 
     Parameters
     ----------
     scene : Scene
         Scene of the frames, with its species and contact distances.
-    frames : callable
-        Returns the frames; called once.
 
-    Returns
-    -------
-    dict of str to RDFResult
-        The g_ij(r) by ``carom.scene.species.pair_name``: "large-small", or "0-1". Pairs that do not
+    Attributes
+    ----------
+    pairs : list of str
+        Names of the pairs by ``carom.scene.species.pair_name``: "large-small", or "0-1". Pairs that do not
         occur are left out, and pairs whose contact lies beyond half of the box. It is empty if
         :func:`species_of` is None.
     """
-    species = species_of(scene)
-    if species is None:
-        return {}
+
+    def __init__(self, scene: Scene):
+        self._species = species_of(scene)
+        wanted: dict[str, tuple[tuple[int | str, int | str] | None, float | None]] = {}
+        if self._species is not None:
+            self._named = scene.species_names if self._species is scene.species else ()
+            wanted = _wanted(scene, self._species, self._named)
+        self.pairs = list(wanted)
+        self._counted = Histograms(wanted)
+
+    def update(self, frame: Frame) -> None:
+        """Add the next frame."""
+        self._counted.update(dataclasses.replace(frame, species=self._species, species_names=self._named))
+
+    def result(self) -> dict[str, RDFResult]:
+        """Return the g_ij(r) of all frames so far, by the name of the pair."""
+        return self._counted.result() if self.pairs else {}
+
+
+def _wanted(
+    scene: Scene, species: np.ndarray, named: tuple[str, ...]
+) -> dict[str, tuple[tuple[int | str, int | str] | None, float | None]]:
+    """Return each pair of species and its contact, by the name of the pair."""
     kinds, counts = np.unique(species, return_counts=True)
-    named = scene.species_names if species is scene.species else ()
-
-    def alike() -> Iterator[Frame]:
-        """Return the frames with these species."""
-        return (dataclasses.replace(frame, species=species, species_names=named) for frame in frames())
-
     wanted: dict[str, tuple[tuple[int | str, int | str] | None, float | None]] = {}
     for a, b in itertools.combinations_with_replacement(range(kinds.size), 2):
         i, j = int(kinds[a]), int(kinds[b])
@@ -84,7 +96,23 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
             continue
         name = pair_name(*(named[k] if named else k for k in (i, j)))
         wanted[name] = ((i, j), contact)
-    return distributions(alike(), wanted) if wanted else {}
+    return wanted
+
+
+def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str, RDFResult]:
+    """Return g_ij(r) of every pair of species by its name, as :class:`PartialRDF` measures it.
+
+    Parameters
+    ----------
+    scene : Scene
+        Scene of the frames, with its species and contact distances.
+    frames : callable
+        Returns the frames; called once, if there are pairs.
+    """
+    found = PartialRDF(scene)
+    for frame in frames() if found.pairs else ():
+        found.update(frame)
+    return found.result()
 
 
 def write_partial(distributions: Mapping[str, RDFResult], path: str | os.PathLike[str]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -113,12 +112,3 @@ class RDFResult(Result):
         found = super().to_dataframe()
         found.insert(0, "r", self.r)
         return found
-
-
-def is_table(path: Path) -> bool:
-    """Return whether a file is a table of g(r) that Carom wrote."""
-    try:
-        with path.open("rb") as file:
-            return b"r_lo,r_hi,g,error,counts" in file.read(4096)
-    except OSError:
-        return False

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from carom.observables import (
         BondOrderResult,
+        CrystallinityResult,
         DensityProfileResult,
         Distribution,
         DynamicsResult,
@@ -148,6 +149,17 @@ def _density_profile(axes: Axes, result: DensityProfileResult) -> None:
     axes.set_ylabel("number density")
 
 
+def _crystallinity(axes: Axes, result: CrystallinityResult) -> None:
+    axes.plot(result.times, result.solid, ".-", color=PALE, markersize=4, linewidth=0.9, label="solid-like")
+    axes.plot(
+        result.times, result.largest_cluster, ".-", color=INK, markersize=4, linewidth=1.2,
+        label="largest cluster",
+    )  # fmt: skip
+    axes.set_ylim(bottom=0.0)
+    axes.set_xlabel("time t")
+    axes.set_ylabel("particles")
+
+
 def _distribution(axes: Axes, result: Distribution) -> None:
     _curve(axes, result.middle, result.density, result.error)
     axes.set_ylabel("probability density")
@@ -166,6 +178,7 @@ def _free_flights(axes: Axes, result: FreeFlightsResult) -> None:
 
 _PICTURES: dict[str, Any] = {
     "BondOrderResult": _bond_order,
+    "CrystallinityResult": _crystallinity,
     "DensityProfileResult": _density_profile,
     "Distribution": _distribution,
     "DynamicsResult": _dynamics,

@@ -62,8 +62,7 @@ class GridSpec(Spec):
         Opt(
             "Packing fractions; as an option 0.1,0.2,0.3 or 0.1:0.4:7 (7 from 0.1 to 0.4).",
             SYSTEM,
-            ("--packing-fraction", "--eta"),
-            numbers_of("--packing-fraction"),
+            read=numbers_of("--packing-fraction"),
         ),
     ] = ()
     n: Sizes = (500,)
@@ -71,7 +70,7 @@ class GridSpec(Spec):
     dimension: Annotated[
         int,
         integer(low=1, high=12),
-        Opt("Dimension of space, 1 to 12.", SYSTEM, ("--dimension", "-d")),
+        Opt("Dimension of space, 1 to 12.", SYSTEM),
     ] = 3
     kT: Annotated[
         float,
@@ -82,13 +81,7 @@ class GridSpec(Spec):
         float | None, None, Opt("Relative error at every point, all replicas together.", LENGTH)
     ] = None
     collisions_per_particle: Annotated[
-        float | None,
-        None,
-        Opt(
-            "Instead: length of every run, in collisions per particle.",
-            LENGTH,
-            ("--collisions-per-particle", "-c"),
-        ),
+        float | None, None, Opt("Instead: collisions per particle of every run.", LENGTH)
     ] = None
     equilibration: Length = 1000.0
     seed: Annotated[int, integer(low=0, high=2**63 - 1), Opt("Seed of all random numbers.", SYSTEM)] = 1

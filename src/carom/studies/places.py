@@ -19,10 +19,34 @@ OWN: dict[str, tuple[str, ...]] = {
 }
 """Files by which a folder tells what it holds."""
 
+TABLES = {
+    "rdf": "r_lo",
+    "structure": "k,S",
+    "msd": "time,mean_square",
+    "order": "r_lo,r_hi,correlation",
+    "profile": "x_lo",
+    "crystal": "time,solid",
+}
+"""Tables of quantities of frames, NAME.csv, and by what the first of their columns begin."""
+
 MARK = "# Written by Carom"
 """Beginning of the first line of a TOML file that Carom wrote."""
 
+_LONGEST_HEAD = 1 << 16
+"""Bytes within which the table in a file begins."""
+
 _TEXT = re.compile(rb'"(?:\\.|[^"\\])*"')
+
+
+def is_table(folder: Path, name: str) -> bool:
+    """Return whether the table of a quantity, a name in TABLES, lies in a folder, and Carom wrote it."""
+    try:
+        with (folder / f"{name}.csv").open("rb") as file:
+            lines = file.read(_LONGEST_HEAD).splitlines()
+    except OSError:
+        return False
+    head = next((line for line in lines if not line.startswith(b"#")), b"")
+    return head.startswith(TABLES[name].encode())
 
 
 def title(command: str) -> str:

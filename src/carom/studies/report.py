@@ -10,6 +10,7 @@ import time as clock
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
+from carom.pictures.view import MARK
 from carom.table import Column, Table, facts
 from carom.texts import html
 from carom.version import __version__
@@ -54,7 +55,7 @@ def page(study: Study[Any]) -> str:
         body += [f"<h2>{html(heading)}</h2>"] * (heading != before)
         body.append(_shown(part, heading))
         before = heading
-    head = f'<head><meta charset="utf-8"><title>{title}</title><style>{STYLE}</style></head>'
+    head = f'<head><meta charset="utf-8">{MARK}<title>{title}</title><style>{STYLE}</style></head>'
     return f'<!DOCTYPE html>\n<html lang="en">{head}\n<body>\n' + "\n".join(body) + "\n</body></html>\n"
 
 

@@ -57,9 +57,7 @@ class TransportSpec(GridSpec):
 
     n: Sizes = (500,)
     replicas: Replicas = 4
-    dimension: Annotated[
-        int, integer(low=2, high=12), Opt("Dimension of space, from 2 on.", SYSTEM, ("--dimension", "-d"))
-    ] = 3
+    dimension: Annotated[int, integer(low=2, high=12), Opt("Dimension of space, from 2 on.", SYSTEM)] = 3
     equilibration: Length = 300.0
     blocks: Blocks = 16
 

@@ -40,11 +40,11 @@ class StudySpec(GridSpec):
 
     study: ClassVar[str] = "equation of state"
     argument: ClassVar[str] = r"Scene file (TOML): \[scene] and \[study]. Without: 12 densities."
-    about: ClassVar[str] = """Measure the equation of state: Z over packing fractions, sizes and replicas.
+    about: ClassVar[str] = """Measure the equation of state of a fluid or crystal.
 
-    Z is compared with theory. The folder then holds study.toml, a result file for each run in tasks/, eos.csv
-    and eos.png. Finished runs are not repeated: the same command continues a study that was stopped, killed
-    or extended.
+    Z over packing fractions, sizes and replicas is compared with theory. The folder then holds study.toml, a
+    result file for each run in tasks/, eos.csv and eos.png. Finished runs are not repeated: the same command
+    continues a study that was stopped, killed or extended.
 
     [bold]Examples[/bold]
 

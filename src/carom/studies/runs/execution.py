@@ -9,12 +9,13 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from carom.errors import CaromError, FileError
+from carom.errors import CaromError, FileError, InputError
 from carom.io import checkpoint
 from carom.notebook import by_stage, watchable
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.studies.arguments import refuse_unknown
+from carom.studies.places import of_the_user
 from carom.studies.runs.asked import plan_of, plan_of_scene
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder, existing_run
@@ -212,6 +213,42 @@ def resume(
         run = Run(plan, folder, stop, progress, predicted, cores)
         summary = run.from_checkpoint(notes) if begun else run.from_the_start()
     return RunResult(folder.path, summary, new=True)
+
+
+def go_on(plan: SceneFile, out: str | PathLike[str], *, trust_code: bool = False, **how: Any) -> RunResult:
+    """Continue the run in a folder if it is that of the plan, or run the plan there if there is none.
+
+    Parameters
+    ----------
+    plan : SceneFile
+        The run.
+    out : path
+        The folder.
+    trust_code : bool
+        Whether the Python file of a range rule may run.
+    **how
+        Arguments of :func:`run` and :func:`resume`: ``progress``, ``predicted``, ``cores``.
+
+    Raises
+    ------
+    InputError
+        If the folder holds another run; and as from :func:`run` and :func:`resume`.
+    FileError
+        As from :func:`run` and :func:`resume`.
+    """
+    folder = RunFolder(Path(out))
+    begun = folder.checkpoint.is_file() or folder.summary.is_file()
+    if not begun:
+        # A process that was killed before its first checkpoint left at most a scene file of its own.
+        killed = folder.scene.is_file() and not of_the_user(folder.scene)
+        return run(plan, out, overwrite=killed, trust_code=trust_code, **how)
+    held = SceneFile.load(folder.scene) if folder.scene.is_file() else plan
+    if held.to_toml() != plan.to_toml():
+        raise InputError(
+            f"{out} holds another run than is asked for; continue that by `carom resume {out}`, or choose "
+            "another folder with --out."
+        )
+    return resume(out, trust_code=trust_code, **how)
 
 
 def _noted(path: Path) -> tuple[SceneFile, dict[str, Any]]:

@@ -14,7 +14,7 @@ from carom.paths import reason, remnants, replacing, writing
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import FORMATS
 from carom.studies.lock import owned
-from carom.studies.places import of_the_user, refuse_others, title
+from carom.studies.places import TABLES, is_table, of_the_user, refuse_others, title
 
 PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
 
@@ -113,6 +113,10 @@ class RunFolder:
             for path in self._files():
                 if path != self.scene and str(path.absolute()) != plan.scene.file:
                     path.unlink(missing_ok=True)
+            for name in TABLES:
+                if is_table(self.path, name):  # which was measured from the frames of the old run
+                    (self.path / f"{name}.csv").unlink()
+                    (self.path / f"{name}.png").unlink(missing_ok=True)
 
     def check_empty(self) -> None:
         """Refuse frames and events, which a run without a checkpoint would replace; no file is changed.

@@ -1,0 +1,159 @@
+"""Crystalline particles and their clusters, by the bonds around each: an observable of frames.
+
+A particle is solid-like if the order of its bonds is like that of enough of its neighbors (P. R. ten Wolde,
+M. J. Ruiz-Montero and D. Frenkel, J. Chem. Phys. 104, 9932 (1996)). Neighbors that are both solid-like belong
+to one cluster.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import CaromWarning, InputError
+from carom.frame import Frame
+from carom.observables.bond_order import BondOrder, orders_of
+from carom.observables.of_frames import OfFrames, refuse_tilted
+from carom.observables.statistics import Estimate, blocking
+from carom.results import Result
+from carom.scene.overlaps import Room
+
+DEGREE = 6
+
+
+@dataclass
+class Crystallinity(OfFrames):
+    """Solid-like particles in three dimensions, and the largest cluster of them: an observable of frames.
+
+    Give it to :meth:`carom.Simulation.measure`, or frames or a path to :meth:`over`.
+
+    Parameters
+    ----------
+    nearest : int, optional
+        Number of nearest particles that count as neighbors; 12 by default.
+    reach : float, optional
+        Alternatively, neighbors are all particles nearer than this [length].
+    likeness : float
+        Two neighbors are connected if ``q_i . q_j / (|q_i| |q_j|)`` exceeds this, with the vectors q of
+        degree 6.
+    connections : int
+        Connections that make a particle solid-like.
+
+    Raises
+    ------
+    InputError
+        If a number is out of range, or `nearest` and `reach` are both given. From :meth:`update`, if the
+        frame is not of three dimensions, has too few particles, or differs in n. From :meth:`result`, before
+        any frame.
+
+    Notes
+    -----
+    Solid-like particles that are neighbors are in one cluster, whether they are connected or not.
+
+    Examples
+    --------
+    >>> import carom
+    >>> crystal = carom.Simulation(carom.Scene.crystal(108, 0.6), seed=1).frame()
+    >>> carom.observables.Crystallinity().over([crystal]).largest.mean
+    108.0
+    """
+
+    nearest: int | None = None
+    reach: float | None = None
+    likeness: float = 0.5
+    connections: int = 7
+    _times: list[float] = field(default_factory=list, init=False, repr=False)
+    _solid: list[int] = field(default_factory=list, init=False, repr=False)
+    _largest: list[int] = field(default_factory=list, init=False, repr=False)
+    _n: int = field(default=0, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self._bonds = BondOrder(DEGREE, nearest=self.nearest, reach=self.reach)
+        checks.number(self.likeness, "likeness", low=-1.0, high=1.0)
+        checks.integer(self.connections, "connections", low=1)
+
+    def update(self, frame: Frame) -> None:
+        """Add the next frame."""
+        refuse_tilted(frame, "Crystallinity")
+        if frame.dimension != 3:
+            raise InputError(
+                f"Solid-like particles are those of three dimensions, and a frame has {frame.dimension}."
+            )
+        if self._times and frame.n != self._n:
+            raise InputError(f"A frame has {frame.n} particles after one with {self._n}.")
+        solid, sizes = self._clusters(frame)
+        self._n = frame.n
+        self._times.append(frame.time)
+        self._solid.append(int(solid.sum()))
+        self._largest.append(int(sizes.max(initial=0)))
+
+    def _clusters(self, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
+        """Return which particles (n,) are solid-like, and the numbers of particles in their clusters."""
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
+
+        room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
+        places = room.wrapped(frame.positions)
+        pairs, vectors = self._bonds._bonds_of(room, places)
+        orders = orders_of(DEGREE, frame.n, pairs, vectors)
+        lengths = np.sqrt(np.sum(orders**2, axis=1))
+        orders /= np.where(lengths > 0.0, lengths, 1.0)[:, None]
+        i, j = pairs.T
+        alike = np.sum(orders[i] * orders[j], axis=1) > self.likeness
+        solid = np.bincount(i[alike], minlength=frame.n) >= self.connections
+        both = solid[i] & solid[j]
+        graph = coo_array((np.ones(both.sum(), np.bool_), (i[both], j[both])), shape=(frame.n, frame.n))
+        _, cluster = connected_components(graph, directed=False)
+        return solid, np.bincount(cluster[solid])
+
+    def result(self) -> CrystallinityResult:
+        """Return what was measured so far, with error bars from blocking over the frames."""
+        if not self._times:
+            raise InputError("No frame was given yet, so there is no crystallinity.")
+        solid, largest = np.array(self._solid), np.array(self._largest)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # few frames have wide error bars
+            return CrystallinityResult(
+                self._n, blocking(solid / self._n), blocking(largest.astype(np.float64)),
+                np.array(self._times), solid, largest,
+            )  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CrystallinityResult(Result):
+    """Solid-like particles, and the largest cluster of them.
+
+    Attributes
+    ----------
+    n : int
+        Number of particles.
+    solid_fraction : Estimate
+        Mean fraction of particles that are solid-like.
+    largest : Estimate
+        Mean number of particles in the largest cluster.
+    times : (f,) array
+        Time of each frame [time].
+    solid, largest_cluster : (f,) int64 arrays
+        Number of solid-like particles in each frame, and of those in the largest cluster.
+    """
+
+    n: int
+    solid_fraction: Estimate
+    largest: Estimate
+    times: np.ndarray
+    solid: np.ndarray
+    largest_cluster: np.ndarray
+
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        rows = [
+            ("solid-like fraction", self.solid_fraction.value_text),
+            ("largest cluster", self.largest.value_text),
+        ]
+        return f"Crystallinity of {self.n} particles, {self.times.size} frames", rows
+
+    def _columns(self) -> dict[str, Any]:
+        return {"time": self.times, "solid": self.solid, "largest_cluster": self.largest_cluster}
