@@ -179,7 +179,7 @@ def test_the_command_writes_a_folder_that_other_programs_read(tmp_path):
     assert done.returncode == 0, done.stderr
     summary = json.loads(done.stdout)
     folder = tmp_path / "disks"
-    assert {path.name for path in folder.iterdir()} == {
+    assert {path.name for path in folder.glob("[!.]*")} == {
         "compression.h5", "compression.png", "gaps.png", "history.csv", "packing.extxyz", "packing.h5md",
         "packing.png", "summary.json",
     }  # fmt: skip
