@@ -38,7 +38,7 @@ GoOn = Annotated[
     ),
 ]
 
-FLAGS = {
+FLAGS: dict[str, tuple[str, ...]] = {
     "packing_fraction": ("--packing-fraction", "--eta"),
     "dimension": ("--dimension", "-d"),
     "collisions_per_particle": ("--collisions-per-particle", "-c"),
