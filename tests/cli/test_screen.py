@@ -33,6 +33,24 @@ def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_pri
     assert "whole box" not in printed(screen._physics(summary(obstacles=[])))
 
 
+@pytest.mark.parametrize(
+    ("changes", "line"),
+    [
+        ({}, "Energy kept to 2e-15, no overlap beyond rounding, in equilibrium."),
+        ({"remarks": ["It drifts."]}, "Energy kept to 2e-15, no overlap beyond rounding."),
+        ({"Z": {"mean": None, "error": None}}, "Energy kept to 2e-15, no overlap beyond rounding."),
+        ({"energy_drift": None, "worst_overlap": 3e-4}, "Overlaps up to 0.0003 diameters, in equilibrium."),
+        (
+            {"energy_drift": 0.42},
+            "Energy changed by 0.42 of the kinetic energy, no overlap beyond rounding, in equilibrium.",
+        ),
+    ],
+)
+def test_one_line_says_whether_a_run_is_sound(changes, line):
+    sound = {"energy_drift": -2e-15, "worst_overlap": 4e-16, "remarks": [], "Z": {"mean": 3.9, "error": 0.1}}
+    assert screen._health(summary(**{**sound, **changes})) == line
+
+
 @pytest.mark.parametrize("width", [30, 60])
 def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
     theory = [
@@ -65,7 +83,7 @@ def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(m
 
 
 def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeypatch, capsys):
-    from carom.cli import eos
+    from carom.cli import study
     from carom.cli.trouble import friendly
 
     monkeypatch.setattr(heartbeat, "EVERY", 0.05)
@@ -73,7 +91,7 @@ def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeyp
     @friendly
     def command():
         time.sleep(0.2)
-        with eos._watched():
+        with study.watched("runs"):
             time.sleep(0.2)
         time.sleep(0.2)
 
@@ -142,14 +160,15 @@ def test_the_screen_prints_no_number_of_contacts_where_nobody_knows_it(capsys):
 
 
 def test_the_title_of_a_report_says_the_composition_and_paper_cuts_nothing():
-    from carom.studies.eos import html
+    from carom.studies.eos.study import composition
+    from carom.studies.report import STYLE
 
-    assert html.composition([[1.0, 100]]) == ""
-    assert html.composition([[1.0, 75], [0.5, 25]]) == ": 0.75 of diameter 1, 0.25 of diameter 0.5"
-    assert html.composition([[k, 1] for k in range(1, 10)]).endswith("and 3 sizes more")
-    printed = html.STYLE.split("@media print")[1]
+    assert composition([[1.0, 100]]) == ""
+    assert composition([[1.0, 75], [0.5, 25]]) == ": 0.75 of diameter 1, 0.25 of diameter 0.5"
+    assert composition([[k, 1] for k in range(1, 10)]).endswith("and 3 sizes more")
+    printed = STYLE.split("@media print")[1]
     assert "overflow: visible" in printed
-    assert "@page" in html.STYLE
+    assert "@page" in STYLE
 
 
 def test_sizes_of_a_study_have_colours_of_their_own():
@@ -159,10 +178,10 @@ def test_sizes_of_a_study_have_colours_of_their_own():
 
 
 def test_a_study_in_a_pipe_says_that_it_compiles(monkeypatch, capsys):
-    from carom.cli import eos
+    from carom.cli import study
 
     monkeypatch.setattr(heartbeat, "EVERY", 0.05)
-    with eos._watched():
+    with study.watched("runs"):
         time.sleep(0.2)
     assert "Compiling" in capsys.readouterr().err
 

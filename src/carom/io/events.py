@@ -394,6 +394,23 @@ def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None =
     return patiently(path, read)
 
 
+def count_events(path: str | os.PathLike[str]) -> int:
+    """Return the number of events of a log.
+
+    Raises
+    ------
+    FileError
+        If the file is missing, truncated, foreign or a folder.
+    """
+    path = existing(path)
+
+    def read() -> int:
+        with reading(path, _KIND), Input(path) as file:
+            return _count(file)
+
+    return patiently(path, read)
+
+
 def read_initial(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return the initial state of a log, as the arrays it was made with.
 

@@ -345,10 +345,9 @@ def _state(found: Info, path: Path) -> None:
 def _log(path: Path) -> Info:
     found = Info(path, "an event log", next=_typed("carom view", path))
     initial = events.read_initial(path)
-    count = len(events.read_events(path).i)
+    count = events.count_events(path)
     if (x := initial.get("positions")) is not None and x.ndim == 2:
-        n, d = x.shape
-        _system(found, n, d, None, None)
+        _system(found, x.shape[0], x.shape[1], None, None)
     if (box := initial.get("box")) is not None:
         _box(found, [float(edge) for edge in box], None)
     found.add("events", str(count), events=count)

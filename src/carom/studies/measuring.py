@@ -315,11 +315,12 @@ def _wanted(quantities: tuple[Any, ...]) -> dict[str, Any]:
 def _opened(frames: Any) -> Iterator[tuple[Iterable[Any], int, Path | None]]:
     """Open what holds frames: yield them, their number if that is known, and the path."""
     if isinstance(frames, str | os.PathLike):
-        path = Path(frames)
-        with open_reader(path) as reader:
-            packing = path.is_dir() and kind_of(path) == "a packing"
-            several = [reader[-1]] if packing and len(reader) else reader
-            yield several, len(several), path
+        where = Path(frames)
+        with open_reader(where) as reader:
+            if where.is_dir() and kind_of(where) == "a packing" and len(reader):
+                yield [reader[-1]], 1, where
+            else:
+                yield reader, len(reader), where
         return
     if isinstance(frames, Frame) or not isinstance(frames, Iterable):
         raise InputError(
@@ -371,7 +372,7 @@ class _Mixture:
 
 def _begun(wanted: dict[str, Any], system: _System, reasons: dict[str, str]) -> dict[str, Any]:
     """Return the observables by name; note the reasons why some cannot be measured."""
-    usual = {name: True for name, one in QUANTITIES.items() if one.usual(system)}
+    usual: dict[str, Any] = {name: True for name, one in QUANTITIES.items() if one.usual(system)}
     begun: dict[str, Any] = {}
     for name, given in (wanted or usual).items():
         try:
