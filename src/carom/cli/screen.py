@@ -156,7 +156,8 @@ def _health(summary: dict[str, Any]) -> str:
     overlap = summary["worst_overlap"]
     small = overlap < EPSILON**0.75
     said.append("no overlap beyond rounding" if small else f"overlaps up to {overlap:.1g} diameters")
-    if summary["Z"]["mean"] is not None and not summary.get("remarks", []):  # older summaries have none
+    doubts = summary.get("remarks") or summary.get("phase_note")
+    if summary["Z"]["mean"] is not None and not doubts:
         said.append("in equilibrium")
     line = ", ".join(said)
     return f"{line[0].upper()}{line[1:]}."

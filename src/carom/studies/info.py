@@ -273,17 +273,17 @@ def _toml(path: Path) -> Info:
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
     studies = {kind.Spec.section: kind for kind in STUDIES.values()}
-    named = next((name for name in (*studies, "plan") if name in held), "run")
+    named = next((name for name in ("run", *studies, "plan") if name in held), "run")
     kind = studies.get(named)
     if kind is not None and (named != "pack" or "scene" not in held):
         study = kind(kind.Spec.load(path))
         return _results(Info(path, "a study file", next=_typed(study.command, path)), study)
     found = Info(path, "a scene file", next=_typed(f"carom {named}", path))
-    _scene(found, path)
+    _scene(found, path, run=named == "run")
     return found
 
 
-def _scene(found: Info, path: Path) -> None:
+def _scene(found: Info, path: Path, *, run: bool) -> None:
     """Add what a scene file says."""
     plan = SceneFile.load(path)
     spec = plan.scene
@@ -301,13 +301,16 @@ def _scene(found: Info, path: Path) -> None:
         _system(found, n, d, None, eta)
     if spec.density is not None:
         found.add("density", f"{spec.density:g}", density=spec.density)
-    run = plan.run
-    length = (
-        f"relative error {run.relative_error:g}" if run.relative_error is not None
-        else f"{run.collisions_per_particle:g} collisions per particle"
-    )  # fmt: skip
-    values = {name: getattr(run, name) for name in ("seed", "collisions_per_particle", "relative_error")}
-    found.add("run", f"{length}, seed {run.seed}", **values)
+    if not run:
+        return
+    asked = plan.run
+    length = f"{asked.collisions_per_particle:g} collisions per particle"
+    if asked.relative_error is not None:
+        length = f"relative error {asked.relative_error:g}"
+    elif asked.time is not None:
+        length = f"time {asked.time:g}"
+    names = ("seed", "collisions_per_particle", "time", "relative_error")
+    found.add("run", f"{length}, seed {asked.seed}", **{name: getattr(asked, name) for name in names})
 
 
 def _saved(path: Path) -> Info:
