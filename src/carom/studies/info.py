@@ -172,7 +172,7 @@ def _run(path: Path) -> Info:
     found = Info(path, "a run", "not finished", next=_typed("carom resume", path))
     if not folder.checkpoint.is_file():
         found.state = "not begun"
-        _scene(found, folder.scene)
+        _scene(found, folder.scene, run=True)
         return found
     _state(found, folder.checkpoint)
     _trajectory(found, path, torn=True)
@@ -304,11 +304,12 @@ def _scene(found: Info, path: Path, *, run: bool) -> None:
     if not run:
         return
     asked = plan.run
-    length = f"{asked.collisions_per_particle:g} collisions per particle"
     if asked.relative_error is not None:
         length = f"relative error {asked.relative_error:g}"
     elif asked.time is not None:
         length = f"time {asked.time:g}"
+    else:
+        length = f"{asked.collisions_per_particle:g} collisions per particle"
     names = ("seed", "collisions_per_particle", "time", "relative_error")
     found.add("run", f"{length}, seed {asked.seed}", **{name: getattr(asked, name) for name in names})
 

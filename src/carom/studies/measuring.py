@@ -379,7 +379,7 @@ def _begun(wanted: dict[str, Any], system: _System, reasons: dict[str, str]) -> 
             if given is True:
                 begun[name] = QUANTITIES[name].make(system)
                 continue
-            begun[name] = given.fresh() if hasattr(given, "fresh") else given  # type: ignore[union-attr]
+            begun[name] = given.fresh() if hasattr(given, "fresh") else given
             if system.scene is not None and hasattr(given, "prepare"):
                 begun[name].prepare(system.scene)
         except InputError as error:
