@@ -38,9 +38,7 @@ def folder(tmp_path_factory):
     sim.close()
     (where / "study.toml").write_text("[study]\npacking_fraction = [0.1, 0.2]\nn = 32\n")
     (where / "search.toml").write_text("[code]\nn = 24\n")
-    (where / "disks.toml").write_text(
-        '[scene]\ninitial = "random"\nn = 50\ndimension = 2\npacking_fraction = 0.3\n'
-    )
+    (where / "disks.toml").write_text("[scene]\nn = 50\ndimension = 2\npacking_fraction = 0.3\n")
     return where
 
 
@@ -57,7 +55,7 @@ KINDS = {
     "scene.toml": ("a scene file", "", "carom run scene.toml"),
     "disks.toml": ("a scene file", "", "carom run disks.toml"),
     "study.toml": ("a study file", "", "carom eos study.toml"),
-    "search.toml": ("a search for a spherical code", "", "carom code search.toml"),
+    "search.toml": ("a study file", "", "carom code search.toml"),
     "run1/trajectory.h5md": ("a trajectory (h5md)", "", "carom measure run1/trajectory.h5md"),
     "run1/trajectory.extxyz": ("a trajectory (extxyz)", "", "carom measure run1/trajectory.extxyz"),
     "frames.gsd": ("a trajectory (gsd)", "", "carom measure frames.gsd"),

@@ -143,12 +143,12 @@ def test_lists_that_do_not_fit_are_refused_as_by_the_simulation():
 
 
 def test_the_command_line_explains_and_runs_nothing(tmp_path):
-    done = command("run", "--cells", "4", "--packing-fraction", "0.4", "--explain", cwd=tmp_path)
+    done = command("run", "--lattice", "fcc", "--cells", "4", "--eta", "0.4", "--dry-run", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "EqualCores" in done.stdout
     assert "bytes a particle" in done.stdout
     assert "masses of their own" in done.stdout
     assert "an event log" in done.stdout
-    logged = command("run", "--cells", "4", "--event-log", "--explain", cwd=tmp_path)
+    logged = command("run", "--lattice", "fcc", "--cells", "4", "--event-log", "--dry-run", cwd=tmp_path)
     assert "an event log" not in logged.stdout
     assert not list(tmp_path.iterdir())

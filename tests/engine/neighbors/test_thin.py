@@ -114,7 +114,7 @@ def known(contacts, dues):
     """Return which of the contacts of component 0 is first, where others are due at the times given."""
     rows = np.zeros(len(dues), [("event_time", "f8")]).view(np.recarray)
     rows.event_time = dues
-    k, complete = best_of(contacts, State(rows, None, None, None, None, None), 0, False)
+    k, complete = best_of(contacts, State(rows, None, None, None, None), 0, False)
     return (contact_of(contacts, 0, k).other if k >= 0 else None), complete
 
 
