@@ -16,6 +16,7 @@ from helpers.marks import slow
 from scipy.stats import linregress, norm
 
 import carom
+from carom import spec as specs
 from carom import studies, theory
 from carom.errors import CaromWarning, FileError, InputError
 from carom.models import SquareWell, Steps, StepTable
@@ -28,7 +29,6 @@ from carom.scene import lattices
 from carom.scene_file.sections import SceneSpec
 from carom.studies import executors as engines
 from carom.studies import folder as tasks
-from carom.studies import spec as specs
 from carom.studies.eos import fits, pictures, table
 from carom.studies.eos.measure import Planned, measure
 from carom.studies.eos.order import OrderParameter, psi_6, q_6
