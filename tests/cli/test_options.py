@@ -178,7 +178,8 @@ TOO_SLOW = {
     *(
         ("transport", option)
         for option in (
-            "scene", "--out", "--packing-fraction", "--n", "--kT", "--replicas", "--dimension", "--seed",
+            "scene", "--out", "--packing-fraction", "--n", "--kT", "--lattice", "--replicas", "--dimension",
+            "--seed",
             "--relative-error", "--collisions-per-particle", "--equilibration", "--engine", "--cores",
             "--scheduler",
         )
@@ -437,6 +438,7 @@ CASES = {
         ),
         "--n": added((), ("--n", "40"), lambda done: done.asked["spec"].n, (40,)),
         "--kT": added((), ("--kT", "2"), lambda done: done.asked["spec"].kT, 2.0),
+        "--lattice": added((), ("--lattice", "fcc"), lambda done: done.asked["spec"].lattice, "fcc"),
         "--replicas": added((), ("--replicas", "2"), lambda done: done.asked["spec"].replicas, 2),
         "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["spec"].dimension, 2),
         "--initial": added((), ("--initial", "fcc"), lambda done: done.asked["spec"].initial, "fcc"),

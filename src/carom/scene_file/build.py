@@ -1,9 +1,12 @@
-"""The scene that a section ``[scene]`` describes."""
+"""The scene that a section ``[scene]`` describes.
+
+What is ``asked`` for is a :class:`carom.scene_file.sections.SceneSpec`, which calls :func:`build`.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,14 +16,11 @@ from carom.scene import lattices
 from carom.scene.lattices import Lattice
 from carom.scene.scene import Scene
 
-if TYPE_CHECKING:
-    from carom.scene_file.sections import SceneSpec
-
 MODELS = ("interaction", "motion", "impact", "drive")
 """Keys whose values are models."""
 
 
-def build(asked: SceneSpec, seed: Any, kT: float | None = None) -> Scene:
+def build(asked: Any, seed: Any, kT: float | None = None) -> Scene:
     """Return the scene; see :meth:`carom.scene_file.sections.SceneSpec.build`."""
     if asked.file is not None:
         return _of_frame(asked, seed, kT)
@@ -44,7 +44,7 @@ def build(asked: SceneSpec, seed: Any, kT: float | None = None) -> Scene:
     return scene.replace(**added) if added else scene
 
 
-def lattice_of(asked: SceneSpec) -> Lattice:
+def lattice_of(asked: Any) -> Lattice:
     """Return the lattice of a scene that starts from one."""
     if asked.lattice == "triangular":
         return lattices.triangular()
@@ -52,7 +52,7 @@ def lattice_of(asked: SceneSpec) -> Lattice:
     return lattices.cubic(dimension) if asked.lattice == "cubic" else lattices.dn(dimension)
 
 
-def _of_frame(asked: SceneSpec, seed: Any, kT: float | None) -> Scene:
+def _of_frame(asked: Any, seed: Any, kT: float | None) -> Scene:
     """Return the scene that starts from a frame of a file."""
     from carom.io import read
 
@@ -66,7 +66,7 @@ def _of_frame(asked: SceneSpec, seed: Any, kT: float | None) -> Scene:
     return scene if kT is None else scene.replace(velocities=None)
 
 
-def _added(asked: SceneSpec, n: int, seed: Any) -> dict[str, Any]:
+def _added(asked: Any, n: int, seed: Any) -> dict[str, Any]:
     """Return the models and pinned particles given, by argument name."""
     given = {name: value for name in MODELS if (value := getattr(asked, name)) is not None}
     given |= asked.own()

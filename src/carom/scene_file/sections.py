@@ -154,7 +154,13 @@ class SceneSpec(Spec):
 
     @classmethod
     def check_file(cls, words: Mapping[str, Any]) -> None:
-        """Raise InputError for a key that is unknown, or for parts of a file without names."""
+        """Raise InputError for a key that is unknown, or for parts of a file without names.
+
+        Parameters
+        ----------
+        words : mapping
+            The section as the file has it.
+        """
         cls.check_words(words)
         for name, example in (("species", "small"), ("obstacles", "pillar")):
             if isinstance(words.get(name), list):
@@ -163,7 +169,13 @@ class SceneSpec(Spec):
                 )
 
     def complete(self) -> None:
-        """Check what concerns several keys; defaults are made explicit, so that equal scenes are equal."""
+        """Check what concerns several keys; defaults are made explicit, so that equal scenes are equal.
+
+        Raises
+        ------
+        InputError
+            If keys contradict each other, or the box has no such walls.
+        """
         if self.lattice == "none":
             self._put("lattice", None)
         self._check_together()
@@ -376,7 +388,13 @@ class RunSpec(Spec):
     ] = "auto"
 
     def complete(self) -> None:
-        """Check that one key says how long the run is; by default collisions per particle do."""
+        """Check that one key says how long the run is; by default collisions per particle do.
+
+        Raises
+        ------
+        InputError
+            If several keys do.
+        """
         given = [name for name in LENGTHS if getattr(self, name) is not None]
         if len(given) > 1:
             raise InputError(f"[run] has {given[0]} and {given[1]}: each says how long; leave one out.")
@@ -386,6 +404,12 @@ class RunSpec(Spec):
             self._put("collisions_per_particle", DEFAULT_COLLISIONS)
 
     def replaced(self, **given: Any) -> RunSpec:
-        """Return the section with other values; a walltime goes with the relative error that it limits."""
+        """Return the section with other values; a walltime goes with the relative error that it limits.
+
+        Parameters
+        ----------
+        **given
+            Keys and values; None stands for those not given.
+        """
         other = given.get("relative_error") is None and any(given.get(name) for name in LENGTHS)
         return super(RunSpec, replace(self, walltime=None) if other else self).replaced(**given)

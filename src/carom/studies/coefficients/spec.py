@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
-from carom.spec import Opt, integer
+from carom.spec import Opt, described, integer
 from carom.studies.grid import SYSTEM, Blocks, GridSpec, Length, Replicas, Sizes
 
 REFUSED = ("walls", "obstacles", "motion", "impact", "pinned")
 """Keys of a scene with which there is no bulk fluid in equilibrium."""
 
 
+@described
 @dataclass(frozen=True)
 class TransportSpec(GridSpec):
     """A grid of simulations, and the relative error of shear viscosity and conductivity at each point.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-from carom.spec import Opt, integer
+from carom.spec import Opt, described, integer
 from carom.studies.grid import Blocks, GridSpec, Length, Replicas, Sizes
 
 EXCESS = 1.2
@@ -27,6 +27,7 @@ REFUSED = (
 )
 
 
+@described
 @dataclass(frozen=True)
 class StudySpec(GridSpec):
     """A grid of simulations, and the relative error of Z at each point, all replicas together.
