@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.options import FLAGS, GoOn, Json, Quiet
+from carom.cli.options import FLAGS, GoOn, Json, Quiet, file_of
 from carom.cli.trouble import friendly
 
 _SCENE = "The system"
@@ -121,7 +121,7 @@ def pack(
             resume_packing(out, progress=progress)
             if go_on and holds_packing(out)
             else compress(
-                n if scene is None else scene,
+                n if scene is None else file_of(scene),
                 dimension=dimension,
                 packing_fraction=packing_fraction,
                 species=[Species(count=count, diameter=diameter) for count, diameter in kinds] or None,

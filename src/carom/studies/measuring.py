@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sized
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -327,7 +327,7 @@ def _opened(frames: Any) -> Iterator[tuple[Iterable[Any], int, Path | None]]:
             f"frames must be a list or an iterator of frames, or a path, found {checks.describe(frames)}."
         )
     path = frames.path if isinstance(frames, Reader) else None
-    yield frames, len(frames) if hasattr(frames, "__len__") else 0, path
+    yield frames, len(frames) if isinstance(frames, Sized) else 0, path
 
 
 def _known(frame: Frame, path: Path | None) -> _System:
