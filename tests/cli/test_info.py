@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 import carom
 from carom import cli
+from carom.studies.folder import Folder
 
 MOST_LINES = 8
 
@@ -145,6 +146,19 @@ def test_what_is_unknown_or_damaged_is_one_sentence(tmp_path, monkeypatch, name,
         assert len(done.stderr.splitlines()) == 1
 
 
+def test_a_study_of_ones_own_is_told_as_far_as_its_folder_tells(tmp_path):
+    with Folder(tmp_path).begun({"study": "mean free path", "version": carom.__version__}, {"ratio": [1, 2]}):
+        pass
+    found = json.loads(typed("info", tmp_path, "--json").stdout)
+    assert (found["kind"], found["study"], found["ratio"], found["done"]) == (
+        "a study", "mean free path", [1, 2], 0,
+    )  # fmt: skip
+    for command in ("resume", "view"):
+        done = typed(command, tmp_path)
+        assert done.exit_code == 2
+        assert "mean free path" in done.stderr
+
+
 def test_a_damaged_folder_is_one_sentence(folder, tmp_path):
     shutil.copytree(folder / "run1", tmp_path / "run1")
     (tmp_path / "run1" / "summary.json").write_text("{")
@@ -206,6 +220,33 @@ def test_a_study_of_another_kind_is_refused(folder, tmp_path):
         assert "another study" in done.stderr
         after = {path.name: path.read_bytes() for path in (tmp_path / name).iterdir() if path.is_file()}
         assert after == before
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        ("run", ("--dry-run",)), ("pack", ("--collisions", "10", "--no-pictures", "--out", "p")),
+        ("transport", ("-c", "20", "--equilibration", "2", "--replicas", "1", "--engine", "serial",
+                       "--no-pictures", "--out", "t")),
+    ],
+)  # fmt: skip
+def test_the_folder_of_a_run_stands_for_its_scene(folder, tmp_path, monkeypatch, command, words):
+    monkeypatch.chdir(tmp_path)
+    carom.run(
+        folder / "scene.toml", "run2", collisions_per_particle=20, equilibration=5, frames=1, pictures=False
+    )
+    done = typed(command, "run2", *words)
+    assert done.exit_code in (0, 3), done.output
+    assert typed(command, tmp_path, *words).stderr.splitlines()[-1].startswith("Error: ")
+
+
+def test_the_folder_of_a_study_stands_for_its_file(folder, tmp_path):
+    words = ("--engine", "serial", "--no-pictures", "-q")
+    first, second = tmp_path / "one", tmp_path / "two"
+    small = ("--eta", "0.1", "--n", "32", "--replicas", "1", "-c", "40", "--equilibration", "5")
+    assert typed("eos", *small, *words, "--out", first).exit_code == 0
+    assert typed("eos", first, *words, "--out", second).exit_code == 0
+    assert (second / "eos.csv").read_bytes() == (first / "eos.csv").read_bytes()
 
 
 def test_a_script_of_a_batch_system_starts_or_goes_on_by_one_line(folder, tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.options import FLAGS, GoOn, Json, Quiet
+from carom.cli.options import FLAGS, GoOn, Json, Quiet, file_of
 from carom.cli.trouble import friendly
 from carom.spec import helps
 from carom.studies.packings.spec import PackSpec
@@ -122,6 +122,7 @@ def pack(
         "n": n, "dimension": dimension, "packing_fraction": packing_fraction, "walls": walls,
         "species": [{"count": count, "diameter": diameter} for count, diameter in kinds] or None,
     }  # fmt: skip
+    scene = file_of(scene)
     of_scene = scene is not None and "scene" in sections(read(scene), "scene", "pack")
     asked = (PackSpec() if scene is None else PackSpec.load(scene)).replaced(
         **points, seeds=seeds, seed=seed, rate=rate, until_Z=until_Z, collisions=collisions,

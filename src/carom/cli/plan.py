@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.options import FLAGS, Json, Quiet, number_of
+from carom.cli.options import FLAGS, Json, Quiet, file_of, number_of
 from carom.cli.trouble import friendly
 from carom.scene_file.commands import PlanSpec
 from carom.spec import helps
@@ -101,7 +101,7 @@ def plan(
     from carom.cli.screen import reached, watched
     from carom.studies.planner.plan import NAME, PILOT_SECONDS
 
-    folder = FOLDER if run and out is None else out
+    folder, scene = FOLDER if run and out is None else out, file_of(scene)
     with watched() as progress, compiling_told():
         from carom.studies.planner import plan as planner
 

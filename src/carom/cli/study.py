@@ -15,7 +15,7 @@ import typer
 
 from carom.cli.heartbeat import quiet, say
 from carom.cli.meant import Command
-from carom.cli.options import FLAGS, Json, Quiet, number_of
+from carom.cli.options import FLAGS, Json, Quiet, file_of, number_of
 from carom.cli.trouble import PARTLY, friendly, started
 from carom.texts import visible
 
@@ -53,7 +53,8 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
             raise InputError("--engine and --scheduler contradict each other; give one of them.")
         fields = fields_of(asked)
         values = {key: fields[key].of_option(value) for key, value in given.items() if value is not None}
-        spec = asked(**values) if study is None else asked.of_argument(study).replaced(**values)
+        file = file_of(study)
+        spec = asked(**values) if file is None else asked.of_argument(file).replaced(**values)
         carry_out(
             kind()(spec), out, executor=scheduler or engine, cores=cores, report=report, pictures=pictures,
             as_json=as_json,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from carom.cli.options import FLAGS, Overwrite, Quiet
+from carom.cli.options import FLAGS, Overwrite, Quiet, file_of
 from carom.cli.trouble import friendly
 
 if TYPE_CHECKING:
@@ -47,7 +47,8 @@ def trade(
     from carom.cli.screen import watched
     from carom.scene_file.scene_file import SceneFile
 
-    plan = None if scene is None else SceneFile.load(scene)
+    file = file_of(scene)
+    plan = None if file is None else SceneFile.load(file)
     with watched() as progress, compiling_told():
         from carom.studies.accuracy.trade import trade as compare
 

@@ -326,11 +326,8 @@ def _opened(frames: Any) -> Iterator[tuple[Iterable[Any], int, Path | None]]:
         raise InputError(
             f"frames must be a list or an iterator of frames, or a path, found {checks.describe(frames)}."
         )
-    yield (
-        frames,
-        len(frames) if isinstance(frames, Sized) else 0,
-        (frames.path if isinstance(frames, Reader) else None),
-    )
+    path = frames.path if isinstance(frames, Reader) else None
+    yield frames, len(frames) if isinstance(frames, Sized) else 0, path
 
 
 def _known(frame: Frame, path: Path | None) -> _System:
