@@ -236,6 +236,6 @@ def _of_json(path: Path) -> Any:
         return load_code(path)
     if path.name in ("summary.json", SETTINGS):
         return _of_folder(path.parent)
-    if found.get("kind") in KINDS:
+    if isinstance(kind := found.get("kind"), str) and kind in KINDS:
         return loaded(path)
     raise InputError(f"{path} is a JSON file of none of these: {KNOWN}.")
