@@ -223,16 +223,17 @@ def test_a_line_of_the_heartbeat_says_no_percentage_before_something_is_done():
 def test_transport_coefficients_are_stacked_on_a_narrow_terminal_and_no_word_is_cut(
     width, monkeypatch, capsys
 ):
-    from types import SimpleNamespace
+    from carom.cli.tables import Screen
+    from carom.studies.coefficients.study import Row
+    from carom.table import Table
 
-    from carom.cli import transport
-
-    row = ("0.1", "108", "thermal_conductivity", "0.88 +- 0.03", "0.95225", "0.921", "5.664 and 11.33")
+    row = Row(0.1, 108, "thermal_conductivity", 0.88, 0.03, 0.95225, 0.921, 5.664, 11.33, "too short")
     monkeypatch.setenv("COLUMNS", str(width))
-    transport._show(SimpleNamespace(cells=lambda: [row], remarks=lambda: ["* eta = 0.1, N = 108: too short"]))
+    console = Screen()
+    console.print(Table(Row, [row]).rich(console))
     shown = capsys.readouterr().out
-    assert all(word in shown for word in row)
-    assert ("  value: 0.88 +- 0.03\n" in shown) == (width == 60)
+    words = ("0.1", "108", "thermal conductivity", "0.88 ± 0.03", "0.95225", "0.921", "5.664 and 11.33")
+    assert all(word in shown for word in words)
+    assert ("value: 0.88 ± 0.03" in shown) == (width == 60)
     assert all(len(line.rstrip()) <= width for line in shown.splitlines())
-    assert "scene file" in " ".join(shown.split())
     assert "too short" in shown

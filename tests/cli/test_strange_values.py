@@ -389,7 +389,6 @@ def test_a_strange_value_in_a_study_s_folder_is_a_sentence_or_a_missing_result(t
     spec = StudySpec(packing_fraction=(0.1,), n=(32,), replicas=1)
     (task,) = spec.tasks()
     folder = tasks.Folder(tmp_path)
-    folder.make()
     settings = {"settings": spec.settings(), "grid": {"packing_fraction": [0.1], "n": [32], "replicas": 1}}
     for changed, *_ in damaged(settings, all_of_them):
         (tmp_path / "study.json").write_text(as_json(changed))

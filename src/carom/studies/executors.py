@@ -16,7 +16,7 @@ import types
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
@@ -39,6 +39,10 @@ PATIENCE = 10.0
 
 class Stopped(Exception):
     """A task ended because it was told to stop."""
+
+
+def _nothing(*_: object) -> None:
+    """Do nothing."""
 
 
 @dataclass(frozen=True)
@@ -67,16 +71,22 @@ class Place:
 
     name: str
     submit: Callable[[Callable[[Any], Any], Any], Future[Any]]
-    end: Callable[[bool], object] = lambda now: None
+    end: Callable[[bool], object] = field(default_factory=lambda: _nothing)
     local: bool = False
     here: bool = False
     capacity: int | None = None
     replaces: bool = False
-    listen: Callable[[], object] = lambda: None
+    listen: Callable[[], object] = field(default_factory=lambda: _nothing)
 
 
 def check(choice: Any = None, workers: int | None = None) -> None:
-    """Raise InputError if :func:`opened` could not open this choice; nothing is opened."""
+    """Check that :func:`opened` could open this ``choice`` with so many ``workers``; nothing is opened.
+
+    Raises
+    ------
+    InputError
+        If it could not.
+    """
     if workers is not None:
         checks.integer(workers, "workers", low=1)
     if isinstance(choice, int) and not isinstance(choice, bool):
@@ -287,7 +297,20 @@ def run(
 ) -> bool:
     """Run tasks in the given order; return whether all were completed, or the results are enough.
 
-    ``done`` is called with each value and its result, ``failed`` with the value and the reason as a clause.
+    Parameters
+    ----------
+    function : callable
+        Returns the result of a value.
+    values : sequence
+        One for each task.
+    place : Place
+        Where they run.
+    done : callable
+        Called with each value and its result.
+    failed : callable
+        Called with the value of a task that failed, and the reason as a clause.
+    stop, enough : callable
+        Asked from time to time; true ends the tasks, with or without having reached what is wanted.
     """
     waiting = deque((value, 1) for value in values)
     running: dict[Future[Any], tuple[Any, int]] = {}

@@ -169,7 +169,7 @@ class GridSpec(Spec):
         from carom import checks
         from carom.scene_file.sections import SceneSpec
         from carom.spec import checked
-        from carom.studies.scenes import plain
+        from carom.studies.scenes import plain, refuse_other_interactions
 
         if not isinstance(self.scene, Mapping):
             raise InputError(f"scene must be a table, found {checks.describe(self.scene)}.")
@@ -182,6 +182,8 @@ class GridSpec(Spec):
             if name in self.refused:
                 raise InputError(f"[scene] {name} {self.refused[name]}")
         given = {name: value for name, value in self.scene.items() if value is not None}
+        if not isinstance(model := given.get("interaction"), Mapping):
+            refuse_other_interactions(model, given.get("diameter"))
         template = {name: plain(checked(SceneSpec, name, value), name) for name, value in given.items()}
         if any(each.get("count") is not None for each in template.get("species", ())):
             raise InputError(
@@ -204,7 +206,7 @@ class GridSpec(Spec):
         return sorted(tasks, key=collisions, reverse=True)
 
     def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
-        """Return one run; a study adds what else it needs."""
+        """Return one run (``eta``, ``n``, ``replica``); a study adds what else it needs."""
         from carom.scene_file.fields import tuples
         from carom.scene_file.sections import SceneSpec
         from carom.studies.scenes import refuse_other_interactions, words_of_task
@@ -217,7 +219,7 @@ class GridSpec(Spec):
             lattice=None if start == "random" else start,
             **tuples(self.scene),
         )
-        refuse_other_interactions(scene)
+        refuse_other_interactions(scene.interaction, scene.diameter)
         return {
             "study": self.study,
             "version": __version__,
@@ -231,7 +233,7 @@ class GridSpec(Spec):
         }
 
     def length(self, eta: float, n: int) -> float:
-        """Return the collisions per particle of a run that reach the error, rounded to four digits."""
+        """Return the collisions per particle that reach the error at ``eta`` with ``n``, to four digits."""
         raise NotImplementedError
 
     def _start(self, eta: float) -> str:

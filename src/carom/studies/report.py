@@ -8,15 +8,12 @@ import math
 import platform
 import time as clock
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 from carom.pictures.view import MARK
 from carom.table import Column, Table, facts
 from carom.texts import html
 from carom.version import __version__
-
-if TYPE_CHECKING:
-    from carom.studies.study import Study
 
 STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; }
@@ -41,7 +38,7 @@ pre { background: #f4f4f4; padding: 0.8rem; overflow-x: auto; font-size: 0.85rem
 """
 
 
-def page(study: Study[Any]) -> str:
+def page(study: Any) -> str:
     """Return the page of a study."""
     said = " ".join([f"{study.progress[0].upper()}{study.progress[1:]} done.", *study.sentences()])
     parts: list[tuple[str, Any]] = [("Results", study.table), *study.parts()]
@@ -76,12 +73,12 @@ class _Failed:
     reason: Annotated[str, Column("what happened", left=True)]
 
 
-def _failures(study: Study[Any]) -> Table:
+def _failures(study: Any) -> Table:
     rows = [_Failed(study.place(failure.task), failure.reason) for failure in study.failures]
     return Table(_Failed, rows, flagged=lambda row: True)
 
 
-def _provenance(study: Study[Any]) -> Table:
+def _provenance(study: Any) -> Table:
     notes = [record["provenance"] for record in study.records]
     began = [note["began"] for note in notes]
 
@@ -111,7 +108,7 @@ def _provenance(study: Study[Any]) -> Table:
     return facts("", pairs)
 
 
-def _repeat(study: Study[Any]) -> str:
+def _repeat(study: Any) -> str:
     """Return the file and the command that repeat the study."""
     command = f"{study.command} study.toml --out {study.name} --report"
     return (

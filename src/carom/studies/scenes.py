@@ -66,16 +66,16 @@ def equilibrate(sim: Simulation, task: Task, look: Callable[[float], object]) ->
         sim.run(collisions_per_particle=length, progress=look)
 
 
-def refuse_other_interactions(scene: SceneSpec) -> None:
-    """Raise InputError if a scene has another interaction than steps that conserve the energy."""
-    if scene.interaction is None:
+def refuse_other_interactions(interaction: Any, diameter: float | None) -> None:
+    """Raise InputError if an interaction is none of steps that conserve the energy."""
+    if interaction is None:
         return
-    if not hasattr(scene.interaction, "steps"):
+    if not hasattr(interaction, "steps"):
         raise InputError(
-            f"[scene] interaction of a study must be of steps, found {checks.describe(scene.interaction)}; "
+            f"[scene] interaction of a study must be of steps, found {checks.describe(interaction)}; "
             "leave it out for hard cores, or use carom run."
         )
-    if not scene.interaction.conserves(scene.diameter or 1.0):
+    if not interaction.conserves(diameter or 1.0):
         raise InputError(
             "[scene] interaction has hysteretic steps, which lose energy and keep no temperature; leave out "
             "leaving, or use carom run."

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
-from carom.spec import Opt, Spec, integer, number
+from carom.spec import Opt, Spec, described, integer, number
 
 MOST = 1000
 """Largest number of points: every cap is compared with all others."""
@@ -23,6 +23,7 @@ slow seed in 20 ends at the best known one, and one fast seed in six.
 """
 
 
+@described
 @dataclass(frozen=True)
 class CodeSpec(Spec):
     """A search for points on a sphere whose smallest angle is as large as possible: one task for each try.

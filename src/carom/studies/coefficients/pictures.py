@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,8 +18,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from carom.studies.coefficients.study import Transport
-
 
 NAMES = {
     "self_diffusion": "self-diffusion",
@@ -32,7 +30,7 @@ WIDEST = 0.15
 """Relative error beyond which a point of the running coefficient is not drawn."""
 
 
-def study(result: Transport, path: str | os.PathLike[str] | None = None) -> Figure:
+def study(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
     """Draw the coefficients over Enskog's against packing fraction, and the running shear viscosity.
 
     In two dimensions, and where there is no theory of Enskog, the running self-diffusion replaces the

@@ -63,7 +63,13 @@ class TransportSpec(GridSpec):
     blocks: Blocks = 16
 
     def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
-        """Return one run, with the time between its samples."""
+        """Return one run (``eta``, ``n``, ``replica``), with the time between its samples.
+
+        Raises
+        ------
+        InputError
+            If the fluid is beyond freezing.
+        """
         from carom import theory
 
         if not theory.is_stable_fluid(self.dimension, eta):
@@ -91,7 +97,7 @@ class TransportSpec(GridSpec):
         return float(f"{time / windows.PER_FREE_TIME:.4g}")
 
     def length(self, eta: float, n: int) -> float:
-        """Return the collisions per particle of a run that reaches the error, rounded to four digits."""
+        """Return the collisions per particle that reach the error at ``eta`` with ``n``, to four digits."""
         from carom.studies.coefficients import windows
 
         assert self.relative_error is not None

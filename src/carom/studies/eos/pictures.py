@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from carom.studies.eos.study import EquationOfState
-
 
 STYLES = ("-", "--", ":", "-.")
 SIZES = (paper.INK, "#b8651b", "#2e7d4f", "#8e3b6f", "#5b5fb0", "#6b6b6b")
@@ -32,7 +30,7 @@ CURVE = 200
 
 
 def study(
-    result: EquationOfState,
+    result: Any,
     *,
     equations: Mapping[str, Equation] | None = None,
     path: str | os.PathLike[str] | None = None,
@@ -90,7 +88,7 @@ def kind(dimension: int, scene: Mapping[str, Any], *, mixture: bool) -> str:
     return f"mixture of {name}" if mixture else name
 
 
-def order(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
+def order(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
     """Draw order parameter and susceptibility against packing fraction; None where none was measured."""
     rows = [row for row in result.table if math.isfinite(row.order)]
     if not rows:
@@ -124,7 +122,7 @@ def order(result: EquationOfState, *, path: str | os.PathLike[str] | None = None
     return paper.saved(figure, path)
 
 
-def sizes(result: EquationOfState, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
+def sizes(result: Any, *, path: str | os.PathLike[str] | None = None) -> Figure | None:
     """Draw Z against 1 / N with the fitted line and theory's, a panel for each density; None for one size."""
     fits = result.extrapolate()
     if not fits:
@@ -176,7 +174,7 @@ def _figure(width: float, height: float) -> Figure:
     return picture()(width, height, paper.DPI)
 
 
-def _equations(result: EquationOfState, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
+def _equations(result: Any, given: Mapping[str, Equation] | None) -> dict[str, Equation]:
     """Return the equations of state to draw, by name; the first is compared with the data."""
     own, first = result.equation, result.records[0]
     if given is not None:

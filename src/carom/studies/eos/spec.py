@@ -84,7 +84,13 @@ class StudySpec(GridSpec):
     ] = None
 
     def complete(self) -> None:
-        """Check the grid, and that there are no more frames than blocks."""
+        """Check the grid, and that there are no more frames than blocks.
+
+        Raises
+        ------
+        InputError
+            If they cannot be used.
+        """
         if self.frames is not None:
             from carom import checks
 
@@ -92,7 +98,7 @@ class StudySpec(GridSpec):
         super().complete()
 
     def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
-        """Return one run, with the error that each replica has to reach, so that their mean does."""
+        """Return one run (``eta``, ``n``, ``replica``), with an error by which the mean has its own."""
         goal = self.relative_error and float(f"{self.relative_error * math.sqrt(self.replicas):.6g}")
         return {**super().task(eta, n, replica), "relative_error": goal, "frames": self._frames(eta)}
 
@@ -105,7 +111,7 @@ class StudySpec(GridSpec):
         return min(FRAMES, self.blocks) if ordered else 0
 
     def length(self, eta: float, n: int) -> float:
-        """Return the collisions per particle that reach the error, rounded to four digits."""
+        """Return the collisions per particle that reach the error at ``eta`` with ``n``, to four digits."""
         assert self.relative_error is not None
         collisions = (EXCESS * excess_part(eta, self.dimension) / self.relative_error) ** 2
         # Rounded, because powers and logarithms differ in the last bit between machines.

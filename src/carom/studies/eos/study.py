@@ -86,7 +86,7 @@ class EquationOfState(GridStudy[StudySpec]):
         return self.records[0]["result"]["species"] if self.records else []
 
     def virials(self, *, up_to: float | None = None, order: int = 4) -> fits.Virials:
-        """Fit virial coefficients; see :func:`carom.studies.eos.fits.virials`."""
+        """Fit virial coefficients; ``up_to`` and ``order`` as in :func:`carom.studies.eos.fits.virials`."""
         known = None
         if len(species := self._species()) > 1:
             diameters, total = [s for s, _ in species], sum(c for _, c in species)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
 from carom.scene_file.commands import Beside
-from carom.spec import Opt, integer, number, said, switch, word
+from carom.spec import Opt, described, integer, number, said, switch, word
 
 
 def _stages(value: Any, name: str) -> tuple[list[Any], ...]:
@@ -31,6 +31,7 @@ def _species(value: Any, name: str) -> tuple[dict[str, Any], ...]:
     return tuple(map(_table, listed(value, name)))
 
 
+@described
 @dataclass(frozen=True)
 class PackSpec(Beside):
     """How particles grow until they jam, and from which points, if not from the particles of a scene.
