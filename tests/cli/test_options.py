@@ -178,7 +178,7 @@ TOO_SLOW = {
     *(
         ("transport", option)
         for option in (
-            "scene", "--out", "--packing-fraction", "--n", "--kT", "--lattice", "--replicas", "--dimension",
+            "study", "--out", "--packing-fraction", "--n", "--kT", "--lattice", "--replicas", "--dimension",
             "--seed",
             "--relative-error", "--collisions-per-particle", "--equilibration", "--engine", "--cores",
             "--scheduler",
@@ -441,7 +441,6 @@ CASES = {
         "--lattice": added((), ("--lattice", "fcc"), lambda done: done.asked["spec"].lattice, "fcc"),
         "--replicas": added((), ("--replicas", "2"), lambda done: done.asked["spec"].replicas, 2),
         "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["spec"].dimension, 2),
-        "--initial": added((), ("--initial", "fcc"), lambda done: done.asked["spec"].initial, "fcc"),
         "--seed": added((), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
         "--relative-error": added(
             (), ("--relative-error", "0.1"), lambda done: done.asked["spec"].relative_error, 0.1

@@ -230,7 +230,7 @@ def test_transport_coefficients_are_stacked_on_a_narrow_terminal_and_no_word_is_
     row = Row(0.1, 108, "thermal_conductivity", 0.88, 0.03, 0.95225, 0.921, 5.664, 11.33, "too short")
     monkeypatch.setenv("COLUMNS", str(width))
     console = Screen()
-    console.print(Table(Row, [row]).rich(console))
+    console.print(Table(Row, [row], notes=["* η = 0.1, N = 108: too short"]).rich(console))
     shown = capsys.readouterr().out
     words = ("0.1", "108", "thermal conductivity", "0.88 ± 0.03", "0.95225", "0.921", "5.664 and 11.33")
     assert all(word in shown for word in words)
