@@ -136,7 +136,7 @@ def movie(
 def init(
     path: Annotated[Path | None, typer.Argument(help="File to write; TEMPLATE.toml by default.")] = None,
     template: Annotated[
-        str, typer.Option("--template", "-t", help="What to start from; --list shows all.")
+        str, typer.Option("--template", help="What to start from; --list shows all.")
     ] = "fluid",
     listed: Annotated[bool, typer.Option("--list", help="List the templates.")] = False,
     schema: Annotated[
