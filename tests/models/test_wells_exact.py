@@ -123,7 +123,7 @@ def test_pressure_and_energy_are_slopes_of_one_free_energy():
         return 0.5 * (ends[1] - ends[0]) * nodes + 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
 
     def point(density, beta):
-        kT, z, u = measured(fluid(density), 1.0 / beta, 300_000)
+        kT, z, u = measured(fluid(density), 1.0 / beta, 1_200_000)
         return 1.0 / kT, z, u
 
     by_density = by_beta = error = 0.0
