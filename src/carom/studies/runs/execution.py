@@ -74,7 +74,7 @@ def run(
         Number of frames; 100 if left out, or as many fewer as keep all files within 200 MB.
     write : sequence of str, optional
         Formats of the trajectory: "h5md", "extxyz", "gsd"; the first two if left out, or H5MD alone if both
-        exceed 20 MB.
+        exceed 60 MB.
     event_log, pictures : bool, optional
         Whether to write every collision, and to draw pictures.
     seed : int, optional

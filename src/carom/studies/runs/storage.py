@@ -18,8 +18,10 @@ OTHERS = 1e6
 FRAMES = 100
 """Largest number of frames of a run, unless its plan asks for more."""
 
-SMALL = 20e6
-"""Size up to which a trajectory is also written as text [bytes], unless the plan names formats."""
+SMALL = 60e6
+"""Size up to which a trajectory is also written as text [bytes], unless the plan names formats: OVITO and ASE
+read the default run, of 2048 spheres.
+"""
 
 FORMATS = ("h5md", "extxyz")
 """Formats of small trajectories. Larger ones have only the first, which is smaller and faster."""
