@@ -237,3 +237,19 @@ def test_transport_coefficients_are_stacked_on_a_narrow_terminal_and_no_word_is_
     assert ("value: 0.88 ± 0.03" in shown) == (width == 60)
     assert all(len(line.rstrip()) <= width for line in shown.splitlines())
     assert "too short" in shown
+
+
+def test_a_sentence_is_a_note_once(capsys):
+    import warnings
+
+    from carom.cli.trouble import friendly
+    from carom.errors import CaromWarning
+
+    @friendly
+    def command():
+        for text in ("few samples", "few samples", "near freezing"):
+            warnings.warn(text, CaromWarning, stacklevel=2)
+        warnings.warn("of a library", DeprecationWarning, stacklevel=2)
+
+    command()
+    assert capsys.readouterr().err == "Note: few samples\nNote: near freezing\n"

@@ -34,7 +34,7 @@ def friendly(command: Callable[..., None]) -> Callable[..., None]:
     def wrapped(*arguments: Any, **options: Any) -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("always", CaromWarning)
-            warnings.showwarning = _show_warning  # type: ignore[assignment]
+            warnings.showwarning = _shows_warnings()
             with told(), starting():
                 command(*arguments, **options)
 
@@ -121,7 +121,14 @@ def whole_streams() -> None:
             stream.reconfigure(errors="replace")
 
 
-def _show_warning(message: Warning | str, category: type[Warning], *_: Any) -> None:
-    # Warnings of libraries are for programmers; only those of Carom are for users of a command.
-    if issubclass(category, CaromWarning):
-        say(f"Note: {message}")
+def _shows_warnings() -> Callable[..., None]:
+    """Return what shows warnings, each sentence once: two quantities may have the same doubt."""
+    shown = set[str]()
+
+    def show(message: Warning | str, category: type[Warning], *_: Any) -> None:
+        # Warnings of libraries are for programmers; only those of Carom are for users of a command.
+        if issubclass(category, CaromWarning) and str(message) not in shown:
+            shown.add(str(message))
+            say(f"Note: {message}")
+
+    return show
