@@ -253,3 +253,24 @@ def test_a_sentence_is_a_note_once(capsys):
 
     command()
     assert capsys.readouterr().err == "Note: few samples\nNote: near freezing\n"
+
+
+@pytest.mark.parametrize(("error", "code"), [(1.2e-3, 0), (1.5e-3, 3)])
+def test_a_plan_that_misses_its_target_has_an_exit_code_of_its_own(error, code, tmp_path, capsys):
+    from types import SimpleNamespace
+
+    import typer
+
+    from carom.observables import Estimate
+    from carom.studies.planner.outcome import Outcome
+
+    promise = SimpleNamespace(target=SimpleNamespace(quantity="Z"), error=1e-3, cpu_seconds=1.0)
+    outcome = Outcome(promise, Estimate(1.0, error, 1.0, 1.0, 1), 0.0, 1.0, [])
+    found = 0
+    try:
+        screen.reached(outcome, tmp_path, False)
+    except typer.Exit as ended:
+        found = ended.exit_code
+    assert found == code
+    assert (tmp_path / "outcome.json").exists()
+    assert ("1.50 of the promised one" in capsys.readouterr().err) == (code == 3)

@@ -10,7 +10,10 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 from carom.cli.heartbeat import quiet, say
+from carom.cli.trouble import PARTLY
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -115,10 +118,26 @@ def reached(outcome: Outcome, folder: Path, as_json: bool) -> None:
         print(json.dumps(outcome.words(), indent=2, allow_nan=False))
     else:
         print(f"\n{visible(outcome, lines=True)}\nResults in {visible(folder)}")
+    if not outcome.kept:
+        missed(f"The error is {outcome.error_ratio:.2f} of the promised one.")
 
 
 def results(result: RunResult, as_json: bool, verbose: bool = False) -> None:
     """Print the summary: as JSON, or as a table with the numbers of the engine if ``verbose``."""
+    _shown(result, as_json, verbose)
+    asked, found = result.summary.get("relative_error"), result.summary["Z"]
+    if asked is not None and not found["error"] <= asked * abs(found["mean"]):
+        missed(f"The relative error of Z is {found['error'] / abs(found['mean']):.2g}, above {asked:g}.")
+
+
+def missed(sentence: str) -> None:
+    """Say that something is finished and a target was missed; end with the exit code of that."""
+    sys.stdout.flush()
+    say(f"Note: {sentence}")
+    raise typer.Exit(PARTLY)
+
+
+def _shown(result: RunResult, as_json: bool, verbose: bool) -> None:
     if as_json:
         print(json.dumps(result.summary, indent=2, allow_nan=False, ensure_ascii=True))
         if not result.new:

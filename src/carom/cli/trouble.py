@@ -18,7 +18,7 @@ BAD_INPUT = 2
 """Exit code for input that cannot be used and files that cannot be written; also for unknown options."""
 
 PARTLY = 3
-"""Exit code of a study that is finished with points missing or flagged: what is there is printed and kept."""
+"""Exit code of what is finished with points missing or flagged, or a target missed: all of it is kept."""
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C or SIGTERM: 128 plus the number of SIGINT, as in shells."""

@@ -51,6 +51,10 @@ class Promise(Protocol):
         """Promised CPU time [s]."""
 
 
+KEPT = 1.3
+"""Reached error over promised error up to which a promise is kept: error bars are themselves uncertain."""
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What a plan promised, and what its runs reached.
@@ -87,6 +91,11 @@ class Outcome:
     def error_ratio(self) -> float:
         """Reached error over promised error."""
         return self.error / self.plan.error
+
+    @property
+    def kept(self) -> bool:
+        """Whether the promised error was reached, within its own uncertainty."""
+        return self.error_ratio <= KEPT
 
     @property
     def time_ratio(self) -> float:
