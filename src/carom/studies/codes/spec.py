@@ -131,7 +131,7 @@ class CodeSpec(Spec):
 
     @property
     def exact(self) -> bool:
-        """Whether the best code is known without a search; see :func:`carom.studies.codes.known.known`."""
+        """Whether the best code is known without a search: in the plane, and for at most 2 d points."""
         return self.dimension == 2 or self.n <= 2 * self.dimension
 
     def tasks(self) -> list[dict[str, Any]]:
