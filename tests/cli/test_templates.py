@@ -171,6 +171,7 @@ n = 5
         slow(("transport", "--engine", "serial")),
         slow(("pack",)),
         slow(("plan",)),
+        ("code",),
     ],
 )
 def test_one_file_serves_every_command(tmp_path, command):

@@ -65,7 +65,7 @@ class PackSpec(Beside):
         float | None, number(low=0.0), Opt("Packing fraction of the start, instead of points.")
     ] = None
     species: Annotated[
-        Sequence[Any] | None, _species, Opt("Species of the points, each with a ``count`` or a ``fraction``.")
+        Sequence[Any] | None, _species, Opt("Species of the points, each with a count or a fraction.")
     ] = None
     walls: Annotated[bool, switch, Opt("Whether the box has hard walls instead of periodic boundaries.")] = (
         False
@@ -87,7 +87,7 @@ class PackSpec(Beside):
         int | None, integer(low=1), Opt("Number of pair collisions after which to stop.")
     ] = None
     common: Annotated[
-        bool, switch, Opt("Whether all diameters grow at one rate, instead of in proportion to themselves.")
+        bool, switch, Opt("Whether all diameters grow at one rate, not in proportion to size.")
     ] = False
     neighbors: Annotated[
         str, word("auto", "lists", "sectors", "all"), Opt("How pairs are found: auto, lists, sectors or all.")
