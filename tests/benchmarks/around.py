@@ -115,7 +115,7 @@ def snapshots(n):
 def compare(given, n):
     """Print the shares of a run of about n spheres."""
     cells, length = max(round((n / 4) ** (1 / 3)), 1), given.collisions_per_particle
-    arguments = ["run", "--cells", cells, "--packing-fraction", given.packing_fraction]
+    arguments = ["run", "--lattice", "fcc", "--cells", cells, "--packing-fraction", given.packing_fraction]
     arguments += ["--collisions-per-particle", length, "--equilibration", min(0.2 * length, 100.0)]
     with tempfile.TemporaryDirectory() as folder:
         where = Path(folder) / "run"

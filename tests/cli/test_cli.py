@@ -384,7 +384,7 @@ def test_progress_is_shown_on_a_terminal(tmp_path):
     pty = pytest.importorskip("pty")
     ours, theirs = pty.openpty()
     command = [
-        *CAROM, "run", "--cells", "4", "--packing-fraction", "0.4", "--equilibration", "1",
+        *CAROM, "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.4", "--equilibration", "1",
         "--collisions-per-particle", "300", "--frames", "2", "--no-pictures", "--json",
     ]  # fmt: skip
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=theirs, text=True)
@@ -408,7 +408,7 @@ def test_progress_is_shown_on_a_terminal(tmp_path):
 def test_ctrl_c_before_anything_is_kept_leaves_quietly(tmp_path):
     import signal
 
-    process = start("run", "--cells", "4", "--out", "run", cwd=tmp_path)
+    process = start("run", "--n", "256", "--out", "run", cwd=tmp_path)
     wait_for(lambda: (tmp_path / "run" / "scene.toml").exists(), process)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)

@@ -278,11 +278,11 @@ def test_error_bars_of_walls_cover_although_sound_carries_blocks():
 @pytest.mark.parametrize(
     ("d", "n", "eta", "periodic", "which", "obstacles"),
     [
-        (2, 200, 0.1, False, 0, ()),
+        (2, 200, 0.1, (False, False), 0, ()),
         (2, 200, 0.4, (True, False), 1, ()),
         (3, 200, 0.1, (True, True, False), 0, ()),
-        (3, 200, 0.4, False, 3, ()),
-        (2, 200, 0.3, True, "ball", (Ball((6.0, 6.0), 2.0),)),
+        (3, 200, 0.4, (False, False, False), 3, ()),
+        (2, 200, 0.3, (True, True), "ball", (Ball((6.0, 6.0), 2.0),)),
         (2, 200, 0.2, (True, False), "roof", (Plane((0.0, -1.0), -20.0, "roof"),)),
     ],
 )

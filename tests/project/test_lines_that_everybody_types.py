@@ -121,7 +121,7 @@ def test_a_packing_begins_from_a_scene_file(folder, tmp_path):
     assert json.loads(done.stdout)["n"] == 32
     refused = CliRunner().invoke(cli.app, ["pack", str(folder / "scene.toml"), "--n", "30"])
     assert refused.exit_code == 2
-    assert "leave out --n" in " ".join(refused.output.split())
+    assert "leave out n, dimension" in " ".join(refused.output.split())
 
 
 def test_a_scene_file_gives_its_scene_and_a_checkpoint_its_simulation(folder):

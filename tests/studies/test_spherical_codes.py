@@ -417,7 +417,7 @@ def test_a_file_says_what_is_searched_for_and_options_override_it(tmp_path):
         ("[code]\nn = 'many'\n", "n must be"),
         ("[code]\ntries = 3\n", "must have n"),
         ("code = 3\n", "must be a section"),
-        ("[scene]\nn = 8\n", "no section of a search"),
+        ("[scene]\nn = 8\n", "this one reads [code]"),
         ("[code\n", "no valid TOML"),
     ],
 )

@@ -35,7 +35,7 @@ NAMES = (
 )  # fmt: skip
 """The templates."""
 
-SCHEMA = "carom.schema.json"
+SCHEMA = "scene.schema.json"
 """Name of the file of the schema, in the folder of scene files."""
 
 COLUMN = 40

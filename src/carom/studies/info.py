@@ -231,6 +231,7 @@ def _results(found: Info, study: Study[Any]) -> Info:
             found.add(name.replace("_", " "), ", ".join(texts), **{name: several})
     if lines:
         found.add("result", "; ".join(lines[:MOST_LINES]))
+    found.values = {**study.spec.words(), **found.values}
     return found
 
 
