@@ -384,7 +384,7 @@ def test_progress_is_shown_on_a_terminal(tmp_path):
     pty = pytest.importorskip("pty")
     ours, theirs = pty.openpty()
     command = [
-        *CAROM, "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.4", "--equilibration", "1",
+        *CAROM, "run", "--n", "256", "--packing-fraction", "0.4", "--equilibration", "1",
         "--collisions-per-particle", "300", "--frames", "2", "--no-pictures", "--json",
     ]  # fmt: skip
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=theirs, text=True)

@@ -82,7 +82,11 @@ def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypa
     ("more", "trajectory", "says"),
     [
         slow('walls = "z"', '["h5md"]', "No g(r): with walls"),
-        slow('obstacles = [{type = "ball", center = [1, 1, 1], radius = 1.0}]', '["h5md"]', "with obstacles"),
+        slow(
+            'obstacles.ball = { type = "ball", center = [1, 1, 1], radius = 1.0 }',
+            '["h5md"]',
+            "with obstacles",
+        ),
         ("", "[]", "none was asked for"),
     ],
 )
@@ -99,13 +103,13 @@ def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
 def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, capsys):
     more = (
         'walls = "z"\nimpact = { restitution = 0.99, elastic_below = 0.1 }\n'
-        'obstacles = [{type = "ball", center = [1, 1, 1], radius = 0.5}, '
-        '{type = "plane", normal = [0, 0, 1], offset = 0.01, name = "floor"}]'
+        'obstacles.ball = { type = "ball", center = [1, 1, 1], radius = 0.5 }\n'
+        'obstacles.floor = { type = "plane", normal = [0, 0, 1], offset = 0.01 }'
     )
     result = carom.run(plan(3, more, "[]"), tmp_path / "run")
     summary = result.summary
     lower, upper, ball, floor = summary["obstacles"]
-    names = ["z_low", "z_high", "ball 0", "floor"]
+    names = ["z_low", "z_high", "ball", "floor"]
     assert [each["name"] for each in summary["obstacles"]][:2] == names[:2]
     # Nobody reaches the wall behind the plane; what stands before it bears what the other wall bears.
     assert lower["force"]["mean"] == 0.0

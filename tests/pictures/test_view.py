@@ -139,7 +139,7 @@ WITH_A_BALL = """
 n = 7
 packing_fraction = 0.1
 dimension = {dimension}
-obstacles = [{{type = "ball", center = {center}, radius = 0.5}}]
+obstacles.ball = {{ type = "ball", center = {center}, radius = 0.5 }}
 """
 
 

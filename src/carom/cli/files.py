@@ -151,7 +151,7 @@ def init(
     carom init
     carom init --list
     carom init disks.toml --template walls
-    carom init --schema > scene.schema.json
+    carom init --schema > carom-schema.json
     """
     import json
 

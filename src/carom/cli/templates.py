@@ -35,7 +35,7 @@ NAMES = (
 )  # fmt: skip
 """The templates."""
 
-SCHEMA = "scene.schema.json"
+SCHEMA = "carom-schema.json"
 """Name of the file of the schema, in the folder of scene files."""
 
 COLUMN = 40
