@@ -148,7 +148,7 @@ def test_the_command_writes_a_folder_for_each_packing(study, tmp_path):
     rows = list(csv.DictReader((out / "pack.csv").open(encoding="utf-8")))
     assert [float(row["packing_fraction"]) for row in rows] == [p.packing_fraction for p in study.packings]
     of_file = typed(out / "study.toml", "--out", out, "--json")
-    assert json.loads(of_file.stdout)["study"] == study.spec.words()
+    assert json.loads(of_file.stdout)["study"] == study.spec.replaced(pictures=False).words()
     resumed = CliRunner().invoke(cli.app, ["resume", str(out)])
     assert resumed.exit_code == 0, resumed.output
     other = typed(*OPTIONS[:-1], "1e5", "--seeds", 3, "--out", out)
@@ -176,16 +176,16 @@ def test_one_packing_and_several_need_folders_of_their_own(study, tmp_path):
         (("--seeds", "2", "--rate", "-1"), "rate must be"),
         (("--seeds", "2", "--rate", "0.1", "--stage", "0.1:1e3"), "stages, or rate and until_Z"),
         (("--seeds", "2", "--n", "10", "--species", "5:1"), "n"),
-        (("scene.toml", "--seeds", "2"), "A scene file is the start of one packing"),
+        (("scene.toml", "--seeds", "2"), "[scene] is the start of one packing"),
         (("bad.toml",), "did you mean rate"),
-        (("other.toml",), "is no section of a study of packings"),
+        (("other.toml",), "[scene] says what is packed"),
     ],
 )
 def test_what_cannot_be_asked_for_is_a_sentence(words, sentence, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "scene.toml").write_text("[scene]\nn = 32\npacking_fraction = 0.1\n")
     (tmp_path / "bad.toml").write_text("[pack]\nrates = 0.1\n")
-    (tmp_path / "other.toml").write_text("[pack]\nrate = 0.1\n[scene]\nn = 10\n")
+    (tmp_path / "other.toml").write_text("[pack]\nn = 20\n[scene]\nn = 10\n")
     refused = CliRunner().invoke(cli.app, ["pack", *words])
     assert refused.exit_code == 2, refused.output
     assert sentence in " ".join(refused.output.split())
@@ -207,7 +207,7 @@ def test_a_study_of_packings_is_a_file():
     for wrong, sentence in (
         ({"species": [3]}, "must hold Species"),
         ({"species": [{"count": 3, "size": 1.0}]}, "A species has no 'size'"),
-        ({"stages": [(0.1, None)], "collisions": 100}, "needs a Z"),
+        ({"stages": [(0.1, None)], "collisions": 100, "seeds": 2}, "needs a Z"),
         ({"walls": "y"}, "walls must be true or false"),
         ({"neighbors": "none"}, "neighbors must be one of"),
         ({"dimension": 13}, "dimension must be"),
