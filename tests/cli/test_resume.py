@@ -7,6 +7,7 @@ import shutil
 import signal
 import time
 
+import filelock
 import MDAnalysis
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ import carom
 from carom import io
 from carom.io import checkpoint
 from carom.scene_file.scene_file import SceneFile
+from carom.studies.lock import LOCK
 
 ONE_SECOND = 1.0
 """What a person who pressed Ctrl-C waits without wondering."""
@@ -199,13 +201,8 @@ def test_resume_of_a_finished_run_says_so(reference):
 
 
 def test_two_processes_do_not_run_in_one_folder(reference, stopped):
-    fcntl = pytest.importorskip("fcntl")
-    handle = os.open(stopped, os.O_RDONLY)
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX)
+    with filelock.FileLock(stopped / LOCK):
         done = command("resume", stopped)
-    finally:
-        os.close(handle)
     assert done.returncode == 2
     assert "Another process" in done.stderr
 
