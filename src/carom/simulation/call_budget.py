@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from carom.compiling import compile_listeners
 
-CYCLES = 400_000
-"""Cycles between two looks at whether a run comes nearer to its end, and in one call at most: some 0.2 s in
-two and three dimensions. A call ends earlier, after ``SHORT`` to ``LONG``.
+CYCLES, MOST_CYCLES = 20_000, 400_000
+"""Cycles between two looks at whether a run comes nearer to its end: the first, and twice as many after each
+that saw collisions, some 0.2 s in two and three dimensions at most. A call ends earlier, after ``SHORT`` to
+``LONG``.
 """
 
 MOST_SCHEDULED = 100_000

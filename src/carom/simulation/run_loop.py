@@ -16,7 +16,7 @@ from carom.errors import CaromWarning, InputError
 from carom.models.questions.memory import error_message
 from carom.scene.temperature import peculiar
 from carom.simulation.agents import refuse_rule
-from carom.simulation.call_budget import CYCLES
+from carom.simulation.call_budget import CYCLES, MOST_CYCLES
 from carom.simulation.mechanics import impulses, sizes
 from carom.simulation.stall_detector import StallDetector
 from carom.simulation.temperature import kT_time, momentum_flux
@@ -87,7 +87,7 @@ def _advance(
     stall_detector = None
     most_free_times = None if collisions is not None and end is None else math.inf
     alone = callbacks is not None and callbacks.needs_events
-    left = CYCLES
+    left = most = CYCLES
     while True:
         instant, why = _next_stop(run_state, end, callbacks)
         stop = _split(run_state, instant)
@@ -151,7 +151,8 @@ def _advance(
         called = code == constants.REACHED_TIME and why == CALL
         if (code == constants.SPENT or called) and left > 0:
             continue
-        left = CYCLES  # what follows happens at the same cycles, however long they take
+        # What follows happens at the same cycles, however long they take.
+        left = most = min(2 * most, MOST_CYCLES) if run_state.collisions > last_seen else CYCLES
         if callbacks is not None and callbacks.ends_between_events():
             break
         # Only now: many short runs would spend their time with looking at all velocities, or at the clock.

@@ -13,7 +13,7 @@ from carom.frame import Frame
 from carom.models.motions.shear import Shear
 from carom.models.questions.steps import start_steps
 from carom.scene.temperature import peculiar
-from carom.simulation.call_budget import CYCLES, MOST_SCHEDULED, CallBudget
+from carom.simulation.call_budget import MOST_CYCLES, MOST_SCHEDULED, CallBudget
 from carom.simulation.clock import Clock
 from carom.simulation.depths import Depths
 from carom.simulation.invariants import EnergyMomentum
@@ -195,7 +195,7 @@ class RunState:
         self.seconds = 0.0
         self.log: Log | None = None
         self.alone = RunGuard()
-        self.budget = CallBudget(CYCLES)
+        self.budget = CallBudget(MOST_CYCLES)
         self.steps: Steps | None = None
         self.scheduled = True
         self.executive: Workers | None = None
