@@ -20,7 +20,7 @@ def done(tmp_path_factory):
 def test_a_study_leaves_tables_pictures_and_a_report(done):
     out, printed = done
     names = {path.name for path in out.iterdir()}
-    assert names == {"study.json", "study.toml", "tasks", "eos.csv", "eos.png", "report.html"}
+    assert names == {"study.json", "study.toml", "tasks", "eos.csv", "eos.png", "report.html", ".lock"}
     with (out / "eos.csv").open() as file:
         rows = list(csv.DictReader(file))
     # As typed, whatever the rounding of the scenes.
@@ -147,17 +147,18 @@ def test_flags_take_the_place_of_what_the_file_says(tmp_path):
     assert {task["scene"]["mass"] for task in tasks} == {2.0}
 
 
-def test_a_run_that_fails_is_told_with_exit_code_2_and_tried_again(tmp_path):
-    """More spheres than fit at random between two walls: the other density goes on."""
+def test_a_run_that_fails_is_told_with_exit_code_3_and_tried_again(tmp_path):
+    """Ten spheres jam below .60, wherever they begin: the other density goes on."""
     file = tmp_path / "study.toml"
     file.write_text(
-        "[study]\npacking_fraction = [0.1, 0.62]\nn = 32\nreplicas = 1\ncollisions_per_particle = 50\n"
+        "[study]\npacking_fraction = [0.1, 0.60]\nn = 10\nlattice = 'none'\nreplicas = 1\n"
+        "collisions_per_particle = 50\n"
     )
     for options in ([], ["--json"]):
         finished = carom(
             "eos", file, "--engine", "serial", "--out", tmp_path / "out", "--no-pictures", *options
         )
-        assert finished.returncode == 2
+        assert finished.returncode == 3
         assert "Note: 1 of 2 runs failed" in finished.stderr
         assert "1 of 2 runs are done; the same command tries the rest again" in finished.stderr
         assert len(list((tmp_path / "out" / "tasks").glob("*.json"))) == 1

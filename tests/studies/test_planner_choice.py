@@ -77,18 +77,18 @@ def test_what_is_planned_of_diffusion_has_the_units_of_the_scene():
 
 def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(monkeypatch):
     """D of N spheres at rest together is smaller by 1 / N, which is exact and leaves no bias."""
-    from carom.observables.statistics import Estimate
+    from carom.studies.coefficients.analysis import Coefficient
     from carom.studies.planner import diffusion
 
-    n, density, one = 64, 0.5, Estimate(0.3, 0.01, 100.0, 1.0, 100)
+    n, density, one = 64, 0.5, Coefficient(0.3, 0.01, 100.0, 1.0, 100)
     point = SimpleNamespace(
         n=n,
         volume=n / density,
         kT=1.0,
         first={"masses": [1.0]},
         at_rest=lambda species: n / (n - 1.0),
-        shear_viscosity=lambda: SimpleNamespace(value=one),
-        self_diffusion=lambda: [SimpleNamespace(value=one, settled=True)] * 2,
+        shear_viscosity=lambda: one,
+        self_diffusion=lambda: [one] * 2,
     )
     monkeypatch.setattr(diffusion, "Point", lambda records: point)
     method = diffusion.DiffusionMethod(System(density * math.pi / 6.0), "D")
