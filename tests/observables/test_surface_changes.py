@@ -110,8 +110,8 @@ def test_an_error_bar_knows_what_a_regression_takes_by_chance(n, groups):
 
 
 CASES = [
-    ("slope", False, (SLANTING,)),
-    ("post", True, (Post((6.0, 6.0), 2.0),)),
+    ("slope", (False, False), (SLANTING,)),
+    ("post", (True, True), (Post((6.0, 6.0), 2.0),)),
     ("segment", (True, False), (Segment((3.0, 4.0), (7.0, 7.0)),)),
 ]
 

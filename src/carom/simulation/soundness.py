@@ -467,7 +467,7 @@ def _of_model(run_state: RunState) -> Iterator[str]:
             ("begun", pair.begun, 0, 1),
             ("fault", pair.fault[:1], 0, max(COMPLAINTS)),
             ("fault", pair.fault[1:], -1, n - 1),
-            ("timers", pair.timers, 0.0, math.inf),
+            ("timers", pair.timers, -math.inf, math.inf),  # of who was removed, a past time
         ):
             yield from _outside(f"model.pair.{name}", values, low, high)
     yield from _of_observers(run_state)
