@@ -56,8 +56,9 @@ def run_page(tmp_path):
 @pytest.mark.slow
 def test_the_slit_of_the_page(tmp_path):
     lines = run_page(tmp_path).splitlines()
-    assert all(line.endswith("of 20 are on the right") for line in lines[:4])
-    assert lines[4].count("Impacts(") == 2
+    assert lines[0] == "True True"
+    assert all(line.endswith("of 20 are on the right") for line in lines[1:5])
+    assert lines[5].count("Impacts(") == 2
     assert lines[-1] == "lower bar needs two dimensions, with walls along both."
 
 
