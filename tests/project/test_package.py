@@ -214,11 +214,12 @@ print("code 5:", runner.invoke(carom.cli.app, ["code", "5"]).exit_code)
 """
 
 
-def test_every_command_starts_where_only_the_plain_dependencies_are():
+def test_every_command_starts_where_only_the_plain_dependencies_are(tmp_path):
     """``carom trade`` once failed after the README's install, because it needs mpmath."""
     done = subprocess.run(
-        [sys.executable, "-c", HIDING, *plain_dependencies()], capture_output=True, text=True, check=False
-    )
+        [sys.executable, "-c", HIDING, *plain_dependencies()], capture_output=True, text=True, check=False,
+        cwd=tmp_path,
+    )  # fmt: skip
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0] == "pytest hidden: True"
