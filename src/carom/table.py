@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
@@ -52,7 +53,7 @@ class Column:
 
 def decimals(error: float | None) -> int:
     """Return the number of decimals that show one digit of an error, or two if it begins with 1."""
-    if not error or not math.isfinite(error):
+    if not error or not math.isfinite(error) or error < sys.float_info.min:
         return 6
     exponent = math.floor(math.log10(error))
     return max((1 if error / 10.0**exponent < 1.95 else 0) - exponent, 0)

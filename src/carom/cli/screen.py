@@ -14,6 +14,7 @@ import typer
 
 from carom.cli.heartbeat import quiet, say
 from carom.cli.trouble import PARTLY
+from carom.table import decimals
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -231,10 +232,10 @@ def _physics(summary: dict[str, Any]) -> Any:
         measured = summary[key]
         if measured["mean"] is None:
             continue
-        decimals = decimals_of(measured["error"])
+        places = decimals(measured["error"])
         cells = [_with_error(measured)]
         for row in summary["theory"]:
-            cells.append(_beside(row[theoretical], measured, decimals))
+            cells.append(_beside(row[theoretical], measured, places))
         table.add_row(name, *cells)
     for name, key in (("U / N", "U"), ("kT", "temperature")):
         if (measured := summary.get(key)) and measured["mean"] is not None:
@@ -420,28 +421,20 @@ def _reached(summary: dict[str, Any]) -> str:
     return f"{reached}, {summary['relative_error']:.2g} was asked for"
 
 
-def decimals_of(error: float | None) -> int:
-    """Return the number of decimals that show one digit of an error, or two if it begins with 1."""
-    if not error or not math.isfinite(error) or error < sys.float_info.min:
-        return 6
-    exponent = math.floor(math.log10(error))
-    return max((1 if error / 10.0**exponent < 1.95 else 0) - exponent, 0)
-
-
 def _with_error(value: dict[str, Any]) -> str:
     """Return a mean with its standard error."""
-    decimals = decimals_of(value["error"])
+    places = decimals(value["error"])
     if value["error"] is None:
         return f"{value['mean']:.6g} ± ?"
-    return f"{value['mean']:.{decimals}f} ± {value['error']:.{decimals if value['error'] else 0}f}"
+    return f"{value['mean']:.{places}f} ± {value['error']:.{places if value['error'] else 0}f}"
 
 
-def _beside(theory: float | None, measured: dict[str, Any], decimals: int) -> str:
+def _beside(theory: float | None, measured: dict[str, Any], places: int) -> str:
     """Return a value of theory, with (measured - theory) / standard error in brackets."""
     if theory is None:
         return "-"
     # One digit more than the measurement has, so that rounding does not affect the comparison.
-    text = f"{theory:.{decimals + 1}f}"
+    text = f"{theory:.{places + 1}f}"
     if not measured["error"]:
         return text
     return f"{text} ({(measured['mean'] - theory) / measured['error']:+.1f})"

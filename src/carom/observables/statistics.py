@@ -15,6 +15,7 @@ from carom.errors import CaromWarning, InputError
 from carom.notebook import table
 from carom.observables.quantiles import chi_squared_below, student_above
 from carom.results import part
+from carom.table import decimals
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -84,8 +85,8 @@ class Estimate:
             return f"{self.mean:.6g} +- {self.error:.3g}"
         if self.error == 0.0:
             return f"{self.mean:.12g} +- 0"
-        decimals = _decimals(self.error)
-        return f"{self.mean:.{decimals}f} +- {self.error:.{decimals}f}"
+        digits = decimals(self.error)
+        return f"{self.mean:.{digits}f} +- {self.error:.{digits}f}"
 
     @property
     def relative_error(self) -> float:
@@ -161,14 +162,8 @@ def value_with_error(mean: float | None, error: float | None) -> str:
         return f"{mean:.6g}(?)"
     if error <= 0.0:
         return f"{mean:.8g}"
-    digits = _decimals(error)
+    digits = decimals(error)
     return f"{mean:.{digits}f}({round(error * 10**digits)})"
-
-
-def _decimals(error: float) -> int:
-    """Return the decimals that an error leaves: one digit of it, or two where it begins with 1."""
-    exponent = math.floor(math.log10(error))
-    return max((1 if error / 10.0**exponent < 1.95 else 0) - exponent, 0)
 
 
 def shown(values: np.ndarray, errors: np.ndarray, k: int) -> str:

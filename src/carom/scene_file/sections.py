@@ -83,7 +83,7 @@ class SceneSpec(Spec):
     packing_fraction: Annotated[
         float | None,
         number(low=0, high=1, open_low=True),
-        Opt("Fraction of the volume that particles fill.", SYSTEM, ("--packing-fraction", "--eta")),
+        Opt("Fraction of the volume that particles fill.", SYSTEM),
     ] = None
     density: Annotated[
         float | None,
@@ -96,7 +96,7 @@ class SceneSpec(Spec):
     dimension: Annotated[
         int | None,
         integer(low=1, high=check.MOST_DIMENSIONS),
-        Opt("Dimension of space, 1 to 12.", SYSTEM, ("--dimension", "-d")),
+        Opt("Dimension of space, 1 to 12.", SYSTEM),
     ] = None
     lattice: Annotated[
         str | None,
@@ -347,7 +347,7 @@ class RunSpec(Spec):
     collisions_per_particle: Annotated[
         float | None,
         number(low=0, high=MOST_COLLISIONS, open_low=True),
-        Opt("Collisions per particle in the measurement.", LENGTH, ("--collisions-per-particle", "-c")),
+        Opt("Collisions per particle in the measurement.", LENGTH),
     ] = None
     time: Annotated[
         float | None,

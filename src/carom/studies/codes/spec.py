@@ -60,7 +60,7 @@ class CodeSpec(Spec):
     dimension: Annotated[
         int,
         integer(low=2, high=12),
-        Opt("Dimension of the space around the sphere.", "", ("--dimension", "-d")),
+        Opt("Dimension of the space around the sphere."),
     ] = 3
     tries: Annotated[int, integer(low=1, high=10**6), Opt("Number of random starts.")] = 40
     seed: Annotated[int, integer(low=0), Opt("Seed of the first try; each further one has the next.")] = 1
