@@ -38,8 +38,8 @@ def finished(tmp_path_factory):
     """Return the folder of a small run with everything, and what it printed."""
     folder = tmp_path_factory.mktemp("finished")
     done = carom(
-        "run", "--cells", "4", "--packing-fraction", "0.4", "--seed", "3", "--equilibration", "100",
-        "--collisions-per-particle", "1000", "--frames", "20", "--out", "fluid", cwd=folder,
+        "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.4", "--seed", "3", "--equilibration",
+        "100", "--collisions-per-particle", "1000", "--frames", "20", "--out", "fluid", cwd=folder,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return folder / "fluid", done
@@ -166,7 +166,7 @@ def test_overwrite_replaces_the_run_and_nothing_else(finished, tmp_path):
     for name in ("summary.json", "checkpoint.h5", "events.h5", "trajectory.gsd"):
         (out / name).write_text("old")
     done = carom(
-        "run", "--cells", "4", "--packing-fraction", "0.4", "--equilibration", "1",
+        "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.4", "--equilibration", "1",
         "--collisions-per-particle", "10", "--frames", "2", "--no-pictures", "--out", out, "--overwrite",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -4,6 +4,7 @@ The readers are called in this process. A value becomes a word, a table, a list,
 infinite number, or lists in lists. The default run takes one of these for each value, slow tests take all.
 """
 
+import contextlib
 import copy
 import json
 import math
@@ -12,6 +13,7 @@ import h5py
 import mpmath
 import numpy as np
 import pytest
+import typer
 from helpers.frames import crystal
 from helpers.marks import slow
 from helpers.options import PLAN
@@ -323,7 +325,8 @@ def test_a_strange_value_in_the_summary_of_a_run_is_a_sentence(tmp_path, all_of_
 
     def shown(as_json):
         found = RunResult(tmp_path, read_summary(path), new=True)
-        screen.results(found, as_json)
+        with contextlib.suppress(typer.Exit):  # a target that was missed: exit code 3
+            screen.results(found, as_json)
 
     for changed, place, strange in damaged(SUMMARY, all_of_them):
         path.write_text(as_json(changed))

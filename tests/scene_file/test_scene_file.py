@@ -101,7 +101,7 @@ BAD = [
     ("[scene]\nlattice = 'fcc'\ndimension = 2", "dimension is 3 with lattice"),
     ("[scene]\nlattice = 'dn'\ncells = 2\ndensity = 0.1\ndimension = 2", "at least 3"),
     ("[scene]\nlattice = 'fcc'\nbox = [9, 9, 9]", "box has no meaning with lattice"),
-    ("[scene]\nn = 9\ncells = 2", "cells has no meaning without a lattice"),
+    ("[scene]\nn = 9\ncells = 2", "cells needs a lattice"),
     ("[scene]\nn = 9\nframe = 2", "frame has no meaning without a file"),
     ("[scene]\nn = 9\nbox = 9", "box must be a list of edges, found 9"),
     ("[scene]\nn = 9\nbox = [9, 0]", "box must be at least"),

@@ -244,6 +244,8 @@ class SceneSpec(Spec):
             where, unused = f'with lattice = "{self.lattice}"', ["box"]
         unused += [] if self.file is not None else ["frame"]
         if extra := self._given(*unused):
+            if extra[0] == "cells" and self.file is None:
+                raise InputError('[scene] cells needs a lattice (lattice = "fcc"); a random start takes n.')
             where = "without a file" if extra[0] == "frame" else where
             raise InputError(f"[scene] {extra[0]} has no meaning {where}; remove it.")
         for group in self.rivals:
