@@ -29,7 +29,7 @@ extensions = [
 ]
 exclude_patterns = ["_build", "packaging"]
 # A build runs the notebook and the gallery's examples, and keeps their results until they or Carom change.
-# `sphinx-build -t stored` runs nothing: it shows the results that are committed (decision 37).
+# `sphinx-build -t stored` runs nothing: it shows the results that are committed (decision 16).
 # Sphinx puts `tags` into the names of this file.
 nb_execution_mode = "off" if tags.has("stored") else "cache"  # noqa: F821
 nb_execution_cache_path = str(KEPT / f"notebooks-{package_digest()[:16]}")

@@ -1,7 +1,7 @@
 """The gallery: a page for every script in ``examples``, and one page with all of them.
 
 A new example appears by itself. Its page shows the docstring, the cells (comment as text, code as code), its
-pictures and what it printed. A build runs every example (``execution.py``, decision 37). For examples that
+pictures and what it printed. A build runs every example (``execution.py``, decision 16). For examples that
 take long it also shows what is stored: the pictures ``docs/images/NAME*`` and the output
 ``docs/images/NAME.txt``. ``python docs/_extensions/pictures.py NAME`` makes both. ``sphinx-build -t stored``
 runs nothing and shows what is stored.

@@ -1,4 +1,4 @@
-"""Scheduling leaves no trace: the time of a contact is a function of two rows (decision 47)."""
+"""Scheduling leaves no trace: the time of a contact is a function of two rows (decision 3)."""
 
 import numpy as np
 import pytest

@@ -224,7 +224,7 @@ def test_version_dates_and_licence_agree():
 
 
 def test_decision_records_have_their_three_parts():
-    decisions = sorted(ROOT.joinpath("docs/decisions").glob("0*.md"))
+    decisions = sorted(ROOT.joinpath("docs/decisions").glob("[0-9]*.md"))
     assert decisions
     for decision in decisions:
         text = decision.read_text(encoding="utf-8")

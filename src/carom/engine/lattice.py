@@ -52,7 +52,7 @@ def relative_to(motion, boundary, i, ref, me, other, now):
     ``other`` are their old events.
 
     The loop over axes is here, and not where this is asked: a question for each axis cost spheres in lists
-    five percent of their rate (docs/decisions/039-shear.md).
+    five percent of their rate (docs/decisions/14-transport-and-shear.md).
     """
     rr = 0.0
     rv = 0.0

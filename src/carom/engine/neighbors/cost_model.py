@@ -2,7 +2,7 @@
 
 Between two collisions a component flies a mean free path, which in a thin system is many spacings long. Small
 sectors are crossed all the while; large ones bring many candidates into view at each crossing. The cheapest
-side follows from the costs of both, as they were measured (docs/decisions/024-thin-systems.md).
+side follows from the costs of both, as they were measured (docs/decisions/05-neighbours.md).
 """
 
 from __future__ import annotations
