@@ -38,8 +38,9 @@ def finished(tmp_path_factory):
     """Return the folder of a small run with everything, and what it printed."""
     folder = tmp_path_factory.mktemp("finished")
     done = carom(
-        "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.4", "--seed", "3", "--equilibration",
-        "100", "--collisions-per-particle", "1000", "--frames", "20", "--out", "fluid", cwd=folder,
+        "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.4", "--seed", "3",
+        "--equilibration", "100", "--collisions-per-particle", "1000", "--frames", "20", "--out", "fluid",
+        cwd=folder,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return folder / "fluid", done
