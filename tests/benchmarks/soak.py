@@ -3,8 +3,7 @@
     python tests/benchmarks/soak.py --collisions 1e9
     python tests/benchmarks/soak.py --dimension 2 --cells 224 --packing-fraction 0.4 --workers 2
 
-prints a line every twenty million collisions. Figures of such runs are in docs/extremes.md and
-docs/parallel.md.
+prints a line every twenty million collisions. Figures of such runs are in docs/benchmarks.md.
 """
 
 import argparse

@@ -1,7 +1,7 @@
 """The extremes: no stall, no lost particle, no silent overlap; right physics or a clear refusal.
 
-One test or more for each row of the table in docs/extremes.md; ``pytest -m slow -s`` adds the long ones. More
-extremes stand in test_engine_limits.py.
+The limits of docs/validation.md, and more; ``pytest -m slow -s`` adds the long ones. Others stand in
+test_engine_limits.py.
 """
 
 import itertools

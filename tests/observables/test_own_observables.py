@@ -9,7 +9,7 @@ import pytest
 import carom
 from carom.errors import InputError
 
-PAGE = Path(__file__).parents[2] / "docs" / "transport.md"
+PAGE = Path(__file__).parents[2] / "docs" / "measuring.md"
 
 
 @pytest.fixture

@@ -46,7 +46,8 @@ Path("scene.toml").write_text(text + "collisions_per_particle = 20\\nframes = 3\
 import contextlib, distributed
 distributed.Client = lambda address: contextlib.nullcontext(None)
 """,
-    "files.md": FLUID
+    "files.md": FLUID,
+    "layouts.md": FLUID
     + """
 with carom.Simulation(scene, seed=2, event_log="events.h5") as logged:
     logged.run(collisions=20)
@@ -63,7 +64,6 @@ _pack = carom.pack
 carom.pack = lambda n, dimension, until_Z, seed: _pack(40, dimension=3, rate=0.05, until_Z=1e4, seed=seed)
 """,
     "studies.md": SMALL_STUDY,
-    "trade.md": FLUID,
 }
 
 
@@ -77,7 +77,7 @@ PAGES = sorted(
     if page.name not in ELSEWHERE and not {"_build", "gallery"} & set(page.parts) and python_blocks(page)
 )
 
-LONG = ("gravity.md", "packings.md", "range-rules.md", "spherical-codes.md", "transport.md")
+LONG = ("gravity.md", "measuring.md", "packings.md", "range-rules.md", "spherical-codes.md", "transport.md")
 """Pages whose blocks take more than half a minute."""
 
 

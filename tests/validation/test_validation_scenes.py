@@ -1,6 +1,6 @@
 """Mixtures, walls, obstacles and lost energy against exact and published values.
 
-The long ones, whose figures docs/validation shows:
+The long ones, whose figures docs/benchmarks.md shows:
 ``pytest -m slow -s tests/validation/test_validation_scenes.py``.
 """
 

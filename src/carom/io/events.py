@@ -1,7 +1,7 @@
 """The event log: every collision of a run, from which any state can be rebuilt.
 
 The HDF5 file has one growing data set per column; row k of every column is event k. The group ``initial``
-holds the initial state. The layout is in ``docs/files.md``.
+holds the initial state. The layout is in ``docs/layouts.md``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """H5MD 1.1: the native format of trajectories, lossless, and read by MDAnalysis without conversion.
 
 See de Buyl, Colberg and Hofling, Comput. Phys. Commun. 185, 1546 (2014), and nongnu.org/h5md. The layout is
-in ``docs/files.md``. Three choices serve ``MDAnalysis.Universe("run.h5md")``. The particle group is called
+in ``docs/layouts.md``. Three choices serve ``MDAnalysis.Universe("run.h5md")``. The particle group is called
 ``trajectory``. Units are named "Angstrom" and "ps", which MDAnalysis does not convert; they stand for the
 scene's own units. Frames of one and two dimensions are padded to three columns along axes whose boundary is
 "none". More than three dimensions are written as they are, which H5MD allows and MDAnalysis refuses.
@@ -64,7 +64,7 @@ class _Store:
         self.boundary = tuple(bool(kind == b"periodic") for kind in group["box"].attrs["boundary"])
 
     def _check_shapes(self) -> None:
-        """Raise ValueError unless the data sets are those of the table in ``docs/files.md``."""
+        """Raise ValueError unless the data sets are those of the table in ``docs/layouts.md``."""
         if not 1 <= self.dimension <= MOST_DIMENSIONS:
             raise ValueError(f"its dimension is {self.dimension}; expected 1 to {MOST_DIMENSIONS}")
         width = max(3, self.dimension)

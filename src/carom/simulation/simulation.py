@@ -68,7 +68,7 @@ class Simulation:
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     event_log : path, optional
-        Write every collision to this HDF5 file (see ``docs/files``); in double precision only.
+        Write every collision to this HDF5 file (see ``docs/layouts``); in double precision only.
     observers : sequence of observers
         Observers of your own, which add up something of every event (``docs/models``). They need one core.
         For :meth:`helfand` also :class:`carom.observables.HelfandCurrents`.
