@@ -210,48 +210,52 @@ class Swing:
         return self.amplitude * w * math.cos(w * t)
 
 
-def floored(obstacle):
+def floored(*obstacles):
     inside = carom.Scene.random(30, box=(8.0, 6.5), walls="y", seed=2)
     places = inside.positions + np.array([0.0, 1.0])
-    return carom.Scene(places, (8.0, 8.0), walls="y", obstacles=[obstacle])
+    return carom.Scene(places, (8.0, 8.0), walls="y", obstacles=obstacles)
 
 
+def roofed(floor, path):
+    """Return disks between a floor and a shaken roof."""
+    return floored(floor, Plane((0.0, -1.0), -7.75, "Roof", shake=path))
+
+
+# Several models in a scene: each kind of scene takes Numba ten seconds.
 BITS = {
-    "interaction": (FLUID.replace(interaction=Cores(1.0)), FLUID, "interaction"),
-    "interaction with steps": (
+    "cores that tire, in a bath, between a floor and a roof on a path": (
+        roofed(Floor(0.5), Swing(0.2, 3.0)).replace(
+            interaction=Cores(1.0), impact=Tired(0.9, 1e-2), drive=Bath(2.0, 0.25, seeds.word(1, "drives"))
+        ),
+        roofed(Plane((0.0, 1.0), 0.5, "Floor"), Sine(0.2, 3.0)).replace(
+            impact=Loss(0.9, contact_time=1e-2), drive=Andersen(2.0, 0.25)
+        ),
+        ("interaction", "impact", "drive", "obstacles"),
+    ),
+    "wells": (
         FLUID.replace(interaction=Well(1.0, 1.5, 1.0)),
         FLUID.replace(interaction=SquareWell(1.5, 1.0)),
-        "interaction",
+        ("interaction",),
     ),
-    "motion": (
+    "disks that fall": (
         FLUID.replace(motion=Falling((0.0, -0.5))),
         FLUID.replace(motion=Gravity((0.0, -0.5))),
-        "motion",
-    ),
-    "impact": (
-        FLUID.replace(impact=Tired(0.9, 1e-2)),
-        FLUID.replace(impact=Loss(0.9, contact_time=1e-2)),
-        "impact",
-    ),
-    "obstacle": (floored(Floor(0.5)), floored(Plane((0.0, 1.0), 0.5, "Floor")), "obstacles"),
-    "drive": (
-        FLUID.replace(drive=Bath(2.0, 1.0, seeds.word(1, "drives"))),
-        FLUID.replace(drive=Andersen(2.0, 1.0)),
-        "drive",
+        ("motion",),
     ),
 }
+TIRED, *_ = BITS["cores that tire, in a bath, between a floor and a roof on a path"]
 
 
 @pytest.fixture(scope="module", params=BITS)
 def runs(request, tmp_path_factory):
     """Return a run with a model of one's own, one with Carom's, and how to load the first again."""
-    mine, caroms, keyword = BITS[request.param]
+    mine, caroms, keywords = BITS[request.param]
     path = tmp_path_factory.mktemp("run") / "run.h5"
     both = [carom.Simulation(scene, seed=1) for scene in (mine, caroms)]
     for sim in both:
         sim.run(collisions=1000)
     both[0].save(path)
-    return *both, path, {keyword: getattr(mine, keyword)}
+    return *both, path, {keyword: getattr(mine, keyword) for keyword in keywords}
 
 
 def assert_same(one, other):
@@ -260,8 +264,10 @@ def assert_same(one, other):
     assert (one.frame().velocities == other.frame().velocities).all()
 
 
-def test_a_model_of_ones_own_has_the_bits_of_caroms(runs):
+def test_models_of_ones_own_have_the_bits_of_caroms(runs):
     mine, caroms, _, _ = runs
+    assert mine.obstacles == caroms.obstacles
+    assert all(each.hits for each in mine.obstacles)
     assert_same(mine, caroms)
 
 
@@ -273,17 +279,6 @@ def test_a_run_with_a_model_of_ones_own_is_loaded_and_goes_on(runs):
     assert_same(mine, again)
     with pytest.raises(FileError, match=re.escape("which no file holds")):
         carom.Simulation.load(path)
-
-
-def test_a_path_of_ones_own_has_the_bits_of_caroms_sine():
-    mine, caroms = (
-        carom.Simulation(floored(Plane((0.0, 1.0), 0.5, shake=path)), seed=1)
-        for path in (Swing(0.25, 3.0), Sine(0.25, 3.0))
-    )
-    for sim in (mine, caroms):
-        sim.run(collisions=300)
-    assert mine.obstacles == caroms.obstacles
-    assert_same(mine, caroms)
 
 
 def test_an_observer_of_ones_own_counts_what_the_run_counts(tmp_path):
@@ -404,9 +399,7 @@ def test_quantities_are_in_the_engines_unit_of_time_and_those_of_a_drive_in_the_
 
 
 def test_memory_is_copied_and_times_are_shifted():
-    law = Tired(0.9, 0.5)
-    scene = FLUID.replace(impact=law)
-    sim = carom.Simulation(scene, seed=1)
+    sim = carom.Simulation(TIRED.replace(impact=Tired(0.9, 0.5)), seed=1)
     sim.run(collisions=200)
     before = sim._state.engine.model.impact.last.copy()
     assert np.isfinite(before).any()
