@@ -53,7 +53,7 @@ class LayerFlux(NamedTuple):
     carried: np.ndarray
     """Integral of the sum of ``m v_a v_b`` in each layer over time, (b, d, d) [energy time]."""
     virial: np.ndarray
-    """Sum of ``r_a dp_b`` over events of pairs, each by the part of r in the layer, (b, d, d) [energy time]."""
+    """Sum of ``r_a dp_b`` over events of pairs, by the part of r in each layer, (b, d, d) [energy time]."""
 
 
 @inner

@@ -131,7 +131,7 @@ def check_events(scene: Scene, what: str) -> None:
 
 
 def drift_of(scene: Scene, velocities: np.ndarray) -> np.ndarray:
-    """Return the velocity of the center of mass along axes on which the momentum is conserved, else 0 (d,)."""
+    """Return the velocity of the center of mass, (d,): 0 along axes on which no momentum is conserved."""
     moving = np.sum(scene.masses[:, None] * velocities, axis=0) / scene.masses.sum()
     return np.where(np.array(conserved(scene)), moving, 0.0)
 
