@@ -356,9 +356,12 @@ class LayerSums:
 
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # few blocks have wide error bars
-            found = [each for p in (carried + virial, carried, virial, stays) for each in averaged(p)]
+            tensor, kinetic, collisional = map(averaged, (carried + virial, carried, virial))
+            density = averaged(stays)
         edges = np.linspace(0.0, scene.box[self._asked.axis], bins + 1)
-        return PressureProfileResult(edges, *found, self._asked.axis, scene.n, d, len(durations))
+        return PressureProfileResult(
+            edges, *tensor, *kinetic, *collisional, *density, self._asked.axis, scene.n, d, len(durations)
+        )
 
 
 def _field(scene: Scene) -> tuple[float, ...]:
