@@ -238,11 +238,11 @@ class PressureProfile:
     J. Chem. Phys. 18, 817 (1950)). Velocities are those about the center of mass along axes on which the
     momentum is conserved, and the kinetic part is multiplied by ``n / (n - 1)`` there.
 
-    The component normal to the layers is the momentum that passes through a plane, averaged over the planes
-    of the layer. In equilibrium it is the same in all layers and the pressure on the walls; it differs by
-    what the momentum in between changed, which does not grow with the run. In a field g along the axis its
-    slope is ``rho m g``. Centers come no nearer to a wall than half a diameter. Layers beyond are empty, and
-    momentum that a wall takes up is no part of any.
+    The normal pressure, P_aa for the axis a of the layers, is the momentum that passes through a plane,
+    averaged over the planes of the layer. In equilibrium it is the same in all layers, and the pressure on
+    the walls. Two layers differ by what the momentum in between changed, which does not grow with the run. In
+    a field g along the axis its slope is ``rho m g``. Centers come no nearer to a wall than half a diameter.
+    Layers beyond are empty, and momentum that a wall takes up is no part of any.
 
     The mean over the layers is the tensor of :class:`carom.PressureTensor` in the same stretch. The kinetic
     part of that is scaled so that its trace agrees with kT, if momentum is conserved along some axes, and not
@@ -412,7 +412,7 @@ class PressureProfileResult(Result):
 
     @property
     def normal(self) -> np.ndarray:
-        """The component normal to the layers, (b,) [energy / length^d]."""
+        """The normal pressure, P_aa for the axis a of the layers, (b,) [energy / length^d]."""
         return self.tensor[:, self.axis, self.axis]
 
     @property
@@ -423,7 +423,7 @@ class PressureProfileResult(Result):
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
             ("layers", str(self.normal.size)),
-            ("lowest normal component", shown(self.normal, self.normal_error, int(np.argmin(self.normal)))),
+            ("lowest normal pressure", shown(self.normal, self.normal_error, int(np.argmin(self.normal)))),
             ("highest", shown(self.normal, self.normal_error, int(np.argmax(self.normal)))),
         ]
         title = f"Pressure tensor along axis {self.axis} [energy / length^{self.dimension}]"
