@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from carom.observables.flights import FreeFlights as FreeFlights
     from carom.observables.pair_distribution import RDF as RDF
     from carom.observables.pressure import Pressure as Pressure
+    from carom.observables.pressure_profile import PressureProfile as PressureProfile
     from carom.observables.pressure_tensor import PressureTensor as PressureTensor
     from carom.observables.statistics import Estimate as Estimate
     from carom.observables.structure_factor import StructureFactor as StructureFactor
@@ -84,6 +85,7 @@ _LAZY = {
     "Frame": "carom.frame",
     "Block": "carom.block",
     "Pressure": "carom.observables.pressure",
+    "PressureProfile": "carom.observables.pressure_profile",
     "PressureTensor": "carom.observables.pressure_tensor",
     "WallPressure": "carom.observables.wall_pressure",
     "Energy": "carom.observables.energy",

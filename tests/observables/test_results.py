@@ -31,6 +31,7 @@ def found():
         carom.BondOrder(rmax=3.0),
         carom.DensityProfile(bins=8),
         carom.FreeFlights(),
+        carom.PressureProfile(axis=1, bins=8),
         collisions_per_particle=100,
         blocks=64,
     )
@@ -44,7 +45,8 @@ def walls():
 
 KINDS = (
     "PressureResult", "PressureTensorResult", "EnergyResult", "RDFResult", "StructureFactorResult",
-    "DynamicsResult", "BondOrderResult", "DensityProfileResult", "FreeFlightsResult", "WallPressureResult",
+    "DynamicsResult", "BondOrderResult", "DensityProfileResult", "FreeFlightsResult",
+    "PressureProfileResult", "WallPressureResult",
 )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from carom.observables.packing import PackingNetwork, packing_network
 from carom.observables.pair_distribution import RDF
 from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureResult
+from carom.observables.pressure_profile import PressureProfile, PressureProfileResult
 from carom.observables.pressure_tensor import PressureTensor, PressureTensorResult
 from carom.observables.protocol import Observable, averages
 from carom.observables.radial import RDFResult
@@ -44,6 +45,8 @@ __all__ = [
     "PackingNetwork",
     "Prediction",
     "Pressure",
+    "PressureProfile",
+    "PressureProfileResult",
     "PressureResult",
     "PressureTensor",
     "PressureTensorResult",

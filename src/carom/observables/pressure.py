@@ -353,7 +353,8 @@ def without_pressure(scene: Scene) -> str | None:
     if not all(kept_by_motion(scene)):
         return (
             f"The virial gives no pressure where {motion} changes the total momentum: the pressure is not "
-            "the same everywhere. Measure that on a wall or an obstacle, carom.WallPressure()."
+            "the same everywhere. Measure that on a wall or an obstacle, carom.WallPressure(), or by layers, "
+            "carom.PressureProfile()."
         )
     return None
 

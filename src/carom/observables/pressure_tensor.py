@@ -95,7 +95,8 @@ class PressureTensor:
     In a sheared box (``carom.models.Shear``) velocities are those relative to the stream, which fall in
     flight; the integral is exact. The result then has a ``viscosity`` and ``normal_stresses``.
 
-    With walls or obstacles it is the average over the whole box. P_aa is then the force on the walls of axis
+    With walls or obstacles it is the average over the whole box; :class:`carom.PressureProfile` has it by
+    layers, in a field as well. P_aa is then the force on the walls of axis
     a times the free length of the axis, over the volume of the box.
 
     Examples
@@ -113,15 +114,26 @@ class PressureTensor:
             raise InputError(reason)
         if isinstance(scene.motion, Shear):
             return  # its blocks have the sums, whatever else changes velocities
-        if scene.drive is not None or getattr(scene.interaction, "decides", False):
-            raise InputError(
-                "PressureTensor needs velocities that change at events only; here a drive or rules change "
-                "them, so measure carom.Pressure()."
-            )
+        check_events(scene, "PressureTensor")
 
     def begin(self, scene: Scene, frame: Frame) -> TensorSums | StreamTensor:
         """Return the sums of a stretch that begins with the ``frame``."""
         return StreamTensor(scene) if isinstance(scene.motion, Shear) else TensorSums(scene, frame)
+
+
+def check_events(scene: Scene, what: str) -> None:
+    """Raise InputError if velocities in a ``scene`` change otherwise than at events, which ``what`` needs."""
+    if scene.drive is not None or getattr(scene.interaction, "decides", False):
+        raise InputError(
+            f"{what} needs velocities that change at events only; here a drive or rules change them, so "
+            "measure carom.Pressure()."
+        )
+
+
+def drift_of(scene: Scene, velocities: np.ndarray) -> np.ndarray:
+    """Return the velocity of the center of mass, (d,): 0 along axes on which no momentum is conserved."""
+    moving = np.sum(scene.masses[:, None] * velocities, axis=0) / scene.masses.sum()
+    return np.where(np.array(conserved(scene)), moving, 0.0)
 
 
 class TensorSums:
@@ -143,8 +155,7 @@ class TensorSums:
     def __init__(self, scene: Scene, frame: Frame):
         self._scene, self._origin, self._time = scene, frame.time, frame.time
         d, masses = scene.dimension, scene.masses
-        still = np.array(conserved(scene))
-        drift = np.where(still, np.sum(masses[:, None] * frame.velocities, axis=0) / masses.sum(), 0.0)
+        drift = drift_of(scene, frame.velocities)
         v = peculiar(scene, frame.velocities)
         self._kinetic = np.einsum("i,ia,ib->ab", masses, v, v)
         empty = np.zeros((d, d))

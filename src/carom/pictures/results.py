@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         DynamicsResult,
         EnergyResult,
         FreeFlightsResult,
+        PressureProfileResult,
         PressureTensorResult,
         StructureFactorResult,
         WallPressureResult,
@@ -112,6 +113,15 @@ def _pressure_tensor(axes: Axes, result: PressureTensorResult) -> None:
     axes.set_ylabel("pressure tensor $P_{ab}$")
 
 
+def _pressure_profile(axes: Axes, result: PressureProfileResult) -> None:
+    across = [a for a in range(result.dimension) if a != result.axis]
+    for k, a in enumerate((result.axis, *across)):
+        label, color = f"$P_{{{a}{a}}}$", COLORS[k % len(COLORS)]
+        _curve(axes, result.middle, result.tensor[:, a, a], result.error[:, a, a], label, color)
+    axes.set_xlabel(f"axis {result.axis}")
+    axes.set_ylabel("pressure tensor $P_{aa}$")
+
+
 def _structure_factor(axes: Axes, result: StructureFactorResult) -> None:
     axes.axhline(1.0, color=GREY, linewidth=0.8, linestyle=":")
     errors = np.where(np.isfinite(result.error), result.error, 0.0)
@@ -184,6 +194,7 @@ _PICTURES: dict[str, Any] = {
     "DynamicsResult": _dynamics,
     "EnergyResult": _energy,
     "FreeFlightsResult": _free_flights,
+    "PressureProfileResult": _pressure_profile,
     "PressureTensorResult": _pressure_tensor,
     "StructureFactorResult": _structure_factor,
     "WallPressureResult": _wall_pressure,

@@ -57,6 +57,18 @@ def follow(
         The questions of ``carom.models.questions``, without the model: ``interaction_time(i, j, rr, rv,
         vv)``, ``jump(i, j, rr, rv)``, ``position(axis, x, v, t)``, ``velocity(axis, v, t)`` and
         ``transfer(rr, rv)``.
+
+    Examples
+    --------
+    Hard disks of diameter 1:
+
+    >>> def meet(i, j, rr, rv, vv):
+    ...     root = rv * rv - vv * (rr - 1.0)
+    ...     return (rr - 1.0) / (-rv + root**0.5) if rv < 0.0 <= root else float("inf")
+    >>> bounce = lambda i, j, rr, rv: (rv / rr, rv / rr, -rv)
+    >>> run = follow([[1, 1], [4, 1]], [[1, 0], [0, 0]], (8, 8), interaction_time=meet, jump=bounce)
+    >>> [next(run).time for _ in range(2)]
+    [2.0, 8.0]
     """
     x, v = np.array(positions, dtype=float), np.array(velocities, dtype=float)
     n, d = x.shape

@@ -15,6 +15,7 @@ from carom.notebook import watchable
 from carom.observables.flights import FreeFlights
 from carom.observables.of_frames import OfFrames
 from carom.observables.precision import Goal, Prediction
+from carom.observables.pressure_profile import PressureProfile
 from carom.observables.pressure_tensor import PressureTensor
 from carom.observables.protocol import outcome, sees
 from carom.simulation import flying, own_observers, stretches
@@ -103,8 +104,10 @@ def measure(
             each.prepare(sim.scene)
         if isinstance(each, FreeFlights):
             flying.check(sim._state)
-        elif isinstance(each, PressureTensor) and sim._state.system.rates is not None:
-            raise InputError("PressureTensor needs diameters that do not grow; measure carom.Pressure().")
+        elif isinstance(each, _SUMMED) and sim._state.system.rates is not None:
+            raise InputError(
+                f"{type(each).__name__} needs diameters that do not grow; measure carom.Pressure()."
+            )
     given = {
         "collisions": collisions,
         "collisions_per_particle": collisions_per_particle,
@@ -167,7 +170,10 @@ def _until_precise(
     )  # fmt: skip
 
 
-_TOLD = (FreeFlights, PressureTensor)
+_SUMMED = (PressureTensor, PressureProfile)
+"""Observables with an observer of events, whose sums are taken after each block."""
+
+_TOLD = (FreeFlights, *_SUMMED)
 """Observables that are told of every event."""
 
 
@@ -257,7 +263,7 @@ def _part_of(sim: InMotion, observable: Any, stack: ExitStack) -> Any:
     if isinstance(observable, FreeFlights):
         stack.enter_context(flying.keeping(sim._state))
         return flying.Flying(sim)
-    if isinstance(observable, PressureTensor):
+    if isinstance(observable, _SUMMED):
         return _Told(sim, observable, stack)
     return _Whole(sim, observable) if hasattr(observable, "of_scene") else _Followed(sim, observable)
 

@@ -1,0 +1,441 @@
+"""The pressure tensor by layers along an axis: momentum that particles carry and hand over in each."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from carom import checks
+from carom.block import Block
+from carom.compiling.registry import inner
+from carom.errors import CaromWarning, InputError
+from carom.models.motions.free_flight import FreeFlight
+from carom.models.motions.gravity import Gravity
+from carom.models.questions.observer import at_obstacle, at_pair
+from carom.observables.pressure_tensor import check_events, drift_of
+from carom.observables.statistics import arrays, ratio, shown
+from carom.results import Result
+from carom.scene.temperature import conserved
+
+if TYPE_CHECKING:
+    from carom.frame import Frame
+    from carom.scene.scene import Scene
+
+
+class LayerFlux(NamedTuple):
+    """What flights and events of a stretch add to the pressure tensor of layers: an observer of events."""
+
+    axis: int
+    """The axis along which layers follow each other."""
+    edge: float
+    """Edge of the box along it [length]."""
+    wraps: bool
+    """Whether the box is periodic along it."""
+    g: np.ndarray
+    """Acceleration of all particles, (d,) [length / time^2]."""
+    masses: np.ndarray
+    """Of each particle, (n,) [mass]."""
+    drift: np.ndarray
+    """Velocity of the center of mass along axes on which the momentum is conserved, else 0 (d,)."""
+    x: np.ndarray
+    """Where along the axis each particle began its flight, (n,) [length]."""
+    v: np.ndarray
+    """Its velocity then, (n, d) [length / time]."""
+    since: np.ndarray
+    """When this was, (n,) [time]."""
+    stays: np.ndarray
+    """Time that particles spent in each layer, (b,) [time]."""
+    carried: np.ndarray
+    """Integral of the sum of ``m v_a v_b`` in each layer over time, (b, d, d) [energy time]."""
+    virial: np.ndarray
+    """Sum of ``r_a dp_b`` over events of pairs, by the part of r in each layer, (b, d, d) [energy time]."""
+
+
+@inner
+def layer(flux, k):
+    """Return the number of a layer that is counted through all images of the box."""
+    bins = len(flux.stays)
+    return k % bins if flux.wraps else min(max(k, 0), bins - 1)
+
+
+@inner
+def is_last(flux, k, way):
+    """Return whether nothing follows layer k in the direction ``way``: there is a wall."""
+    return not flux.wraps and ((way > 0.0 and k >= len(flux.stays) - 1) or (way < 0.0 and k <= 0))
+
+
+@inner
+def stay(flux, i, k, start, end, share):
+    """Add that particle i was in layer k for a ``share`` of the time from ``start`` to ``end`` of its flight.
+
+    The velocity is linear in time: with its value u in the middle, the integral of ``u_a u_b`` over a time h
+    is ``(u_a u_b + g_a g_b h^2 / 12) h``.
+    """
+    middle, h = 0.5 * (start + end), end - start
+    at = layer(flux, k)
+    flux.stays[at] += share * h
+    for a in range(len(flux.g)):
+        u = flux.v[i, a] - flux.drift[a] + flux.g[a] * middle
+        for b in range(len(flux.g)):
+            w = flux.v[i, b] - flux.drift[b] + flux.g[b] * middle
+            square = u * w + flux.g[a] * flux.g[b] * h * h / 12.0
+            flux.carried[at, a, b] += share * flux.masses[i] * square * h
+
+
+@inner
+def time_to(c, v, g, way):
+    """Return when a flight that moves in the direction ``way`` has come as far as c from its start.
+
+    It is infinity where the flight turns round before.
+    """
+    if g == 0.0:
+        return c / v
+    root = v * v + 2.0 * g * c
+    if root < 0.0:
+        return math.inf
+    w = way * math.sqrt(root)
+    if v * way < 0.0:  # after it has turned round
+        return (w - v) / g
+    return 2.0 * c / (v + w) if v + w != 0.0 else 0.0
+
+
+@inner
+def fly(flux, i, now):
+    """Add the flight of particle i up to the time ``now``, layer by layer."""
+    bins = len(flux.stays)
+    width = flux.edge / bins
+    x, v, g = flux.x[i], flux.v[i, flux.axis], flux.g[flux.axis]
+    whole = max(now - flux.since[i], 0.0)
+    k = np.int64(math.floor(x / width))
+    passed = 0.0
+    if flux.wraps and abs(v) * whole >= flux.edge:  # whole boxes, each of which has every layer once
+        turn = flux.edge / abs(v)
+        passed = min(math.floor(whole / turn) * turn, whole)
+        for each in range(bins):
+            stay(flux, i, each, 0.0, passed, 1.0 / bins)
+    offset = passed
+    turning = -v / g if v * g < 0.0 else 0.0
+    for leg in range(2):
+        end = min(turning, whole) if leg == 0 else whole
+        # Up to the turning point it moves as its velocity says, and then as the field does.
+        pull = v if (leg == 0 or g == 0.0) else g
+        way = 1.0 if pull > 0.0 else -1.0
+        while passed < end and pull != 0.0 and not is_last(flux, k, way):
+            ahead = (k + 1) * width if way > 0.0 else k * width
+            t = offset + time_to(ahead - x, v, g, way)
+            if not t < end:
+                break
+            t = max(t, passed)
+            stay(flux, i, k, passed, t, 1.0)
+            passed = t
+            k += np.int64(way)
+        if passed < end:
+            stay(flux, i, k, passed, end, 1.0)
+            passed = end
+    flux.since[i] += whole
+
+
+@inner
+def set_out(flux, i, x, v, now):
+    """Let a flight of particle i begin at the coordinate x along the axis with velocity v (d,)."""
+    flux.x[i], flux.since[i] = x, now
+    for a in range(len(v)):
+        flux.v[i, a] = v[a]
+
+
+@inner
+def hand_over(flux, k, share, event):
+    """Add a ``share`` of the virial of an event of pairs to layer k."""
+    at = layer(flux, k)
+    for a in range(len(event.r)):
+        for b in range(len(event.r)):
+            gained = flux.masses[event.j] * (event.after[1, b] - event.before[1, b])
+            flux.virial[at, a, b] += share * event.r[a] * gained
+
+
+@at_pair.register
+def _(observer: LayerFlux, event):
+    flux, axis = observer, observer.axis
+    for which in range(2):
+        i = event.i if which == 0 else event.j
+        fly(flux, i, event.time)
+        set_out(flux, i, event.x[which, axis], event.after[which], event.time)
+    width = flux.edge / len(flux.stays)
+    x, r = event.x[0, axis], event.r[axis]
+    way = 1.0 if r > 0.0 else -1.0
+    k = np.int64(math.floor(x / width))
+    passed = 0.0
+    while r != 0.0 and not is_last(flux, k, way):
+        ahead = (k + 1) * width if way > 0.0 else k * width
+        part = (ahead - x) / r
+        if not part < 1.0:
+            break
+        part = max(part, passed)
+        hand_over(flux, k, part - passed, event)
+        passed = part
+        k += np.int64(way)
+    hand_over(flux, k, 1.0 - passed, event)
+
+
+@at_obstacle.register
+def _(observer: LayerFlux, event):
+    fly(observer, event.i, event.time)
+    set_out(observer, event.i, event.x[observer.axis], event.after, event.time)
+
+
+def catch_up(flux, now):
+    """Add the flights of all particles up to the time ``now``, from where they go on."""
+    for i in range(len(flux.since)):
+        passed = max(now - flux.since[i], 0.0)
+        fly(flux, i, now)
+        g = flux.g[flux.axis]
+        x = flux.x[i] + (flux.v[i, flux.axis] + 0.5 * g * passed) * passed
+        flux.x[i] = x % flux.edge if flux.wraps else x
+        for a in range(len(flux.g)):
+            flux.v[i, a] += flux.g[a] * passed
+
+
+@cache
+def _compiled() -> Any:
+    """Return :func:`catch_up` as compiled code."""
+    from carom.compiling.dispatch import entry
+
+    return entry(catch_up)
+
+
+@dataclass(frozen=True)
+class PressureProfile:
+    """The pressure tensor by layers along an axis: an observable of a run, for ``measure``.
+
+    :class:`carom.PressureTensor` is that of the whole box. Fields are allowed here. An observer of all events
+    is compiled into the engine while it is measured (:meth:`carom.Simulation.measure`). This does not affect
+    the trajectory.
+
+    Parameters
+    ----------
+    axis : int
+        Number of the axis, from 0.
+    bins : int
+        Layers of equal width from 0 to the edge of the box.
+
+    Raises
+    ------
+    InputError
+        From ``measure``: if there is no such axis; where particles are pinned, driven, follow rules, or do
+        not fly straight or in :class:`carom.models.Gravity`; where a field pulls along a periodic axis; and
+        where diameters grow.
+
+    Notes
+    -----
+    In a layer of volume V, ``P_ab V t = int sum m v_a v_b dt + sum s r_a dp_b``. The integral is that over
+    the times at which particles are in the layer, exact also in a field. The sum is that over collisions; s
+    is the part of the line between the two centers that lies in the layer (J. H. Irving and J. G. Kirkwood,
+    J. Chem. Phys. 18, 817 (1950)). Velocities are those about the center of mass along axes on which the
+    momentum is conserved, and the kinetic part is multiplied by ``n / (n - 1)`` there.
+
+    The normal pressure, P_aa for the axis a of the layers, is the momentum that passes through a plane,
+    averaged over the planes of the layer. In equilibrium it is the same in all layers, and the pressure on
+    the walls. Two layers differ by what the momentum in between changed, which does not grow with the run. In
+    a field g along the axis its slope is ``rho m g``. Centers come no nearer to a wall than half a diameter.
+    Layers beyond are empty, and momentum that a wall takes up is no part of any.
+
+    The mean over the layers is the tensor of :class:`carom.PressureTensor` in the same stretch. The kinetic
+    part of that is scaled so that its trace agrees with kT, if momentum is conserved along some axes, and not
+    along others: both then differ by a fluctuation of the order of ``1 / n``.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, walls="y", seed=1), seed=1)
+    >>> found = sim.measure(PressureProfile(axis=1, bins=8), collisions_per_particle=200)
+    >>> middle = found.normal[1:7]
+    >>> found.tensor.shape, bool(np.ptp(middle) < 0.02 * middle.mean())
+    ((8, 2, 2), True)
+    """
+
+    axis: int = 0
+    bins: int = 64
+
+    def __post_init__(self) -> None:
+        checks.integer(self.axis, "axis", low=0)
+        checks.integer(self.bins, "bins", low=1)
+
+    def prepare(self, scene: Scene) -> None:
+        """Raise InputError if events do not tell the pressure tensor by layers of a ``scene``."""
+        if self.axis >= scene.dimension:
+            raise InputError(f"axis is {self.axis}, and the scene has axes 0 to {scene.dimension - 1}.")
+        if not isinstance(scene.motion, FreeFlight | Gravity):
+            raise InputError(
+                "PressureProfile needs particles that fly straight or in a uniform field, found the motion "
+                f"{type(scene.motion).__name__}."
+            )
+        if scene.pinned is not None:
+            raise InputError("PressureProfile needs particles that move freely; leave out pinned.")
+        check_events(scene, "PressureProfile")
+        pulled = [p for p, g in zip(scene.periodic, _field(scene), strict=True) if g]
+        if any(pulled):
+            raise InputError(
+                "PressureProfile needs walls along the axis of a field: in a periodic box all particles fall "
+                "for ever."
+            )
+
+    def begin(self, scene: Scene, frame: Frame) -> LayerSums:
+        """Return the sums of a stretch that begins with the ``frame``."""
+        return LayerSums(self, scene, frame)
+
+
+class LayerSums:
+    """The pressure tensor of each layer in each block of a stretch.
+
+    Parameters
+    ----------
+    asked : PressureProfile
+        Axis and number of the layers.
+    scene : Scene
+        The scene of the run.
+    frame : Frame
+        The beginning of the stretch.
+
+    Attributes
+    ----------
+    observer : LayerFlux
+        What is to see the events of the stretch.
+    """
+
+    def __init__(self, asked: PressureProfile, scene: Scene, frame: Frame):
+        self._asked, self._scene, self._time = asked, scene, float(frame.time)
+        n, d, axis, bins = scene.n, scene.dimension, asked.axis, asked.bins
+        self.observer = LayerFlux(
+            axis=axis,
+            edge=float(scene.box[axis]),
+            wraps=bool(scene.periodic[axis]),
+            g=np.array(_field(scene), np.float64),
+            masses=scene.masses,
+            drift=drift_of(scene, frame.velocities),
+            x=frame.positions[:, axis].copy(),
+            v=frame.velocities.copy(),
+            since=np.full(n, self._time),
+            stays=np.zeros(bins),
+            carried=np.zeros((bins, d, d)),
+            virial=np.zeros((bins, d, d)),
+        )
+        self._durations: list[float] = []
+        self._before = (np.zeros(bins), np.zeros((bins, d, d)), np.zeros((bins, d, d)))
+        self._blocks: list[tuple[np.ndarray, ...]] = []
+
+    def add(self, seen: LayerFlux, block: Block) -> None:
+        """Add a block, after which the observer holds these sums."""
+        self._time += block.duration
+        _compiled()(seen, self._time)
+        sums = seen.stays.copy(), seen.carried.copy(), seen.virial.copy()
+        if block.duration > 0.0:
+            self._durations.append(block.duration)
+            self._blocks.append(tuple(now - then for now, then in zip(sums, self._before, strict=True)))
+        self._before = sums
+
+    def result(self) -> PressureProfileResult:
+        """Return the profile with its errors."""
+        if not self._blocks:
+            raise InputError("No block of positive duration was given; run before measuring the pressure.")
+        scene, d, bins = self._scene, self._scene.dimension, self._asked.bins
+        volume, durations = scene.volume / bins, np.array(self._durations)
+        stays, carried, virial = (np.array(each) for each in zip(*self._blocks, strict=True))
+        factor = np.sqrt([scene.n / (scene.n - 1.0) if still else 1.0 for still in conserved(scene)])
+        carried *= np.outer(factor, factor)
+        virial = 0.5 * (virial + np.swapaxes(virial, 2, 3))
+
+        def averaged(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            columns = parts.reshape(len(parts), -1).T / volume
+            values, errors = arrays([ratio(column, durations) for column in columns])
+            return values.reshape(parts.shape[1:]), errors.reshape(parts.shape[1:])
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # few blocks have wide error bars
+            tensor, kinetic, collisional = map(averaged, (carried + virial, carried, virial))
+            density = averaged(stays)
+        edges = np.linspace(0.0, scene.box[self._asked.axis], bins + 1)
+        return PressureProfileResult(
+            edges, *tensor, *kinetic, *collisional, *density, self._asked.axis, scene.n, d, len(durations)
+        )
+
+
+def _field(scene: Scene) -> tuple[float, ...]:
+    """Return the acceleration of all particles, (d,) [length / time^2]."""
+    return scene.motion.g if isinstance(scene.motion, Gravity) else (0.0,) * scene.dimension
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PressureProfileResult(Result):
+    """The pressure tensor in layers.
+
+    Attributes
+    ----------
+    edges : (b + 1,) array
+        Edges of the layers [length].
+    tensor, error : (b, d, d) arrays
+        P_ab in each layer and its standard error [energy / length^d].
+    kinetic, kinetic_error : (b, d, d) arrays
+        The part that particles carry [energy / length^d].
+    collisional, collisional_error : (b, d, d) arrays
+        The part that they hand over at collisions [energy / length^d].
+    density, density_error : (b,) arrays
+        Number density of centers, from the times that they spend in the layer [1 / length^d].
+    axis : int
+        Number of the axis.
+    n, dimension, blocks : int
+        Number of particles, of dimensions, and of blocks.
+    """
+
+    edges: np.ndarray
+    tensor: np.ndarray
+    error: np.ndarray
+    kinetic: np.ndarray
+    kinetic_error: np.ndarray
+    collisional: np.ndarray
+    collisional_error: np.ndarray
+    density: np.ndarray
+    density_error: np.ndarray
+    axis: int
+    n: int
+    dimension: int
+    blocks: int
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Middle of each layer, (b,) [length]."""
+        return 0.5 * (self.edges[1:] + self.edges[:-1])
+
+    @property
+    def normal(self) -> np.ndarray:
+        """The normal pressure, P_aa for the axis a of the layers, (b,) [energy / length^d]."""
+        return self.tensor[:, self.axis, self.axis]
+
+    @property
+    def normal_error(self) -> np.ndarray:
+        """Its standard error, (b,) [energy / length^d]."""
+        return self.error[:, self.axis, self.axis]
+
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        rows = [
+            ("layers", str(self.normal.size)),
+            ("lowest normal pressure", shown(self.normal, self.normal_error, int(np.argmin(self.normal)))),
+            ("highest", shown(self.normal, self.normal_error, int(np.argmax(self.normal)))),
+        ]
+        title = f"Pressure tensor along axis {self.axis} [energy / length^{self.dimension}]"
+        return f"{title}, {self.blocks} blocks", rows
+
+    def _columns(self) -> dict[str, Any]:
+        found: dict[str, Any] = {
+            "x_lo": self.edges[:-1], "x_hi": self.edges[1:],
+            "density": self.density, "density_error": self.density_error,
+        }  # fmt: skip
+        for name, values in (("", self.tensor), ("_error", self.error)):
+            for a in range(self.dimension):
+                for b in range(a, self.dimension):
+                    found[f"P_{a}{b}{name}"] = values[:, a, b]
+        return found
