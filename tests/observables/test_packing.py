@@ -46,8 +46,8 @@ def test_small_boxes_have_a_bond_for_each_image():
 
 
 def test_vectors_go_from_the_first_of_a_bond_to_the_second_whichever_is_larger():
-    # Rods of three lengths that fill a ring, each a class of size of its own, searched the smallest first. The
-    # bond of the first and the last goes across the border.
+    # Rods of three lengths that fill a ring. Each is in a class of size of its own, and the
+    # smallest are searched first. The bond of the first and the last goes across the border.
     diameters = np.array([1.0, 0.25, 0.5, 0.25])
     places = np.cumsum(diameters) - 0.5 * diameters
     frame = frame_of(places[:, None], (2.0,), diameters=diameters)
