@@ -9,15 +9,16 @@ from helpers.mixtures import mixture
 import carom
 from carom.errors import InputError
 from carom.models import SquareWell, own
-from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise
+from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise, kick, next_time
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
-from carom.models.questions.particles import NEVER
+from carom.models.questions.particles import NEVER, Particles
 from carom.observables import HelfandCurrents
 from carom.observables.statistics import blocking
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation import stretches
 from carom.simulation.replay import Replay
+from carom.units import TimeUnit
 
 SLOW = pytest.mark.slow
 
@@ -104,6 +105,29 @@ def test_a_free_particle_diffuses_as_its_steps_say(drive):
     found = blocking(square)
     assert abs(found.mean - exact) < FOUR_SIGMA * found.error + s2
     assert 2.0 * c[0] * 20.0 == pytest.approx(exact, rel=0.1)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_no_draw_of_a_bath_is_used_twice(d):
+    count, six_sigma = 6000, 6.0
+    bath = Andersen(1.0, rate=1.0, seed=5).model(
+        Particles((20.0,) * d, np.full(2, 0.5), np.ones(2), None, None, True, TimeUnit())
+    )
+    v, due = np.zeros((count, d)), [bath.due[1]]
+    for k in range(count):
+        kick(bath, 1, 1.0, np.zeros(d), v[k], due[k])
+        due.append(next_time(bath, 1, np.zeros(d), v[k], due[k]))
+    # In the order of the draws. By reflection x y^2 is nothing on average, with a variance of 3; numbers that
+    # share a draw have 0.28, if it is the angle of one and the size of the other.
+    x, waits = v.ravel(), np.repeat(np.diff(due) - 1.0, d)
+    for lag in range(1, 2 * d + 1):
+        for a, b in ((x[lag:], x[:-lag]), (x[:-lag], x[lag:])):
+            assert abs((a * b**2).mean()) < six_sigma * math.sqrt(3.0 / len(a))
+    # A wait less its mean has the variance 1. It would have 1 together with a size, and 0.28 with an angle.
+    for shift in range(-d, d + 1):
+        y = np.roll(x, shift)
+        assert abs((waits * y).mean()) < six_sigma * math.sqrt(1.0 / count)
+        assert abs((waits * (y**2 - 1.0)).mean()) < six_sigma * math.sqrt(2.0 / count)
 
 
 def test_two_disks_in_a_bath_are_bound_with_the_probability_of_boltzmann():

@@ -18,7 +18,7 @@ from carom.models.files.to_tables import obstacle_to_table
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.balls import SolidBall
-from carom.models.obstacles.box_walls import Cushions
+from carom.models.obstacles.box_walls import Cushions, Faces
 from carom.models.obstacles.containers import InsideOfCylinder, InsideOfSphere
 from carom.models.obstacles.dressing import dressed
 from carom.models.obstacles.paths import Parabolas, Sine, pace, place
@@ -117,6 +117,17 @@ def test_walls_of_the_box_are_met_on_parabolas():
     # A hair inside and on the way out: it lands when it comes back.
     t, number = wall_meeting(motion, walls, np.array([RADIUS - 1e-17]), np.array([2.0]), RADIUS, 0.0)
     assert (number, t) == (0, 4.0)
+
+
+@pytest.mark.parametrize("g", [-1.0, 0.0, 1.0])
+@pytest.mark.parametrize("speed", [-4.0, 4.0])
+@pytest.mark.parametrize("walls", [Cushions((10.0,), (1,)), Faces((0.0,), (10.0,), (1,), (1,))])
+def test_what_grows_on_a_parabola_touches_a_wall_with_the_surface_of_then(walls, speed, g):
+    growth, edge = 0.25, 10.0
+    t, number = wall_meeting(Falling((g,), 0.0), walls, np.array([4.0]), np.array([speed]), RADIUS, growth)
+    gap = 4.0 + (speed + 0.5 * g * t) * t if number == 0 else edge - 4.0 - (speed + 0.5 * g * t) * t
+    assert number == (0 if speed < 0.0 else 1)
+    assert abs(gap - (RADIUS + growth * t)) < 1e-14 * edge
 
 
 def test_straight_flight_meets_what_moves():

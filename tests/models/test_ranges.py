@@ -245,6 +245,18 @@ def test_counters_in_one_three_and_four_dimensions():
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.usefixtures("unscheduled")
+@pytest.mark.parametrize("kT", [2.0**-60, 2.0**60])
+def test_timers_go_on_in_the_time_of_the_scene_when_velocities_are_scaled(kT):
+    sim = carom.Simulation(scattered())
+    before, unit = sim.interaction, sim._state.unit
+    sim.rescale(kT)
+    assert sim._state.unit != unit  # of time, by a power of two: nothing is rounded
+    after = sim.interaction
+    assert after.timers.tolist() == before.timers.tolist() == [*TIMERS] * (sim.n // 2)
+    assert after.memory.tolist() == before.memory.tolist()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("d", [1, 3, 4])
 def test_counters_in_other_dimensions_compiled(d):

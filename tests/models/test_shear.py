@@ -1,5 +1,7 @@
 """Uniform shear: against all pairs and images, exact balances, published steady states, and files."""
 
+import math
+
 import ase.io
 import MDAnalysis
 import numpy as np
@@ -9,6 +11,7 @@ from helpers.sheared import Naive
 import carom
 from carom.models import Andersen, Ball, Rough, Shear
 from carom.models.contacts.restitution import Restitution
+from carom.models.motions.shear import LONGEST_STRAIN
 from carom.scene.overlaps import Room
 from carom.simulation.replay import Replay
 from carom.simulation.temperature import momentum_flux
@@ -268,3 +271,15 @@ def test_pairs_are_counted_in_the_tilted_cell():
     for observable in (carom.BondOrder(), carom.Dynamics(), carom.StructureFactor(), carom.DensityProfile(0)):
         with pytest.raises(carom.InputError, match="sheared"):
             observable.over(frames)
+
+
+@pytest.mark.usefixtures("unscheduled")
+def test_a_distribution_in_a_tilted_cell_reaches_no_further_than_half_the_distance_of_its_faces():
+    # The lattice is tilted by half of its ratio of edges, and in an epoch by LONGEST_STRAIN more, at most.
+    scene = gas(2, 30)
+    width, height = scene.box
+    apart = width * math.cos(math.atan(0.5 * width / height + LONGEST_STRAIN))
+    frame = carom.Simulation(scene).frame()
+    assert carom.RDF(bins=10).over([frame]).edges[-1] == pytest.approx(0.5 * apart, rel=1e-14)
+    with pytest.raises(carom.InputError, match="half of the shortest"):
+        carom.RDF(bins=10, rmax=0.501 * apart).over([frame])

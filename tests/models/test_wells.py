@@ -416,8 +416,9 @@ def test_scenes_that_cannot_have_steps_are_refused_in_a_sentence():
         cubic.replace(diameter=np.where(np.arange(cubic.n) % 2, 1.0, 0.8), interaction=well)
     with pytest.raises(InputError, match="Steps are given for 2 species"):
         cubic.replace(interaction=TABLE)
-    with pytest.raises(InputError, match="A bond names component 999"):
-        cubic.replace(interaction=Bonds([(0, 999)], outer=1.2))
+    for beyond in (cubic.n, 999):
+        with pytest.raises(InputError, match=f"A bond names component {beyond}, and there are {cubic.n}"):
+            cubic.replace(interaction=Bonds([(0, beyond)], outer=1.2))
     scene = cubic.replace(interaction=well)
     with pytest.raises(InputError, match="kept in neighbour lists"):
         carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"), seed=0)

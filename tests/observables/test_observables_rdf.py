@@ -91,6 +91,7 @@ def test_cubic_lattices_have_their_shells(dimension, shells):
     n = len(sites)
     # The lattice is one of contacts; the shift makes pairs meet across every face.
     result = RDF(width=0.05, rmax=1.8).over([frame(np.mod(sites + 0.75, cells), (cells,) * dimension)])
+    np.testing.assert_allclose(result.r, 1.0 + 0.05 * (np.arange(16) + 0.5), rtol=1e-14)
     assert result.counts[0] == n * shells[0] // 2
     for squared, neighbours in zip((2, 3), shells[1:], strict=True):
         k = int(np.searchsorted(result.edges, math.sqrt(squared)) - 1)

@@ -85,6 +85,8 @@ def test_areas_of_walls_belong_to_their_axes():
             found = estimate(WallPressure(which), scene, series)
             assert (found.name, found.area) == (name, area)
             assert found.pressure.mean == pytest.approx(forces[k] / area, rel=1e-12)
+            whole = np.dot(found.block_values, found.block_durations) / sum(found.block_durations)
+            assert whole == pytest.approx(forces[k] / area, rel=1e-12)
     tube = carom.Scene(
         [[2.0, 2.0, 2.0]], (4.0, 7.0, 4.0), walls="xz",
         obstacles=(CylindricalContainer(1, (2.0, 0.0, 2.0), 1.8),),

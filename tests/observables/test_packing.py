@@ -45,6 +45,18 @@ def test_small_boxes_have_a_bond_for_each_image():
     assert (frame.n, network.contacts, network.coordination) == (4, 12, 6.0)
 
 
+def test_vectors_go_from_the_first_of_a_bond_to_the_second_whichever_is_larger():
+    # Rods of three lengths that fill a ring. Each is in a class of size of its own, and the
+    # smallest are searched first. The bond of the first and the last goes across the border.
+    diameters = np.array([1.0, 0.25, 0.5, 0.25])
+    places = np.cumsum(diameters) - 0.5 * diameters
+    frame = frame_of(places[:, None], (2.0,), diameters=diameters)
+    network = packing_network(frame, gap=1e-9)
+    found = {tuple(bond): x for bond, (x,) in zip(network.bonds.tolist(), network.vectors, strict=True)}
+    assert found == {(0, 1): 0.625, (1, 2): 0.375, (2, 3): 0.375, (0, 3): -0.625}
+    assert network.rattlers.size == 0
+
+
 def test_a_vacancy_costs_its_neighbours_a_contact_and_frees_nobody():
     frame = without(crystal(2, 6), 14)
     network = packing_network(frame)

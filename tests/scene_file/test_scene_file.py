@@ -170,6 +170,14 @@ def test_a_plan_can_be_changed_in_python():
     assert SceneFile.from_toml(plan.to_toml()).run.seed == 7
 
 
+def test_another_lattice_leaves_out_the_cells_of_the_one_before_and_keeps_n():
+    celled = SceneSpec(lattice="fcc", cells=3, density=0.5)
+    counted = SceneSpec(lattice="fcc", n=108, density=0.5)
+    assert celled.replaced(lattice="none").cells is None
+    assert celled.replaced(lattice="fcc").cells == celled.replaced(density=0.4).cells == 3
+    assert counted.replaced(lattice="none").build(seed=1).n == 108
+
+
 def test_a_scene_starts_from_a_frame_of_a_file(tmp_path, monkeypatch):
     start = Scene.random(10, dimension=2, seed=3)
     velocities = np.random.default_rng(1).standard_normal((10, 2))

@@ -13,6 +13,7 @@ from carom.errors import InputError
 from carom.observables import Pressure
 from carom.observables.course import Course
 from carom.simulation import mechanics, stretches
+from carom.simulation.cooling import Blocks
 from carom.units import TimeUnit
 
 SIX_SIGMA = 6.0
@@ -93,6 +94,26 @@ def cooling_blocks(count, rng):
 
 def estimate(blocks):
     return Pressure.estimate(blocks, n=10, dimension=3, volume=100.0, diameter=1.0, kT=777.0)
+
+
+def test_blocks_of_a_gas_that_cools_hold_equally_many_collisions_by_haffs_law(monkeypatch):
+    # P. K. Haff, J. Fluid Mech. 134, 401 (1983): speeds, and so collisions a time, fall as 1 / (1 + t).
+    rate, wanted = 1000.0, 50.0
+    system = SimpleNamespace(conserves_energy=False, rates=None, motion=None)
+    gas = SimpleNamespace(time=0.0, kT=1.0, _state=SimpleNamespace(system=system))
+
+    def run(gas, duration, count):
+        begin, end = 1.0 + gas.time, 1.0 + gas.time + duration
+        gas.time, gas.kT = gas.time + duration, end**-2
+        return [Block(duration, rate * math.log(end / begin), 0.0, kT_time=1.0 / begin - 1.0 / end)]
+
+    monkeypatch.setattr(stretches, "blocks", run)
+    monkeypatch.setattr(stretches, "time_for", lambda gas, collisions: collisions / rate)
+    cooling = Blocks(gas, wanted)
+    found = np.array([cooling.next().collisions for _ in range(200)])
+    # In a block speeds fall by wanted / rate, which its length does not follow from.
+    assert ((found > (1.0 - wanted / rate) * wanted) & (found <= wanted)).all()
+    assert gas.kT < 1e-8
 
 
 def test_every_block_of_a_gas_that_cools_counts_alike_and_error_bars_cover():

@@ -416,6 +416,20 @@ def test_what_has_not_equilibrated_is_flagged():
         assert row.equilibrated, row.remarks
 
 
+@pytest.mark.parametrize("replicas", [1, 2, 4])
+def test_the_error_asked_for_is_that_of_one_replica(replicas):
+    # The mean of several has a smaller one. A tenth more than asked for is let pass.
+    goal, z = 1e-3, 2.0
+    for factor, remarks in ((1.05, ()), (1.15, ("the error asked for was not reached",))):
+        noise = np.random.default_rng(2).normal(size=(replicas, 512))
+        records = [made(values, z=z, error=factor * goal * z, replica=k) for k, values in enumerate(noise)]
+        for record in records:
+            record["task"]["relative_error"] = goal
+        (row,) = rows_of_records(records)
+        assert row.Z_error == pytest.approx(factor * goal * z / math.sqrt(replicas), rel=1e-14)
+        assert row.remarks == remarks
+
+
 def test_a_crystal_that_should_have_melted_is_seen():
     """Spheres that start from fcc at 0.49 stay a crystal, with a pressure that never drifts."""
     study = carom.equation_of_state(

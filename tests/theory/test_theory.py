@@ -183,6 +183,20 @@ def test_speed_factor_is_the_mean_speed_on_a_sphere():
     assert theory.speed_factor(300) == pytest.approx(1 + 1 / 1200, abs=1 / 300**2)
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_the_tail_of_mode_coupling_is_the_sum_over_the_waves_of_a_box(dimension):
+    # Of each wave, d - 1 of d directions are transverse and decay by exp(-(D + nu) k^2 t). In a box of edge L
+    # the sum over all waves, k = 0 among them, is the tail up to exp(-L^2 / (4 (D + nu) t)), here e^-300.
+    density, diffusion, viscosity, mass, kT, t = 0.4, 0.3, 0.7, 2.0, 1.5, 3.0
+    spread = 4.0 * (diffusion + viscosity / (mass * density)) * t
+    edge = math.sqrt(300.0 * spread)
+    decays = np.exp(-0.25 * spread * (2.0 * math.pi / edge * np.arange(-200, 201)) ** 2)
+    waves = decays.sum() ** dimension
+    expected = (1.0 - 1.0 / dimension) * kT / (mass * density * edge**dimension) * waves
+    amplitude = theory.velocity_tail(density, diffusion, viscosity, dimension, mass=mass, kT=kT)
+    assert amplitude * t ** (-0.5 * dimension) == pytest.approx(expected, rel=1e-13)
+
+
 @pytest.mark.parametrize(
     ("dimension", "volume"), [(1, 1), (2, math.pi / 4), (3, math.pi / 6), (4, math.pi**2 / 32)]
 )
