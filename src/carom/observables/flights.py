@@ -24,8 +24,8 @@ class FlightSums(NamedTuple):
         Histograms of relative normal speeds, in the row of the species with the smaller number.
     flown : (K, 3) array
         Number of flights, sum of their times [time], and sum of their paths [length].
-    met : (K, K, 3) array
-        Number of collisions, sum of the normal speeds [length / time], and sum of their squares.
+    met : (K, K, 2) array
+        Number of collisions, and sum of the normal speeds [length / time].
     returns : (K, 2) array
         Number of collisions of particles that had collided before, and of those with the same partner again.
     """
@@ -173,7 +173,7 @@ def flights_of(
         speeds = {
             (a, b): _distribution(
                 [block.speeds[a, b] for block in blocks],
-                [block.met[a, b, :2] for block in blocks],
+                [block.met[a, b] for block in blocks],
                 widths[2],
             )
             for a in kinds

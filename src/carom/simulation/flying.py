@@ -135,7 +135,6 @@ def _sums(run_state: RunState) -> FlightSums:
     observer, unit = _flights(run_state), run_state.unit
     flight_sums, collision_sums = observer.flown.copy(), observer.met.copy()
     flight_sums[:, 1] = unit.to_scene(flight_sums[:, 1], 1)
-    for power in (1, 2):
-        collision_sums[:, :, power] = unit.to_scene(collision_sums[:, :, power], -power)
+    collision_sums[:, :, 1] = unit.to_scene(collision_sums[:, :, 1], -1)
     histograms = observer.times.copy(), observer.paths.copy(), observer.speeds.copy()
     return FlightSums(*histograms, flight_sums, collision_sums, observer.returns.copy())

@@ -160,10 +160,10 @@ def test_sums_of_flights_are_in_the_unit_of_time_of_the_scene():
     from carom.simulation.flying import _sums
     from carom.units import TimeUnit
 
-    # Flights, their times and paths; collisions, their normal speeds and squares of these.
-    flown, met, unit = np.array([[2.0, 3.0, 5.0]]), np.array([[[7.0, 11.0, 13.0]]]), TimeUnit(4)
+    # Flights, their times and paths; collisions, their normal speeds.
+    flown, met, unit = np.array([[2.0, 3.0, 5.0]]), np.array([[[7.0, 11.0]]]), TimeUnit(4)
     kept = SimpleNamespace(
-        flown=unit.to_kernel(flown, np.array([0, 1, 0])), met=unit.to_kernel(met, np.array([0, -1, -2])),
+        flown=unit.to_kernel(flown, np.array([0, 1, 0])), met=unit.to_kernel(met, np.array([0, -1])),
         times=np.zeros(1), paths=np.zeros(1), speeds=np.zeros(1), returns=np.zeros(1),
     )  # fmt: skip
     machine = SimpleNamespace(observer=lambda _: kept, unit=unit)

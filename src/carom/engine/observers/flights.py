@@ -33,7 +33,7 @@ class Flights(NamedTuple):
     flown: np.ndarray
     """Flights, and sums of their times and paths, (K, 3) float64."""
     met: np.ndarray
-    """Collisions, and sums of normal speeds and their squares, (K, K, 3) float64, likewise."""
+    """Collisions, and sums of normal speeds, (K, K, 2) float64, likewise."""
     partners: np.ndarray
     """Who each component collided with last, (n,) int64; -1 before the first."""
     returns: np.ndarray
@@ -56,7 +56,7 @@ def make_flights(n: int, kinds, inverse) -> Flights:
         np.zeros((count, BINS), np.int64),
         np.zeros((count, count, BINS), np.int64),
         np.zeros((count, 3)),
-        np.zeros((count, count, 3)),
+        np.zeros((count, count, 2)),
         np.full(n, -1),
         np.zeros((count, 2)),
     )
@@ -98,7 +98,6 @@ def _(observer: Flights, model, state, event):
     flights.speeds[a, b, bin_of(u, flights.widths[2])] += 1
     flights.met[a, b, 0] += 1.0
     flights.met[a, b, 1] += u
-    flights.met[a, b, 2] += u * u
 
 
 @at_epoch.register
