@@ -89,8 +89,10 @@ class Spec:
     """Fields whose new value makes others meaningless."""
 
     def __post_init__(self) -> None:
-        for name in fields_of(type(self)):
+        for name, field in fields_of(type(self)).items():
             value = getattr(self, name)
+            if value is None and field.default is not dataclasses.MISSING:  # as if it were left out
+                self._put(name, value := field.default)
             if value is not None:
                 self._put(name, checked(type(self), name, value))
         self.complete()
