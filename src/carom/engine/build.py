@@ -112,8 +112,10 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
 
 
 def unobserved(engine: Engine) -> Engine:
-    """Return the engine without observers: what schedules asks none, and is then compiled once for all."""
-    return engine._replace(model=engine.model._replace(observers=None))
+    """Return the engine without observers and contact law: what schedules asks neither, and is then compiled
+    once for all of them.
+    """
+    return engine._replace(model=engine.model._replace(observers=None, impact=None))
 
 
 def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> Engine:
