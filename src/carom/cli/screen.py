@@ -132,7 +132,9 @@ def results(result: RunResult, as_json: bool, verbose: bool = False) -> None:
     if found["mean"] is None or found["error"] is None:
         missed(f"Z has no error yet; a relative error of {asked:g} was asked for.")
     if found["error"] > asked * abs(found["mean"]):
-        missed(f"Z = {found['mean']:.6g} ± {found['error']:.2g}; a relative error of {asked:g} was asked for.")
+        missed(
+            f"Z = {found['mean']:.6g} ± {found['error']:.2g}; a relative error of {asked:g} was asked for."
+        )
 
 
 def missed(sentence: str) -> None:
