@@ -49,13 +49,14 @@ gr = carom.RDF(rmax=3.0, width=0.02).over(sim.sample(every=0.2, count=10 if args
 disks = carom.Scene.crystal(cells=12 if args.smoke else 32, dimension=2, packing_fraction=0.25)
 drops = carom.Simulation(disks.replace(interaction=SquareWell(1.5, 1.0)), kT=0.4, seed=2)
 drops.equilibrate(kT=0.4, collisions_per_particle=(2 if args.smoke else 8) * LONG)
-print(f"disks at kT = {drops.kT:.2f}: {drops.steps.bonds_per_particle:.2f} neighbours each in their wells")
+bonds = drops.interaction.bonds_per_particle
+print(f"disks at kT = {drops.kT:.2f}: {bonds:.2f} neighbours each in their wells")
 
 # %% A chain of hard disks: neighbours on it are never further apart than 1.2 diameters.
 length = 10 if args.smoke else 60
 x = 4.0 + np.column_stack([1.1 * np.arange(length), 0.3 * (np.arange(length) % 2)])
-bonds = Bonds(chains(1, length), inner=1.0, outer=1.2, others=SquareWell(1.5, 0.5))
-string = carom.Simulation(carom.Scene(x, 1.1 * length + 8.0, interaction=bonds), kT=1.0, seed=3)
+chain = Bonds(chains(1, length), inner=1.0, outer=1.2, others=SquareWell(1.5, 0.5))
+string = carom.Simulation(carom.Scene(x, 1.1 * length + 8.0, interaction=chain), kT=1.0, seed=3)
 string.run(collisions_per_particle=20 * LONG)
 print(f"a chain of {length}: {string.collisions} events, energy kept to {string.statistics.energy_drift:.1g}")
 

@@ -40,7 +40,7 @@ tail = theory.velocity_tail(0.5, diffusion, enskog.shear_viscosity, 3)
 # %% Left: what Enskog's theory leaves out. Right: the tail, as mode coupling has it, without a fit.
 figure = Figure(figsize=(9.6, 4.2), layout="constrained")
 left, right = figure.subplots(1, 2)
-rows = study.table
+rows = study.points
 for name, marker in (
     ("self_diffusion", "o"), ("shear_viscosity", "s"), ("bulk_viscosity", "D"), ("thermal_conductivity", "^")
 ):  # fmt: skip
