@@ -155,21 +155,17 @@ def pack(
         raise InputError("--resume and --overwrite contradict each other; give one of them.")
     with watched() as progress, compiling_told():
         from carom.scene_file.scene_file import SceneFile
-        from carom.studies.packings.compression import holds_packing, resume_packing
         from carom.studies.packings.compression import pack as compress
 
         progress("Preparing", 0.0)
-        if go_on and holds_packing(out):
-            packing = resume_packing(out, progress=progress)
-        else:
-            start = asked.start(asked.seed)
-            if scene is not None and of_scene:
-                start = SceneFile.load(scene).scene.build(asked.seed)
-            packing = compress(
-                start, rate=asked.rate, until_Z=asked.until_Z, collisions=asked.collisions,
-                stages=asked.stages, common=asked.common, seed=asked.seed, neighbors=asked.neighbors, out=out,
-                overwrite=overwrite, pictures=asked.pictures, progress=progress,
-            )  # fmt: skip
+        start = asked.start(asked.seed)
+        if scene is not None and of_scene:
+            start = SceneFile.load(scene).scene.build(asked.seed)
+        packing = compress(
+            start, rate=asked.rate, until_Z=asked.until_Z, collisions=asked.collisions, stages=asked.stages,
+            common=asked.common, seed=asked.seed, neighbors=asked.neighbors, out=out, overwrite=overwrite,
+            resume=go_on, pictures=asked.pictures, progress=progress,
+        )  # fmt: skip
     packed(packing.to_dict(), out, as_json)
 
 

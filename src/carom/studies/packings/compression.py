@@ -8,6 +8,7 @@ pressure of the stretch decides how to go on.
 from __future__ import annotations
 
 import dataclasses
+import hashlib
 import json
 import math
 import time as clock
@@ -171,6 +172,7 @@ def pack(
     neighbors: str = "auto",
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
+    resume: bool = False,
     pictures: bool = True,
     progress: Progress | None = None,
     **others: Any,
@@ -211,6 +213,8 @@ def pack(
         Folder for results and checkpoints; :func:`carom.resume` continues from there.
     overwrite : bool
         Whether a packing that the folder holds may be replaced.
+    resume : bool
+        Whether to go on with the packing that the folder holds, if it is this one.
     pictures : bool
         Whether to draw pictures in the folder.
     progress : callable, optional
@@ -226,9 +230,10 @@ def pack(
     Raises
     ------
     InputError
-        If an argument is unknown or out of range, nothing moves, or the particles become as wide as the box.
+        If an argument is unknown or out of range, nothing moves, the particles become as wide as the box, or
+        the folder holds another packing than is to be resumed.
     FileError
-        If the folder holds a packing and ``overwrite`` is false, or it cannot be written.
+        If the folder holds a packing and ``overwrite`` and ``resume`` are false, or it cannot be written.
     Interrupted
         After Ctrl-C; its ``so_far`` is the packing until then.
 
@@ -263,6 +268,12 @@ def pack(
     if out is None:
         return _carried_out(compression, None)
     folder = PackingFolder(Path(out))
+    if resume and holds_packing(out):
+        with folder.owned():
+            folder.sweep()
+            kept = Compression.load(folder.checkpoint, progress)
+            compression.check_same(kept, folder.path)
+            return _carried_out(kept, folder)
     folder.check_free(overwrite)
     folder.make()
     with folder.owned():
@@ -289,7 +300,7 @@ def _carried_out(compression: Compression, folder: PackingFolder | None) -> Pack
 
 _ARGUMENTS = (
     "dimension", "species", "walls", "packing_fraction", "rate", "until_Z", "collisions", "stages", "common",
-    "seed", "neighbors", "out", "overwrite", "pictures", "progress",
+    "seed", "neighbors", "out", "overwrite", "resume", "pictures", "progress",
 )  # fmt: skip
 """Keywords of :func:`pack`."""
 
@@ -338,6 +349,13 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
     with folder.owned():
         folder.sweep()
         return _carried_out(Compression.load(folder.checkpoint, progress), folder)
+
+
+def _digest(scene: Scene) -> str:
+    """Return a digest of the particles, the box and the models of a scene."""
+    words = repr((scene.box, scene.periodic, scene.obstacles, scene.interaction, scene.motion, scene.impact))
+    arrays = (np.asarray(each) for each in (scene.positions, scene.diameters, scene.masses))
+    return hashlib.sha256(words.encode() + b"".join(each.tobytes() for each in arrays)).hexdigest()[:8]
 
 
 def holds_packing(out: str | PathLike[str]) -> bool:
@@ -421,6 +439,7 @@ class Compression:
     ):
         self.sim, self.plan, self.limit, self.unit = sim, plan, limit, unit
         self.seed, self.pictures, self.progress = seed, pictures, progress
+        self.start = ""
         self.stage = 0
         self.history: list[tuple[int, float, float, float]] = []
         self.left = 0
@@ -444,7 +463,28 @@ class Compression:
         unit = unit / math.sqrt(scene.mass)
         checks.integer(seed, "seed", low=0)
         sim = Simulation(scene, seed=seed, tuning=Tuning(neighbors=neighbors), growth=plan[0].rate * unit)
-        return cls(sim, plan, limit, unit, seed, pictures, progress)
+        self = cls(sim, plan, limit, unit, seed, pictures, progress)
+        self.start = _digest(scene)
+        return self
+
+    def check_same(self, kept: Compression, where: Path) -> None:
+        """Raise InputError if a compression that was kept has other settings, or began from another scene."""
+        ours, theirs = self._settings(), kept._settings()
+        if other := [name for name in ours if ours[name] != theirs[name]]:
+            raise InputError(
+                f"{where} holds a packing with {other[0]} = {theirs[other[0]]}, found {ours[other[0]]}: "
+                "`carom resume` goes on with that; for another packing choose another --out."
+            )
+
+    def _settings(self) -> dict[str, Any]:
+        """Return what decides every bit of the result."""
+        return {
+            "stages (rate, until_Z)": [tuple(stage) for stage in self.plan],
+            "collisions": self.limit,
+            "seed": self.seed,
+            "the start": self.start,
+            "rates of growth": hashlib.sha256(self.unit.tobytes()).hexdigest()[:8],
+        }
 
     @classmethod
     def load(cls, path: Path, progress: Progress | None = None) -> Compression:
@@ -462,7 +502,8 @@ class Compression:
             arguments = plan, notes["limit"], np.array(notes["unit"]), notes["seed"], notes["pictures"]
             history = [tuple(row) for row in notes["history"]]
             values = {
-                name: notes[name] for name in ("stage", "left", "virial", "duration", "kT_time", "note")
+                name: notes[name]
+                for name in ("stage", "left", "virial", "duration", "kT_time", "note", "start")
             }
         except (KeyError, TypeError, ValueError) as error:
             raise FileError(f"{path} is not the checkpoint of a packing: {error}.") from None
@@ -476,7 +517,7 @@ class Compression:
         """Write a checkpoint."""
         names = (
             "plan", "limit", "seed", "pictures", "history", "stage", "left", "virial", "duration", "kT_time",
-            "note",
+            "note", "start",
         )  # fmt: skip
         notes = {"unit": self.unit.tolist(), **{name: getattr(self, name) for name in names}}
         save(path, self.sim._state, notes)
