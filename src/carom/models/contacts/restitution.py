@@ -94,7 +94,7 @@ class Restitution:
 def as_impact(value: Any) -> Any:
     """Return a number as the restitution that it means, and anything else as it is."""
     if isinstance(value, numbers.Real | np.floating) and not isinstance(value, bool):
-        return Restitution(value)
+        return Restitution(checks.number(value, "restitution"))
     return value
 
 
