@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixed
 
 import carom
 from carom import Frame, Scene, Simulation, io
@@ -103,9 +104,9 @@ def test_a_million_of_any_kind_take_200_megabytes(kind, tmp_path):
         ),
     }[kind]()
     order = np.random.default_rng(1).permutation(scene.n)
-    diameter = scene.diameter if scene.equal else scene.diameters[order]
-    mixed = Scene(scene.positions[order], scene.box, diameter=diameter, species=scene.species)
-    sim = Simulation(mixed, seed=1)
+    species = None if scene.species is None else scene.species[order]
+    shuffled = Scene(scene.positions[order], scene.box, diameter=scene.diameters[order], species=species)
+    sim = Simulation(shuffled, seed=1)
     sim.run(collisions_per_particle=2)
     state = checkpoint.size_of_file(sim._state)
     sim.save(tmp_path / "c")
