@@ -17,10 +17,9 @@ from carom.errors import CaromWarning, InputError
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.motions.gravity import Gravity
 from carom.models.questions.observer import at_obstacle, at_pair
-from carom.observables.pressure_tensor import check_events, drift_of
-from carom.observables.statistics import arrays, ratio, shown
+from carom.observables.pressure_tensor import about_center, averaged, check_events, drift_of
+from carom.observables.statistics import shown
 from carom.results import Result
-from carom.scene.temperature import conserved
 
 if TYPE_CHECKING:
     from carom.frame import Frame
@@ -345,19 +344,12 @@ class LayerSums:
         scene, d, bins = self._scene, self._scene.dimension, self._asked.bins
         volume, durations = scene.volume / bins, np.array(self._durations)
         stays, carried, virial = (np.array(each) for each in zip(*self._blocks, strict=True))
-        factor = np.sqrt([scene.n / (scene.n - 1.0) if still else 1.0 for still in conserved(scene)])
-        carried *= np.outer(factor, factor)
+        carried *= about_center(scene)
         virial = 0.5 * (virial + np.swapaxes(virial, 2, 3))
-
-        def averaged(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            columns = parts.reshape(len(parts), -1).T / volume
-            values, errors = arrays([ratio(column, durations) for column in columns])
-            return values.reshape(parts.shape[1:]), errors.reshape(parts.shape[1:])
-
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # few blocks have wide error bars
-            tensor, kinetic, collisional = map(averaged, (carried + virial, carried, virial))
-            density = averaged(stays)
+            parts = carried + virial, carried, virial, stays
+            tensor, kinetic, collisional, density = (averaged(each / volume, durations) for each in parts)
         edges = np.linspace(0.0, scene.box[self._asked.axis], bins + 1)
         return PressureProfileResult(
             edges, *tensor, *kinetic, *collisional, *density, self._asked.axis, scene.n, d, len(durations)

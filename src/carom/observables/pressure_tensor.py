@@ -136,6 +136,18 @@ def drift_of(scene: Scene, velocities: np.ndarray) -> np.ndarray:
     return np.where(np.array(conserved(scene)), moving, 0.0)
 
 
+def about_center(scene: Scene) -> np.ndarray:
+    """Return the factors of the kinetic part, (d, d): ``n / (n - 1)`` on axes whose momentum is conserved."""
+    factor = np.sqrt([scene.n / (scene.n - 1.0) if still else 1.0 for still in conserved(scene)])
+    return np.outer(factor, factor)
+
+
+def averaged(parts: np.ndarray, durations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the rates of sums in blocks, (blocks, ...), and their standard errors, (...) each."""
+    values, errors = arrays([ratio(column, durations) for column in parts.reshape(len(parts), -1).T])
+    return values.reshape(parts.shape[1:]), errors.reshape(parts.shape[1:])
+
+
 class TensorSums:
     """The pressure tensor of each block of a stretch.
 
@@ -183,8 +195,7 @@ class TensorSums:
         scene, d, n = self._scene, self._scene.dimension, self._scene.n
         durations = np.array([each[0] for each in self._blocks])
         flown, virial = (np.array([each[k] for each in self._blocks]) for k in (1, 2))
-        factor = np.sqrt([n / (n - 1.0) if still else 1.0 for still in conserved(scene)])
-        carried = flown * np.outer(factor, factor)
+        carried = flown * about_center(scene)
         heat = n * d * np.trace(flown, axis1=1, axis2=2) / degrees_of_freedom(scene)
         carried *= (heat / np.trace(carried, axis1=1, axis2=2))[:, None, None]
         virial = 0.5 * (virial + np.swapaxes(virial, 1, 2))
@@ -231,12 +242,6 @@ def _averaged(
     ``rate``: shear rate [1 / time].
     """
     n, d = scene.n, scene.dimension
-
-    def averaged(parts: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        rows = [ratio(column, durations) for column in parts.reshape(len(parts), -1).T / scene.volume]
-        values, errors = arrays(rows)
-        return values.reshape(d, d), errors.reshape(d, d)
-
     whole = carried + handed_over
     pressure = ratio(np.trace(whole, axis1=1, axis2=2) / (d * scene.volume), durations)
     viscosity: Estimate | None = None
@@ -246,8 +251,8 @@ def _averaged(
         differences = [whole[:, a, a] - whole[:, a + 1, a + 1] for a in range(min(d, 3) - 1)]
         stresses = tuple(ratio(each / scene.volume, durations) for each in differences)
     return PressureTensorResult(
-        *averaged(whole), *averaged(carried), *averaged(handed_over), pressure, n, d, len(durations),
-        viscosity, stresses,
+        *averaged(whole / scene.volume, durations), *averaged(carried / scene.volume, durations),
+        *averaged(handed_over / scene.volume, durations), pressure, n, d, len(durations), viscosity, stresses,
     )  # fmt: skip
 
 
