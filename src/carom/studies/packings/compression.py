@@ -269,11 +269,7 @@ def pack(
         return _carried_out(compression, None)
     folder = PackingFolder(Path(out))
     if resume and holds_packing(out):
-        with folder.owned():
-            folder.sweep()
-            kept = Compression.load(folder.checkpoint, progress)
-            compression.check_same(kept, folder.path)
-            return _carried_out(kept, folder)
+        return _resumed(folder, progress, compression)
     folder.check_free(overwrite)
     folder.make()
     with folder.owned():
@@ -346,16 +342,25 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
     folder = PackingFolder(Path(out))
     if not holds_packing(out):
         raise FileError(f"{out} holds no packing of Carom; start one with `carom pack --out {out}`.")
+    return _resumed(folder, progress)
+
+
+def _resumed(folder: PackingFolder, progress: Progress | None, asked: Compression | None = None) -> Packing:
+    """Continue the compression in a folder, which must be the one that is asked for, if any is."""
     with folder.owned():
         folder.sweep()
-        return _carried_out(Compression.load(folder.checkpoint, progress), folder)
+        kept = Compression.load(folder.checkpoint, progress)
+        if asked is not None:
+            asked.check_same(kept, folder.path)
+        return _carried_out(kept, folder)
 
 
 def _digest(scene: Scene) -> str:
     """Return a digest of the particles, the box and the models of a scene."""
     words = repr((scene.box, scene.periodic, scene.obstacles, scene.interaction, scene.motion, scene.impact))
-    arrays = (np.asarray(each) for each in (scene.positions, scene.diameters, scene.masses))
-    return hashlib.sha256(words.encode() + b"".join(each.tobytes() for each in arrays)).hexdigest()[:8]
+    arrays = scene.positions, scene.diameters, scene.masses, scene.velocities
+    given = b"".join(each.tobytes() for each in arrays if each is not None)
+    return hashlib.sha256(words.encode() + given).hexdigest()[:8]
 
 
 def holds_packing(out: str | PathLike[str]) -> bool:
@@ -425,7 +430,12 @@ class Compression:
         Virial, time and integral of kT over time, of the present stretch so far.
     note : str
         Why the compression ended; empty before.
+    start : str
+        Digest of the scene that it began from.
     """
+
+    PROGRESS = ("stage", "left", "virial", "duration", "kT_time", "note", "start")
+    """Attributes that a checkpoint keeps, beside the arguments and the history."""
 
     def __init__(
         self,
@@ -501,10 +511,7 @@ class Compression:
             plan = tuple(Stage(*stage) for stage in notes["plan"])
             arguments = plan, notes["limit"], np.array(notes["unit"]), notes["seed"], notes["pictures"]
             history = [tuple(row) for row in notes["history"]]
-            values = {
-                name: notes[name]
-                for name in ("stage", "left", "virial", "duration", "kT_time", "note", "start")
-            }
+            values = {name: notes[name] for name in cls.PROGRESS}
         except (KeyError, TypeError, ValueError) as error:
             raise FileError(f"{path} is not the checkpoint of a packing: {error}.") from None
         self = cls(Simulation.load(path), *arguments, progress)
@@ -515,10 +522,7 @@ class Compression:
 
     def save(self, path: Path) -> None:
         """Write a checkpoint."""
-        names = (
-            "plan", "limit", "seed", "pictures", "history", "stage", "left", "virial", "duration", "kT_time",
-            "note", "start",
-        )  # fmt: skip
+        names = ("plan", "limit", "seed", "pictures", "history", *self.PROGRESS)
         notes = {"unit": self.unit.tolist(), **{name: getattr(self, name) for name in names}}
         save(path, self.sim._state, notes)
 
