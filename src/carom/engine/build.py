@@ -111,7 +111,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     )
 
 
-def unobserved(engine: Engine) -> Engine:
+def stripped(engine: Engine) -> Engine:
     """Return the engine without observers and contact law: what schedules asks neither, and is then compiled
     once for all of them.
     """

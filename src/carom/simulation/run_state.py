@@ -289,7 +289,7 @@ class RunState:
     def schedule(self) -> None:
         """Give every component its first event."""
         from carom.engine import cycle
-        from carom.engine.build import unobserved
+        from carom.engine.build import stripped
 
         self.scheduled = False
         n, start, budget = self.scene.n, 0, CallBudget(MOST_SCHEDULED)
@@ -299,7 +299,7 @@ class RunState:
                 continue
             end = min(start + budget.count, n)
             with budget:
-                done = cycle.schedule(*unobserved(self.engine), np.int64(start), np.int64(end))
+                done = cycle.schedule(*stripped(self.engine), np.int64(start), np.int64(end))
             if done:
                 start = end
             else:
@@ -311,7 +311,7 @@ class RunState:
     def _settle_steps(self) -> bool:
         """Build the lists and write into them on which step each pair is; False if an array is too small."""
         from carom.engine import cycle
-        from carom.engine.build import unobserved
+        from carom.engine.build import stripped
         from carom.engine.observers.currents import Currents, fill
         from carom.engine.pair_steps import write_steps
         from carom.scene.first_steps import first_steps
@@ -320,7 +320,7 @@ class RunState:
             self.steps = first_steps(self.scene)
         lists: Any = self.engine.neighbors
         lists.steps.ready[0] = 0
-        if not cycle.schedule(*unobserved(self.engine), np.int64(0), np.int64(0)):
+        if not cycle.schedule(*stripped(self.engine), np.int64(0), np.int64(0)):
             return False
         write_steps(lists, *self.steps)
         start_steps(self.engine.model.pair, *self.steps)

@@ -247,17 +247,17 @@ class Executive:
         run_state.schedule()
 
     def _advance_epoch_of(self, k: int) -> None:
-        from carom.engine.build import unobserved
+        from carom.engine.build import stripped
         from carom.engine.domains.next_epoch import advance_epoch
 
-        engine = unobserved(self.run_state.engine)
+        engine = stripped(self.run_state.engine)
         advance_epoch(engine.model, engine.state, engine.neighbors, *map(np.int64, self._mine(k)))
 
     def _retime_of(self, k: int) -> None:
-        from carom.engine.build import unobserved
+        from carom.engine.build import stripped
         from carom.engine.domains.next_epoch import retime_all
 
-        engine = unobserved(self.run_state.engine)
+        engine = stripped(self.run_state.engine)
         retime_all(engine.model, engine.state, *map(np.int64, self._mine(k)))
 
     def _advance(self, k: int, epoch: int, end: float) -> int:
