@@ -15,7 +15,7 @@ import pytest
 DOCS = Path(__file__).parents[2] / "docs"
 
 # Pages with tests of their own, which also look at what they print.
-ELSEWHERE = {"models.md", "obstacles.md"}
+ELSEWHERE = {"measuring.md", "models.md", "obstacles.md"}
 
 FLUID = """
 import carom
@@ -77,7 +77,7 @@ PAGES = sorted(
     if page.name not in ELSEWHERE and not {"_build", "gallery"} & set(page.parts) and python_blocks(page)
 )
 
-LONG = ("gravity.md", "measuring.md", "packings.md", "range-rules.md", "spherical-codes.md", "transport.md")
+LONG = ("gravity.md", "packings.md", "range-rules.md", "spherical-codes.md", "transport.md")
 """Pages whose blocks take more than half a minute."""
 
 

@@ -101,6 +101,8 @@ def test_a_lattice_between_walls_keeps_half_a_diameter_from_them(packing_fractio
     found = lattices.between_walls(scene.positions, scene.box, (True, True, False), 1.0)
     np.testing.assert_array_equal(found[:, :2], scene.positions[:, :2])
     assert bool((found != scene.positions).any()) is moved
+    assert found[:, 2].min() >= 0.5 * (1 - 4 * EPS)
+    assert found[:, 2].max() <= scene.box[2] - 0.5 * (1 - 16 * EPS)
     ends = found[:, 2].min(), scene.box[2] - found[:, 2].max()
     if moved:
         np.testing.assert_allclose(ends, 0.5, rtol=16 * EPS)
