@@ -7,6 +7,7 @@ import json
 import math
 import statistics
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -202,8 +203,12 @@ def test_what_cannot_be_planned_is_refused_in_a_sentence(given, said):
 def test_quantities_that_a_system_lacks_are_refused():
     with pytest.raises(InputError, match="logarithm"):
         carom.plan("D=1e-2", packing_fraction=0.3, dimension=2)
-    with pytest.raises(InputError, match="carom transport"):
+    with pytest.raises(InputError, match=r"ask for D\(0\) to D\(1\)"):
         carom.plan("D=1e-2", packing_fraction=0.3, species=PAIR)
+    with pytest.raises(InputError, match="no species large; expected one of 0, 1"):
+        carom.plan("D(large)=1e-2", packing_fraction=0.3, species=PAIR)
+    with pytest.raises(InputError, match="carom transport"):
+        carom.plan("D=1e-2", packing_fraction=0.6)
     with pytest.raises(InputError, match="every pair of species"):
         carom.plan("g(contact)=1e-2", packing_fraction=0.3, species=PAIR)
 
@@ -228,9 +233,15 @@ def test_a_scene_file_says_what_there_is_and_walls_are_refused(tmp_path):
 
 def test_one_species_has_the_shift_of_its_mass():
     named = System(0.3, scene={"species": [{"fraction": 1.0, "diameter": 1.0, "mass": 4.0}]})
-    a, b = (DiffusionMethod(one, "D") for one in (named, System(0.3, scene={"mass": 4.0})))
+    a, b = (DiffusionMethod(one) for one in (named, System(0.3, scene={"mass": 4.0})))
     assert a.shift(500, 1.0, 0.1) == b.shift(500, 1.0, 0.1) == pytest.approx(0.0128, abs=5e-5)
     assert a.block(500) == b.block(500)
+
+
+def test_diffusion_is_planned_at_the_temperature_of_the_scene():
+    hot = DiffusionMethod(System(0.3, scene={"kT": 4.0}))
+    (task,) = hot.tasks(100, 1, 10.0, 2000.0, 1)
+    assert task["scene"]["kT"] == 4.0
 
 
 @pytest.fixture(scope="module")
@@ -387,6 +398,55 @@ def test_forty_promises_hold(ten):
     assert max(times) <= 1.5
     # One of twenty is off by more than two errors: by chance four or more of ten in one of a thousand runs.
     assert sum(abs(x) > 2.0 for x in off if math.isfinite(x)) <= 3
+
+
+def wells(packing_fraction, kT, dimension=3):
+    """Return a system of square wells of range 1.5 and depth 1."""
+    well = {"type": "square-well", "range": 1.5, "depth": 1.0}
+    return System(packing_fraction, dimension, {"interaction": well, "kT": kT})
+
+
+@pytest.mark.parametrize(
+    ("system", "target", "said"),
+    [
+        (lambda: wells(0.2, 1.0), "Z=1e-2", "second virial coefficient"),
+        (lambda: wells(0.5, 2.0), "Z=1e-2", "may freeze"),
+        (lambda: wells(0.2, 2.0), "g(contact)=1e-2", "contacts alone"),
+        (lambda: wells(0.2, 2.0), "D=1e-2", "carom transport"),
+        (lambda: System(0.2, 3, {"interaction": wells(0.2, 2.0).scene["interaction"]}), "Z=1e-2", "give kT"),
+        (lambda: System(0.2, 3, {**wells(0.2, 2.0).scene, "species": list(PAIR)}), "Z=1e-2", "one species"),
+    ],
+)
+def test_wells_that_cannot_be_planned_are_refused_in_a_sentence(system, target, said):
+    with pytest.raises(InputError, match=said):
+        carom.plan(target, scene=system())
+
+
+def test_the_shift_of_wells_is_that_of_cores_where_they_are_hot_and_of_their_second_virial_coefficient():
+    assert wells(0.2, 1e6).shift(100) == pytest.approx(System(0.2).shift(100), rel=1e-4)
+    # With Z = 1 + B eta alone, eta times the second derivative of eta Z over the first is 2 B eta.
+    eta, attraction = 1e-6, 4.0 * math.expm1(1.0 / 1.5) * (1.5**3 - 1.0)
+    assert wells(eta, 1.5).shift(1) == pytest.approx(-(4.0 - attraction) * eta, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_promises_for_wells_and_for_species_hold():
+    """Z of wells is compared with a published equation of state, which is good to some percent."""
+    rows = (Path(__file__).parents[1] / "data" / "square_well_eos.csv").read_text().splitlines()
+    asked = [("D(0)=2e-2", 0.3), ("D(1)=2e-2", 0.3), ("D(1)=1e-2", 0.15)]
+    plans = [(carom.plan(t, packing_fraction=eta, species=PAIR, cores=1), None) for t, eta in asked]
+    for row in rows[3:]:
+        kT, density, z, *_ = map(float, row.split(","))
+        if density <= 0.5 and kT <= 3.0:
+            system = wells(density * math.pi / 6.0, kT)
+            plans.append((carom.plan("Z=+-0.005", scene=system, cores=2), z))
+    assert len(plans) == 12
+    for plan, z in plans:
+        done = plan.run()
+        print(f"{plan} {done.value.mean:.4f} error {done.error_ratio:.2f} time {done.time_ratio:.2f}; {z}")
+        assert done.error_ratio <= 1.3
+        assert done.time_ratio <= 1.5
+        assert z is None or done.value.mean == pytest.approx(z, abs=5.0 * done.error + 0.02)
 
 
 def _spread(ratios):

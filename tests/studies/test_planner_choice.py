@@ -66,8 +66,7 @@ def test_what_is_planned_of_diffusion_has_the_units_of_the_scene():
     from carom.studies.planner.diffusion import DiffusionMethod
 
     plain, scaled = (
-        DiffusionMethod(System(0.3, scene=scene), "D")
-        for scene in ({}, {"diameter": 2.0, "mass": 4.0, "kT": 9.0})
+        DiffusionMethod(System(0.3, scene=scene)) for scene in ({}, {"diameter": 2.0, "mass": 4.0, "kT": 9.0})
     )
     speed, length = math.sqrt(9.0 / 4.0), 2.0
     found = scaled.shift(500, 0.7 * 4.0 * speed / length**2, 0.2 * speed * length)
@@ -85,13 +84,13 @@ def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(
         n=n,
         volume=n / density,
         kT=1.0,
-        first={"masses": [1.0]},
+        mean_mass=1.0,
         at_rest=lambda species: n / (n - 1.0),
         shear_viscosity=lambda: one,
-        self_diffusion=lambda: [one] * 2,
+        self_diffusion=lambda species: [one] * 2,
     )
     monkeypatch.setattr(diffusion, "Point", lambda records: point)
-    method = diffusion.DiffusionMethod(System(density * math.pi / 6.0), "D")
+    method = diffusion.DiffusionMethod(System(density * math.pi / 6.0))
     value, bias, said = method.reached([], "velocity")
     shift = theory.diffusion_shift(n, density, one.mean, self_diffusion=value.mean)
     assert value.mean - shift == pytest.approx(one.mean * n / (n - 1.0), rel=1e-9)

@@ -95,10 +95,12 @@ def plan(
     carom plan --target D=0.01 --eta 0.4 --walltime 360 --run
     carom plan --target "g(contact)=+-0.01" --eta 0.45 --cores 8
     carom plan -t P=1e-3 --eta 0.3 --species 0.5:1 --species 0.5:1.4:2
+    carom plan -t "D(1)=0.01" --eta 0.3 --species 0.5:1 --species 0.5:1.4:2
     carom plan scene.toml -t Z=1e-3 --run --out mine
     """
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import reached, watched
+    from carom.paths import writing
     from carom.studies.planner.plan import NAME, PILOT_SECONDS
 
     folder, scene = FOLDER if run and out is None else out, file_of(scene)
@@ -122,6 +124,8 @@ def plan(
         else:
             if folder is not None:
                 planner.reserve(folder)
+                with writing(folder):  # before the pilot
+                    folder.mkdir(parents=True, exist_ok=True)
             found = planner.plan(
                 asked.target,
                 packing_fraction=packing_fraction,

@@ -44,8 +44,12 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
     InputError
         If the scene cannot be made, or is refused.
     """
-    places, speeds = stream(task["seed"], [task["scene"], task["replica"]]).spawn(2)
+    places, speeds, kicks = stream(task["seed"], [task["scene"], task["replica"]]).spawn(3)
     scene = start(scene_spec(task["scene"]), default_rng(places))
+    drive: Any = scene.drive
+    if hasattr(drive, "seed"):  # replicas with the same kicks would not be independent
+        own = int(kicks.generate_state(1, np.uint64)[0] >> np.uint64(1))
+        scene = scene.replace(drive=replace(drive, seed=own))
     if check is not None:
         check(scene)
     return Simulation(

@@ -170,9 +170,14 @@ class Point:
 
     def at_rest(self, species: int) -> float:
         """Return M / (M - m): the mass of all over that of all but one of a species; 1 for a single one."""
-        masses = self.first["masses"]
-        whole = math.fsum(mass * count for mass, count in zip(masses, self.first["counts"], strict=True))
-        return whole / (whole - masses[species]) if self.n > 1 else 1.0
+        whole = self.mean_mass * self.n
+        return whole / (whole - self.first["masses"][species]) if self.n > 1 else 1.0
+
+    @property
+    def mean_mass(self) -> float:
+        """Mean mass of a particle."""
+        masses, counts = self.first["masses"], self.first["counts"]
+        return math.fsum(mass * count for mass, count in zip(masses, counts, strict=True)) / self.n
 
     def shear_viscosity(self) -> Coefficient:
         """Return the shear viscosity: slope over ``V kT``."""

@@ -167,20 +167,21 @@ def coefficients_of(records: list[Record]) -> Coefficients:
     )
 
 
-def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point) -> Estimate:
-    """Return self-diffusion of infinitely many spheres from that of N: ``N / (N - 1) D_N`` plus the shift.
+def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point, species: int = 0) -> Estimate:
+    """Return self-diffusion of infinitely many spheres from that of N: ``M / (M - m) D_N`` plus the shift.
 
-    The momentum of all is zero, so that the mean square velocity is that of infinitely many times (N - 1) /
-    N, and so is D in a gas. The shift, of order ``N^(-1/3)``, is :func:`carom.theory.diffusion_shift`.
+    The momentum of all, of mass M, is zero, so that the mean square velocity is that of infinitely many times
+    (M - m) / M, and so is D in a gas. The shift, of order ``N^(-1/3)``, is
+    :func:`carom.theory.diffusion_shift`: the flow around a particle, whatever its size, is that of the fluid.
     """
-    alone, shift = diffusion.scaled(point.at_rest(0)), 0.0
+    alone, shift = diffusion.scaled(point.at_rest(species)), 0.0
     for _ in range(20):  # fixed point: the shift depends on the result, and is a tenth of it
         shift = theory.diffusion_shift(
             point.n,
             point.n / point.volume,
             viscosity.mean,
             self_diffusion=alone.mean + shift,
-            mass=point.first["masses"][0],
+            mass=point.mean_mass,
             kT=point.kT,
         )
     error = math.hypot(alone.error, shift * viscosity.relative_error)

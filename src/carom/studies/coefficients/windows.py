@@ -81,10 +81,13 @@ def _compressibility_factor(eta: float, d: int) -> float:
 
 def wave_time(scene: Scene, kT: float) -> float:
     """Return the decay time of the longest wave in the box by Enskog's theory [time]."""
-    eta, d = scene.packing_fraction, scene.dimension
-    sigma = (theory.ball_volume(d) ** -1 * eta * scene.volume / scene.n) ** (1.0 / d)
-    z = _compressibility_factor(eta, d)
-    mass = float(scene.masses.mean())
-    found = theory.enskog(z, eta, d, diameter=sigma, mass=mass, kT=kT)
-    nu = found.shear_viscosity * scene.volume / (mass * scene.n)
-    return max(scene.box) ** 2 / (4.0 * math.pi**2 * (found.self_diffusion + nu))
+    density, mass = scene.n / scene.volume, float(scene.masses.mean())
+    return longest_wave(max(scene.box), scene.packing_fraction, density, mass, scene.dimension, kT)
+
+
+def longest_wave(edge: float, eta: float, density: float, mass: float, d: int, kT: float) -> float:
+    """Return the decay time of the longest wave in a box, for particles of a mean mass [time]."""
+    sigma = (eta / density / theory.ball_volume(d)) ** (1.0 / d)
+    found = theory.enskog(_compressibility_factor(eta, d), eta, d, diameter=sigma, mass=mass, kT=kT)
+    nu = found.shear_viscosity / (mass * density)
+    return edge**2 / (4.0 * math.pi**2 * (found.self_diffusion + nu))

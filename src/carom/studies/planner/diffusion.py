@@ -1,9 +1,8 @@
-"""Planning for the self-diffusion of infinitely many spheres."""
+"""Planning for the self-diffusion of infinitely many spheres, or of one species of a mixture."""
 
 from __future__ import annotations
 
 import json
-import math
 import time as clock
 import warnings
 from collections.abc import Callable, Sequence
@@ -95,8 +94,8 @@ class DiffusionMethod:
     Parameters
     ----------
     system : System
-    quantity : str
-        "D".
+    species : str, optional
+        Name or number of the species of a mixture.
 
     Raises
     ------
@@ -111,15 +110,15 @@ class DiffusionMethod:
         f"{windows.FRAME / windows.PER_FREE_TIME:g} mean free times: closer ones show the same displacements"
     )
 
-    def __init__(self, system: System, quantity: str):
-        self.system, self.quantity = system, quantity
+    def __init__(self, system: System, species: str | None = None):
+        self.system, self.species = system, system.species(species)
         if system.dimension == 2:
             raise InputError(
                 "In two dimensions D grows with the logarithm of the size: there is none to plan for."
             )
-        if system.dimension != 3 or system.mixture or system.crystal:
+        if system.dimension != 3 or system.crystal or system.wells:
             raise InputError(
-                "D is planned for fluids of equal spheres in three dimensions, where its shift with N is "
+                "D is planned for fluids of hard spheres in three dimensions, where its shift with N is "
                 "known; use carom transport for others."
             )
 
@@ -152,11 +151,11 @@ class DiffusionMethod:
         collisions = sum(block["collisions"] for block in record["result"]["blocks"])
         seconds = record["provenance"]["cpu_seconds"]["all"]
         viscosity = point.shear_viscosity()
-        found = dict(zip(ESTIMATORS, point.self_diffusion(), strict=True))
+        found = dict(zip(ESTIMATORS, point.self_diffusion(self.species), strict=True))
         best = min(found.values(), key=lambda e: e.error)
         return DiffusionPilot(
             n=n,
-            value=infinite_diffusion(best, viscosity, point).mean,
+            value=infinite_diffusion(best, viscosity, point, self.species).mean,
             variances={name: e.error**2 * collisions for name, e in found.items()},
             viscosity=viscosity.mean,
             of_viscosity=viscosity.relative_error**2 * collisions,
@@ -195,9 +194,9 @@ class DiffusionMethod:
 
     def shift(self, n: int, viscosity: float, value: float) -> float:
         """Return by how much D of n spheres is too small [length^2 / time]."""
-        (mass,) = self.system.masses
+        one = self.system
         return theory.diffusion_shift(
-            n, self.system.density, viscosity, self_diffusion=value, mass=mass, kT=self.system.kT
+            n, one.density, viscosity, self_diffusion=value, mass=one.mean_mass, kT=one.kT
         )
 
     def block(self, n: int) -> float:
@@ -206,15 +205,10 @@ class DiffusionMethod:
 
     def _window(self, n: int) -> float:
         """Return t_1 of the rule for n spheres [mean free times]."""
-        (mass,), (sigma,) = self.system.masses, self.system.diameters
-        eta, kT = self.system.packing_fraction, self.system.kT
-        z = self.system.z()
-        free = float(theory.mean_free_time(z, 3, diameter=sigma, mass=mass, kT=kT))
-        e = theory.enskog(z, eta, 3, diameter=sigma, mass=mass, kT=kT)
-        edge = (n / self.system.density) ** (1.0 / 3.0)
-        wave = edge**2 / (
-            4.0 * math.pi**2 * (e.self_diffusion + e.shear_viscosity / (mass * self.system.density))
-        )
+        one = self.system
+        free = windows.free_time(one.packing_fraction, one.diameters, one.masses, one.fractions, 3, one.kT)
+        edge = (n / one.density) ** (1.0 / 3.0)
+        wave = windows.longest_wave(edge, one.packing_fraction, one.density, one.mean_mass, 3, one.kT)
         return max(windows.WAVES * wave / free, windows.STARTS[0] / windows.PER_FREE_TIME)
 
     def tasks(self, n: int, replicas: int, equilibration: float, length: float, seed: int) -> list[Task]:
@@ -222,7 +216,8 @@ class DiffusionMethod:
         blocks = max(FEWEST, min(-(-BLOCKS // replicas), int(length / self.block(n))))
         spec = TransportSpec(
             (self.system.packing_fraction,), n=(n,), replicas=replicas, equilibration=equilibration,
-            collisions_per_particle=length, seed=seed, blocks=blocks, scene=dict(self.system.scene),
+            collisions_per_particle=length, seed=seed, blocks=blocks, kT=self.system.kT,
+            scene={name: value for name, value in self.system.scene.items() if name != "kT"},
         )  # fmt: skip
         return spec.tasks()
 
@@ -230,10 +225,10 @@ class DiffusionMethod:
         """Return D of infinitely many spheres, its possible bias, and doubts about it."""
         point = Point(list(records))
         viscosity = point.shear_viscosity()
-        found = dict(zip(ESTIMATORS, point.self_diffusion(), strict=True))[estimator]
-        value = infinite_diffusion(found, viscosity, point)
+        found = dict(zip(ESTIMATORS, point.self_diffusion(self.species), strict=True))[estimator]
+        value = infinite_diffusion(found, viscosity, point, self.species)
         said = [] if found.settled else ["The slope had not settled: the fluid is slow."]
-        shift = value.mean - point.at_rest(0) * found.mean
+        shift = value.mean - point.at_rest(self.species) * found.mean
         return value, missed(point.n) * abs(shift), said
 
     def route(self, estimator: str) -> str:

@@ -94,9 +94,9 @@ def once(kind: str, do: Callable[[], object]) -> None:
 
 
 def refuse_unusual(scene: Scene) -> None:
-    """Raise InputError unless spheres move and collide as elastic hard cores."""
-    if not all(is_usual(scene, kind) for kind in ("interaction", "motion", "impact")):
-        raise InputError("A plan is made for elastic hard cores; remove interaction, motion and impact.")
+    """Raise InputError unless spheres move freely and contacts are elastic."""
+    if not all(is_usual(scene, kind) for kind in ("motion", "impact")):
+        raise InputError("A plan is made for elastic spheres; remove motion and impact.")
 
 
 def of_scene(scene: Scene) -> dict[str, Any]:
@@ -147,10 +147,13 @@ class Blocks:
 
     def result(self) -> dict[str, Any]:
         """Return Z of every block by both routes, as plain values."""
-        scale = self.sim.scene.dimension * self.sim.scene.n * self.sim.kT * np.array(self.durations)
+        drive: Any = self.sim.scene.drive
+        kT = self.sim.kT if drive is None else drive.kT  # which fluctuates under a thermostat
+        scale = self.sim.scene.dimension * self.sim.scene.n * kT * np.array(self.durations)
+        by_rate = None if drive is not None else (1.0 + np.array(self.counted) / scale).tolist()
         return {
             "by_virial": (1.0 + np.array(self.virials) / scale).tolist(),
-            "by_rate": (1.0 + np.array(self.counted) / scale).tolist(),
+            "by_rate": by_rate,
             "collisions": int(sum(self.collisions)),
         }
 
@@ -193,14 +196,16 @@ class Spread(NamedTuple):
     z: Estimate
 
 
-def estimates(by_virial: ArrayLike, by_rate: ArrayLike, dimension: int) -> list[Spread]:
+def estimates(by_virial: ArrayLike, by_rate: ArrayLike | None, dimension: int) -> list[Spread]:
     """Return Z by every estimator, the one with the smallest error first.
 
-    Blocks should be long, because the noise of short ones hides small slow changes.
+    Blocks should be long, because the noise of short ones hides small slow changes. Wells have no estimate by
+    the number of collisions, None.
     """
-    a, b = np.asarray(by_virial, np.float64), np.asarray(by_rate, np.float64)
+    a = np.asarray(by_virial, np.float64)
     found = [Spread("virial", mean(a))]
-    if dimension > 1:
+    if dimension > 1 and by_rate is not None:
+        b = np.asarray(by_rate, np.float64)
         found += [Spread("collision rate", mean(b)), Spread("both", together(a, b))]
     return sorted(found, key=lambda one: one.z.error)
 

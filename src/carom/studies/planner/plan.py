@@ -28,7 +28,7 @@ from carom.studies.planner.outcome import Outcome, carry_out
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
 from carom.studies.planner.system import System, of_plan, of_scene
-from carom.studies.planner.target import UNITS, Target
+from carom.studies.planner.target import Target
 from carom.version import __version__
 
 PILOT_SECONDS = 15.0
@@ -274,7 +274,7 @@ class RunPlan(Result):
         """Return the expected value and the parts of its error, in words."""
         one, name = self.design, self.target.quantity
         return (
-            f"{name} about {self.value:.4g} +- {one.error:.2g}{UNITS[name]}, "
+            f"{name} about {self.value:.4g} +- {one.error:.2g}{self.target.unit}, "
             f"{one.error / abs(self.value):.2g} of it: statistics {one.statistical:.2g}, "
             f"bias of this N at most about {one.bias:.2g}"
         )
@@ -392,8 +392,9 @@ def _known(seconds: float) -> float | None:
 
 def method(system: System, target: Target) -> Any:
     """Return the method that measures a target."""
-    kind = DiffusionMethod if target.quantity == "D" else PressureMethod
-    return kind(system, target.quantity)
+    if target.quantity == "D" or target.species is not None:
+        return DiffusionMethod(system, target.species)
+    return PressureMethod(system, target.quantity)
 
 
 @watchable("Planning", lambda shown: shown)
@@ -418,8 +419,8 @@ def plan(
     ----------
     target : str or Target
         The quantity of the infinite system and its error, the bias of the finite size included. ``"Z=1e-4"``
-        has a relative error, ``"Z=+-0.002"`` an absolute one. Quantities are Z, P (or pressure), g(contact)
-        and D.
+        has a relative error, ``"Z=+-0.002"`` an absolute one. Quantities are Z, P (or pressure), g(contact),
+        D, and D(A) of the species A of a mixture, by its name or its number from 0 on.
     packing_fraction : float
         Packing fraction of hard spheres with diameter, mass and kT 1. Give this or ``scene``.
     dimension : int

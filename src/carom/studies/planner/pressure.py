@@ -88,8 +88,10 @@ class PressureMethod:
         results = [record["result"] for record in records]
         first = results[0]
         virial, rate = (
-            np.concatenate([np.asarray(r[name]) for r in results]) for name in ("by_virial", "by_rate")
+            None if first[name] is None else np.concatenate([np.asarray(r[name]) for r in results])
+            for name in ("by_virial", "by_rate")
         )
+        assert virial is not None
         z = next(e.z for e in estimates(virial, rate, first["dimension"]) if e.estimator == estimator)
         shift = self.system.shift(first["n"], first["counts"])
         factor = self.scale.factor

@@ -25,10 +25,10 @@ correction of order 1 / N, measured for 64 to 256 spheres at eta = 0.2 to 0.49 a
 SECOND_ORDER = 2.0
 """The next order may add this number times the shift over N."""
 
-OF_MIXTURE, OF_CRYSTAL = 0.05, 0.2
+OF_MIXTURE, OF_CRYSTAL, OF_WELLS = 0.05, 0.2, 0.5
 """Fraction of the shift that theory may miss. Equations of state of mixtures are accurate to a percent; in
 crystals theory underestimates the effect of the volume on long waves
-(:func:`carom.theory.crystal_finite_size_shift`)."""
+(:func:`carom.theory.crystal_finite_size_shift`); of wells it knows the second virial coefficient."""
 
 
 def sizes(system: System) -> list[int]:
@@ -41,6 +41,8 @@ def residual(system: System, n: int) -> float:
     """Return the possible bias of Z after the correction of order 1 / N, as one standard error."""
     shift = abs(system.shift(n))
     missed = OF_CRYSTAL if system.crystal else OF_MIXTURE if system.mixture else 0.0
+    if system.wells:
+        missed = OF_WELLS
     parts = [missed * shift, SECOND_ORDER / n * shift]
     if not system.crystal:
         parts.append(images(system, n) * system.z())

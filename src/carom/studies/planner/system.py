@@ -1,8 +1,9 @@
-"""The system of a plan: a bulk phase of hard spheres with a free number of particles."""
+"""The system of a plan: a bulk phase of hard spheres, or of wells, with a free number of particles."""
 
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -12,24 +13,30 @@ from typing import Any
 from carom import checks, densities, theory
 from carom.errors import InputError
 from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
+from carom.studies.coefficients import windows
 from carom.studies.eos.spec import StudySpec
 from carom.studies.planner.target import Scale
-from carom.studies.scenes import nearest_filling, plain, with_fractions
+from carom.studies.scenes import nearest_filling, plain, refuse_other_interactions, with_fractions
 from carom.theory.mixture_size import mixture_finite_size_shift
 
-KEPT = ("diameter", "mass")
+KEPT = ("diameter", "mass", "interaction")
 """Keys of a scene that a plan takes over, besides species; and kT of [run]."""
 
 REFUSED = (
     "walls",
     "obstacles",
     "contact",
-    "interaction",
     "motion",
     "impact",
+    "drive",
     "pinned",
 )
 """Keys of a scene for which no correction to infinite size is known."""
+
+KICKS = 0.3
+"""Rate of the thermostat of wells, in kicks per mean free time. Averages are exact at any rate; at this one
+the energy is soon forgotten, and diffusion is hardly slowed down."""
 
 LARGEST_DIMENSION = 6
 """Largest dimension with an equation of state, which the correction to infinite size needs."""
@@ -37,7 +44,7 @@ LARGEST_DIMENSION = 6
 
 @dataclass(frozen=True)
 class System:
-    """Hard spheres in a periodic box, at a packing fraction.
+    """Hard spheres in a periodic box at a packing fraction, or spheres with wells at a temperature, too.
 
     Parameters
     ----------
@@ -45,7 +52,7 @@ class System:
     dimension : int
         2 to 6.
     scene : mapping
-        Keys of ``[scene]``: diameter, mass, kT, or kT and species with fractions.
+        Keys of ``[scene]``: diameter, mass, kT and interaction, or kT and species with fractions.
 
     Raises
     ------
@@ -76,13 +83,60 @@ class System:
         high = densities.CLOSEST_PACKING.get(d, 1.0)
         eta = checks.number(self.packing_fraction, "packing_fraction", low=0.0, high=high, open_low=True)
         freezing, melting = theory.FREEZING.get(d, math.inf), theory.MELTING.get(d, math.inf)
-        if not self.mixture and not theory.is_stable_fluid(d, eta) and eta < melting:
+        if self.wells:
+            self._check_wells(eta)
+        elif not self.mixture and not theory.is_stable_fluid(d, eta) and eta < melting:
             raise InputError(
                 f"At packing fraction {eta:g} a fluid and a crystal coexist ({freezing:g} to {melting:g} in "
                 f"{d} dimensions): neither comes to equilibrium in a time that can be planned. "
                 "Ask below or above."
             )
         self.spec(64)  # checks the other keys of the scene
+
+    def _check_wells(self, eta: float) -> None:
+        """Raise InputError unless equal spheres with wells are one fluid, as far as is known."""
+        if self.mixture:
+            raise InputError("Wells are planned for particles of one species; use carom run for others.")
+        if "kT" not in self.scene:
+            raise InputError("Wells have no packing fraction alone, they need a temperature: give kT.")
+        if not theory.is_stable_fluid(self.dimension, eta):
+            raise InputError(
+                f"At packing fraction {eta:g} cores alone may freeze: wells are planned for fluids."
+            )
+        step = 1e-3 * eta
+        if (eta + step) * self._isotherm(eta + step) <= (eta - step) * self._isotherm(eta - step):
+            raise InputError(
+                f"At packing fraction {eta:g} and kT = {self.kT:g} a gas and a liquid are near each other or "
+                "coexist, judged by the second virial coefficient of the wells. Ask for a higher kT."
+            )
+
+    @property
+    def wells(self) -> bool:
+        """Whether pairs have a potential in steps."""
+        return self.scene.get("interaction") is not None
+
+    @functools.cached_property
+    def _attraction(self) -> float:
+        """Return what steps take from Z over the packing fraction, exact in the second virial coefficient."""
+        words: dict[str, Any] = {
+            "n": 64,
+            "packing_fraction": self.packing_fraction,
+            "dimension": self.dimension,
+        }
+        words |= {key: self.scene[key] for key in ("diameter", "mass") if key in self.scene}
+        interaction = SceneSpec(**words, interaction=self.scene["interaction"]).interaction
+        refuse_other_interactions(interaction, self.diameters[0])
+        d, (sigma,) = self.dimension, self.diameters
+        (steps,) = (one for row in interaction.steps_by_species(sigma) for one in row)
+        inner = (0.0, *steps.distances)
+        volumes = [b**d - a**d for a, b in itertools.pairwise(inner)]
+        mayer = [math.exp(-energy / self.kT) - 1.0 for energy in steps.energies]
+        cores = sigma**d  # whose repulsion the isotherm of hard spheres has
+        return 2.0 ** (d - 1) * (math.fsum(f * v for f, v in zip(mayer, volumes, strict=True)) / cores + 1.0)
+
+    def _isotherm(self, eta: Any) -> Any:
+        """Return Z of wells: that of hard cores, with the second virial coefficient of the wells."""
+        return theory.best(self.dimension)(eta) - self._attraction * eta
 
     @property
     def mixture(self) -> bool:
@@ -92,7 +146,8 @@ class System:
     @property
     def crystal(self) -> bool:
         """Whether the stable phase is known to be a crystal."""
-        return not self.mixture and not theory.is_stable_fluid(self.dimension, self.packing_fraction)
+        ordered = not theory.is_stable_fluid(self.dimension, self.packing_fraction)
+        return ordered and not self.mixture and not self.wells
 
     @property
     def kT(self) -> float:
@@ -114,6 +169,11 @@ class System:
         return [float(self.scene.get("mass", 1.0))]
 
     @property
+    def mean_mass(self) -> float:
+        """Mean mass of a particle."""
+        return math.fsum(x * m for x, m in zip(self.fractions, self.masses, strict=True))
+
+    @property
     def fractions(self) -> list[float]:
         """Fraction of each species."""
         parts = [float(each.get("fraction", 1.0)) for each in self.scene.get("species", ())] or [1.0]
@@ -132,7 +192,17 @@ class System:
         """Return the study of this system with n particles."""
         settings = {"replicas": 1, "collisions_per_particle": 1.0, "frames": 0, "kT": self.kT, **settings}
         scene = {name: value for name, value in self.scene.items() if name != "kT"}
+        if self.wells:
+            scene["drive"] = {"type": "andersen", "kT": self.kT, "rate": self._rate}
         return StudySpec((self.packing_fraction,), n=(n,), dimension=self.dimension, scene=scene, **settings)
+
+    @property
+    def _rate(self) -> float:
+        """Return the rate of the thermostat, to four digits."""
+        time = windows.free_time(
+            self.packing_fraction, self.diameters, self.masses, self.fractions, self.dimension, self.kT
+        )
+        return float(f"{KICKS / time:.4g}")
 
     def filling(self, n: int) -> int:
         """Return the possible number of particles nearest to n: a crystal fills its lattice."""
@@ -148,6 +218,8 @@ class System:
         """Return Z of the infinite system by theory."""
         if self.crystal:
             return float(theory.solid(self.dimension)(self.packing_fraction))
+        if self.wells:
+            return float(self._isotherm(self.packing_fraction))
         x = self.fractions if fractions is None else fractions
         return _mixed(self.packing_fraction, x, self.diameters, self.dimension)
 
@@ -166,12 +238,29 @@ class System:
         """Return N times the shift of the fluid."""
         eta, d = self.packing_fraction, self.dimension
         if not self.mixture:
-            return float(theory.finite_size_shift(eta, 1, theory.best(d)))
+            return float(theory.finite_size_shift(eta, 1, self._isotherm if self.wells else theory.best(d)))
         present = [(x, s) for x, s in zip(self.fractions, self.diameters, strict=True) if x > 0.0]
         x, sigma = zip(*present, strict=True)
         return mixture_finite_size_shift(
             eta, x, sigma, d, 1, lambda e, parts, s: _mixed(e, [*parts], [*s], d)
         )
+
+    def species(self, name: str | None) -> int:
+        """Return the number of the species that a target names, 0 where there is one and none is named.
+
+        Raises
+        ------
+        InputError
+            If there is no such species, or several and none is named.
+        """
+        names = [str(each.get("name") or k) for k, each in enumerate(self.scene.get("species", ()))] or ["0"]
+        if name is None and len(names) > 1:
+            raise InputError(
+                f"Each species of a mixture has its own D: ask for D({names[0]}) to D({names[-1]})."
+            )
+        if name not in (None, *names, *map(str, range(len(names)))):
+            raise InputError(f"There is no species {name}; expected one of {', '.join(names)}.")
+        return 0 if name is None else names.index(name) if name in names else int(name)
 
     def scale(self, quantity: str) -> Scale:
         """Return how a quantity follows from Z.
@@ -184,6 +273,10 @@ class System:
         if quantity == "P":
             return Scale(0.0, self.density * self.kT)
         if quantity == "g(contact)":
+            if self.wells:
+                raise InputError(
+                    "The pressure of wells is not that of contacts alone; plan for Z or P instead."
+                )
             if self.mixture:
                 raise InputError(
                     "A mixture has a contact value for every pair of species; plan for Z or P instead."
@@ -197,12 +290,17 @@ class System:
         return {
             "packing_fraction": self.packing_fraction,
             "dimension": self.dimension,
-            "scene": {**spec.scene, **({"kT": spec.kT} if "kT" in self.scene else {})},
+            "scene": {
+                **{name: value for name, value in spec.scene.items() if name != "drive"},
+                **({"kT": spec.kT} if "kT" in self.scene else {}),
+            },
         }
 
     def __str__(self) -> str:
         name = {1: "rods", 2: "disks", 3: "spheres"}.get(self.dimension, f"spheres in d = {self.dimension}")
         kind = f"mixture of hard {name}" if self.mixture else f"hard {name}"
+        if self.wells:
+            kind = f"{name} with wells at kT = {self.kT:g},"
         return f"{kind} at packing fraction {self.packing_fraction:g}{', crystal' if self.crystal else ''}"
 
 

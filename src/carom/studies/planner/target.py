@@ -21,8 +21,8 @@ QUANTITIES = {
 UNITS = {"Z": "", "P": " [energy / length^d]", "g(contact)": "", "D": " [length^2 / time]"}
 
 FORM = (
-    "Expected QUANTITY=ERROR with Z, P (or pressure), g(contact) or D, and a relative error (Z=1e-4, "
-    "Z=0.01%) or an absolute one (Z=+-0.002)."
+    "Expected QUANTITY=ERROR with Z, P (or pressure), g(contact), D or D(species), and a relative error "
+    "(Z=1e-4, Z=0.01%) or an absolute one (Z=+-0.002)."
 )
 
 
@@ -33,7 +33,7 @@ class Target:
     Parameters
     ----------
     quantity : str
-        "Z", "P", "g(contact)" or "D".
+        "Z", "P", "g(contact)", "D", or "D(A)" for the species with the name or the number A.
     error : float
         One standard error, the bias of the finite size included.
     relative : bool
@@ -50,12 +50,23 @@ class Target:
     relative: bool = True
 
     def __post_init__(self) -> None:
-        if self.quantity not in QUANTITIES.values():
+        if self.quantity not in QUANTITIES.values() and self.species is None:
             raise InputError(f"The target names {checks.describe(self.quantity)}. {FORM}")
         if self.relative:
             checks.number(self.error, "the relative error of the target", low=checks.FINEST_ERROR, high=1.0)
         else:
             checks.number(self.error, "the error of the target", low=0.0, open_low=True)
+
+    @property
+    def species(self) -> str | None:
+        """Name or number of the species whose D is asked for, or None."""
+        found = re.fullmatch(r"D\((.+)\)", self.quantity)
+        return found[1].strip() if found else None
+
+    @property
+    def unit(self) -> str:
+        """Unit of the quantity."""
+        return UNITS["D" if self.species is not None else self.quantity]
 
     @classmethod
     def parse(cls, text: str) -> Target:
@@ -69,7 +80,8 @@ class Target:
             If the text does not name a target.
         """
         name, sign, error = (part.strip() for part in str(text).partition("="))
-        if not sign or name not in QUANTITIES:
+        quantity = QUANTITIES.get(name, name)
+        if not sign or (name not in QUANTITIES and not re.fullmatch(r"D\(.+\)", name)):
             raise InputError(f"The target is {checks.describe(text)}. {FORM}")
         found = re.fullmatch(r"(\+-|±|\+/-)?\s*([0-9.eE+-]+)\s*(%)?", error)
         try:
@@ -78,7 +90,7 @@ class Target:
             value = float(found[2])
         except ValueError:
             raise InputError(f"The target is {checks.describe(text)}. {FORM}") from None
-        return cls(QUANTITIES[name], value / 100.0 if found[3] else value, found[1] is None)
+        return cls(quantity, value / 100.0 if found[3] else value, found[1] is None)
 
     def absolute(self, value: float) -> float:
         """Return the error in the unit of the quantity, whose value is about ``value``."""
