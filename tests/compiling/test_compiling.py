@@ -51,6 +51,22 @@ def test_a_handler_of_one_s_own_hears_the_signal_once_and_is_there_again(number)
         signal.signal(number, before)
 
 
+@pytest.mark.skipif(os.name == "nt", reason="Windows sends no SIGINT to one process")
+def test_a_command_ends_at_once_while_it_compiles():
+    program = """
+import os, time
+from carom.compiling.deferred_signals import leaving, signals_held
+with leaving(lambda: os._exit(7)), signals_held():
+    print("compiling", flush=True)
+    time.sleep(60)  # as long as the compiler
+"""
+    process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE)
+    assert process.stdout is not None
+    process.stdout.readline()
+    process.send_signal(signal.SIGINT)
+    assert process.wait(timeout=30) == 7
+
+
 def test_what_the_compiler_raises_is_raised():
     with pytest.raises(ValueError, match="no such type"), signals_held():
         raise ValueError("no such type")

@@ -1,17 +1,56 @@
-"""Ctrl-C while something is compiled: kept until that is done.
+"""Ctrl-C while something is compiled: kept until that is done, or the end of the process at once.
 
 The compiler calls back into Python, and an exception raised there is lost: it would go on without what it was
-about to be given, and fail later on.
+about to be given, and fail later on. A command may end the process instead: it loses no more than one that is
+killed.
 """
 
 from __future__ import annotations
 
 import contextlib
+import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import NoReturn
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM)
+
+_leave: Callable[[], NoReturn] | None = None
+
+
+@contextlib.contextmanager
+def leaving(leave: Callable[[], NoReturn]) -> Iterator[None]:
+    """Call a function that ends the process, in a thread, as soon as a signal comes while it compiles."""
+    global _leave
+    _leave, before = leave, _leave
+    try:
+        yield
+    finally:
+        _leave = before
+
+
+@contextlib.contextmanager
+def _watched(leave: Callable[[], NoReturn]) -> Iterator[None]:
+    """Watch for signals in a thread: LLVM works for seconds in which the main thread runs no handler."""
+    readable, writable = os.pipe()
+    os.set_blocking(writable, False)
+
+    def watch() -> None:
+        while came := os.read(readable, 1):
+            if came[0] in SIGNALS:
+                leave()
+
+    watcher = threading.Thread(target=watch, daemon=True)
+    watcher.start()
+    before = signal.set_wakeup_fd(writable)
+    try:
+        yield
+    finally:
+        signal.set_wakeup_fd(before)
+        os.close(writable)  # ends the thread
+        watcher.join()
+        os.close(readable)
 
 
 @contextlib.contextmanager
@@ -26,7 +65,8 @@ def signals_held() -> Iterator[None]:
     for number in SIGNALS:
         signal.signal(number, lambda number, frame: came.append(number))
     try:
-        yield
+        with contextlib.nullcontext() if _leave is None else _watched(_leave):
+            yield
     finally:
         for one, handler in handlers.items():
             signal.signal(one, handler)
