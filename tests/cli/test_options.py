@@ -309,6 +309,10 @@ CASES = {
         "path": added((), ("finished",), lambda done: "a run, finished" in done.printed, True),
         "--json": added(("finished",), ("--json",), json_alone, True),
     },
+    "compile": {
+        "scenes": SILENT,  # tests/cli/test_compile.py
+        "--quiet": SILENT,
+    },
     "measure": {
         "path": added((), ("two.extxyz", "rdf", *OUT), made("out/rdf.csv"), True),
         "quantities": added(
@@ -663,7 +667,8 @@ PROGRESS = {name for name, each in COMMANDS.items() if any("--quiet" in one.opts
 
 
 def test_commands_that_take_long_can_be_quiet():
-    assert {"run", "resume", "pack", "code", "eos", "transport", "plan", "trade", "measure"} == PROGRESS
+    long = {"run", "resume", "pack", "code", "eos", "transport", "plan", "trade", "measure", "compile"}
+    assert long == PROGRESS
 
 
 @pytest.mark.parametrize("command", sorted(PROGRESS))

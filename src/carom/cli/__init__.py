@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from carom import studies
-from carom.cli import files, info, measure, pack, plan, run, study, trade
+from carom.cli import compile, files, info, measure, pack, plan, run, study, trade
 from carom.cli.meant import Command, Group
 from carom.cli.trouble import started
 from carom.studies.codes.spec import CodeSpec
@@ -49,7 +49,7 @@ def _carom(
 
 
 COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
-    "Start": {"init": files.init, "info": info.info},
+    "Start": {"init": files.init, "info": info.info, "compile": compile.compile_},
     "Simulate": {
         "run": run.run, "pack": pack.pack,
         "code": study.command_of("code", CodeSpec, lambda: studies.Codes), "resume": run.resume,
