@@ -760,5 +760,5 @@ def test_the_help_has_four_groups_and_short_texts_without_semicolons():
         assert ";" not in text
         assert text.split()[0] in (
             "Write", "Tell", "Simulate", "Compress", "Spread", "Continue", "Measure", "Find", "Compare",
-            "Show", "Make", "Convert",
+            "Show", "Make", "Convert", "Compile",
         )  # fmt: skip
