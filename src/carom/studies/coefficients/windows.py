@@ -79,12 +79,21 @@ def _compressibility_factor(eta: float, d: int) -> float:
     return float(theory.best(d)(eta)) if d in theory.FREEZING else 1.0 + 2.0 ** (d - 1) * eta
 
 
-def wave_time(scene: Scene, kT: float) -> float:
-    """Return the decay time of the longest wave in the box by Enskog's theory [time]."""
+def mean_fluid(scene: Scene, kT: float) -> tuple[theory.Enskog, float]:
+    """Return Enskog's coefficients and the collisions of one particle a time, of a fluid like a scene's.
+
+    Its spheres are equal, have the mean mass, and fill as much of the box.
+    """
     eta, d = scene.packing_fraction, scene.dimension
     sigma = (theory.ball_volume(d) ** -1 * eta * scene.volume / scene.n) ** (1.0 / d)
     z = _compressibility_factor(eta, d)
     mass = float(scene.masses.mean())
     found = theory.enskog(z, eta, d, diameter=sigma, mass=mass, kT=kT)
-    nu = found.shear_viscosity * scene.volume / (mass * scene.n)
+    return found, float(theory.collision_rate(z, d, diameter=sigma, mass=mass, kT=kT))
+
+
+def wave_time(scene: Scene, kT: float) -> float:
+    """Return the decay time of the longest wave in the box by Enskog's theory [time]."""
+    found, _ = mean_fluid(scene, kT)
+    nu = found.shear_viscosity * scene.volume / (float(scene.masses.mean()) * scene.n)
     return max(scene.box) ** 2 / (4.0 * math.pi**2 * (found.self_diffusion + nu))
