@@ -179,6 +179,14 @@ TOO_SLOW = {
         )
     ),
     *(
+        ("shear", option)
+        for option in (
+            "study", "--out", "--packing-fraction", "--n", "--kT", "--lattice", "--replicas", "--dimension",
+            "--seed", "--relative-error", "--strains", "--equilibration", "--rate", "--restitution",
+            "--thermostat", "--engine", "--cores", "--scheduler",
+        )
+    ),
+    *(
         ("transport", option)
         for option in (
             "study", "--out", "--packing-fraction", "--n", "--kT", "--lattice", "--replicas", "--dimension",

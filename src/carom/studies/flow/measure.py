@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
+from carom.block import Block
 from carom.observables.precision import Goal, lengthen
 from carom.observables.statistics import Estimate, blocking
 from carom.scene.fields import is_elastic, is_equal
@@ -59,7 +61,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
 
     def block() -> dict[str, float]:
         look()
-        parts = []
+        parts: list[Block] = []
         for _ in range(pieces):
             parts += stretches.blocks(sim, duration / pieces, 1)
             if task["rescale"]:
@@ -115,13 +117,12 @@ def balanced(scene: Scene, rate: float) -> float:
     return float(2.0 * fluid.shear_viscosity * rate**2 * scene.volume / (scene.n * collision_rate * loss))
 
 
-def means(scene: Scene, parts: list[Any], duration: float) -> dict[str, float]:
+def means(scene: Scene, parts: Sequence[Any], duration: float) -> dict[str, float]:
     """Return the means over the ``parts`` of a block: collisions of one particle a time, kT and pressures."""
-    carried, handed_over = (
-        sum(np.asarray(getattr(part.momentum_flux, name)) for part in parts)
-        for name in ("carried", "handed_over")
-    )
-    whole = (carried * (scene.n / (scene.n - 1.0)) + handed_over) / (scene.volume * duration)
+    fluxes = [part.momentum_flux for part in parts]
+    # As in carom.PressureTensor: the center of mass takes part of the thermal motion.
+    whole = sum(each.carried * (scene.n / (scene.n - 1.0)) + each.handed_over for each in fluxes)
+    whole = whole / (scene.volume * duration)
     along = np.diag(whole)
     found = {
         "collision_rate": 2.0 * sum(part.collisions for part in parts) / (scene.n * duration),

@@ -165,8 +165,8 @@ class ShearFlow(GridStudy[ShearSpec]):
                 color=color, label=rf"$\eta$ = {eta:.3g}" + f", $N$ = {n}" * several,
             )  # fmt: skip
             if math.isfinite(rows[0].enskog):
-                told = {"label": "Enskog"} if k == len(curves) - 1 else {}
-                axes.plot(rates, [row.enskog for row in rows], "--", lw=1.0, color=color, **told)
+                told = "Enskog" if k == len(curves) - 1 else None
+                axes.plot(rates, [row.enskog for row in rows], "--", lw=1.0, color=color, label=told)
         axes.set_xscale("log")
         axes.set_xlabel("shear rate")
         axes.set_ylabel("viscosity")
