@@ -273,7 +273,8 @@ def test_pairs_are_counted_in_the_tilted_cell():
         counts += np.histogram(np.linalg.norm(apart[:, :, None] + turns, axis=-1), found.edges)[0]
     assert found.counts.tolist() == counts.tolist()
     assert abs(frames[-1].tilt) > 0.1
-    for observable in (carom.BondOrder(), carom.Dynamics(), carom.StructureFactor(), carom.DensityProfile(0)):
+    right_angles = carom.BondOrder(voronoi=True), carom.Dynamics(), carom.StructureFactor()
+    for observable in (*right_angles, carom.DensityProfile(0)):
         with pytest.raises(carom.InputError, match="sheared"):
             observable.over(frames)
 

@@ -19,8 +19,9 @@ from carom.studies.folder import Task
 from carom.studies.scenes import simulation_of
 from carom.studies.study import Look
 
-HEAT = 0.02
-"""Part of kT by which the flow heats elastic particles, about, before their velocities are scaled."""
+HEAT = 0.1
+"""Part of kT by which the flow heats elastic particles, about, before their velocities are scaled. The
+viscosity, which goes as the root of kT, then differs from that at the mean kT by 1e-4."""
 
 LEAST_LOSS = 0.1
 """Part of the energy of the normal motion that a contact is thought to lose at least, for the first kT."""
@@ -53,10 +54,12 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
         sim.rescale(kT := balanced(scene, rate))
     fluid, collision_rate = mean_fluid(scene, kT)
     duration = task["strains"] / rate / task["blocks"]
-    pieces = 1
+    pieces, coldest = 1, kT
     if task["rescale"]:
         power = fluid.shear_viscosity * rate**2 * scene.volume
-        pieces = math.ceil(duration * power / (0.5 * HEAT * scene.dimension * scene.n * kT))
+        heat = duration * power / (0.5 * scene.dimension * scene.n * kT)
+        pieces = math.ceil(heat / HEAT)
+        coldest = kT / (1.0 + 0.5 * heat / pieces)  # so that the mean is kT
     series: dict[str, list[float]] = {}
 
     def block() -> dict[str, float]:
@@ -65,7 +68,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
         for _ in range(pieces):
             parts += stretches.blocks(sim, duration / pieces, 1)
             if task["rescale"]:
-                sim.rescale(kT)
+                sim.rescale(coldest)
         return means(scene, parts, duration)
 
     for _ in range(math.ceil(task["equilibration"] / collision_rate / duration)):

@@ -223,9 +223,9 @@ def shear(rate: Iterable[float] | float | None = None, *, how: Mapping[str, Any]
 
     Notes
     -----
-    The box is that of :class:`carom.models.Shear`. Velocities of elastic particles are scaled to kT whenever
-    the flow has heated them by some percent; the row has the mean kT. Between collisions the pressure tensor
-    is exact.
+    The box is that of :class:`carom.models.Shear`. Velocities of elastic particles are scaled whenever the
+    flow has heated them by a tenth, so that the mean is about kT; the row has it. Between collisions the
+    pressure tensor is exact.
 
     Examples
     --------
