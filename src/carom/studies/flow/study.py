@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 
 NOTE = "Units are those of the scene, with k = 1. N1 = P_xx - P_yy, N2 = P_yy - P_zz; the flow is along x."
 
+MOST_TICKS = 8
+"""Largest number of rates that are written below the picture."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -168,10 +171,14 @@ class ShearFlow(GridStudy[ShearSpec]):
                 told = "Enskog" if k == len(curves) - 1 else None
                 axes.plot(rates, [row.enskog for row in rows], "--", lw=1.0, color=color, label=told)
         axes.set_xscale("log")
+        rates = sorted({row.rate for row in self.table})
+        if len(rates) <= MOST_TICKS:
+            axes.set_xticks(rates, [f"{rate:g}" for rate in rates])
+            axes.set_xticks([], minor=True)
         axes.set_xlabel("shear rate")
         axes.set_ylabel("viscosity")
-        axes.set_ylim(bottom=0.0)
-        axes.legend(frameon=False)
+        axes.set_ylim(0.0, 1.3 * axes.get_ylim()[1])  # room for the names
+        axes.legend(frameon=False, fontsize=8, ncols=3, loc="upper center")
         paper.lay_out(figure, axes)
         return paper.saved(figure, path)
 
