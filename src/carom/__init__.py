@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from carom.studies.codes.study import spherical_code as spherical_code
     from carom.studies.coefficients.study import transport as transport
     from carom.studies.eos.study import equation_of_state as equation_of_state
+    from carom.studies.flow.study import shear as shear
     from carom.studies.measuring import measure as measure
     from carom.studies.packings.compression import pack as pack
     from carom.studies.packings.study import packings as packings
@@ -103,6 +104,7 @@ _LAZY = {
     "spherical_code": "carom.studies.codes.study",
     "equation_of_state": "carom.studies.eos.study",
     "transport": "carom.studies.coefficients.study",
+    "shear": "carom.studies.flow.study",
     "plan": "carom.studies.planner.plan",
     "measure": "carom.studies.measuring",
     "resume": "carom.studies.saved",

@@ -25,7 +25,7 @@ from carom.version import __version__
 LARGEST_FILE = 64 * 1024
 """Largest size of a file [bytes]; one is about a page, and reading a larger one would only cost time."""
 
-SECTIONS = ("scene", "run", "study", "transport", "plan", "pack", "code")
+SECTIONS = ("scene", "run", "study", "transport", "shear", "plan", "pack", "code")
 """Sections of a scene file: what there is, and what each command does with it. Each reads its own."""
 
 GONE = {"output": 'its keys stand in [run]: write = ["h5md"], event_log and pictures'}

@@ -44,6 +44,8 @@ TYPED = {
             "50", "--equilibration", "20", "--engine", "serial", "--out", "eos"),
     "transport": ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "100",
                   "--equilibration", "20", "--engine", "serial", "--out", "transport"),
+    "shear": ("--rate", "1", "--eta", "0.1", "--n", "32", "--replicas", "1", "--strains", "10",
+              "--equilibration", "20", "--engine", "serial", "--out", "shear"),
     "code": ("5",),
     "trade": ("scene.toml", "--seconds", "0.02", "--out", "trade"),
 }  # fmt: skip

@@ -31,6 +31,9 @@ EOS = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particl
 TRANSPORT = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "100",
              "--equilibration", "20", "--engine", "serial", "--no-pictures")  # fmt: skip
 
+SHEAR = ("--rate", "1", "--eta", "0.1", "--n", "32", "--replicas", "1", "--restitution", "0.9", "--strains",
+         "10", "--equilibration", "20", "--engine", "serial", "--no-pictures")  # fmt: skip
+
 
 class Done(NamedTuple):
     """What a command did."""
@@ -173,6 +176,14 @@ TOO_SLOW = {
         for option in (
             "--tries", "--seed", "--agree", "--rate", "--hops", "--starts", "--engine", "--cores",
             "--scheduler",
+        )
+    ),
+    *(
+        ("shear", option)
+        for option in (
+            "study", "--out", "--packing-fraction", "--n", "--kT", "--lattice", "--replicas", "--dimension",
+            "--seed", "--relative-error", "--strains", "--equilibration", "--rate", "--restitution",
+            "--thermostat", "--engine", "--cores", "--scheduler",
         )
     ),
     *(
@@ -468,6 +479,36 @@ CASES = {
         ),
         "--json": added((*TRANSPORT, *OUT), ("--json",), json_alone, True),
     },
+    "shear": {
+        "--quiet": SILENT,
+        "study": added(
+            (), ("scene.toml",), lambda done: done.asked["spec"].packing_fraction, close_to((0.3,))
+        ),
+        "--out": added((), ("--out", "elsewhere"), lambda done: str(done.asked["out"]), "elsewhere"),
+        **{
+            flag: added(
+                (), (flag, text),
+                lambda done, flag=flag: getattr(done.asked["spec"], flag[2:].replace("-", "_")), right,
+            )
+            for flag, text, right in (
+                ("--packing-fraction", "0.15", (0.15,)), ("--n", "40", (40,)), ("--kT", "2", 2.0),
+                ("--lattice", "fcc", "fcc"), ("--replicas", "3", 3), ("--dimension", "2", 2),
+                ("--seed", "7", 7),
+                ("--relative-error", "0.1", 0.1), ("--strains", "60", 60.0), ("--equilibration", "30", 30.0),
+                ("--rate", "0.2:0.6:3", (0.2, 0.4, 0.6)), ("--restitution", "0.8", 0.8),
+                ("--thermostat", "rescale", "rescale"),
+            )
+        },
+        "--engine": added((), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
+        "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
+        "--scheduler": added(
+            (), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
+        ),
+        "--report": added((*SHEAR, *OUT), ("--report",), made("out/report.html"), True),
+        "--pictures": added((*SHEAR, *OUT), ("--pictures",), made("out/shear.png"), True),
+        "--no-pictures": added((*SHEAR[:-1], *OUT), ("--no-pictures",), made("out/shear.png"), False),
+        "--json": added((*SHEAR, *OUT), ("--json",), json_alone, True),
+    },
     "view": {
         "source": added((), ("two.extxyz",), lambda done: str(done.asked.get("source")), "two.extxyz"),
         "--out": added(
@@ -667,8 +708,8 @@ PROGRESS = {name for name, each in COMMANDS.items() if any("--quiet" in one.opts
 
 
 def test_commands_that_take_long_can_be_quiet():
-    long = {"run", "resume", "pack", "code", "eos", "transport", "plan", "trade", "measure", "compile"}
-    assert long == PROGRESS
+    studies = {"eos", "transport", "shear", "plan", "trade"}
+    assert {"run", "resume", "pack", "code", *studies, "measure", "compile"} == PROGRESS
 
 
 @pytest.mark.parametrize("command", sorted(PROGRESS))

@@ -451,7 +451,7 @@ def test_what_is_no_json_is_a_sentence_of_every_reader(tmp_path, content):
         (tmp_path / name).rmdir()
     file = tmp_path / "file.toml"
     file.write_bytes(content)
-    for command in ("run", "eos", "transport", "code", "plan", "trade"):
+    for command in ("run", "eos", "transport", "shear", "code", "plan", "trade"):
         if content or command == "code":  # an empty scene file has all defaults
             assert typed(command, file, "--out", tmp_path / "out").exit_code == 2
 

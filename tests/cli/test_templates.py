@@ -28,11 +28,12 @@ SMALL = {
     "packing": ("--collisions", "300", "--no-pictures"),
     "study": (*SMALL_STUDY, "--eta", "0.1"),
     "transport": SMALL_STUDY,
+    "shear": (*SMALL_STUDY[:4], "--strains", "10", *SMALL_STUDY[6:]),
     "code": ("--tries", "1", "--hops", "0", "--starts", "1", "--digits", "15"),
 }
 """What makes each small."""
 
-HEAVY = ("mixture", "walls", "square-well", "bed", "rules", "packing", "transport", "code")
+HEAVY = ("mixture", "walls", "square-well", "bed", "rules", "packing", "transport", "shear", "code")
 """Those with kernels of their own, a quarter of a minute each to compile."""
 
 
@@ -51,7 +52,7 @@ def test_a_template_runs_by_the_command_on_its_first_line(tmp_path, name):
     assert command[2] == f"mine-{name}.toml"
     done = typed(tmp_path, *command[1:], *SMALL[name])
     # 3: so few collisions leave a point of a study flagged.
-    assert done.exit_code in ((0, 3) if name in ("study", "transport") else (0,)), done.output
+    assert done.exit_code in ((0, 3) if name in ("study", "transport", "shear") else (0,)), done.output
 
 
 def test_the_fluid_is_the_default():
@@ -66,7 +67,9 @@ def test_a_template_is_a_page_whose_comments_are_the_help_of_its_keys(name):
     assert max(map(len, lines)) <= templates.LONGEST
     assert lines[1] == f"#:schema ./{templates.SCHEMA}"
     if name != "code":
-        section = next(head for head in ("run", "study", "transport", "pack") if f"[{head}]" in lines)
+        section = next(
+            head for head in ("run", "study", "transport", "shear", "pack") if f"[{head}]" in lines
+        )
         seed = fields_of(templates.SPECS[section])["seed"].opt.help.rstrip(".")
         assert "seed = 1" not in text or seed[1:] in text
 
@@ -148,6 +151,12 @@ replicas = 1
 collisions_per_particle = 100
 equilibration = 5
 
+[shear]
+rate = 1.0
+replicas = 1
+strains = 10
+equilibration = 5
+
 [pack]
 rate = 0.2
 collisions = 200
@@ -169,6 +178,7 @@ n = 5
         ("run",),
         ("eos", "--engine", "serial"),
         slow(("transport", "--engine", "serial")),
+        slow(("shear", "--engine", "serial")),
         slow(("pack",)),
         slow(("plan",)),
         ("code",),

@@ -6,6 +6,7 @@ import ase.io
 import MDAnalysis
 import numpy as np
 import pytest
+from helpers.plain import plain_python
 from helpers.sheared import Naive
 
 import carom
@@ -48,6 +49,11 @@ def test_collisions_are_those_of_all_pairs_and_images(box, n, restitution):
         assert sim.time == pytest.approx(naive.time, rel=1e-9)
         assert sim.frame().velocities == pytest.approx(naive.peculiar, abs=1e-7)
     assert sim.statistics.worst_overlap == 0.0 or sim.statistics.worst_overlap < 1e-13
+
+
+def test_collisions_of_growing_disks_are_those_of_all_pairs_and_images():
+    # As plain Python: growth under shear would be a kernel of its own.
+    assert plain_python("-m", "helpers.sheared") == "12 steps\n"
 
 
 @pytest.mark.parametrize("d", [2, 3])
@@ -242,12 +248,11 @@ def test_lammps_and_ovito_see_the_tilted_cell(tmp_path):
     (lambda: carom.Scene([[5, 5]], 9.0, motion=Shear(1.0), obstacles=[Ball([1, 1], 0.5)]), "hold the stream"),
     (lambda: carom.Scene.random(
         20, 0.2, 2, motion=Shear(1.0), interaction=carom.models.SquareWell(1.5, 1.0)), "in lists"),
-    (lambda: carom.Simulation(gas(2), growth=0.1), "growth is not defined for a sheared box"),
     (lambda: carom.Simulation(gas(2), tuning=carom.Tuning(neighbors="lists")), "use neighbors='sectors'"),
     (lambda: carom.Simulation(gas(2), tuning=carom.Tuning(precision="single")), "is for straight flight"),
     (lambda: carom.Scene.from_frame(next(carom.Simulation(gas(2)).sample(every=0.1))), "sheared box"),
     (lambda: Shear(float("nan")), "rate of Shear"),
-], ids=range(9))  # fmt: skip
+], ids=range(8))  # fmt: skip
 def test_what_cannot_be_sheared_is_one_sentence(change, said):
     with pytest.raises(carom.InputError, match=said) as caught:
         change()
@@ -268,7 +273,8 @@ def test_pairs_are_counted_in_the_tilted_cell():
         counts += np.histogram(np.linalg.norm(apart[:, :, None] + turns, axis=-1), found.edges)[0]
     assert found.counts.tolist() == counts.tolist()
     assert abs(frames[-1].tilt) > 0.1
-    for observable in (carom.BondOrder(), carom.Dynamics(), carom.StructureFactor(), carom.DensityProfile(0)):
+    right_angles = carom.BondOrder(voronoi=True), carom.Dynamics(), carom.StructureFactor()
+    for observable in (*right_angles, carom.DensityProfile(0)):
         with pytest.raises(carom.InputError, match="sheared"):
             observable.over(frames)
 

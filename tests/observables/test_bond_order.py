@@ -179,6 +179,23 @@ def test_the_correlation_is_one_in_a_crystal_and_nothing_in_a_gas():
     )
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("settings", [{}, {"reach": 1.3}, {"rmax": 2.2}])
+def test_a_crystal_that_slipped_by_a_row_is_itself_again(dimension, settings):
+    scene = carom.Scene.crystal(cells=6 if dimension == 2 else 4, packing_fraction=0.7, dimension=dimension)
+    straight, (width, height) = frame_of(scene), scene.box[:2]
+    tilt = width / (6 if dimension == 2 else 4) / height
+    places = straight.positions + 0.2
+    places[:, 0] = (places[:, 0] - tilt * places[:, 1]) % width + tilt * places[:, 1]
+    slipped = Frame(**{**vars(straight), "positions": places, "tilt": tilt})
+    one, other = (BondOrder(6, **settings).over([frame]) for frame in (straight, slipped))
+    assert other.global_order.mean == pytest.approx(one.global_order.mean, rel=1e-9)
+    assert other.local_order.mean == pytest.approx(one.local_order.mean, rel=1e-9)
+    assert other.global_order.mean > 0.5
+    if "rmax" in settings:
+        np.testing.assert_allclose(other.correlation, one.correlation, rtol=1e-9)
+
+
 def test_an_order_on_the_way_is_that_of_the_trajectory_file(tmp_path):
     sim = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     on_the_way, profile = BondOrder(reach=1.5), carom.DensityProfile(bins=8)

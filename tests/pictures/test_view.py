@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from helpers.browser import browser, shown, where
 from helpers.frames import crystal, frame_of, frames_of, without
+from matplotlib.collections import EllipseCollection
 
 import carom
 import carom.io
@@ -87,6 +88,30 @@ def test_psi_6_of_a_triangular_lattice_is_one_and_turns_with_it():
     np.testing.assert_allclose(modulus[:, 1], 1.0, atol=1e-9)
     # Neighbours at 0, 60, ... degrees; float64 angles of neighbours are known to 2^-50 or so, times 6.
     assert np.ptp(np.cos(modulus[:, 0])) < 1e-6
+
+
+def test_a_sheared_frame_is_shown_in_the_box_with_right_angles():
+    # A crystal that slipped by a row's spacing is itself again: its tilted cell must look like its box.
+    straight = crystal(2, 6)
+    width, height = straight.box
+    straight = carom.Frame(**{**vars(straight), "positions": straight.positions + 0.2})
+    tilt = straight.diameters[0] / height
+    places = straight.positions.copy()
+    places[:, 0] = (places[:, 0] - tilt * places[:, 1]) % width + tilt * places[:, 1]
+    assert (places[:, 0] > width).any()
+    slipped = carom.Frame(**{**vars(straight), "positions": places, "tilt": tilt})
+    np.testing.assert_allclose(viewdata.psi_6(slipped)[:, 1], 1.0, atol=1e-9)
+    data = viewdata.of_frames([slipped], ())
+    shown = unpacked(data["positions"], "<f4").reshape(-1, 3)[:, :2] - straight.positions
+    np.testing.assert_allclose(np.sin(np.pi / width * shown), 0.0, atol=1e-6)
+    copies, disks, moved_copies, moved_disks = (
+        {(round(x, 5), round(y, 5)) for x, y in circles.get_offsets().tolist()}
+        for frame in (straight, slipped)
+        for circles in plots.snapshot(frame).axes[0].collections
+        if isinstance(circles, EllipseCollection)
+    )
+    assert (moved_copies, moved_disks) == (copies, disks)
+    assert len(disks) == straight.n
 
 
 def test_bonds_and_rattlers_of_a_packing_are_those_of_its_network():

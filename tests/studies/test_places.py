@@ -26,6 +26,7 @@ INTO = {
     "pack": ("a packing", ["--n", "20", "--overwrite"]),
     "eos": ("a study", ["--eta", "0.1", "--n", "32"]),
     "transport": ("a study", ["--eta", "0.1", "--n", "32"]),
+    "shear": ("a study", ["--eta", "0.1", "--n", "32"]),
     "code": ("a study", ["5"]),
     "plan": ("a plan", ["--eta", "0.1", "-t", "Z=0.1"]),
     "trade": ("a comparison", ["--overwrite"]),
@@ -141,7 +142,8 @@ def test_only_what_a_killed_process_left_of_our_files_is_a_remnant(tmp_path):
 WRONG = {
     "run": ["nowhere.toml"], "resume": ["nowhere"], "pack": ["--n", "1"],
     "info": ["nowhere"], "measure": ["nowhere"],
-    "plan": ["-t", "Y=1", "--eta", "0.1"], "eos": ["--eta", "2"], "transport": ["--eta", "2"], "code": ["1"],
+    "plan": ["-t", "Y=1", "--eta", "0.1"], "eos": ["--eta", "2"], "transport": ["--eta", "2"],
+    "shear": ["--eta", "2"], "code": ["1"],
 }  # fmt: skip
 
 

@@ -58,6 +58,15 @@ def cell_of(frame: Configuration) -> np.ndarray:
     return cell
 
 
+def upright(frame: Configuration) -> np.ndarray:
+    """Return positions (n, d) in the box with right angles, which is a cell of a sheared lattice as well."""
+    if not frame.tilt:
+        return frame.positions
+    result = frame.positions.copy()
+    result[:, 0] %= frame.box[0]
+    return result
+
+
 def periodic(flags: tuple[bool, ...]) -> tuple[bool, ...]:
     """Return which of the (at least three) axes are periodic, given which of the d are."""
     return (*flags, *(False,) * (3 - len(flags)))

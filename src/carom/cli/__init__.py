@@ -18,6 +18,7 @@ from carom.cli.trouble import started
 from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
+from carom.studies.flow.spec import ShearSpec
 from carom.version import __version__
 
 app = typer.Typer(
@@ -57,6 +58,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
     "Study": {
         "eos": study.command_of("eos", StudySpec, lambda: studies.EquationOfState),
         "transport": study.command_of("transport", TransportSpec, lambda: studies.Transport),
+        "shear": study.command_of("shear", ShearSpec, lambda: studies.ShearFlow),
         "plan": plan.plan,
         "trade": trade.trade,
     },

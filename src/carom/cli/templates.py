@@ -17,6 +17,7 @@ from carom.spec import Spec, SpecField, fields_of, schema_of
 from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
+from carom.studies.flow.spec import ShearSpec
 from carom.studies.packings.spec import PackSpec
 
 SPECS: dict[str, type[Spec]] = {
@@ -24,6 +25,7 @@ SPECS: dict[str, type[Spec]] = {
     "run": RunSpec,
     "study": StudySpec,
     "transport": TransportSpec,
+    "shear": ShearSpec,
     "pack": PackSpec,
     "plan": PlanSpec,
     "code": CodeSpec,
@@ -31,7 +33,8 @@ SPECS: dict[str, type[Spec]] = {
 """What each section may hold."""
 
 NAMES = (
-    "fluid", "mixture", "walls", "square-well", "bed", "rules", "packing", "study", "transport", "code",
+    "fluid", "mixture", "walls", "square-well", "bed", "rules", "packing", "study", "transport", "shear",
+    "code",
 )  # fmt: skip
 """The templates."""
 

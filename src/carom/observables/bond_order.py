@@ -103,7 +103,8 @@ class BondOrder(OfFrames):
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""
-        refuse_tilted(frame, "BondOrder")
+        if self.voronoi:
+            refuse_tilted(frame, "BondOrder(voronoi=True)")
         positions = frame.positions
         if self.species is not None:
             if frame.species is None or not (frame.species == self.species).any():
@@ -111,7 +112,7 @@ class BondOrder(OfFrames):
             positions = positions[frame.species == self.species]
         if frame.dimension < 2:
             raise InputError("Bonds on a line have no directions to order; expected a frame of d >= 2.")
-        room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
+        room = Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
         places = room.wrapped(positions)
         orders, bonds = self._orders(room, places)
         lengths = np.sqrt(np.sum(orders**2, axis=1))
@@ -235,7 +236,8 @@ def _ratio(sums: np.ndarray, counts: np.ndarray) -> Estimate:
 
 
 def _refuse_images(room: Room, reach: float, name: str) -> None:
-    shortest = float(room.box[room.periodic].min(initial=math.inf))
+    apart = room.box / np.where(np.arange(len(room.box)) == 0, math.hypot(1.0, room.tilt), 1.0)  # of faces
+    shortest = float(apart[room.periodic].min(initial=math.inf))
     if reach > 0.5 * shortest:
         raise InputError(
             f"{name} is {reach:g}, beyond half of the shortest edge of the box ({0.5 * shortest:g}), where "

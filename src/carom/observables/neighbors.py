@@ -36,7 +36,7 @@ ACROSS = 1.0 + 2.0**-10
 
 def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
     """Return the pairs (m, 2) of places (n, d), inside the box, at most ``reach`` [length] apart."""
-    pairs = near_pairs(room.box, room.periodic, places, None, reach)
+    pairs = None if room.tilt else near_pairs(room.box, room.periodic, places, None, reach)
     return room.near(places, reach) if pairs is None else pairs
 
 
@@ -63,6 +63,8 @@ def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
     n, d = places.shape
     if n <= count:
         raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")
+    if room.tilt:
+        return _in_a_tilted_cell(room, places, count)
     volume = SPARE * (count + 1) / n * float(np.prod(room.box))
     who = np.full((n, count), -1, dtype=np.int64)
     while (who[:, -1] < 0).any():
@@ -87,6 +89,21 @@ def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
         )
         volume *= FURTHER
     return who
+
+
+def _in_a_tilted_cell(room: Room, places: np.ndarray, count: int) -> np.ndarray:
+    """Return the nearest of all particles in a sheared box, from the pairs within a reach that grows."""
+    n, d = places.shape
+    volume = SPARE * (count + 1) / n * float(np.prod(room.box))
+    while True:
+        found = room.near(places, (volume / ball_volume(d)) ** (1.0 / d) * 0.5)
+        i, j = np.concatenate([found, found[:, ::-1]]).T
+        if np.bincount(i, minlength=n).min() >= count:
+            break
+        volume *= FURTHER
+    order = np.lexsort((np.tile(room.distances(places, found), 2), i))
+    first = np.searchsorted(i[order], np.arange(n))
+    return np.asarray(j[order][first[:, None] + np.arange(count)], dtype=np.int64)
 
 
 def _by_tree(room: Room, places: np.ndarray, chosen: np.ndarray, count: int) -> np.ndarray:

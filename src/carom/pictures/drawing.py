@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.bridges.embedding import cell_of, upright
 from carom.bridges.palette import FACES
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import Disk, HalfPlane
@@ -70,7 +71,7 @@ def draw_rods(axes: Axes, frame: Frame) -> None:
 
 def draw_disks(axes: Axes, frame: Frame) -> None:
     """2D: disks in the box; periodic copies of those that cross its border are pale."""
-    centres, owners, copies = _with_copies(frame.positions, frame.diameters, frame.box, frame.periodic)
+    centres, owners, copies = _with_copies(frame)
     radii = 0.5 * frame.diameters[owners]
     _circles(axes, centres[copies], radii[copies], PALE_FACE, PALE_EDGE)
     _circles(axes, centres[~copies], radii[~copies], _faces(frame)[owners[~copies]], EDGE)
@@ -80,7 +81,7 @@ def draw_disks(axes: Axes, frame: Frame) -> None:
 def draw_network(axes: Axes, network: PackingNetwork) -> None:
     """2D: a packing, its backbone's contacts as bonds, its rattlers dotted."""
     frame = network.frame
-    centres, owners, copies = _with_copies(frame.positions, frame.diameters, frame.box, frame.periodic)
+    centres, owners, copies = _with_copies(frame)
     radii, solid = 0.5 * frame.diameters[owners], network.backbone[owners]
     for here, face, edge in ((copies, "none", PALE_EDGE), (~copies, PALE_FACE, EDGE)):
         _circles(axes, centres[here & solid], radii[here & solid], face, edge)
@@ -156,7 +157,7 @@ def _faces(frame: Frame) -> np.ndarray:
 def draw_projection(axes: Axes, frame: Frame) -> None:
     """Beyond 3D: the first two coordinates of every particle, as translucent disks."""
     order = np.argsort(frame.positions[:, 2])
-    circles = (frame.positions[order, :2], 0.5 * frame.diameters[order])
+    circles = (upright(frame)[order, :2], 0.5 * frame.diameters[order])
     _circles(axes, *circles, _faces(frame)[order], EDGE, alpha=max(0.08, min(0.5, 60.0 / frame.n)))
     _box_and_axes(axes, frame.box[:2], float(frame.diameters.max()), frame.periodic[:2])
 
@@ -225,18 +226,16 @@ def _circles(
     )  # fmt: skip
 
 
-def _with_copies(
-    positions: np.ndarray, diameters: np.ndarray, box: tuple[float, ...], periodic: tuple[bool, ...]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return centers of particles and of copies that reach into the box, owners, and which are copies."""
-    edges = np.asarray(box)
+def _with_copies(frame: Frame) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return centers of disks and of copies that reach into the box, owners, and which are copies."""
+    positions, edges, cell = upright(frame), np.asarray(frame.box), cell_of(frame)[:2, :2]
     centres, owners, copies = [], [], []
     index = np.arange(len(positions))
-    turns = [(-1.0, 0.0, 1.0) if repeats else (0.0,) for repeats in periodic]
+    turns = [(-1.0, 0.0, 1.0) if repeats else (0.0,) for repeats in frame.periodic]
     for shift in itertools.product(*turns):
-        moved = positions + np.array(shift) * edges
+        moved = positions + np.array(shift) @ cell
         outside = np.maximum(np.maximum(-moved, moved - edges), 0.0)
-        near = np.linalg.norm(outside, axis=1) < 0.5 * diameters
+        near = np.linalg.norm(outside, axis=1) < 0.5 * frame.diameters
         kept = near if any(shift) else np.ones_like(near)
         centres.append(moved[kept])
         owners.append(index[kept])

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from carom.bridges.embedding import embed
+from carom.bridges.embedding import embed, upright
 from carom.bridges.palette import colours_of
 from carom.frame import Frame
 from carom.models.questions.obstacle import Obstacle
@@ -117,7 +117,7 @@ def rendered(
         shapes = shapes_of(obstacles, frame.box, frame.periodic)
     else:
         shapes = Shapes(np.empty((0, 4)), np.empty((0, 2, 3)), np.empty((0, 3, 3)))
-    places = np.concatenate([embed(frame.positions), shapes.spheres[:, :3]])
+    places = np.concatenate([embed(upright(frame)), shapes.spheres[:, :3]])
     radii = np.concatenate([0.5 * frame.diameters, shapes.spheres[:, 3]]) * fine.scale
     tints = np.concatenate([colours, np.tile(STONE, (len(shapes.spheres), 1))]).astype(np.float32)
     centres = fine.seen(places)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.bridges.embedding import embed, names_of
+from carom.bridges.embedding import cell_of, embed, names_of, upright
 from carom.bridges.palette import FACES
 from carom.errors import InputError
 from carom.frame import Frame
@@ -105,7 +105,7 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
     diameters = np.array([frame.diameters for frame in kept])
     if (diameters != diameters[0]).any():
         data["radii"] = _packed(0.5 * diameters, "f4")
-    data["positions"] = _packed([embed(frame.positions) for frame in kept], "f4")
+    data["positions"] = _packed([embed(upright(frame)) for frame in kept], "f4")
     data["times"] = [float(frame.time) for frame in kept]
     data["top"] = FAST * math.sqrt(float(np.mean(speeds**2))) or 1.0
     data["scalars"]["speed"] = _packed(speeds, "f4")
@@ -119,7 +119,7 @@ def psi_6(frame: Frame) -> np.ndarray:
     from scipy.spatial import cKDTree
 
     turns = [(-1, 0, 1) if repeats else (0,) for repeats in frame.periodic]
-    shifts = np.stack(np.meshgrid(*turns), axis=-1).reshape(-1, 2) * frame.box
+    shifts = np.stack(np.meshgrid(*turns), axis=-1).reshape(-1, 2) @ cell_of(frame)[:2, :2]
     everyone = (frame.positions[None] + shifts[:, None]).reshape(-1, 2)
     _, near = cKDTree(everyone).query(frame.positions, k=SIX + 1)
     steps = everyone[near[:, 1:]] - frame.positions[:, None]

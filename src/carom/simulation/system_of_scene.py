@@ -181,8 +181,6 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         raise InputError("growth is not defined for a scene with pinned components; leave one of them out.")
     if scene.contact is not None:
         raise InputError("growth is not defined for a scene with a contact matrix; leave one of them out.")
-    if isinstance(scene.motion, Shear):
-        raise InputError("growth is not defined for a sheared box; leave one of them out.")
     if isinstance(scene.impact, Rough):
         raise InputError("growth is not defined for rough particles, which spin; leave one of them out.")
     if model_checks.is_own(scene.interaction) and rates.any():

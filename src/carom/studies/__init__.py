@@ -1,4 +1,4 @@
-"""Whole studies: runs with a folder of results, packings, equations of state, transport, spherical codes.
+"""Whole studies: runs with a folder of results, packings, equations of state, transport, flows, codes.
 
 Nothing here knows how a particle moves; the simulation does. What users call is in ``carom``; here are the
 classes of what it returns.
@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from carom.studies.coefficients.study import Transport as Transport
     from carom.studies.eos.spec import StudySpec as StudySpec
     from carom.studies.eos.study import EquationOfState as EquationOfState
+    from carom.studies.flow.spec import ShearSpec as ShearSpec
+    from carom.studies.flow.study import ShearFlow as ShearFlow
     from carom.studies.packings.packing import Packing as Packing
     from carom.studies.packings.spec import PackSpec as PackSpec
     from carom.studies.packings.study import Packings as Packings
@@ -35,10 +37,12 @@ _LAZY = {
     "CodeSpec": "carom.studies.codes.spec",
     "EquationOfState": "carom.studies.eos.study",
     "Transport": "carom.studies.coefficients.study",
+    "ShearFlow": "carom.studies.flow.study",
     "RunPlan": "carom.studies.planner.plan",
     "Outcome": "carom.studies.planner.outcome",
     "StudySpec": "carom.studies.eos.spec",
     "TransportSpec": "carom.studies.coefficients.spec",
+    "ShearSpec": "carom.studies.flow.spec",
     "Target": "carom.studies.planner.target",
 }
 

@@ -41,7 +41,8 @@ RESULTS = "tasks"
 
 WRITTEN = (
     SETTINGS, "study.toml", "report.html", "eos.csv", "eos.png", "transport.csv", "transport.png",
-    "code.json", "code.csv", "code.png", "points.csv", "pack.csv", "pack.png", "plan.json", "outcome.json",
+    "shear.csv", "shear.png", "code.json", "code.csv", "code.png", "points.csv", "pack.csv", "pack.png",
+    "plan.json", "outcome.json",
 )  # fmt: skip
 """Files that commands write into the folder of a study."""
 

@@ -37,8 +37,8 @@ Blocks = Annotated[
 
 
 @dataclass(frozen=True)
-class GridSpec(Spec):
-    """A grid of simulations: packing fractions x numbers of particles x replicas.
+class SceneGrid(Spec):
+    """What all grids of simulations say: the scene of each point, replicas, and how exact the result is.
 
     On a lattice, the number of particles that fills it and is nearest to n is taken. A file may say in
     ``[scene]`` what there is, for all commands: what the section of the study leaves out is taken from there.
@@ -46,12 +46,13 @@ class GridSpec(Spec):
 
     tables: ClassVar[tuple[str, ...]] = ("scene",)
     grid: ClassVar[tuple[str, ...]] = ("packing_fraction", "n", "replicas")
-    rivals: ClassVar[tuple[tuple[str, ...], ...]] = (("relative_error", "collisions_per_particle"),)
     resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"dimension": ("packing_fraction", "lattice")}
     densities: ClassVar[Mapping[int, tuple[float, ...]]]
     """Default packing fractions, by dimension."""
     error: ClassVar[float]
     """Default relative error."""
+    measured: ClassVar[str]
+    """The field that says how long a run measures, instead of the error."""
     refused: ClassVar[Mapping[str, str]]
     """Keys of a scene with which there is nothing to measure, and why."""
     gone: ClassVar[Mapping[str, str]] = {"initial": 'give lattice = "fcc", "none" or "auto"'}
@@ -80,9 +81,6 @@ class GridSpec(Spec):
     relative_error: Annotated[
         float | None, None, Opt("Relative error at every point, all replicas together.", LENGTH)
     ] = None
-    collisions_per_particle: Annotated[
-        float | None, None, Opt("Instead: collisions per particle of every run.", LENGTH)
-    ] = None
     equilibration: Length = 1000.0
     seed: Annotated[int, integer(low=0, high=2**63 - 1), Opt("Seed of all random numbers.", SYSTEM)] = 1
     lattice: Annotated[
@@ -95,11 +93,6 @@ class GridSpec(Spec):
         ),
     ] = "auto"
     blocks: Blocks = 256
-    neighbors: Annotated[
-        str,
-        word("auto", "lists", "sectors", "all"),
-        Opt("How pairs are found: auto, lists, sectors or all.", flags=None),
-    ] = "auto"
     scene: Annotated[
         Mapping[str, Any], None, Opt("Further keys of a scene, e.g. diameter, mass or kT.", flags=None)
     ] = field(default_factory=dict)
@@ -116,16 +109,14 @@ class GridSpec(Spec):
         limit = densities.CLOSEST_PACKING.get(self.dimension, 1.0)
         fractions = several(number(low=0.0, high=limit, open_low=True))
         self._put("packing_fraction", fractions(self.packing_fraction, "packing_fraction"))
-        if self.relative_error is not None and self.collisions_per_particle is not None:
-            raise InputError("relative_error and collisions_per_particle contradict each other; remove one.")
-        if self.collisions_per_particle is None:
+        length = getattr(self, self.measured)
+        if self.relative_error is not None and length is not None:
+            raise InputError(f"relative_error and {self.measured} contradict each other; remove one.")
+        if length is None:
             error = self.error if self.relative_error is None else self.relative_error
             self._put("relative_error", checks.number(error, "relative_error", low=1e-9, high=1.0))
         else:
-            length = checks.number(
-                self.collisions_per_particle, "collisions_per_particle", low=0, open_low=True
-            )
-            self._put("collisions_per_particle", length)
+            self._put(self.measured, checks.number(length, self.measured, low=0, open_low=True))
         # All scenes are checked now, rather than in a worker an hour later.
         self.tasks()
 
@@ -193,17 +184,16 @@ class GridSpec(Spec):
         return {name: value for name, value in template.items() if value not in (None, [], ())}
 
     def tasks(self) -> list[dict[str, Any]]:
-        """Return the tasks, the longest first."""
+        """Return the tasks."""
         from carom.studies.scenes import nearest_filling
 
-        tasks = [
+        return [
             self.task(eta, n, replica)
             for eta in self.packing_fraction
             # Two values of n may give one number that fills the lattice; equal runs are no replicas.
             for n in dict.fromkeys(nearest_filling(self._start(eta), self.dimension, n) for n in self.n)
             for replica in range(self.replicas)
         ]
-        return sorted(tasks, key=collisions, reverse=True)
 
     def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
         """Return one run (``eta``, ``n``, ``replica``); a study adds what else it needs."""
@@ -227,14 +217,8 @@ class GridSpec(Spec):
             "replica": replica,
             "seed": self.seed,
             "equilibration": self.equilibration,
-            "collisions_per_particle": self.collisions_per_particle or self.length(eta, n),
             "blocks": self.blocks,
-            "neighbors": self.neighbors,
         }
-
-    def length(self, eta: float, n: int) -> float:
-        """Return the collisions per particle that reach the error at ``eta`` with ``n``, to four digits."""
-        raise NotImplementedError
 
     def _start(self, eta: float) -> str:
         """Return from what a run starts, a lattice or "random"; "auto" depends on the density."""
@@ -251,6 +235,37 @@ class GridSpec(Spec):
     def settings(self) -> dict[str, Any]:
         """Return what all tasks share; with an error also the replicas, on which the length then depends."""
         return super().settings() | ({} if self.relative_error is None else {"replicas": self.replicas})
+
+
+@dataclass(frozen=True)
+class GridSpec(SceneGrid):
+    """A grid of simulations in equilibrium: packing fractions x numbers of particles x replicas."""
+
+    rivals: ClassVar[tuple[tuple[str, ...], ...]] = (("relative_error", "collisions_per_particle"),)
+    measured: ClassVar[str] = "collisions_per_particle"
+
+    collisions_per_particle: Annotated[
+        float | None, None, Opt("Instead of an error: collisions per particle of every run.", LENGTH)
+    ] = None
+    neighbors: Annotated[
+        str,
+        word("auto", "lists", "sectors", "all"),
+        Opt("How pairs are found: auto, lists, sectors or all.", flags=None),
+    ] = "auto"
+
+    def tasks(self) -> list[dict[str, Any]]:
+        """Return the tasks, the longest first."""
+        return sorted(super().tasks(), key=collisions, reverse=True)
+
+    def task(self, eta: float, n: int, replica: int) -> dict[str, Any]:
+        """Return one run (``eta``, ``n``, ``replica``); a study adds what else it needs."""
+        length = self.collisions_per_particle or self.length(eta, n)
+        task = super().task(eta, n, replica)
+        return {**task, "collisions_per_particle": length, "neighbors": self.neighbors}
+
+    def length(self, eta: float, n: int) -> float:
+        """Return the collisions per particle that reach the error at ``eta`` with ``n``, to four digits."""
+        raise NotImplementedError
 
 
 def collisions(task: Mapping[str, Any]) -> float:

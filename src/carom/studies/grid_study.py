@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from carom.studies.folder import Record, Task
-from carom.studies.grid import GridSpec, collisions
+from carom.studies.grid import SceneGrid, collisions
 from carom.studies.study import Study
 
-G = TypeVar("G", bound=GridSpec)
+G = TypeVar("G", bound=SceneGrid)
 
 
 @dataclass(frozen=True, repr=False)
@@ -25,11 +25,15 @@ class GridStudy(Study[G], Generic[G]):
         """Return where a task is, in words."""
         return f"at packing fraction {task['scene']['packing_fraction']:g} with n = {task['scene']['n']}"
 
+    @staticmethod
+    def point(task: Task) -> tuple[Any, ...]:
+        """Return what tells the point of a task from others."""
+        return task["scene"]["packing_fraction"], task["scene"]["n"]
+
     def by_point(self) -> list[list[Record]]:
-        """Return the records of each point, in the order of packing fraction, n and replica."""
-        found: dict[tuple[float, int], list[Record]] = {}
+        """Return the records of each point, in the order of :meth:`point` and replica."""
+        found: dict[tuple[Any, ...], list[Record]] = {}
         # Sorted, so that sums are bit-identical whatever the order in which replicas finished.
         for record in sorted(self.records, key=lambda record: int(record["task"]["replica"])):
-            scene = record["task"]["scene"]
-            found.setdefault((scene["packing_fraction"], scene["n"]), []).append(record)
+            found.setdefault(self.point(record["task"]), []).append(record)
         return [found[point] for point in sorted(found)]

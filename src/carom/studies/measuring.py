@@ -142,8 +142,6 @@ def _order(system: _System) -> BondOrder:
     frame = system.frame
     if frame.dimension not in NEAREST:
         raise InputError(f"it is measured in 2 to {max(NEAREST)} dimensions, and there are {frame.dimension}")
-    if frame.tilt is not None:
-        raise InputError("the box is sheared")
     if frame.n <= NEAREST[frame.dimension]:
         raise InputError(f"it needs {NEAREST[frame.dimension] + 1} particles, and there are {frame.n}")
     width = BOND_WIDTH * system.diameter

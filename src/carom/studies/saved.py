@@ -22,6 +22,7 @@ from carom.studies.codes.code import load as load_code
 from carom.studies.codes.study import Codes
 from carom.studies.coefficients.study import Transport
 from carom.studies.eos.study import EquationOfState
+from carom.studies.flow.study import ShearFlow
 from carom.studies.folder import SETTINGS, Folder
 from carom.studies.packings.compression import PackingFolder, holds_packing, resume_packing
 from carom.studies.packings.packing import HISTORY, Packing
@@ -175,7 +176,7 @@ def _of_folder(folder: Path) -> Any:
 
 
 STUDIES: dict[str, type[Study[Any]]] = {
-    kind.Spec.study: kind for kind in (EquationOfState, Transport, Codes, Packings)
+    kind.Spec.study: kind for kind in (EquationOfState, Transport, ShearFlow, Codes, Packings)
 }
 """The studies by what their folders say that they are."""
 

@@ -33,7 +33,7 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
     Parameters
     ----------
     task : dict
-        With ``seed``, ``scene``, ``replica`` and ``neighbors``.
+        With ``seed``, ``scene``, ``replica`` and perhaps ``neighbors``.
     check : callable, optional
         Called with the scene; it may raise InputError.
     **settings
@@ -56,7 +56,7 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
         scene,
         kT=task["scene"]["kT"] if scene.velocities is None else None,
         seed=int(speeds.generate_state(1, np.uint64)[0]),
-        tuning=Tuning(neighbors=task["neighbors"]),
+        tuning=Tuning(neighbors=task.get("neighbors", "auto")),
         **settings,
     )
 

@@ -60,7 +60,8 @@ def horizon_of(system: System, neighbors: str, shape: tuple[int, ...], ranges: L
         return 0.5 * (0.5 * (ranges.list_range - diameter)) / float((system.rates / system.paces).max())
     if neighbors != "sectors":
         return math.inf
-    narrow = min(edge / size for edge, size in zip(box, shape, strict=True))
+    # Along an axis of a lattice that tilts, sectors must be wider than a diameter.
+    narrow = min(edge / size / axis for edge, size, axis in zip(box, shape, system.stretch, strict=True))
     horizon = (1.0 - 2.0**-20) * (narrow - diameter) / (2.0 * float(system.rates.max()))
     if horizon * 2.0 * float(system.rates.max()) < SMALLEST_GROWTH * diameter:
         raise ValueError(

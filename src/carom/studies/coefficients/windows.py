@@ -79,6 +79,23 @@ def _compressibility_factor(eta: float, d: int) -> float:
     return float(theory.best(d)(eta)) if d in theory.FREEZING else 1.0 + 2.0 ** (d - 1) * eta
 
 
+def mean_fluid(scene: Scene, kT: float) -> tuple[theory.Enskog, float]:
+    """Return Enskog's coefficients and the collisions of one particle a time, of a fluid like a scene's.
+
+    Its spheres are equal, have the mean mass, and fill as much of the box.
+    """
+    density, mass = scene.n / scene.volume, float(scene.masses.mean())
+    return equal_fluid(scene.packing_fraction, density, mass, scene.dimension, kT)
+
+
+def equal_fluid(eta: float, density: float, mass: float, d: int, kT: float) -> tuple[theory.Enskog, float]:
+    """Return Enskog's coefficients and the collisions of one particle a time, of equal spheres."""
+    sigma = (eta / density / theory.ball_volume(d)) ** (1.0 / d)
+    z = _compressibility_factor(eta, d)
+    found = theory.enskog(z, eta, d, diameter=sigma, mass=mass, kT=kT)
+    return found, float(theory.collision_rate(z, d, diameter=sigma, mass=mass, kT=kT))
+
+
 def wave_time(scene: Scene, kT: float) -> float:
     """Return the decay time of the longest wave in the box by Enskog's theory [time]."""
     density, mass = scene.n / scene.volume, float(scene.masses.mean())
@@ -87,7 +104,6 @@ def wave_time(scene: Scene, kT: float) -> float:
 
 def longest_wave(edge: float, eta: float, density: float, mass: float, d: int, kT: float) -> float:
     """Return the decay time of the longest wave in a box, for particles of a mean mass [time]."""
-    sigma = (eta / density / theory.ball_volume(d)) ** (1.0 / d)
-    found = theory.enskog(_compressibility_factor(eta, d), eta, d, diameter=sigma, mass=mass, kT=kT)
+    found, _ = equal_fluid(eta, density, mass, d, kT)
     nu = found.shear_viscosity / (mass * density)
     return edge**2 / (4.0 * math.pi**2 * (found.self_diffusion + nu))

@@ -1,0 +1,1 @@
+"""Viscosity and normal stresses of sheared fluids against the shear rate."""

@@ -1,0 +1,246 @@
+"""Sheared fluids: viscosity and normal stresses against the shear rate, compared with Enskog's theory."""
+
+from __future__ import annotations
+
+import functools
+import math
+import os
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from carom import theory
+from carom.errors import CaromWarning, InputError
+from carom.observables.drift import drift, drifts
+from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, ratio, value_with_error
+from carom.studies.documented import documented
+from carom.studies.flow.measure import measure
+from carom.studies.flow.spec import ShearSpec, duration
+from carom.studies.folder import Record, Task
+from carom.studies.grid_study import GridStudy
+from carom.table import Column, Table, error
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+NOTE = "Units are those of the scene, with k = 1. N1 = P_xx - P_yy, N2 = P_yy - P_zz; the flow is along x."
+
+MOST_TICKS = 8
+"""Largest number of rates that are written below the picture."""
+
+
+@dataclass(frozen=True)
+class Row:
+    """One point of a study of sheared fluids.
+
+    Attributes
+    ----------
+    packing_fraction : float
+    n : int
+    rate : float
+        The point; the shear rate [1 / time].
+    kT, kT_error : float
+        Temperature of the velocities relative to the stream [energy].
+    collision_rate, collision_rate_error : float
+        Collisions of one particle a time [1 / time].
+    viscosity, viscosity_error : float
+        ``-P_10`` over the shear rate [mass length^(2 - d) / time].
+    enskog : float
+        Enskog's viscosity at this kT, of equal elastic particles; else nan.
+    pressure, pressure_error : float
+        A d-th of the trace of the pressure tensor [energy / length^d].
+    N1, N1_error, N2, N2_error : float
+        Normal stresses over the pressure: ``(P_00 - P_11) / p`` and ``(P_11 - P_22) / p``; N2 is nan in two
+        dimensions.
+    strain : float
+        Strain of all replicas together.
+    remark : str
+        Doubts about the point.
+    """
+
+    packing_fraction: Annotated[float, Column("η", ".4g")]
+    n: Annotated[int, Column("N")]
+    rate: Annotated[float, Column("rate", ".4g")]
+    kT: Annotated[float, Column("kT", error("kT_error", told=True))]
+    kT_error: float
+    collision_rate: Annotated[float, Column("collision rate", error("collision_rate_error", told=True))]
+    collision_rate_error: float
+    viscosity: Annotated[float, Column("viscosity", error("viscosity_error", told=True))]
+    viscosity_error: float
+    enskog: Annotated[float, Column("Enskog", ".4g")]
+    pressure: Annotated[float, Column("p", error("pressure_error", told=True))]
+    pressure_error: float
+    N1: Annotated[float, Column("N1/p", error("N1_error", told=True))]
+    N1_error: float
+    N2: Annotated[float, Column("N2/p", error("N2_error", told=True))]
+    N2_error: float
+    strain: Annotated[float, Column("strain", ".4g")]
+    remark: str
+
+
+@dataclass(frozen=True, repr=False)
+class ShearFlow(GridStudy[ShearSpec]):
+    """Viscosity and normal stresses at every point of a study.
+
+    Attributes
+    ----------
+    spec : ShearSpec
+        The requested study.
+    records, failures, folder, engine, seconds
+        As in ``carom.studies.study.Study``.
+    """
+
+    Spec: ClassVar[type[ShearSpec]] = ShearSpec
+    name: ClassVar[str] = "shear"
+    measure = staticmethod(measure)
+
+    @staticmethod
+    def cost(task: Task) -> float:
+        """Return the work of a task."""
+        return duration(task)
+
+    @staticmethod
+    def point(task: Task) -> tuple[Any, ...]:
+        """Return what tells the point of a task from others."""
+        return (*GridStudy.point(task), task["rate"])
+
+    def place(self, task: Task) -> str:
+        """Return where a task is, in words."""
+        return f"{super().place(task)} and rate {task['rate']:g}"
+
+    @functools.cached_property
+    def table(self) -> Table:
+        """One :class:`Row` for each point, in the order of packing fraction, n and rate."""
+        rows = [_row(records) for records in self.by_point()]
+        remarks = [
+            f"* η = {each.packing_fraction:.4g}, N = {each.n}, rate {each.rate:.4g}: {each.remark}"
+            for each in rows
+            if each.remark
+        ]
+        return Table(Row, rows, notes=[NOTE, *remarks], flagged=lambda each: bool(each.remark))
+
+    def _lines(self) -> list[str]:
+        """Return what is printed: the grid, the viscosity at its ends, and how many points are flagged."""
+        rows = self.table
+        points = f"{len(rows)} point{'s' * (len(rows) != 1)}"
+        lines = [f"Shear flow in {self.spec.dimension}D: {points}, {self._done()}"]
+        if rows:
+            ends = rows[:1] if len(rows) == 1 else [rows[0], rows[-1]]
+            lines.append(
+                ", ".join(
+                    f"viscosity {value_with_error(each.viscosity, each.viscosity_error)} at packing fraction "
+                    f"{each.packing_fraction:g} and rate {each.rate:g}"
+                    for each in ends
+                )
+            )
+        if flagged := sum(map(rows.flagged, rows)):
+            lines.append(f"{flagged} point{'s' * (flagged > 1)} flagged: study.table says why")
+        return lines
+
+    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
+        """Yield the picture of the page."""
+        if self.records:
+            yield "Results", self.plot()
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+        """Draw the viscosity against the shear rate, and Enskog's beside it; save the picture to ``path``.
+
+        Raises
+        ------
+        InputError
+            If no point is done yet.
+        FileError
+            If the picture cannot be saved.
+        """
+        from carom.pictures import paper
+
+        if not self.table:
+            raise InputError("No point of the study is done yet, so there is nothing to draw.")
+        figure, axes = paper.sheet(5.0, 3.6)
+        curves = dict.fromkeys((row.packing_fraction, row.n) for row in self.table)
+        several = len({n for _, n in curves}) > 1
+        for k, (eta, n) in enumerate(curves):
+            rows = [row for row in self.table if (row.packing_fraction, row.n) == (eta, n)]
+            rates, color = [row.rate for row in rows], f"C{k % 10}"
+            axes.errorbar(
+                rates, [row.viscosity for row in rows], [row.viscosity_error for row in rows], fmt="o", ms=4,
+                color=color, label=rf"$\eta$ = {eta:.3g}" + f", $N$ = {n}" * several,
+            )  # fmt: skip
+            if math.isfinite(rows[0].enskog):
+                told = "Enskog" if k == len(curves) - 1 else None
+                axes.plot(rates, [row.enskog for row in rows], "--", lw=1.0, color=color, label=told)
+        axes.set_xscale("log")
+        rates = sorted({row.rate for row in self.table})
+        if len(rates) <= MOST_TICKS:
+            axes.set_xticks(rates, [f"{rate:g}" for rate in rates])
+            axes.set_xticks([], minor=True)
+        axes.set_xlabel("shear rate")
+        axes.set_ylabel("viscosity")
+        axes.set_ylim(0.0, 1.3 * axes.get_ylim()[1])  # room for the names
+        axes.legend(frameon=False, fontsize=8, ncols=3, loc="upper center")
+        paper.lay_out(figure, axes)
+        return paper.saved(figure, path)
+
+
+def _row(records: list[Record]) -> Row:
+    """Return the row of a point from the records of its replicas."""
+    results, task = [record["result"] for record in records], records[0]["task"]
+    first, rate = results[0], task["rate"]
+    eta, d = float(task["scene"]["packing_fraction"]), first["dimension"]
+
+    def series(name: str) -> list[float]:
+        return [value for result in results for value in result["series"][name]]
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)  # the remark says it
+        kT, collision_rate, stress, pressure = (
+            blocking(series(name)) for name in ("kT", "collision_rate", "stress", "pressure")
+        )
+        normal = [ratio(series(name), series("pressure")) for name in ("first", "second")[: min(d, 3) - 1]]
+    viscosity = stress.scaled(1.0 / rate)
+    normal.append(Estimate(math.nan, math.nan, 0.0, math.inf, 0))
+    enskog = math.nan
+    if first["simple"] and theory.is_stable_fluid(d, eta) and d in theory.FREEZING:
+        z = float(theory.best(d)(eta))
+        diameter, mass = first["diameter"], first["mass"]
+        enskog = theory.enskog(z, eta, d, diameter=diameter, mass=mass, kT=kT.mean).shear_viscosity
+    remarks = []
+    if viscosity.n_eff < FEW_SAMPLES:
+        remarks.append("the error bars are guesses; run longer")
+    if any(drifts([drift(result["series"][name]) for result in results]) for name in ("kT", "stress")):
+        remarks.append("the flow had not settled; raise equilibration")
+    return Row(
+        eta, first["n"], rate, kT.mean, kT.error, collision_rate.mean, collision_rate.error, viscosity.mean,
+        viscosity.error, enskog, pressure.mean, pressure.error, normal[0].mean, normal[0].error,
+        normal[1].mean, normal[1].error, rate * first["duration"] * len(series("kT")), "; ".join(remarks),
+    )  # fmt: skip
+
+
+@documented(ShearFlow)
+def shear(rate: Iterable[float] | float | None = None, *, how: Mapping[str, Any], **given: Any) -> ShearFlow:
+    """Measure viscosity and normal stresses of sheared fluids against the shear rate.
+
+    @
+
+    Returns
+    -------
+    ShearFlow
+        Viscosity, normal stresses, pressure and temperature at every point.
+
+    Notes
+    -----
+    The box is that of :class:`carom.models.Shear`. Velocities of elastic particles are scaled whenever the
+    flow has heated them by a tenth, so that the mean is about kT; the row has it. Between collisions the
+    pressure tensor is exact.
+
+    Examples
+    --------
+    >>> import carom
+    >>> study = carom.shear(
+    ...     1.0, n=64, packing_fraction=0.2, restitution=0.9, strains=60, replicas=1, executor="serial"
+    ... )
+    >>> print(str(study).splitlines()[0])
+    Shear flow in 3D: 1 point, 1 run
+    """
+    return ShearFlow(ShearSpec(**given) if rate is None else ShearSpec(rate=rate, **given)).run(**how)  # type: ignore[arg-type]
