@@ -13,6 +13,7 @@ import numpy as np
 
 from carom.compiling.registry import inner, optional
 from carom.engine.advance import place_at
+from carom.models.obstacles.cells import CROWD_FROM
 from carom.models.questions.interaction import growth, mass, radius
 from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import anchor, is_periodic, meeting, member, members, outward
@@ -42,10 +43,8 @@ class Crowd(NamedTuple):
     """Number of the first of them."""
     tail: Any
     """The rest, a Chain, a Crowd or None."""
-
-
-CROWD_FROM = 16
-"""Obstacles of one kind from which on they are a crowd, where their type has one."""
+    grid: Any = None
+    """Cells in which they are looked up (:mod:`carom.engine.obstacle_grid`), or None where all are asked."""
 
 
 class Obstacles(NamedTuple):
@@ -114,7 +113,7 @@ def numbering(models) -> list[int]:
     for k, model in enumerate(models):
         kinds.setdefault(kind_of(model), []).append(k)
     order = [k for group in kinds.values() for k in group]
-    return [order.index(k) for k in range(len(models))]
+    return np.argsort(order).tolist()
 
 
 def numbers_of(periodic, models) -> list[int]:
@@ -171,11 +170,22 @@ def _(chain: Chain, obstacles, model, size, rate, every, now):
 @soonest_link.register
 def _(chain: Crowd, obstacles, model, size, rate, every, now):
     best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now)
-    for k in range(members(chain.head)):
-        t = soonest_image(member(chain.head, k), obstacles, model, size, rate, every, now)
+    t, k = soonest_member(chain.grid, chain.head, obstacles, model, size, rate, every, now, best)
+    return (t, np.int64(chain.number + k)) if t < best else (best, number)
+
+
+@optional
+def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before):
+    """Return the time until a component touches one of a crowd, if that is less than ``before``, and which of
+    them; by default all are asked.
+    """
+    best = NEVER
+    number = np.int64(-1)
+    for k in range(members(crowd)):
+        t = soonest_image(member(crowd, k), obstacles, model, size, rate, every, now)
         if t < best:
             best = t
-            number = np.int64(chain.number + k)
+            number = np.int64(k)
     return best, number
 
 
