@@ -98,16 +98,16 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     changes = model.impact is not None or system.rates is not None or system.stepped or live
     lossy = changes or model.timers is not None
     neighbors, boundary = build_neighbors(scheme, system, pair)
-    timing, obstacles = timing_of(scheme, system, neighbors, pair), model.obstacles
+    obstacles = model.obstacles
     if obstacles is not None:
-        chain = with_grids(obstacles.chain, scheme, system, neighbors, timing, pair)
+        chain = with_grids(obstacles.chain, scheme, system, neighbors, pair)
         obstacles = obstacles._replace(chain=chain)
     return Engine(
         model._replace(
             lanes=make_lanes(pair),
             boundary=boundary,
             obstacles=obstacles,
-            timing=timing,
+            timing=timing_of(scheme, system, neighbors, pair),
             observers=make_observers(system, pair, velocities, lossy),
         ),
         state,

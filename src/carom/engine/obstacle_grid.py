@@ -16,7 +16,6 @@ from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.skins import EqualBounds
 from carom.engine.obstacles import Chain, Crowd, soonest_member
-from carom.engine.search import FromRows
 from carom.engine.system import System
 from carom.models import model_checks
 from carom.models.motions.free_flight import FreeFlight
@@ -42,14 +41,14 @@ class Grid(NamedTuple):
     """Room for the boxes from that of the component to this cell, (d,) int64."""
 
 
-def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any, timing: Any, pair: Any) -> Any:
+def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any, pair: Any) -> Any:
     """Return a chain of obstacles whose crowds have cells, where components fly straight and their radii are
     known.
     """
     own_radius = model_checks.is_own(system.interaction) and model_checks.answers(radius, pair)
     if chain is None or not isinstance(system.motion, FreeFlight) or own_radius:
         return chain
-    tail = with_grids(chain.tail, scheme, system, neighbors, timing, pair)
+    tail = with_grids(chain.tail, scheme, system, neighbors, pair)
     if isinstance(chain, Chain):
         return chain._replace(tail=tail)
     particles = system.particles
@@ -59,20 +58,17 @@ def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any,
     low, high = chain.head.extent()
     cells = cells_of(low - largest, high + largest, system.box, system.periodic)
     room = (np.zeros(system.dimension, np.int64) for _ in range(2))
-    return chain._replace(tail=tail, grid=Grid(*cells, _reach(neighbors, timing), *room))
+    return chain._replace(tail=tail, grid=Grid(*cells, _reach(neighbors), *room))
 
 
-def _reach(neighbors: Any, timing: Any) -> tuple[float, ...]:
-    """Return how far a component may be from where its contacts are computed before it looks again, along
-    each axis [length].
-    """
-    flown = math.sqrt(timing.square) if isinstance(timing, FromRows) else 0.0
+def _reach(neighbors: Any) -> tuple[float, ...]:
+    """Return how far a component may fly before it looks again, along each axis [length]."""
     if not isinstance(neighbors, Lists):  # a slack is less than half of a sector
-        return tuple(flown + 2.0 * side for side in neighbors.sides)
+        return tuple(2.0 * side for side in neighbors.sides)
     bounds = neighbors.bounds
     equal = isinstance(bounds, EqualBounds)
     across = math.sqrt(bounds.square) if equal else 2.0 * float(bounds.bounds.max())
-    return (flown + across,) * len(neighbors.grid_step)
+    return (across,) * len(neighbors.grid_step)
 
 
 @inner
@@ -103,15 +99,16 @@ def step_in(grid, boundary, axis, way):
 
 
 @soonest_member.register
-def _(grid: Grid, crowd, obstacles, model, size, rate, every, now, before):
+def _(grid: Grid, crowd, obstacles, model, size, rate, every, now, before, sight):
     boundary, x, v = model.boundary, obstacles.x, obstacles.v
     best = NEVER
     number = np.int64(-1)
     limit = NEVER
     for axis in range(len(grid.sides)):
         if v[axis] != 0.0:
-            limit = min(limit, grid.reach[axis] / abs(v[axis]))
+            limit = min(limit, sight.since + grid.reach[axis] / abs(v[axis]))
     place_in(grid, obstacles, boundary)
+    before = min(before, sight.until)
     going = True
     while going:
         cell = np.int64(0)

@@ -47,6 +47,19 @@ class Crowd(NamedTuple):
     """Cells in which they are looked up (:mod:`carom.engine.obstacle_grid`), or None where all are asked."""
 
 
+HAIR = 2.0**-40
+"""Part of a time by which it may be rounded."""
+
+
+class Sight(NamedTuple):
+    """How far a component looks."""
+
+    since: float
+    """Time from the moment from which its contacts are computed to the present."""
+    until: float
+    """Time from there up to which they are wanted."""
+
+
 class Obstacles(NamedTuple):
     """Everything fixed that components can meet, numbered: two for every axis (its lower and its upper wall,
     if it has walls), then one an obstacle.
@@ -125,17 +138,18 @@ def numbers_of(periodic, models) -> list[int]:
 
 
 @optional
-def soonest(obstacles, model, state, i, now, every):
+def soonest(obstacles, model, state, i, now, every, until):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
 
     ``every`` is False where only those that stand in every image of the box are to be looked at: they are
     seen as far as the next images, and looked for again whenever i has gone as far as its neighbours reach.
+    Contacts after the time ``until`` need not be found.
     """
     return NEVER, np.int64(-1)
 
 
 @soonest.register
-def _(obstacles: Obstacles, model, state, i, now, every):
+def _(obstacles: Obstacles, model, state, i, now, every, until):
     place_at(model, state, i, now, obstacles.x, obstacles.v)
     size = radius(model.pair, np.int64(i), now)
     rate = growth(model.pair, np.int64(i))
@@ -143,7 +157,8 @@ def _(obstacles: Obstacles, model, state, i, now, every):
     number = np.int64(-1)
     if every:
         best, number = wall_meeting(model.motion, obstacles.walls, obstacles.x, obstacles.v, size, rate)
-    t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now)
+    sight = Sight(max(state.clock[0].now - now, 0.0), until - now + HAIR * until)
+    t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now, sight)
     if t < best or yields(obstacles.walls, model.motion, obstacles.x, obstacles.v, size, rate, t):
         best = t
         number = k
@@ -151,14 +166,14 @@ def _(obstacles: Obstacles, model, state, i, now, every):
 
 
 @optional
-def soonest_link(chain, obstacles, model, size, rate, every, now):
+def soonest_link(chain, obstacles, model, size, rate, every, now, sight):
     """Return the time until a component touches one of a chain of obstacles, and its number."""
     return NEVER, np.int64(-1)
 
 
 @soonest_link.register
-def _(chain: Chain, obstacles, model, size, rate, every, now):
-    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now)
+def _(chain: Chain, obstacles, model, size, rate, every, now, sight):
+    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now, sight)
     for k in range(len(chain.head)):
         t = soonest_image(chain.head[k], obstacles, model, size, rate, every, now)
         if t < best:
@@ -168,14 +183,14 @@ def _(chain: Chain, obstacles, model, size, rate, every, now):
 
 
 @soonest_link.register
-def _(chain: Crowd, obstacles, model, size, rate, every, now):
-    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now)
-    t, k = soonest_member(chain.grid, chain.head, obstacles, model, size, rate, every, now, best)
+def _(chain: Crowd, obstacles, model, size, rate, every, now, sight):
+    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now, sight)
+    t, k = soonest_member(chain.grid, chain.head, obstacles, model, size, rate, every, now, best, sight)
     return (t, np.int64(chain.number + k)) if t < best else (best, number)
 
 
 @optional
-def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before):
+def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before, sight):
     """Return the time until a component touches one of a crowd, if that is less than ``before``, and which of
     them; by default all are asked.
     """
