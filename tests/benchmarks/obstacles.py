@@ -87,12 +87,17 @@ def main():
 
     sims = among_balls(options.balls, options.movers, d)
     balls, pinned = in_turn(sims, seconds, turns)
-    print(f"{options.balls} balls {balls:.3g}, as many pinned particles {pinned:.3g} events / CPU s", flush=True)
+    print(
+        f"{options.balls} balls {balls:.3g}, as many pinned particles {pinned:.3g} events / CPU s", flush=True
+    )
     print("asked in a cell {:.1f}, without cells {}".format(*asked(sims[0])))
 
     sim, spent = one_mover(options.many, d)
     (rate,) = in_turn([sim], seconds, turns)
-    print(f"one mover among {options.many} balls, made in {spent:.1f} CPU s: {rate:.3g} events / CPU s", flush=True)
+    print(
+        f"one mover among {options.many} balls, made in {spent:.1f} CPU s: {rate:.3g} events / CPU s",
+        flush=True,
+    )
     print("asked in a cell {:.1f}, without cells {}".format(*asked(sim)))
 
     if options.sides:

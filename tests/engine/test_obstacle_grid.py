@@ -2,8 +2,6 @@
 
 import json
 
-import numpy as np
-import pytest
 from helpers.plain import plain_python
 
 START = """
@@ -20,7 +18,8 @@ obstacles.CROWD_FROM = int(sys.argv[1])
 rng = np.random.default_rng(5)
 
 def scattered(count, edge, d, radius):
-    return [Ball(tuple(x), radius * (1.0 + 0.1 * k)) for k, x in enumerate(rng.uniform(0.0, edge, (count, d)))]
+    places = rng.uniform(0.0, edge, (count, d))
+    return [Ball(tuple(x), radius * (1.0 + 0.1 * k)) for k, x in enumerate(places)]
 
 def bits(scene, neighbors, growth=None, time=6.0):
     sim = carom.Simulation(scene, seed=1, growth=growth, tuning=carom.Tuning(neighbors=neighbors))
@@ -53,11 +52,10 @@ def table():
               Plane((1.0, 1.0), 1.0), Ball((0.5, 4.5), 0.3), Ball((2.0, 6.0), 0.2)]
     return carom.Scene.random(7, box=(9.0, 9.0), diameter=0.6, seed=2, walls=True, obstacles=bodies)
 
-def space(d):
-    bodies = [*scattered(6, 4.0, d, 0.2), Segment((1.0,) * d, (1.5,) * d), Segment((3.0,) * d, (2.6,) * d, 0.1)]
-    if d == 3:
-        bodies += [SphericalContainer((2.0,) * d, 3.2)]
-    return carom.Scene.random(6, box=(4.0,) * d, diameter=0.5, seed=2, walls=d == 3, obstacles=bodies)
+def space():
+    bodies = [*scattered(6, 4.0, 3, 0.2), SphericalContainer((2.0,) * 3, 3.2),
+              Segment((1.0,) * 3, (1.5,) * 3), Segment((3.0,) * 3, (2.6,) * 3, 0.1)]
+    return carom.Scene.random(6, box=(4.0,) * 3, diameter=0.5, seed=2, walls=True, obstacles=bodies)
 """
 
 ALL = """
@@ -70,7 +68,7 @@ print(json.dumps({
     "growth in lists": bits(plane(), "lists", growth=0.01),
     "tiny": bits(tiny(), "auto", time=60.0),
     "table": bits(table(), "auto"),
-    "space": bits(space(3), "auto"),
+    "space": bits(space(), "auto"),
 }))
 """
 

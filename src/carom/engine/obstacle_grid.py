@@ -15,13 +15,13 @@ from carom.compiling.registry import inner
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.skins import EqualBounds
-from carom.engine.obstacles import Chain, Crowd, soonest_member
+from carom.engine.obstacles import Chain, soonest_member
 from carom.engine.system import System
 from carom.models import model_checks
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles.cells import cells_of
 from carom.models.questions.interaction import radius
-from carom.models.questions.obstacle import member, meeting
+from carom.models.questions.obstacle import meeting, member
 from carom.models.questions.particles import NEVER
 
 

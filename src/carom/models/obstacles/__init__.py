@@ -71,9 +71,7 @@ def checked(
     given = [*walls, *obstacles]
     known: set[type] = set()  # asking for a protocol takes longer than all else
     for k, obstacle in enumerate(given, -len(walls)):
-        if type(obstacle) not in known and (
-            isinstance(obstacle, type) or not isinstance(obstacle, Obstacle)
-        ):
+        if type(obstacle) not in known and (isinstance(obstacle, type) or not isinstance(obstacle, Obstacle)):
             raise InputError(
                 f"Obstacle {k} must be one of {', '.join(c.__name__ for c in KINDS.values())}, or have name, "
                 f"gap, check and model as they do; found {checks.describe(obstacle)}."

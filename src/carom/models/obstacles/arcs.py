@@ -165,7 +165,14 @@ class Bows(NamedTuple):
 
 @member.register
 def _(crowd: Bows, k):
-    return Bow(crowd.center[k], crowd.radius[k], crowd.middle[k], crowd.cosine_limit[k], crowd.ends[k], crowd.anchor[k])
+    return Bow(
+        crowd.center[k],
+        crowd.radius[k],
+        crowd.middle[k],
+        crowd.cosine_limit[k],
+        crowd.ends[k],
+        crowd.anchor[k],
+    )
 
 
 @inner

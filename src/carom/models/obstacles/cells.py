@@ -56,7 +56,9 @@ def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: 
         shape = np.maximum(edges / side, 1.0).astype(np.int64)
         first = np.floor((low - hair) * shape / edges)
         last = np.floor((high + hair) * shape / edges)
-        inside = [np.where(wraps, each, np.clip(each, 0, shape - 1)).astype(np.int64) for each in (first, last)]
+        inside = [
+            np.where(wraps, each, np.clip(each, 0, shape - 1)).astype(np.int64) for each in (first, last)
+        ]
         first, spans = inside[0], inside[1] - inside[0] + 1
         counts = spans.prod(axis=1)
         if counts.sum() <= min(4**dimension, MOST_ENTRIES) * len(low) or shape.max() == 1:

@@ -111,7 +111,16 @@ class Facets(NamedTuple):
 
 @member.register
 def _(crowd: Facets, k):
-    return Facet(crowd.anchor[k], crowd.round[k], crowd.corner[k], crowd.u[k], crowd.v[k], crowd.uu[k], crowd.uv[k], crowd.vv[k])
+    return Facet(
+        crowd.anchor[k],
+        crowd.round[k],
+        crowd.corner[k],
+        crowd.u[k],
+        crowd.v[k],
+        crowd.uu[k],
+        crowd.uv[k],
+        crowd.vv[k],
+    )
 
 
 @inner
