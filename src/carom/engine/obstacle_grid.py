@@ -11,13 +11,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
+from carom.compiling.registry import answers, inner
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.skins import EqualBounds
 from carom.engine.obstacles import Chain, soonest_member
 from carom.engine.system import System
-from carom.models import model_checks
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles.cells import cells_of
 from carom.models.questions.interaction import radius
@@ -45,7 +44,8 @@ def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any,
     """Return a chain of obstacles whose crowds have cells, where components fly straight and their radii are
     known.
     """
-    own_radius = model_checks.is_own(system.interaction) and model_checks.answers(radius, pair)
+    own = type(system.interaction).__module__.partition(".")[0] != "carom"
+    own_radius = own and answers(radius, type(pair))
     if chain is None or not isinstance(system.motion, FreeFlight) or own_radius:
         return chain
     tail = with_grids(chain.tail, scheme, system, neighbors, pair)
