@@ -201,7 +201,7 @@ from carom.engine import obstacles as obstacle
 from carom.models import Ball, Plane
 from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.named_walls import axes_without
-obstacle.CROWDED = int(sys.argv[1])
+obstacle.CROWD_FROM = int(sys.argv[1])
 balls = [Ball((2.0 * (k % 3) + 1.0, 2.0 * (k // 3) + 1.0), 0.5 + 0.02 * k) for k in range(9)]
 floor = Plane((0.0, 1.0), 0.1)
 scene = carom.Scene.random(3, box=(6.0, 6.0), diameter=0.3, walls="y", seed=4,

@@ -19,7 +19,8 @@ from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.build import make_observers
 from carom.engine.observers.interface import kept_arrays
-from carom.engine.obstacles import make_obstacles
+from carom.engine.obstacle_grid import with_grids
+from carom.engine.obstacles import Crowd, make_obstacles
 from carom.engine.pair_steps import SteppedImage
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
@@ -97,10 +98,15 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     changes = model.impact is not None or system.rates is not None or system.stepped or live
     lossy = changes or model.timers is not None
     neighbors, boundary = build_neighbors(scheme, system, pair)
+    obstacles = model.obstacles
+    if obstacles is not None:
+        chain = with_grids(obstacles.chain, scheme, system, neighbors, pair)
+        obstacles = obstacles._replace(chain=chain)
     return Engine(
         model._replace(
             lanes=make_lanes(pair),
             boundary=boundary,
+            obstacles=obstacles,
             timing=timing_of(scheme, system, neighbors, pair),
             observers=make_observers(system, pair, velocities, lossy),
         ),
@@ -178,6 +184,8 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
                     found[f"{name}.{field}"] = value[field]
             else:
                 found[name] = value
+        elif isinstance(value, Crowd):  # which does not change
+            gather(f"{name}.tail", value.tail)
         elif hasattr(value, "_fields"):
             for field, part in zip(value._fields, value, strict=True):
                 gather(f"{name}.{field}" if name else field, part)

@@ -20,14 +20,15 @@ from carom.models.questions.particles import NEVER
 
 @earlier_event.register
 def _(source: Obstacles, model, state, i, now, t, code):
-    touch, number = meet_obstacle(model.timing, model, state, i, now, True)
+    touch, number = meet_obstacle(model.timing, model, state, i, now, True, t)
     return (touch, OBSTACLE - number) if touch < t else (t, code)
 
 
 @event_in_view.register
 def _(source: Obstacles, model, state, i, now):
     # Of obstacles that stand in every image of the box, those in the next images are seen.
-    touch, number = meet_obstacle(model.timing, model, state, i, now, False)
+    until = np.float64(state.rows[i].event_time)
+    touch, number = meet_obstacle(model.timing, model, state, i, now, False, until)
     return touch, OBSTACLE - number
 
 
@@ -59,39 +60,39 @@ def retime_contact(motion, obstacles, model, state, i, code):
 
 @retime_contact.register
 def _(motion: Inertial, obstacles, model, state, i, code):
-    touch, number = meet_resting(obstacles.live, model.timing, model, state, i, 0.0, True)
+    touch, number = meet_resting(obstacles.live, model.timing, model, state, i, 0.0, True, NEVER)
     if OBSTACLE - number == code:
         state.rows[i].event_time = touch
 
 
 @optional
-def meet_obstacle(timing, model, state, i, now, every):
+def meet_obstacle(timing, model, state, i, now, every, until):
     """Return when i touches an obstacle, and the number of that obstacle, or -1; by default as it is computed
-    now. ``every`` as for :func:`carom.engine.obstacles.soonest`.
+    now. ``every`` and ``until`` as for :func:`carom.engine.obstacles.soonest`.
     """
-    t, number = soonest(model.obstacles, model, state, i, now, every)
+    t, number = soonest(model.obstacles, model, state, i, now, every, until)
     return now + t, number
 
 
 @meet_obstacle.register
-def _(timing: FromRows, model, state, i, now, every):
-    return meet_in_flight(model.motion, timing, model, state, i, now, every)
+def _(timing: FromRows, model, state, i, now, every, until):
+    return meet_in_flight(model.motion, timing, model, state, i, now, every, until)
 
 
 @optional
-def meet_in_flight(motion, timing, model, state, i, now, every):
+def meet_in_flight(motion, timing, model, state, i, now, every, until):
     """Return the same; by default, in a field, as it is computed now."""
-    t, number = soonest(model.obstacles, model, state, i, now, every)
+    t, number = soonest(model.obstacles, model, state, i, now, every, until)
     return now + t, number
 
 
 @meet_in_flight.register
-def _(motion: Inertial, timing, model, state, i, now, every):
-    return meet_resting(model.obstacles.live, timing, model, state, i, now, every)
+def _(motion: Inertial, timing, model, state, i, now, every, until):
+    return meet_resting(model.obstacles.live, timing, model, state, i, now, every, until)
 
 
 @optional
-def meet_resting(live, timing, model, state, i, now, every):
+def meet_resting(live, timing, model, state, i, now, every, until):
     """Return the same, computed from the row of i or from shortly before the contact, where all obstacles
     rest.
     """
@@ -102,16 +103,16 @@ def meet_resting(live, timing, model, state, i, now, every):
         vv += v * v
     then = np.float64(me.t)
     start = now if (now - then) * (now - then) * vv > timing.square else then
-    t, number = soonest(model.obstacles, model, state, i, start, every)
+    t, number = soonest(model.obstacles, model, state, i, start, every, until)
     event_time = start + t
     if event_time < NEVER and (event_time - then) * (event_time - then) * vv > timing.square:
         then = start_before(timing.square, vv, event_time)
-        t, repeats = soonest(model.obstacles, model, state, i, then, every)
+        t, repeats = soonest(model.obstacles, model, state, i, then, every, until)
         event_time = then + t if repeats == number else event_time
     return max(event_time, now), number
 
 
 @meet_resting.register
-def _(live: ObstacleWork, timing, model, state, i, now, every):
-    t, number = soonest(model.obstacles, model, state, i, now, every)
+def _(live: ObstacleWork, timing, model, state, i, now, every, until):
+    t, number = soonest(model.obstacles, model, state, i, now, every, until)
     return now + t, number

@@ -13,6 +13,7 @@ import numpy as np
 
 from carom.compiling.registry import inner, optional
 from carom.engine.advance import place_at
+from carom.models.obstacles.cells import CROWD_FROM
 from carom.models.questions.interaction import growth, mass, radius
 from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import anchor, is_periodic, meeting, member, members, outward
@@ -42,10 +43,21 @@ class Crowd(NamedTuple):
     """Number of the first of them."""
     tail: Any
     """The rest, a Chain, a Crowd or None."""
+    grid: Any = None
+    """Cells in which they are looked up (:mod:`carom.engine.obstacle_grid`), or None where all are asked."""
 
 
-CROWD_FROM = 16
-"""Obstacles of one kind from which on they are a crowd, where their type has one."""
+HAIR = 2.0**-40
+"""Part of a time by which it may be rounded."""
+
+
+class Sight(NamedTuple):
+    """How far a component looks."""
+
+    since: float
+    """Time from the moment from which its contacts are computed to the present."""
+    until: float
+    """Time from there up to which they are wanted."""
 
 
 class Obstacles(NamedTuple):
@@ -114,7 +126,7 @@ def numbering(models) -> list[int]:
     for k, model in enumerate(models):
         kinds.setdefault(kind_of(model), []).append(k)
     order = [k for group in kinds.values() for k in group]
-    return [order.index(k) for k in range(len(models))]
+    return np.argsort(order).tolist()
 
 
 def numbers_of(periodic, models) -> list[int]:
@@ -126,17 +138,18 @@ def numbers_of(periodic, models) -> list[int]:
 
 
 @optional
-def soonest(obstacles, model, state, i, now, every):
+def soonest(obstacles, model, state, i, now, every, until):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
 
     ``every`` is False where only those that stand in every image of the box are to be looked at: they are
     seen as far as the next images, and looked for again whenever i has gone as far as its neighbours reach.
+    Contacts after the time ``until`` need not be found.
     """
     return NEVER, np.int64(-1)
 
 
 @soonest.register
-def _(obstacles: Obstacles, model, state, i, now, every):
+def _(obstacles: Obstacles, model, state, i, now, every, until):
     place_at(model, state, i, now, obstacles.x, obstacles.v)
     size = radius(model.pair, np.int64(i), now)
     rate = growth(model.pair, np.int64(i))
@@ -144,7 +157,8 @@ def _(obstacles: Obstacles, model, state, i, now, every):
     number = np.int64(-1)
     if every:
         best, number = wall_meeting(model.motion, obstacles.walls, obstacles.x, obstacles.v, size, rate)
-    t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now)
+    sight = Sight(max(state.clock[0].now - now, 0.0), until - now + HAIR * until)
+    t, k = soonest_link(obstacles.chain, obstacles, model, size, rate, every, now, sight)
     if t < best or yields(obstacles.walls, model.motion, obstacles.x, obstacles.v, size, rate, t):
         best = t
         number = k
@@ -152,14 +166,14 @@ def _(obstacles: Obstacles, model, state, i, now, every):
 
 
 @optional
-def soonest_link(chain, obstacles, model, size, rate, every, now):
+def soonest_link(chain, obstacles, model, size, rate, every, now, sight):
     """Return the time until a component touches one of a chain of obstacles, and its number."""
     return NEVER, np.int64(-1)
 
 
 @soonest_link.register
-def _(chain: Chain, obstacles, model, size, rate, every, now):
-    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now)
+def _(chain: Chain, obstacles, model, size, rate, every, now, sight):
+    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now, sight)
     for k in range(len(chain.head)):
         t = soonest_image(chain.head[k], obstacles, model, size, rate, every, now)
         if t < best:
@@ -169,13 +183,24 @@ def _(chain: Chain, obstacles, model, size, rate, every, now):
 
 
 @soonest_link.register
-def _(chain: Crowd, obstacles, model, size, rate, every, now):
-    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now)
-    for k in range(members(chain.head)):
-        t = soonest_image(member(chain.head, k), obstacles, model, size, rate, every, now)
+def _(chain: Crowd, obstacles, model, size, rate, every, now, sight):
+    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now, sight)
+    t, k = soonest_member(chain.grid, chain.head, obstacles, model, size, rate, every, now, best, sight)
+    return (t, np.int64(chain.number + k)) if t < best else (best, number)
+
+
+@optional
+def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before, sight):
+    """Return the time until a component touches one of a crowd, if that is less than ``before``, and which of
+    them; by default all are asked.
+    """
+    best = NEVER
+    number = np.int64(-1)
+    for k in range(members(crowd)):
+        t = soonest_image(member(crowd, k), obstacles, model, size, rate, every, now)
         if t < best:
             best = t
-            number = np.int64(chain.number + k)
+            number = np.int64(k)
     return best, number
 
 

@@ -46,7 +46,7 @@ def schedule_one_body(model, state, i, now, before):
 
     Of two at one time that of the first source is taken.
     """
-    t, code = earlier_event(model.obstacles, model, state, i, now, NEVER, LAMBDA)
+    t, code = earlier_event(model.obstacles, model, state, i, now, before, LAMBDA)
     t, code = earlier_event(model.rules, model, state, i, now, t, code)
     t, code = earlier_event(model.timers, model, state, i, now, t, code)
     if t >= before:

@@ -17,6 +17,7 @@ import numpy as np
 
 from carom.cells import wrapped
 from carom.models.obstacles import Obstacle
+from carom.models.obstacles.cells import CROWD_FROM, cells_of, near
 from carom.models.obstacles.faces import standing_walls
 from carom.models.obstacles.planes import Plane
 from carom.scene.nearby import near_pairs
@@ -230,11 +231,51 @@ class Room:
     def _walls(self) -> list[Plane]:
         return standing_walls(self.obstacles, self.box.tolist(), self.periodic.tolist())
 
-    def gaps(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[Obstacle, np.ndarray]]:
-        """Yield each wall and obstacle with each component's distance (n,) from it, negative inside."""
+    @cached_property
+    def _crowds(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Numbers in ``everything`` of many obstacles of one kind, and between what coordinates they are."""
+        kinds: dict[type, list[int]] = {}
+        before = len(self._walls)
+        for k, obstacle in enumerate(self.obstacles):
+            kinds.setdefault(type(obstacle), []).append(k)
+        found = []
+        for numbers in kinds.values():
+            if len(numbers) < CROWD_FROM or hasattr(self.obstacles[numbers[0]], "live"):
+                continue
+            models = [self.obstacles[k].model() for k in numbers]
+            if hasattr(models[0], "together"):
+                found.append((np.array(numbers) + before, *models[0].together(models).extent()))
+        return found
+
+    def near_obstacles(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
+        """Yield the number of each wall and obstacle, as in ``everything``, and which components may touch
+        it: all, but of many obstacles of one kind those near it.
+        """
+        asked: dict[int, np.ndarray] = {}
+        elsewhere: set[int] = set()
         box, periodic = tuple(self.box.tolist()), tuple(self.periodic.tolist())
-        for obstacle in self.everything():
-            yield obstacle, obstacle.gap(positions, radii, box, periodic)
+        for numbers, low, high in self._crowds:
+            largest = float(radii.max(initial=0.0))
+            cells = cells_of(low - largest, high + largest, box, periodic)
+            who, members = near(cells, self.wrapped(positions))
+            kinds, begin = np.unique(members, return_index=True)
+            asked |= zip(numbers[kinds].tolist(), np.split(who, begin[1:]), strict=False)
+            elsewhere |= {*numbers.tolist()}
+        everybody = np.arange(len(positions))
+        for k in range(len(self.everything())):
+            if k in asked or k not in elsewhere:
+                yield k, asked.get(k, everybody)
+
+    def gaps(
+        self, positions: np.ndarray, radii: np.ndarray
+    ) -> Iterator[tuple[Obstacle, np.ndarray, np.ndarray]]:
+        """Yield walls and obstacles with the components that may touch each, and their distances from it,
+        negative inside.
+        """
+        box, periodic = tuple(self.box.tolist()), tuple(self.periodic.tolist())
+        everything = self.everything()
+        for k, who in self.near_obstacles(positions, radii):
+            yield everything[k], who, everything[k].gap(positions[who], radii[who], box, periodic)
 
 
 def rounding(box: np.ndarray, epsilon: float = float(np.finfo(np.float64).eps)) -> float:
@@ -334,11 +375,11 @@ def intruder(positions: np.ndarray, room: Room, radii: np.ndarray) -> tuple[int,
     The first obstacle that has one decides; None if there is none.
     """
     allowed = 2 * ENGINE_OVERLAP * radii + FLIGHTS * rounding(room.box)
-    for obstacle, gap in room.gaps(positions, radii):
+    for obstacle, who, gap in room.gaps(positions, radii):
         depth = -gap
-        if (depth > allowed).any():
-            worst = int(np.argmax(depth - allowed))
-            return worst, obstacle, float(depth[worst])
+        if (depth > allowed[who]).any():
+            worst = int(np.argmax(depth - allowed[who]))
+            return int(who[worst]), obstacle, float(depth[worst])
     return None
 
 

@@ -193,8 +193,8 @@ def _thrown(
     of_both = contacts.part(both) if len(placed) else None
     for _ in range(THROWS):
         wrong = np.zeros(len(members), dtype=bool)
-        for _, gap in room.gaps(places, radii):
-            wrong |= gap < 0
+        for _, who, gap in room.gaps(places, radii):
+            wrong[who[gap < 0]] = True
         if of_both is not None:
             there = np.concatenate([positions[placed], places])
             pairs = room.pairs(there, of_both)
@@ -306,8 +306,9 @@ def _moved_out(positions: np.ndarray, room: Room, radii: np.ndarray, clearance: 
     """
     box, periodic = tuple(room.box.tolist()), tuple(room.periodic.tolist())
     result = None
-    for obstacle, gap in room.gaps(positions, radii):
-        inside = np.nonzero(gap < 0)[0]
+    for obstacle, who, gap in room.gaps(positions, radii):
+        over = np.nonzero(gap < 0)[0]
+        inside = who[over]
         if not len(inside):
             continue
         if result is None:
@@ -320,5 +321,5 @@ def _moved_out(positions: np.ndarray, room: Room, radii: np.ndarray, clearance: 
             ahead = obstacle.gap(here + step, size, box, periodic)
             behind = obstacle.gap(here - step, size, box, periodic)
             slope[:, axis] = (ahead - behind) / (2e-4 * size)
-        result[inside] += slope * ((clearance - 1) * size - gap[inside])[:, None]
+        result[inside] += slope * ((clearance - 1) * size - gap[over])[:, None]
     return result

@@ -167,13 +167,15 @@ def _at_obstacles(run_state: Any, state: State, geometry: Room, slack: float) ->
         radii = np.where(scene.pinned, 0.0, radii)
     worst = 0.0
     models = (*(None,) * (len(everything) - len(standing(scene))), *run_state.system.obstacle_models)
-    for value, model in zip(everything, models, strict=True):
-        if model is not None and not known_to_move(value, model):
+    for k, who in geometry.near_obstacles(state.positions, radii):
+        value, size = everything[k], radii[who]
+        if models[k] is not None and not known_to_move(value, models[k]):
             continue
-        gaps = gaps_of(value, state.positions, radii, state.instant, scene.box, scene.periodic, TimeUnit())
-        over = (radii > 0.0) & (-gaps > 2.0 * overlaps.ENGINE_OVERLAP * radii + slack)
+        places = state.positions[who]
+        gaps = gaps_of(value, places, size, state.instant, scene.box, scene.periodic, TimeUnit())
+        over = (size > 0.0) & (-gaps > 2.0 * overlaps.ENGINE_OVERLAP * size + slack)
         if over.any():
-            worst = max(worst, float((-gaps[over] / (2.0 * radii[over])).max()))
+            worst = max(worst, float((-gaps[over] / (2.0 * size[over])).max()))
     return min(worst, 1.0)
 
 

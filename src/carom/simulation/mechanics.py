@@ -231,11 +231,11 @@ def impacts(run_state: RunState) -> tuple[Impacts, ...]:
     from carom.observables.wall_pressure import obstacle_names
 
     tally, numbers = run_state.engine.model.obstacles, run_state.obstacle_numbers()
-    found = [
-        Impacts(name, int(tally.hits[k]), run_state.unit.to_scene(float(tally.impulse[k]), -1))
-        for name, k in zip(obstacle_names(run_state.scene), numbers, strict=True)
-    ]
-    if tally is not None and tally.live is not None:
+    if tally is None:
+        return ()
+    hits = tally.hits[numbers].tolist()
+    found = list(map(Impacts, obstacle_names(run_state.scene), hits, impulses(run_state)))
+    if tally.live is not None:
         from carom.engine.dynamic_obstacles import spared_by_number
 
         elastic_contacts = spared_by_number(tally.chain)
@@ -249,7 +249,8 @@ def impulses(run_state: RunState) -> tuple[float, ...]:
     """Return the momentum that each wall and obstacle took up since the start."""
     if run_state.engine.model.obstacles is None:
         return ()
-    return tuple(impact.impulse for impact in impacts(run_state))
+    impulse = run_state.engine.model.obstacles.impulse[run_state.obstacle_numbers()]
+    return tuple(run_state.unit.to_scene(impulse, -1).tolist())
 
 
 def momenta_at_walls(run_state: RunState) -> tuple[tuple[float, ...], tuple[float, ...]]:

@@ -69,12 +69,14 @@ def checked(
         raise InputError(f"obstacles must be a tuple of obstacles, found {checks.describe(obstacles)}.")
     standing: list[Obstacle] = []
     given = [*walls, *obstacles]
+    known: set[type] = set()  # asking for a protocol takes longer than all else
     for k, obstacle in enumerate(given, -len(walls)):
-        if isinstance(obstacle, type) or not isinstance(obstacle, Obstacle):
+        if type(obstacle) not in known and (isinstance(obstacle, type) or not isinstance(obstacle, Obstacle)):
             raise InputError(
                 f"Obstacle {k} must be one of {', '.join(c.__name__ for c in KINDS.values())}, or have name, "
                 f"gap, check and model as they do; found {checks.describe(obstacle)}."
             )
+        known.add(type(obstacle))
         value = dressed(obstacle)
         value.check(box, periodic)
         drawing = getattr(value, "drawing_apart", None)

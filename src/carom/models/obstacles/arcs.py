@@ -16,10 +16,11 @@ from carom import checks
 from carom.compiling.registry import inner
 from carom.errors import InputError
 from carom.models import fields
+from carom.models.obstacles.cells import columns
 from carom.models.obstacles.outlines import Arc as Drawn
 from carom.models.obstacles.outlines import images
 from carom.models.obstacles.properties import Properties
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
 from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
@@ -140,6 +141,38 @@ class Bow(NamedTuple):
     """Coordinates of the first end, then of the second."""
     anchor: tuple
     """Between its least and its largest coordinates [length]."""
+
+    @staticmethod
+    def together(bows: Sequence[Bow]) -> Bows:
+        """Return many of them as one model."""
+        return Bows(*columns(bows))
+
+
+class Bows(NamedTuple):
+    """Many of them, in arrays of one row each."""
+
+    center: np.ndarray
+    radius: np.ndarray
+    middle: np.ndarray
+    cosine_limit: np.ndarray
+    ends: np.ndarray
+    anchor: np.ndarray
+
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least and the largest coordinates of each, (k, d) [length]."""
+        return self.center - self.radius[:, None], self.center + self.radius[:, None]
+
+
+@member.register
+def _(crowd: Bows, k):
+    return Bow(
+        crowd.center[k],
+        crowd.radius[k],
+        crowd.middle[k],
+        crowd.cosine_limit[k],
+        crowd.ends[k],
+        crowd.anchor[k],
+    )
 
 
 @inner

@@ -11,9 +11,10 @@ import numpy as np
 from carom.densities import sphere_area
 from carom.models import fields
 from carom.models.mathematics.contact import MOST_DIAMETERS
+from carom.models.obstacles.cells import columns
 from carom.models.obstacles.outlines import Disk, SolidSphere, images
 from carom.models.obstacles.properties import Properties
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, members, outward
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
 from carom.models.questions.particles import NEVER
 
 
@@ -86,8 +87,8 @@ class SolidBall(NamedTuple):
     @staticmethod
     def together(balls: Sequence[SolidBall]) -> SolidBalls:
         """Return many balls as one model."""
-        centers = np.array([ball.center for ball in balls])
-        return SolidBalls(centers, np.array([ball.radius for ball in balls]), np.zeros(centers.shape[1]))
+        centers, radii = columns(balls)
+        return SolidBalls(centers, radii, np.zeros(centers.shape[1]))
 
 
 class SolidBalls(NamedTuple):
@@ -100,10 +101,9 @@ class SolidBalls(NamedTuple):
     center: np.ndarray
     """Room for a center, (d,)."""
 
-
-@members.register
-def _(crowd: SolidBalls):
-    return len(crowd.radii)
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least and the largest coordinates of each, (k, d) [length]."""
+        return self.centers - self.radii[:, None], self.centers + self.radii[:, None]
 
 
 @member.register

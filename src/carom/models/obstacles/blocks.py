@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,8 +12,9 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.models import fields
+from carom.models.obstacles.cells import columns
 from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,6 +76,29 @@ class Block(NamedTuple):
     """The distance [length]."""
     low: tuple
     high: tuple
+
+    @staticmethod
+    def together(blocks: Sequence[Block]) -> Blocks:
+        """Return many of them as one model."""
+        return Blocks(*columns(blocks))
+
+
+class Blocks(NamedTuple):
+    """Many of them, in arrays of one row each."""
+
+    anchor: np.ndarray
+    round: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least and the largest coordinates of each, (k, d) [length]."""
+        return self.low - self.round[:, None], self.high + self.round[:, None]
+
+
+@member.register
+def _(crowd: Blocks, k):
+    return Block(crowd.anchor[k], crowd.round[k], crowd.low[k], crowd.high[k])
 
 
 @closest.register

@@ -12,8 +12,9 @@ from carom import checks
 from carom.densities import unit_ball_volume
 from carom.errors import InputError
 from carom.models import fields
+from carom.models.obstacles.cells import columns
 from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
 
 
 @dataclass(frozen=True, repr=False)
@@ -86,6 +87,31 @@ class Stick(NamedTuple):
     """From start to end [length]."""
     square: float
     """Length squared [length^2]."""
+
+    @staticmethod
+    def together(sticks: Sequence[Stick]) -> Sticks:
+        """Return many of them as one model."""
+        return Sticks(*columns(sticks))
+
+
+class Sticks(NamedTuple):
+    """Many of them, in arrays of one row each."""
+
+    anchor: np.ndarray
+    round: np.ndarray
+    start: np.ndarray
+    along: np.ndarray
+    square: np.ndarray
+
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least and the largest coordinates of each, (k, d) [length]."""
+        thick, end = self.round[:, None], self.start + self.along
+        return np.minimum(self.start, end) - thick, np.maximum(self.start, end) + thick
+
+
+@member.register
+def _(crowd: Sticks, k):
+    return Stick(crowd.anchor[k], crowd.round[k], crowd.start[k], crowd.along[k], crowd.square[k])
 
 
 @closest.register

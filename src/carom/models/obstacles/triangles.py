@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -11,8 +12,9 @@ from carom import checks
 from carom.compiling.registry import inner
 from carom.errors import InputError
 from carom.models import fields
+from carom.models.obstacles.cells import columns
 from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, outward
+from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,6 +84,43 @@ class Facet(NamedTuple):
     uu: float
     uv: float
     vv: float
+
+    @staticmethod
+    def together(facets: Sequence[Facet]) -> Facets:
+        """Return many of them as one model."""
+        return Facets(*columns(facets))
+
+
+class Facets(NamedTuple):
+    """Many of them, in arrays of one row each."""
+
+    anchor: np.ndarray
+    round: np.ndarray
+    corner: np.ndarray
+    u: np.ndarray
+    v: np.ndarray
+    uu: np.ndarray
+    uv: np.ndarray
+    vv: np.ndarray
+
+    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the least and the largest coordinates of each, (k, d) [length]."""
+        corners = np.stack([self.corner, self.corner + self.u, self.corner + self.v])
+        return corners.min(axis=0) - self.round[:, None], corners.max(axis=0) + self.round[:, None]
+
+
+@member.register
+def _(crowd: Facets, k):
+    return Facet(
+        crowd.anchor[k],
+        crowd.round[k],
+        crowd.corner[k],
+        crowd.u[k],
+        crowd.v[k],
+        crowd.uu[k],
+        crowd.uv[k],
+        crowd.vv[k],
+    )
 
 
 @inner

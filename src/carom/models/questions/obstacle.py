@@ -98,9 +98,10 @@ def anchor(obstacle, axis):
     return 0.0
 
 
-@required
+@optional
 def members(crowd):
-    """Return how many obstacles a crowd has."""
+    """Return how many obstacles a crowd has; by default one a row of its first array."""
+    return len(crowd[0])
 
 
 @required

@@ -318,7 +318,7 @@ def parted(frame: Frame, obstacles: Sequence[Obstacle]) -> tuple[Frame, float]:
     pairs = room.pairs(frame.positions, contacts)
     gaps = [room.distances(frame.positions, pairs) / contacts.of(pairs) - 1.0]
     radii = 0.5 * frame.diameters
-    gaps += [gap / radii for _, gap in room.gaps(frame.positions, radii)]
+    gaps += [gap / radii[who] for _, who, gap in room.gaps(frame.positions, radii)]
     deepest = -min(float(gap.min(initial=0.0)) for gap in gaps)
     if deepest <= 0.0:
         return frame, 0.0

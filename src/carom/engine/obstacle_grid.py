@@ -1,0 +1,143 @@
+"""Crowds of obstacles in cells: a component asks those alone whose cells its path passes.
+
+The path is followed as far as the component may fly before it leaves its sector, or its list ends: then it
+looks again. A contact that is found is the one that would be found if all were asked, to the last bit.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import answers, inner
+from carom.engine.neighbors.lists import Lists
+from carom.engine.neighbors.plan import NeighborPlan
+from carom.engine.neighbors.skins import EqualBounds
+from carom.engine.obstacles import Chain, soonest_member
+from carom.engine.system import System
+from carom.models.motions.free_flight import FreeFlight
+from carom.models.obstacles.cells import cells_of
+from carom.models.questions.interaction import radius
+from carom.models.questions.obstacle import meeting, member
+from carom.models.questions.particles import NEVER
+
+
+class Grid(NamedTuple):
+    """Cells of a crowd (:class:`carom.models.obstacles.cells.Cells`), and how far a path is followed."""
+
+    shape: tuple
+    sides: tuple
+    starts: np.ndarray
+    members: np.ndarray
+    shifts: np.ndarray
+    reach: tuple
+    """How far a component is followed along each axis, at most [length]."""
+    cell: np.ndarray
+    """Room for the place of a cell, (d,) int64."""
+    turns: np.ndarray
+    """Room for the boxes from that of the component to this cell, (d,) int64."""
+
+
+def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any, pair: Any) -> Any:
+    """Return a chain of obstacles whose crowds have cells, where components fly straight and their radii are
+    known.
+    """
+    own = type(system.interaction).__module__.partition(".")[0] != "carom"
+    own_radius = own and answers(radius, type(pair))
+    if chain is None or not isinstance(system.motion, FreeFlight) or own_radius:
+        return chain
+    tail = with_grids(chain.tail, scheme, system, neighbors, pair)
+    if isinstance(chain, Chain):
+        return chain._replace(tail=tail)
+    particles = system.particles
+    largest = float(particles.radii.max())
+    if system.rates is not None:  # twice what they grow until another scheme is chosen
+        largest += 2.0 * scheme.horizon * float(system.rates.max())
+    low, high = chain.head.extent()
+    cells = cells_of(low - largest, high + largest, system.box, system.periodic)
+    room = (np.zeros(system.dimension, np.int64) for _ in range(2))
+    return chain._replace(tail=tail, grid=Grid(*cells, _reach(neighbors), *room))
+
+
+def _reach(neighbors: Any) -> tuple[float, ...]:
+    """Return how far a component may fly before it looks again, along each axis [length]."""
+    if not isinstance(neighbors, Lists):  # a slack is less than half of a sector
+        return tuple(2.0 * side for side in neighbors.sides)
+    bounds = neighbors.bounds
+    equal = isinstance(bounds, EqualBounds)
+    across = math.sqrt(bounds.square) if equal else 2.0 * float(bounds.bounds.max())
+    return (across,) * len(neighbors.grid_step)
+
+
+@inner
+def place_in(grid, obstacles, boundary):
+    """Put the cell of the component that is asked about into the room for it."""
+    for axis in range(len(grid.sides)):
+        cell = np.int64(np.floor(obstacles.x[axis] / grid.sides[axis]))
+        if boundary.inverse[axis] > 0.0:
+            turns = cell // grid.shape[axis]
+            grid.turns[axis] = turns
+            grid.cell[axis] = cell - turns * grid.shape[axis]
+        else:
+            grid.turns[axis] = 0
+            grid.cell[axis] = min(max(cell, 0), grid.shape[axis] - 1)
+
+
+@inner
+def step_in(grid, boundary, axis, way):
+    """Go to the next cell along an axis, ``way`` up (1) or down (-1); False if there is none."""
+    cell = grid.cell[axis] + way
+    size = grid.shape[axis]
+    if 0 <= cell < size:
+        grid.cell[axis] = cell
+        return True
+    grid.cell[axis] = cell - way * size
+    grid.turns[axis] += way
+    return boundary.inverse[axis] > 0.0
+
+
+@soonest_member.register
+def _(grid: Grid, crowd, obstacles, model, size, rate, every, now, before, sight):
+    boundary, x, v = model.boundary, obstacles.x, obstacles.v
+    best = NEVER
+    number = np.int64(-1)
+    limit = NEVER
+    for axis in range(len(grid.sides)):
+        if v[axis] != 0.0:
+            limit = min(limit, sight.since + grid.reach[axis] / abs(v[axis]))
+    place_in(grid, obstacles, boundary)
+    before = min(before, sight.until)
+    going = True
+    while going:
+        cell = np.int64(0)
+        leaves = NEVER
+        axis_out = np.int64(0)
+        way = np.int64(0)
+        for axis in range(len(grid.sides)):
+            cell = cell * grid.shape[axis] + grid.cell[axis]
+            if v[axis] != 0.0:
+                up = np.int64(v[axis] > 0.0)
+                ahead = grid.cell[axis] + grid.turns[axis] * grid.shape[axis] + up
+                t = (ahead * grid.sides[axis] - x[axis]) / v[axis]
+                if t < leaves:
+                    leaves = t
+                    axis_out = np.int64(axis)
+                    way = 2 * up - 1
+        for k in range(grid.starts[cell], grid.starts[cell + 1]):
+            for axis in range(len(grid.sides)):
+                edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
+                turns = np.float64(grid.shifts[k, axis] - grid.turns[axis])
+                obstacles.image[axis] = x[axis] + turns * edge
+            who = np.int64(grid.members[k])
+            t = meeting(model.motion, member(crowd, who), obstacles.image, v, size, rate, now)
+            # Of two at one time, the first: as where all are asked.
+            if t < best or (t == best and who < number):
+                best = t
+                number = who
+        going = min(best, before) > leaves and leaves < limit
+        if going:
+            going = step_in(grid, boundary, axis_out, way)
+    # What is farther away is found after the next look.
+    return (best, number) if best <= limit else (NEVER, np.int64(-1))

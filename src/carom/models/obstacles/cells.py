@@ -1,0 +1,98 @@
+"""Many obstacles of one kind: their numbers in arrays, and cells that say which of them are near a place."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from carom.models.obstacles.box_walls import ROUNDING_MARGIN
+
+CROWD_FROM = 16
+"""Obstacles of one kind from which on they are kept in arrays and cells, where their type can be."""
+
+MOST_ENTRIES = 256
+"""Cells that an obstacle is in, at most, on the average; in few dimensions 4^d."""
+
+
+class Cells(NamedTuple):
+    """A grid of cells over the box, and the obstacles in each: those that come into it."""
+
+    shape: tuple[int, ...]
+    """Cells along each axis."""
+    sides: tuple[float, ...]
+    """Sides of a cell [length]."""
+    starts: np.ndarray
+    """Where the obstacles of each cell begin, (cells + 1,) int64."""
+    members: np.ndarray
+    """Obstacles, cell after cell, int32."""
+    shifts: np.ndarray
+    """Boxes from the cell to where that obstacle comes into an image of it, (entries, d) int32."""
+
+
+def columns(models: Sequence[Any]) -> list[np.ndarray]:
+    """Return the fields of models of one kind as arrays: a number a model, or a row."""
+    return [np.array(values, np.float64) for values in zip(*models, strict=True)]
+
+
+def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: Sequence[bool]) -> Cells:
+    """Return cells of obstacles.
+
+    Parameters
+    ----------
+    low, high : (k, d) arrays
+        The least and the largest coordinates of each, grown by the radius of a particle whose center is
+        looked up [length].
+    box : sequence of d floats
+        Edges [length].
+    periodic : sequence of d bools
+        Which axes are periodic. Along the others, a place beyond the box is in the last cell.
+    """
+    edges, wraps = np.array(box, np.float64), np.array(periodic)
+    dimension, hair = len(edges), ROUNDING_MARGIN * float(np.max(box))
+    side = float(np.prod(edges) / len(low)) ** (1.0 / dimension)
+    while True:
+        shape = np.maximum(edges / side, 1.0).astype(np.int64)
+        first = np.floor((low - hair) * shape / edges)
+        last = np.floor((high + hair) * shape / edges)
+        inside = [
+            np.where(wraps, each, np.clip(each, 0, shape - 1)).astype(np.int64) for each in (first, last)
+        ]
+        first, spans = inside[0], inside[1] - inside[0] + 1
+        counts = spans.prod(axis=1)
+        if counts.sum() <= min(4**dimension, MOST_ENTRIES) * len(low) or shape.max() == 1:
+            break
+        side *= 2.0
+    members = np.repeat(np.arange(len(low), dtype=np.int32), counts)
+    rest = np.arange(len(members)) - np.repeat(np.cumsum(counts) - counts, counts)
+    cell = np.zeros(len(members), np.int64)
+    shifts = np.zeros((len(members), dimension), np.int32)
+    for axis in range(dimension):
+        rest, way = np.divmod(rest, spans[members, axis])
+        shifts[:, axis], place = np.divmod(first[members, axis] + way, shape[axis])
+        cell = cell * shape[axis] + place
+    order = np.argsort(cell, kind="stable")
+    starts = np.searchsorted(cell[order], np.arange(shape.prod() + 1))
+    sides = tuple((edges / shape).tolist())
+    return Cells(tuple(shape.tolist()), sides, starts, members[order], shifts[order])
+
+
+def near(cells: Cells, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of the obstacles in cells may be near each of the ``positions`` (n, d), inside the box.
+
+    Returns
+    -------
+    places, members : (m,) arrays
+        The place, and the obstacle; every pair once, obstacle by obstacle.
+    """
+    shape = np.array(cells.shape)
+    found = np.clip((positions / np.array(cells.sides)).astype(np.int64), 0, shape - 1)
+    cell = np.ravel_multi_index(tuple(found.T), cells.shape)
+    begin, counts = cells.starts[cell], np.diff(cells.starts)[cell]
+    rest = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+    members = cells.members[np.repeat(begin, counts) + rest].astype(np.int64)
+    places = np.repeat(np.arange(len(positions)), counts)
+    pairs = np.unique(members * len(positions) + places)
+    members, places = np.divmod(pairs, max(len(positions), 1))
+    return places, members
