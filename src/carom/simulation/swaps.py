@@ -112,7 +112,6 @@ def checked_swaps(swaps: Any, scene: Scene, system: System, event_log: Any) -> S
         raise InputError(f"swaps must be carom.Swaps(...), found {checks.describe(swaps)}.")
     moves = any(hasattr(each, "live") for each in standing(scene))
     for wrong, found in (
-        ("equal diameters", np.ptp(scene.diameters) == 0.0),
         ("different masses", np.ptp(scene.masses) != 0.0),
         ("species, which would not go with the diameters", scene.species is not None),
         ("pinned particles", scene.pinned is not None),
@@ -122,6 +121,7 @@ def checked_swaps(swaps: Any, scene: Scene, system: System, event_log: Any) -> S
         ("walls or obstacles that move or lose energy", moves),
         ("precision='single'", system.single),
         ("an event log, which holds one diameter a particle", event_log is not None),
+        ("equal diameters", np.ptp(scene.diameters) == 0.0),
     ):
         if found:
             raise InputError(f"swaps are not defined for {wrong}: leave one of the two out.")
