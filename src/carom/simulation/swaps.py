@@ -30,7 +30,6 @@ from carom.scene.overlaps import Room
 if TYPE_CHECKING:
     from carom.engine.system import System
     from carom.scene.scene import Scene
-    from carom.simulation.run_state import RunState
 
 SLIGHT = 2.0**-20
 """Pairs are listed up to contacts that are longer by so much, so that rounding loses none."""
@@ -128,11 +127,11 @@ def checked_swaps(swaps: Any, scene: Scene, system: System, event_log: Any) -> S
     return Sweeps(swaps)
 
 
-def sweep(run_state: RunState) -> None:
+def sweep(run_state: Any) -> None:
     """Try the exchanges that are due at the present time; all is scheduled anew if a pair has changed."""
     from carom.engine.build import enlarge_neighbors
 
-    sweeps: Any = run_state.sweeps
+    sweeps: Sweeps = run_state.sweeps
     order, tried, accepted = _exchanged(run_state, sweeps)
     sweeps = sweeps._replace(
         done=sweeps.done + 1, tried=sweeps.tried + tried, accepted=sweeps.accepted + accepted
@@ -156,7 +155,7 @@ def sweep(run_state: RunState) -> None:
     run_state.schedule()
 
 
-def _exchanged(run_state: RunState, sweeps: Sweeps) -> tuple[np.ndarray, int, int]:
+def _exchanged(run_state: Any, sweeps: Sweeps) -> tuple[np.ndarray, int, int]:
     """Return whose size each particle gets, (n,), and how many exchanges were tried and accepted."""
     frame, swaps = run_state.frame(), sweeps.swaps
     room = Room(np.asarray(frame.box), np.asarray(frame.periodic), standing(run_state.scene))
