@@ -28,6 +28,9 @@ if TYPE_CHECKING:
         results as results,
     )
     from carom import (
+        sizes as sizes,
+    )
+    from carom import (
         theory as theory,
     )
     from carom.block import Block as Block
@@ -60,6 +63,7 @@ if TYPE_CHECKING:
     from carom.simulation.csv_log import CSVLog as CSVLog
     from carom.simulation.simulation import Simulation as Simulation
     from carom.simulation.simulation import Statistics as Statistics
+    from carom.simulation.swaps import Swaps as Swaps
     from carom.simulation.tuning import Tuning as Tuning
     from carom.studies.codes.study import spherical_code as spherical_code
     from carom.studies.coefficients.study import transport as transport
@@ -80,6 +84,7 @@ _LAZY = {
     "Species": "carom.scene.species",
     "Simulation": "carom.simulation.simulation",
     "Tuning": "carom.simulation.tuning",
+    "Swaps": "carom.simulation.swaps",
     "CSVLog": "carom.simulation.csv_log",
     "hit": "carom.simulation.callbacks",
     "Statistics": "carom.simulation.simulation",
@@ -126,6 +131,7 @@ _MODULES = {
     "observables": "carom.observables",
     "results": "carom.results",
     "reference": "carom.reference",
+    "sizes": "carom.sizes",
     "theory": "carom.theory",
 }
 

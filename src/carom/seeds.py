@@ -14,19 +14,22 @@ from numpy.random import Generator, SeedSequence, default_rng
 
 from carom import checks
 
-PURPOSES = {"places": 0, "velocities": 1, "pinned": 2, "growth": 3, "thermal surfaces": 4, "drives": 5}
+PURPOSES = {
+    "places": 0, "velocities": 1, "pinned": 2, "growth": 3, "thermal surfaces": 4, "drives": 5,
+    "sizes": 6, "swaps": 7,
+}  # fmt: skip
 """The purposes and their numbers, which determine the bits of runs."""
 
 
-def stream(seed: Any, purpose: str) -> SeedSequence:
-    """Return the source of randomness of an integer seed for a purpose.
+def stream(seed: Any, purpose: str, *counted: int) -> SeedSequence:
+    """Return the source of randomness of an integer seed for a purpose, or for each of many by counting.
 
     Raises
     ------
     InputError
         If the seed is no integer >= 0: a run without a seed could not be repeated.
     """
-    return SeedSequence(checks.integer(seed, "seed", low=0), spawn_key=(PURPOSES[purpose],))
+    return SeedSequence(checks.integer(seed, "seed", low=0), spawn_key=(PURPOSES[purpose], *counted))
 
 
 def generator(seed: Any, purpose: str) -> Generator:

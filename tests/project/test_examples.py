@@ -29,6 +29,7 @@ LONG = (
     "shaken_ball",
     "sheared_spheres",
     "square_well",
+    "swap_liquid",
     "study_on_a_cluster",
     "transport",
     "two_armies",

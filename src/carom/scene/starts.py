@@ -23,6 +23,8 @@ from carom.scene.species import Contacts, Species
 if TYPE_CHECKING:
     from typing import Unpack
 
+    from numpy.typing import ArrayLike
+
     from carom.scene.keywords import Keywords
 
 
@@ -52,8 +54,8 @@ def random(
     density: float | None = None,
     box: float | Sequence[float] | None = None,
     species: Sequence[Species] | None = None,
-    diameter: float = 1.0,
-    mass: float = 1.0,
+    diameter: float | ArrayLike = 1.0,
+    mass: float | ArrayLike = 1.0,
     seed: int | np.random.Generator = 1,
     **keywords: Unpack[Keywords],
 ) -> S:
@@ -62,7 +64,7 @@ def random(
     Parameters
     ----------
     n : int
-        Number of spheres; may be left out where each species has a ``count``.
+        Number of spheres; may be left out where each species has a ``count``, or each sphere a diameter.
     packing_fraction : float, optional
         Fraction of a cube's volume that is filled; by default 0.3, and from d = 4 on half of random close
         packing.
@@ -74,8 +76,8 @@ def random(
         Instead, the edges [length].
     species : sequence of :class:`carom.Species`, optional
         A mixture: each species has a ``fraction`` of the n, or a ``count``.
-    diameter, mass : float
-        Of spheres that are all equal [length], [mass].
+    diameter, mass : float or (n,) array_like
+        Without species, one for all or one for each, as from ``carom.sizes`` [length], [mass].
     seed : int or numpy.random.Generator
         Source of randomness.
     **keywords
@@ -230,7 +232,8 @@ def crystal(
         block = lattices.cells_along(spots, cells)
         if n is not None and checks.integer(n, "n", low=1) != spots.count(block):
             raise InputError(f"n is {n}, and these cells have {spots.count(block)} places: leave one out.")
-    what = _contents(spots.count(block), species, diameter, mass)
+    sizes = checks.positive(diameter, "diameter"), checks.positive(mass, "mass")
+    what = _contents(spots.count(block), species, *sizes)
     if what.species is not None:
         order = seeds.generator(seed, "places").permutation(len(what.species))
         what = _Contents(what.diameters[order], what.masses[order], what.species[order], what.names)
@@ -288,11 +291,13 @@ def _first_that_does_not_jam(
 def _contents(n: Any, species: Any, diameter: Any, mass: Any) -> _Contents:
     """Return what is to be placed, from a number of equal spheres or from species."""
     if species is None:
+        if n is None and checks.several(diameter):
+            n = len(diameter)
         if n is None:
             raise InputError("Give n, the number of spheres, or species with a count each; found neither.")
         count = checks.integer(n, "n", low=1, high=lattices.MOST)
-        sizes = np.full(count, checks.positive(diameter, "diameter"))
-        return _Contents(sizes, np.full(count, checks.positive(mass, "mass")), None, ())
+        sizes = _species.per_component(diameter, "diameter", count)
+        return _Contents(sizes, _species.per_component(mass, "mass", count), None, ())
     each = _species.checked_species(species)
     counted = each[0].count is not None
     numbers = _species.counts_from(

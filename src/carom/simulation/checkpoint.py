@@ -18,6 +18,7 @@ from carom.simulation import flying, own_observers
 from carom.simulation.clock import LAST_EPOCH
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_state import RunState
+from carom.simulation.swaps import Swaps, Sweeps
 from carom.simulation.system_of_scene import system_of, thresholds_of, with_thresholds
 from carom.simulation.tuning import Tuning
 from carom.units import TimeUnit
@@ -69,6 +70,7 @@ def _save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any])
         "epoch": clock.epoch,
         "offset": clock.offset,
         "seconds": run_state.seconds,
+        "swaps": _table_of(run_state.sweeps),
         "event_log": "" if run_state.log is None else str(run_state.log.path),
         "logged": None if run_state.log is None else run_state.log.mark(),
         "extra": json.dumps(extra),
@@ -99,10 +101,31 @@ def _arrays(run_state: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]
     arrays = {**arrays_of(run_state.engine), "initial_velocities": run_state.velocities}
     scene_arrays, attributes = to_arrays(run_state.scene)
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
-    if system.rates is not None and system.radii is not None:
+    if (system.rates is not None or run_state.sweeps is not None) and system.radii is not None:
         arrays["contents.radii"] = system.radii
+    if system.rates is not None:
         arrays["contents.rates"] = system.rates
     return arrays, attributes
+
+
+def _table_of(sweeps: Sweeps | None) -> str:
+    """Return the swaps of a run, and how far they are, as text."""
+    return json.dumps(None if sweeps is None else [dataclasses.asdict(sweeps.swaps), *sweeps[1:]])
+
+
+def _sweeps_of(table: Any) -> Sweeps | None:
+    """Return what was so written.
+
+    Raises
+    ------
+    ValueError
+        If a count is none.
+    """
+    if table is None:
+        return None
+    if not all(type(count) is int and 0 <= count < LAST_EPOCH for count in table[1:]):
+        raise ValueError(f"its swaps have the counts {table[1:]}")
+    return Sweeps(Swaps(**table[0]), *table[1:])
 
 
 def load(
@@ -153,14 +176,17 @@ def load(
             ),
         )
         system = with_thresholds(system, soundness.reals(attributes, "thresholds", 0.0))
-        if rates is not None:
+        sweeps = _sweeps_of(json.loads(str(attributes["swaps"])))
+        if rates is not None or sweeps is not None:
             radii = arrays["contents.radii"]
+            soundness.check_exchanged(radii, rates, scene.diameters)
             system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))
         neighbors, shell = json.loads(str(attributes["wish"]))
         requested = Tuning(neighbors, shell).requested
         run_state = RunState(scene, velocities, system, requested, chosen)
         soundness.check_fixed(run_state, arrays)
         restore(run_state.engine, arrays)
+        run_state.sweeps = sweeps
         run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
         clock = run_state.clock
         clock.base = soundness.base_of(attributes)

@@ -61,6 +61,8 @@ class Statistics:
     momentum_drift : float
         Change of the momentum since the start, relative to ``sum(m |v|)``; NaN where walls, obstacles or the
         motion change it. What ``rescale()`` took away is included.
+    swaps_tried, swaps_accepted : int
+        Pairs whose diameters were to be exchanged, and those where there was room for it.
 
     Examples
     --------
@@ -83,6 +85,8 @@ class Statistics:
     worst_overlap: float
     energy_drift: float
     momentum_drift: float
+    swaps_tried: int = 0
+    swaps_accepted: int = 0
 
     def __str__(self) -> str:
         return "\n".join(f"{name:<21}  {value}" for name, value in self._rows())
@@ -91,6 +95,7 @@ class Statistics:
         return table("Statistics", self._rows())
 
     def _rows(self) -> list[tuple[str, str]]:
+        tried = self.swaps_tried
         return [
             ("collisions", str(self.collisions)),
             ("per second", f"{self.collisions_per_second:.3g}"),
@@ -104,6 +109,7 @@ class Statistics:
             ("worst overlap", f"{self.worst_overlap:.1e} diameters"),
             ("energy drift", f"{self.energy_drift:.1e}"),
             ("momentum drift", f"{self.momentum_drift:.1e}"),
+            *([("swaps accepted", f"{self.swaps_accepted} of {tried}")] if tried else []),
         ]
 
 
@@ -160,6 +166,8 @@ def statistics(run_state: RunState) -> Statistics:
         worst_overlap=1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0,
         energy_drift=_energy_drift(run_state, present),
         momentum_drift=math.nan if exchanges_momentum else present.momentum_drift(start),
+        swaps_tried=0 if run_state.sweeps is None else run_state.sweeps.tried,
+        swaps_accepted=0 if run_state.sweeps is None else run_state.sweeps.accepted,
     )
 
 
@@ -215,6 +223,8 @@ def sizes(run_state: RunState, diameters: np.ndarray, duration: float) -> Sizes 
         return None
     dimension = run_state.scene.dimension
     gain = run_state.unit.to_kernel(2.0 * rates, 1) * duration
+    if run_state.sweeps is not None:  # those of the start, in the present order
+        diameters = run_state.diameters - gain
     # Powers of diameters are polynomials in time, for which so many points of Gauss are exact.
     nodes, weights = np.polynomial.legendre.leggauss(dimension // 2 + 1)
     filled = largest = 0.0

@@ -19,6 +19,7 @@ from carom.simulation.agents import refuse_rule
 from carom.simulation.call_budget import CYCLES, MOST_CYCLES
 from carom.simulation.mechanics import impulses, sizes
 from carom.simulation.stall_detector import StallDetector
+from carom.simulation.swaps import sweep
 from carom.simulation.temperature import kT_time, momentum_flux
 
 if TYPE_CHECKING:
@@ -28,8 +29,10 @@ if TYPE_CHECKING:
 MOST_FREE_TIMES = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
 
-END, GROWTH, CALL = "end", "growth", "call"
-"""Why the engine has to return at a time: the run ends, neighbours are chosen anew, something is called."""
+END, GROWTH, CALL, SWAPS = "end", "growth", "call", "swaps"
+"""Why the engine has to return at a time: the run ends, neighbours are chosen anew, something is called,
+diameters are exchanged.
+"""
 
 UNLIMITED = 2**62
 """As a number of collisions or an epoch: never reached."""
@@ -119,6 +122,8 @@ def _advance(
                 assert callbacks is not None
                 if callbacks.pause() or instant == end:
                     break
+            elif why == SWAPS:
+                sweep(run_state)
             elif why == END:
                 break
             else:
@@ -148,7 +153,7 @@ def _advance(
         if now >= deadline:
             break
         left -= cycles - int(unused)
-        called = code == constants.REACHED_TIME and why == CALL
+        called = code == constants.REACHED_TIME and why in (CALL, SWAPS)
         if (code == constants.SPENT or called) and left > 0:
             continue
         # What follows happens at the same cycles, however long they take.
@@ -203,6 +208,8 @@ def _next_stop(
     upcoming = None if callbacks is None else callbacks.next
     if upcoming is not None and (instant is None or upcoming <= instant):
         instant, why = upcoming, CALL
+    if run_state.sweeps is not None and (instant is None or run_state.sweeps.next <= instant):
+        instant, why = run_state.sweeps.next, SWAPS
     return instant, why
 
 

@@ -19,6 +19,7 @@ from carom.simulation.depths import Depths
 from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.own_models import check_copy_state
 from carom.simulation.run_guard import RunGuard
+from carom.simulation.swaps import Sweeps
 from carom.simulation.system_of_scene import driven_speed_of, losses_at, refuse_steep, slow_speed_of, unit_of
 from carom.simulation.tuning import Requested
 
@@ -164,6 +165,8 @@ class RunState:
         Whether every component has its event: not, where Ctrl-C came while they were being given them.
     team : Workers or None
         Workers, where there are several.
+    sweeps : Sweeps or None
+        Swaps of diameters, where they are asked for.
     depths : Depths
         States in which overlaps are looked for when somebody asks.
     """
@@ -199,6 +202,7 @@ class RunState:
         self.steps: Steps | None = None
         self.scheduled = True
         self.executive: Workers | None = None
+        self.sweeps: Sweeps | None = None
         self.depths = Depths()
 
     def _choose(
@@ -244,7 +248,8 @@ class RunState:
     def diameters(self) -> np.ndarray:
         """Diameter of each component at the present time, (n,) [length]."""
         if self.system.rates is None:
-            return self.scene.diameters
+            radii = self.system.radii
+            return self.scene.diameters if self.sweeps is None or radii is None else 2.0 * radii
         pair = self.engine.model.pair
         return 2.0 * (pair.radii + pair.rates * self.in_epoch())[: self.scene.n]
 

@@ -36,6 +36,7 @@ from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_guard import exclusive
 from carom.simulation.run_state import RunState
+from carom.simulation.swaps import checked_swaps
 from carom.simulation.system_of_scene import growth_rates, prepare
 from carom.simulation.tuning import DEFAULT, Tuning
 from carom.simulation.workers.choose_workers import executive_of
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from carom.models.questions.interaction import Interaction
     from carom.models.questions.motion import Motion
     from carom.models.questions.obstacle import Obstacle
+    from carom.simulation.swaps import Swaps
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
 
@@ -67,6 +69,8 @@ class Simulation:
     growth : float or (n,) array_like, optional
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
+    swaps : Swaps, optional
+        Pairs of particles exchange their diameters between events (``docs/glasses``), on one core.
     event_log : path, optional
         Write every collision to this HDF5 file (see ``docs/layouts``); in double precision only.
     observers : sequence of observers
@@ -101,6 +105,7 @@ class Simulation:
         kT: float | None = None,
         seed: int | np.random.Generator = 1,
         growth: float | ArrayLike | None = None,
+        swaps: Swaps | None = None,
         event_log: str | PathLike[str] | None = None,
         observers: Sequence[Any] = (),
         cores: int | str = 1,
@@ -121,6 +126,7 @@ class Simulation:
             raise InputError(
                 "An event log holds one diameter a particle, but growth is given: leave out one."
             )
+        sweeps = checked_swaps(swaps, scene, system, event_log)
         observers, currents = helfand.taken_out(observers)
         if currents:
             helfand.check(system)
@@ -129,6 +135,7 @@ class Simulation:
             user_observers = own_observers.checked(observers, scene, system)
             system = dataclasses.replace(system, observers=user_observers)
         state = RunState(scene, velocities, system, tuning.requested)
+        state.sweeps = sweeps
         state.executive = executive_of(state, cores)
         state.schedule()
         if event_log is not None:

@@ -202,6 +202,18 @@ def check_start(saved: Mapping[str, np.ndarray]) -> None:
             raise ValueError(f"its {name} holds {array.min()}; expected {least:g} or more")
 
 
+def check_exchanged(radii: np.ndarray, rates: np.ndarray | None, diameters: np.ndarray) -> None:
+    """Refuse radii that do not grow, and are not those of the scene in some order.
+
+    Raises
+    ------
+    ValueError
+        If they are not.
+    """
+    if rates is None and (np.sort(2.0 * radii) != np.sort(diameters)).any():
+        raise ValueError("its contents.radii are not those of its scene")
+
+
 def check_fixed(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
     """Refuse arrays that follow from the scene, and do not; to be called with a freshly built engine.
 

@@ -44,7 +44,7 @@ def executive_of(run_state: RunState, workers: int | str) -> Executive | None:
     if count == 1:
         return None
     engine: Any = run_state.engine
-    obstacle = obstacle_to_windows(engine)
+    obstacle = obstacle_to_windows(engine) if run_state.sweeps is None else "its swaps"
     if obstacle is None:
         most = most_slabs(engine.neighbors, run_state.scene.box)
         if most > 1:

@@ -1,0 +1,226 @@
+"""Swaps: pairs of particles exchange their diameters at times between events, so that dense liquids relax.
+
+Flight with elastic contacts keeps the uniform distribution over places without overlap. So does an exchange
+of two diameters that is undone if it makes an overlap, because a pair is drawn as often before it as after
+it. Hence both in any fixed order do, and averages of the state are exact. Masses are equal, so that
+velocities, energy and momentum stay. Berthier, Coslovich, Ninarello, Ozawa, Phys. Rev. Lett. 116 (2016)
+238002; with molecular dynamics Berthier et al., J. Stat. Mech. (2019) 064004.
+
+The kernel returns at the time of a sweep as it does for a frame, and all is scheduled anew if a pair has
+changed. What is drawn in a sweep depends on its number alone.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from carom import checks, seeds
+from carom.errors import InputError
+from carom.jit import compiled
+from carom.models.motions.free_flight import FreeFlight
+from carom.scene.fields import is_elastic, is_usual, standing
+from carom.scene.overlaps import Room
+
+if TYPE_CHECKING:
+    from carom.engine.system import System
+    from carom.scene.scene import Scene
+
+SLIGHT = 2.0**-20
+"""Pairs are listed up to contacts that are longer by so much, so that rounding loses none."""
+
+
+@dataclass(frozen=True)
+class Swaps:
+    """Exchanges of diameters between particles, in sweeps at equal intervals of time.
+
+    Parameters
+    ----------
+    interval : float
+        Time between two sweeps [time]; all events are predicted anew after each, which costs about as much as
+        one collision of each particle.
+    attempts : int
+        Pairs that are drawn in a sweep, for each particle.
+    within : float, optional
+        Largest difference of two diameters that are exchanged [length]; by default there is no limit.
+        Exchanges of very different ones are hardly ever accepted.
+    seed : int
+        Seed of the pairs drawn.
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of range.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sizes = carom.sizes.power(108, ratio=0.45)
+    >>> scene = carom.Scene.random(packing_fraction=0.4, diameter=sizes)
+    >>> sim = carom.Simulation(scene, swaps=carom.Swaps(interval=1.0, within=0.2))
+    >>> block = sim.run(time=5.0)
+    >>> 0 < sim.statistics.swaps_accepted < sim.statistics.swaps_tried
+    True
+    """
+
+    interval: float
+    attempts: int = 10
+    within: float | None = None
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        found: dict[str, Any] = {"interval": checks.positive(self.interval, "interval of Swaps")}
+        found["attempts"] = checks.integer(self.attempts, "attempts of Swaps", low=1, high=1_000_000)
+        if self.within is not None:
+            found["within"] = checks.number(self.within, "within of Swaps", low=0.0)
+        found["seed"] = checks.integer(self.seed, "seed of Swaps", low=0, high=2**63 - 1)
+        for name, value in found.items():
+            object.__setattr__(self, name, value)
+
+
+class Sweeps(NamedTuple):
+    """The swaps of a run, and how far they are."""
+
+    swaps: Swaps
+    done: int = 0
+    tried: int = 0
+    accepted: int = 0
+
+    @property
+    def next(self) -> Fraction:
+        """When the next sweep is due [time]."""
+        return (self.done + 1) * Fraction(self.swaps.interval)
+
+
+def checked_swaps(swaps: Any, scene: Scene, system: System, event_log: Any) -> Sweeps | None:
+    """Return the swaps of a run before the first, or None where none are asked for.
+
+    Raises
+    ------
+    InputError
+        If they are no swaps, or would not keep the distribution of the scene.
+    """
+    if swaps is None:
+        return None
+    if not isinstance(swaps, Swaps):
+        raise InputError(f"swaps must be carom.Swaps(...), found {checks.describe(swaps)}.")
+    moves = any(hasattr(each, "live") for each in standing(scene))
+    for wrong, found in (
+        ("different masses", np.ptp(scene.masses) != 0.0),
+        ("species, which would not go with the diameters", scene.species is not None),
+        ("pinned particles", scene.pinned is not None),
+        ("an interaction other than hard cores", not is_usual(scene, "interaction")),
+        ("a motion other than free flight", not isinstance(scene.motion, FreeFlight)),
+        ("contacts that lose energy", not is_elastic(scene)),
+        ("walls or obstacles that move or lose energy", moves),
+        ("precision='single'", system.single),
+        ("an event log, which holds one diameter a particle", event_log is not None),
+        ("equal diameters", np.ptp(scene.diameters) == 0.0),
+    ):
+        if found:
+            raise InputError(f"swaps are not defined for {wrong}: leave one of the two out.")
+    return Sweeps(swaps)
+
+
+def sweep(run_state: Any) -> None:
+    """Try the exchanges that are due at the present time; all is scheduled anew if a pair has changed."""
+    from carom.engine.build import enlarge_neighbors
+
+    sweeps: Sweeps = run_state.sweeps
+    order, tried, accepted = _exchanged(run_state, sweeps)
+    sweeps = sweeps._replace(
+        done=sweeps.done + 1, tried=sweeps.tried + tried, accepted=sweeps.accepted + accepted
+    )
+    if not accepted:
+        run_state.sweeps = sweeps
+        return
+    engine, system = run_state.engine, run_state.system
+    pair, with_ghost = engine.model.pair, np.append(order, order[:1])
+    both = {name: getattr(pair, name)[with_ghost] for name in ("radii", "rates") if hasattr(pair, name)}
+    engine = engine._replace(model=engine.model._replace(pair=pair._replace(**both)))
+    system = dataclasses.replace(
+        system,
+        radii=None if system.radii is None else system.radii[order],
+        rates=None if system.rates is None else system.rates[order],
+    )
+    engine = enlarge_neighbors(engine, run_state.scheme, system)
+    engine.state.clock[0].now = run_state.in_epoch()
+    # Ctrl-C comes before all of it, or after.
+    vars(run_state).update(engine=engine, system=system, sweeps=sweeps, scheduled=False)
+    run_state.schedule()
+
+
+def _exchanged(run_state: Any, sweeps: Sweeps) -> tuple[np.ndarray, int, int]:
+    """Return whose size each particle gets, (n,), and how many exchanges were tried and accepted."""
+    frame, swaps = run_state.frame(), sweeps.swaps
+    room = Room(np.asarray(frame.box), np.asarray(frame.periodic), standing(run_state.scene))
+    places = room.wrapped(frame.positions)
+    pairs = room.near(places, float(frame.diameters.max()) * (1.0 + SLIGHT))
+    apart = room.separations(places, pairs) ** 2
+    squares = apart[:, 0]
+    for axis in range(1, frame.dimension):  # in this order on every processor
+        squares = squares + apart[:, axis]
+    one, other = np.concatenate([pairs, pairs[:, ::-1]]).T
+    by_first = np.argsort(one, kind="stable")
+    starts = np.zeros(frame.n + 1, np.int64)
+    np.cumsum(np.bincount(one, minlength=frame.n), out=starts[1:])
+    widest = np.full(frame.n, np.inf)
+    for _, gap in room.gaps(places, np.zeros(frame.n)):
+        widest = np.minimum(widest, gap)
+    rng = np.random.default_rng(seeds.stream(swaps.seed, "swaps", sweeps.done))
+    order, counts = np.arange(frame.n), np.zeros(2, np.int64)
+    neighbors = (
+        starts,
+        other[by_first].astype(np.int64),
+        np.concatenate([squares, squares])[by_first],
+        np.ascontiguousarray(widest),
+    )
+    within = np.inf if swaps.within is None else swaps.within
+    radii = 0.5 * frame.diameters
+    for _ in range(swaps.attempts):
+        drawn = rng.integers(frame.n, size=(frame.n, 2))
+        _kernel()(radii, order, *neighbors, drawn, 0.5 * within, counts)
+    return order, int(counts[0]), int(counts[1])
+
+
+@lru_cache(maxsize=1)
+def _kernel() -> Any:
+    """Return the compiled :func:`_exchange`."""
+    from numba import types
+
+    integers, reals = types.int64[::1], types.float64[::1]
+    table = types.int64[:, ::1]
+    signature = types.void(reals, integers, integers, integers, reals, reals, table, types.float64, integers)
+    return compiled(_exchange, signature)
+
+
+def _exchange(radii, order, starts, others, squares, widest, drawn, within, counts):
+    """Exchange the radii, and the order, of those pairs drawn that then overlap nobody.
+
+    The neighbours of particle i are ``others[starts[i] : starts[i + 1]]``, at the ``squares`` of their
+    distances; ``widest`` is the largest radius for which there is room at walls and obstacles.
+    """
+    for k in range(len(drawn)):
+        i, j = drawn[k, 0], drawn[k, 1]
+        if radii[i] < radii[j]:
+            i, j = j, i
+        big = radii[i]
+        if big == radii[j] or big - radii[j] > within:
+            continue
+        counts[0] += 1
+        # Particle j grows. The contact of the two stays as it is, and i, which shrinks, overlaps nobody.
+        free = big <= widest[j]
+        for m in range(starts[j], starts[j + 1]):
+            contact = big + radii[others[m]]
+            if others[m] != i and squares[m] < contact * contact:
+                free = False
+                break
+        if free:
+            radii[i], radii[j] = radii[j], radii[i]
+            order[i], order[j] = order[j], order[i]
+            counts[1] += 1
