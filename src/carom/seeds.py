@@ -14,7 +14,10 @@ from numpy.random import Generator, SeedSequence, default_rng
 
 from carom import checks
 
-PURPOSES = {"places": 0, "velocities": 1, "pinned": 2, "growth": 3, "thermal surfaces": 4, "drives": 5}
+PURPOSES = {
+    "places": 0, "velocities": 1, "pinned": 2, "growth": 3, "thermal surfaces": 4, "drives": 5,
+    "directions": 6,
+}  # fmt: skip
 """The purposes and their numbers, which determine the bits of runs."""
 
 

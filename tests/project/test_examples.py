@@ -10,6 +10,7 @@ import pytest
 EXAMPLES = sorted(Path(__file__).parents[2].joinpath("examples").glob("*.py"))
 
 LONG = (
+    "active_disks",
     "barometric_column",
     "billiards",
     "brazil_nut",
