@@ -46,7 +46,7 @@ for length, axes, color in ((4.0, left, "C0"), (100.0, middle, "C3")):
     print(
         f"persistence length {length:g}: {share:.0%} of the disks are where the packing fraction is over 0.75"
     )
-    bins = np.arange(0.0, 1.0, 0.05)
+    bins = np.linspace(0.0, 1.1, 23)
     right.hist(found, bins, density=True, histtype="step", color=color, label=f"{length:g} σ")
     directions = sim.drive.directions
     hue = np.arctan2(directions[:, 1], directions[:, 0]) / (2.0 * np.pi) % 1.0

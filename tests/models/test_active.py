@@ -67,7 +67,7 @@ def square(drive, d, durations):
     ],
 )
 def test_a_direction_is_forgotten_and_carries_as_far_as_geometric_sums_say(d, kind):
-    drive, count = Active(2.0, 0.6, step=0.2, kT=0.5, kind=kind, seed=5), 8000
+    drive, count = Active(2.0, 0.6, step=0.2, kT=0.5, kind=kind, seed=5), 4000
     model = made(drive, d)
     v, e = np.zeros((count, d)), np.zeros((count, d))
     for k in range(count):

@@ -26,6 +26,7 @@ LONG = (
     "lorentz_gas",
     "melting_of_disks",
     "order_of_disks",
+    "replica_exchange",
     "rosato_bed",
     "shaken_ball",
     "sheared_spheres",
