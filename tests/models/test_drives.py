@@ -8,7 +8,7 @@ from helpers.mixtures import mixture
 
 import carom
 from carom.errors import InputError
-from carom.models import SquareWell, own
+from carom.models import Active, SquareWell, own
 from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise, kick, next_time
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
@@ -293,6 +293,7 @@ def test_a_wrong_drive_is_refused_before_it_is_compiled():
         carom.Simulation(disks(AtOnce(finite=False)))
     assert not carom.check(AtOnce()).passed
     assert carom.check(OneWay(1.0)).passed
+    assert carom.check(Brownian(1.0, step=0.01)).passed
     with pytest.raises(InputError, match="drive must be a value with model, such as Andersen"):
         disks(3.0)
 
@@ -304,7 +305,7 @@ def test_a_wrong_drive_is_refused_before_it_is_compiled():
         (lambda: Langevin(-1.0, friction=1.0, step=0.1), "kT of Langevin"),
         (lambda: Brownian(1.0, step=math.inf), "step of Brownian"),
         (lambda: WhiteNoise(0.0, rate=1.0), "power of WhiteNoise"),
-        (lambda: disks(Andersen((1.0, 2.0), rate=1.0)), "2 temperatures, and the scene has 1 species"),
+        (lambda: disks(Andersen((1.0, 2.0), rate=1.0)), "2 numbers, and the scene has 1 species"),
         (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), observers=[HelfandCurrents()]), "or drive"),
         (lambda: heated(disks(Andersen(1.0, 1.0))), "brings the particles to kT"),
         (lambda: carom.Simulation(caps().replace(drive=Andersen(1.0, 1.0))), "keeps components on a surface"),
@@ -322,7 +323,14 @@ def test_several_workers_are_refused_for_a_driven_scene():
 
 
 @pytest.mark.parametrize(
-    "drive", [Andersen((1.0, 2.0), 3.0), Langevin(1.0, 2.0, 0.1), Brownian(1.0, 0.1), WhiteNoise(0.1, 20.0)]
+    "drive",
+    [
+        Andersen((1.0, 2.0), 3.0),
+        Langevin(1.0, 2.0, 0.1),
+        Brownian(1.0, 0.1),
+        WhiteNoise(0.1, 20.0),
+        Active((1.0, 0.0), 2.0, 0.1, kind="tumble"),
+    ],
 )
 def test_a_drive_of_a_scene_file_is_that_of_python(drive, tmp_path):
     table = drive.to_table()

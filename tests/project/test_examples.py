@@ -10,6 +10,7 @@ import pytest
 EXAMPLES = sorted(Path(__file__).parents[2].joinpath("examples").glob("*.py"))
 
 LONG = (
+    "active_disks",
     "barometric_column",
     "billiards",
     "brazil_nut",
@@ -25,6 +26,7 @@ LONG = (
     "lorentz_gas",
     "melting_of_disks",
     "order_of_disks",
+    "replica_exchange",
     "rosato_bed",
     "shaken_ball",
     "sheared_spheres",

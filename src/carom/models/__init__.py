@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from carom.models import own as own
+    from carom.models.active import Active as Active
     from carom.models.contacts.losses import Loss as Loss
     from carom.models.contacts.restitution import Restitution as Restitution
     from carom.models.contacts.rough import Rough as Rough
@@ -101,6 +102,7 @@ _SHELF = {
     "Langevin": "drives",
     "Brownian": "drives",
     "WhiteNoise": "drives",
+    "Active": "active",
 }
 
 __all__ = list(_SHELF)

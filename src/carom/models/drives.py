@@ -135,7 +135,34 @@ def _noise(
     return Noise(keep, width, interval, random, key, first_kicks, np.zeros(n, np.int64))
 
 
-class _Bath:
+def by_species(value: Any, what: str, most: float) -> float | tuple[float, ...]:
+    """Return a number of 0 to ``most``, or one a species.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if not checks.several(value):
+        return checks.number(value, what, low=0.0, high=most)
+    values = tuple(float(each) for each in checks.array(value, what, "(K,)", ndim=1))
+    if not values or not all(0.0 <= each <= most for each in values):
+        raise InputError(
+            f"{what} must be one number, or one a species, of 0 to {most:g}; found {checks.describe(value)}."
+        )
+    return values
+
+
+def of_each(value: float | tuple[float, ...], particles: Particles) -> np.ndarray:
+    """Return what is one number, or one a species, of every component, (n,)."""
+    n = len(particles.radii)
+    if isinstance(value, tuple):
+        species = np.zeros(n, np.int64) if particles.species is None else particles.species
+        return np.array(value)[species]
+    return np.full(n, value)
+
+
+class Bath:
     """What drives with a temperature have in common."""
 
     kT: Any
@@ -146,45 +173,28 @@ class _Bath:
         for field in positive:
             value = checks.number(getattr(self, field), f"{field} of {name}", low=0.0, open_low=True)
             object.__setattr__(self, field, value)
-        if checks.several(self.kT):
-            hot = tuple(float(each) for each in checks.array(self.kT, f"kT of {name}", "(K,)", ndim=1))
-            if not hot or not all(0.0 <= each <= checks.HOTTEST for each in hot):
-                raise InputError(
-                    f"kT of {name} must be one temperature, or one a species, of 0 to {checks.HOTTEST:g}; "
-                    f"found {checks.describe(self.kT)}."
-                )
-            object.__setattr__(self, "kT", hot)
-        else:
-            kT = checks.number(self.kT, f"kT of {name}", low=0.0, high=checks.HOTTEST)
-            object.__setattr__(self, "kT", kT)
+        object.__setattr__(self, "kT", by_species(self.kT, f"kT of {name}", checks.HOTTEST))
         object.__setattr__(self, "seed", checks.integer(self.seed, f"seed of {name}", low=0, high=2**63 - 1))
 
     def check(self, scene: Any) -> None:
-        """Raise InputError if there is a kT a species, and they are not those of the scene."""
+        """Raise InputError if something is given for each species, and not for those of the scene."""
         kinds = species_count(scene)
-        if isinstance(self.kT, tuple) and len(self.kT) != kinds:
-            raise InputError(
-                f"kT of {type(self).__name__} holds {len(self.kT)} temperatures, and the scene has "
-                f"{kinds} species: give one kT, or one a species."
-            )
+        for field, value in vars(self).items():
+            if isinstance(value, tuple) and len(value) != kinds:
+                raise InputError(
+                    f"{field} of {type(self).__name__} holds {len(value)} numbers, and the scene has "
+                    f"{kinds} species: give one {field}, or one a species."
+                )
 
     def pace(self, scene: Any) -> float:
         """Return the speed of the lightest particle of a ``scene`` in the hottest bath [length / time]."""
         return math.sqrt(float(np.max(self.kT)) / float(scene.masses.min()))
 
-    def _temperatures(self, particles: Particles) -> np.ndarray:
-        """Return kT of each component's bath, (n,) [energy]."""
-        n = len(particles.radii)
-        if isinstance(self.kT, tuple):
-            species = np.zeros(n, np.int64) if particles.species is None else particles.species
-            return np.array(self.kT)[species]
-        return np.full(n, self.kT)
-
     def _thermal(
         self, particles: Particles, keep: float, noise_fraction: float, interval: float, random: bool = False
     ) -> Noise:
         """Return the model of kicks that keep a part of the velocity, and lose one of its variance."""
-        variance = self._temperatures(particles) * noise_fraction / particles.masses
+        variance = of_each(self.kT, particles) * noise_fraction / particles.masses
         return _noise(particles, keep, variance, interval, random, self.seed)
 
     def to_table(self) -> dict[str, Any]:
@@ -194,7 +204,7 @@ class _Bath:
 
 
 @dataclass(frozen=True)
-class Andersen(_Bath):
+class Andersen(Bath):
     """A thermostat: at random times a particle gets a new velocity from Maxwell's distribution.
 
     Parameters
@@ -238,7 +248,7 @@ class Andersen(_Bath):
 
 
 @dataclass(frozen=True)
-class Langevin(_Bath):
+class Langevin(Bath):
     """Friction and noise, in steps: the Ornstein-Uhlenbeck process of the velocity, between contacts.
 
     Parameters
@@ -289,7 +299,7 @@ class Langevin(_Bath):
 
 
 @dataclass(frozen=True)
-class Brownian(_Bath):
+class Brownian(Bath):
     """Event-driven Brownian motion: a particle gets a new velocity after every step.
 
     Parameters

@@ -16,7 +16,7 @@ AT_ONCE = 8
 
 
 def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Generator, i: int) -> None:
-    """Try some events of component i, which flies freely between them.
+    """Try the first events of component i, which flies freely between them.
 
     Parameters
     ----------
@@ -34,14 +34,12 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
     unit = setting.particles.unit
     speed = float(unit.to_scene(setting.speed, -1))
     x, v = rng.uniform(size=setting.dimension) * setting.box, speed * rng.normal(size=setting.dimension)
-    mass, begun = float(setting.particles.masses[i]), float(rng.uniform()) * setting.size / speed
-    time = begun
+    mass, time = float(setting.particles.masses[i]), 0.0
     for _ in range(AT_ONCE):
         next_kick = number_of(next_time, drive, i, x, v, time)
         facts = {"i": i, "x": x.copy(), "v": v.copy(), "time": time, "next_time": next_kick}
         tolerance = TOLERANCE * max(abs(time), setting.size / speed)
-        # Nobody was asked before ``begun``: what is due since the start of the run comes at once.
-        record.note("due", setting.dimension, time == begun or next_kick >= time - tolerance, **facts)
+        record.note("due", setting.dimension, next_kick >= time - tolerance, **facts)
         if math.isnan(next_kick) or next_kick == NEVER:
             return
         x = np.mod(x + v * max(next_kick - time, 0.0), setting.box)
@@ -50,4 +48,4 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
         record.note("kick", setting.dimension, np.isfinite(v).all(), **facts, after=v.copy())
         if not np.isfinite(v).all():
             return
-    record.note("later", setting.dimension, time > begun, i=i, time=time)
+    record.note("later", setting.dimension, time > 0.0, i=i, time=time)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom import checks
 from carom.errors import CaromWarning, InputError
+from carom.models.active import Active
 from carom.notebook import watchable
 from carom.scene.fields import standing
 from carom.simulation import stretches
@@ -211,7 +212,7 @@ def _refuse_kT(sim: InMotion, kT: float) -> None:
         raise InputError(reason)
     drive = sim._state.system.drive
     if drive is not None:
-        held = getattr(drive, "kT", None)
+        held = None if isinstance(drive, Active) else getattr(drive, "kT", None)
         values = set(held if isinstance(held, tuple) else (held,))
         if values != {kT}:
             name = type(drive).__name__

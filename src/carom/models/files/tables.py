@@ -34,6 +34,7 @@ KINDS: dict[str, dict[str, tuple[str, str]]] = {
         "langevin": ("carom.models.drives", "Langevin"),
         "brownian": ("carom.models.drives", "Brownian"),
         "white-noise": ("carom.models.drives", "WhiteNoise"),
+        "active": ("carom.models.active", "Active"),
     },
     "path": {
         "sine": ("carom.models.obstacles.paths", "Sine"),

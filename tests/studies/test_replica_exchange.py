@@ -1,0 +1,39 @@
+"""The example of replica exchange: Boltzmann's probabilities at every temperature, and the same numbers."""
+
+import importlib.util
+import math
+from pathlib import Path
+
+import pytest
+
+FOUR_SIGMA = 4.0
+"""Above the standard error of five means: one run in 3000 would fail by chance, once."""
+
+
+@pytest.fixture
+def measure():
+    path = Path(__file__).parents[2] / "examples" / "replica_exchange.py"
+    spec = importlib.util.spec_from_file_location("replica_exchange", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.measure
+
+
+@pytest.mark.slow
+def test_two_disks_are_bound_with_the_probability_of_boltzmann_at_every_temperature(measure):
+    ladder = {"kT": [0.4, 0.8, 1.6], "n": 2, "dimension": 2, "packing_fraction": 0.1, "every": 1.0, "seed": 1}
+    found = measure({**ladder, "rounds": 1500}, lambda: None)
+    box, width = math.sqrt(2.0 * math.pi / 4.0 / 0.1), 1.5
+    bound = []
+    for kT, (energy, error) in zip(ladder["kT"], found["U"], strict=True):
+        well = math.pi * (width**2 - 1.0) * math.exp(1.0 / kT)
+        bound.append(well / (well + box**2 - math.pi * width**2))
+        assert abs(-2.0 * energy - bound[-1]) < FOUR_SIGMA * 2.0 * error
+        assert error < 0.02
+    for i in (0, 1):  # refused at times if the colder one is bound and the other is not
+        gap = 1.0 / ladder["kT"][i] - 1.0 / ladder["kT"][i + 1]
+        part = 1.0 - bound[i] * (1.0 - bound[i + 1]) * -math.expm1(-gap)
+        # Of 750 tries one in five, at least, is independent: a pair is bound for some rounds.
+        assert abs(found["exchanged"][i] - part) < FOUR_SIGMA * math.sqrt(part * (1.0 - part) / 150)
+    again = [measure({**ladder, "rounds": 40}, lambda: None) for _ in range(2)]
+    assert again[0] == again[1]
