@@ -12,6 +12,7 @@ from typing import Any
 from carom import checks, densities, theory
 from carom.errors import InputError
 from carom.scene_file.scene_file import SceneFile
+from carom.spec import file_of
 from carom.studies.eos.spec import StudySpec
 from carom.studies.planner.target import Scale
 from carom.studies.scenes import nearest_filling, plain, with_fractions
@@ -214,7 +215,7 @@ def of_scene(path: str | Path) -> tuple[System, int]:
     FileError, InputError
         If the file cannot be read, or is not a bulk phase in a periodic box.
     """
-    return of_plan(SceneFile.load(path))
+    return of_plan(SceneFile.load(file_of(Path(path))))
 
 
 def of_plan(plan: SceneFile) -> tuple[System, int]:
