@@ -1,6 +1,7 @@
 """``carom trade``: time-driven stepping, what is asked of each method, and the whole comparison in small."""
 
 import csv
+import io
 import json
 import math
 import signal
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 from helpers.commands import carom as command
 from helpers.commands import complaints
+from rich.console import Console
 
 import carom
 from carom import theory
@@ -19,9 +21,10 @@ from carom.studies.accuracy import measures as trade_measures
 from carom.studies.accuracy.diffusion import EinsteinSlope, looks
 from carom.studies.accuracy.methods import engine, naive, oracle, stepping
 from carom.studies.accuracy.picture import pareto
+from carom.studies.accuracy.scenes import small_scene
 from carom.studies.accuracy.spec import TradeSpec, methods
 from carom.studies.accuracy.study import Trade
-from carom.studies.accuracy.trade import LYAPUNOV, median, melted, method_of, small_scene
+from carom.studies.accuracy.trade import LYAPUNOV, median, melted, method_of
 from carom.studies.signals import Interrupted
 from carom.studies.study import Look
 
@@ -270,6 +273,14 @@ def test_the_tables_hold_what_was_found(finished, tmp_path):
                     assert text == str(value).lower() or text == value, (name, key)
     assert study.more()["horizon"]["to_one"] > 0.0
     assert (tmp_path / "trade.png").stat().st_size > 10_000
+    for shown in study.tables():
+        narrow = Console(file=io.StringIO(), width=60)
+        narrow.print(shown.rich(narrow))
+        lines = narrow.file.getvalue().splitlines()
+        assert all(len(line) <= 60 for line in lines)
+        for _, column in shown.columns():  # whole, whether beside or below each other
+            assert any(column.head in line for line in lines), column.head
+        assert {*shown.to_dataframe().columns} == {*shown.names()}
     study.report(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     titles = [table.title for table in study.tables()]
@@ -311,6 +322,13 @@ def test_a_scene_that_the_references_cannot_move_is_refused(key):
     start = {} if "file" in key else {"n": 32, "packing_fraction": 0.1}
     with pytest.raises(InputError, match=f"periodic box; leave out .scene. {next(iter(key))}"):
         TradeSpec(scene={**start, **key})
+
+
+def test_a_crystal_without_room_for_the_small_scene_is_refused_before_anything_runs():
+    with pytest.raises(InputError, match="too near close packing"):
+        TradeSpec(scene={"lattice": "fcc", "packing_fraction": 0.73})
+    with pytest.raises(InputError, match="nothing to compare"):
+        TradeSpec(scene={"lattice": "cubic", "cells": 1, "packing_fraction": 0.1})
 
 
 def test_a_lonely_sphere_is_refused_in_one_sentence(tmp_path):

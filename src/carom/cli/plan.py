@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -14,8 +15,6 @@ from carom.scene_file.commands import PlanSpec
 from carom.spec import helps
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from carom.studies.planner.plan import RunPlan
     from carom.studies.planner.system import System
 
@@ -191,24 +190,6 @@ def _show(found: RunPlan) -> None:
     console = Screen()
     # Lines are wrapped between words on a terminal, and not wrapped in a pipe.
     console.print(found.words(), soft_wrap=not console.is_terminal)
-    console.print(_sizes(console, found))
-
-
-def _sizes(console: Console, found: RunPlan) -> Any:
-    """Return a table of the bias and the CPU time of the sizes around the chosen one."""
-    from rich import box
-    from rich.table import Table
-
-    from carom.cli.tables import fitted
-    from carom.studies.planner.choice import duration
-
-    table = Table(
-        title="Other sizes", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
-    )
-    for name in ("N", "bias", "CPU"):
-        table.add_column(name, justify="right")
     chosen = next((k for k, size in enumerate(found.sizes) if size.n == found.design.n), 0)
-    for size in found.sizes[max(chosen - 3, 0) : chosen + 4]:
-        seconds = duration(size.cpu_seconds) if size.cpu_seconds < float("inf") else "the bias is larger"
-        table.add_row(f"{size.n}", f"{size.bias:.1e}", seconds)
-    return fitted(console, table)
+    near = found.sizes[max(chosen - 3, 0) : chosen + 4]
+    console.print(dataclasses.replace(found.table, rows=near).rich(console))

@@ -89,6 +89,7 @@ class TradeSpec(Spec):
         """
         from carom.scene_file.fields import tuples
         from carom.scene_file.sections import SceneSpec
+        from carom.studies.accuracy.scenes import small_scene
         from carom.studies.scenes import plain
 
         SceneSpec.check_words(self.scene)
@@ -99,8 +100,11 @@ class TradeSpec(Spec):
                     "carom trade compares elastic, equal spheres in a periodic box; leave out "
                     f"[scene] {name}."
                 )
-        if spec.n == 1:
+        made = None if spec.lattice is None else spec.build(self.seed)
+        if (spec.n if made is None else made.n) == 1:
             raise InputError("A scene of one particle has nothing to compare; take more.")
+        if made is not None:  # places at random are never too dense
+            small_scene(made)
         self._put("scene", plain(spec))
 
     def to_toml(self) -> str:

@@ -11,9 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.errors import InputError
 from carom.observables.statistics import Estimate
-from carom.scene import lattices
 from carom.scene.scene import Scene
 from carom.scene_file.fields import tuples
 from carom.scene_file.sections import SceneSpec
@@ -31,11 +29,9 @@ from carom.studies.accuracy.measures import (
     true_track,
 )
 from carom.studies.accuracy.methods import Method, engine, naive, oracle, pseudo_hard, stepping
+from carom.studies.accuracy.scenes import medium_scene, small_scene
 from carom.studies.accuracy.statistics import known, sampling, size
 from carom.studies.folder import Task, canonical
-
-SMALL = 64
-"""Largest number of particles that the 50-digit oracle follows."""
 
 STARTS = 3
 """Small scenes to follow. One is not enough: a grazing collision may end its trajectory early by chance."""
@@ -70,7 +66,7 @@ def compared(task: Task, look: Callable[..., object]) -> dict[str, Any]:
     if task["row"] == "interval":
         # 0.1 mean free times is the shortest interval.
         return sampling(
-            _medium(scene), mean_free_time, seed, 0.1 * round(FRAMES * seconds), task["interval"], look
+            medium_scene(scene), mean_free_time, seed, 0.1 * round(FRAMES * seconds), task["interval"], look
         )
     tracks = _tracks(where, seed, seconds, look)
     small = starts[0][0]
@@ -195,37 +191,6 @@ def melted(scene: Scene, seed: int) -> tuple[Scene, float]:
     frame = sim.frame()
     moving = scene.replace(positions=frame.positions, velocities=frame.velocities)
     return moving, (sim.time - start) * scene.n / (2 * (sim.collisions - before))
-
-
-def small_scene(scene: Scene) -> Scene:
-    """Return a scene of the same density that the oracle can follow: the scene itself, if it is small."""
-    if scene.n <= SMALL:
-        return scene.replace(velocities=None)
-    d, eta = scene.dimension, scene.packing_fraction
-    for lattice in (lattices.cubic(d), lattices.densest(d)):
-        cells = 1
-        while lattice.count(lattices.cells_along(lattice, cells + 1)) <= SMALL:
-            cells += 1
-        if eta < 0.95 * lattice.limit:
-            return Scene.crystal(
-                lattice=lattice, cells=cells, packing_fraction=eta, diameter=scene.diameter, mass=scene.mass
-            )
-    raise InputError(
-        f"A packing fraction of {eta:.6g} is too near close packing for the oracle's small scene; lower it."
-    )
-
-
-def _medium(scene: Scene) -> Scene:
-    """Return a scene of the same density with about 500 particles, for g(r)."""
-    lattice = lattices.densest(scene.dimension)
-    cells = max(2, round((500 / len(lattice.basis) * math.prod(lattice.shape)) ** (1.0 / scene.dimension)))
-    return Scene.crystal(
-        cells=cells,
-        dimension=scene.dimension,
-        packing_fraction=scene.packing_fraction,
-        diameter=scene.diameter,
-        mass=scene.mass,
-    )
 
 
 def median(found: list[Faithfulness]) -> Faithfulness:

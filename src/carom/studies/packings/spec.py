@@ -28,6 +28,10 @@ def _species(value: Any, name: str) -> tuple[dict[str, Any], ...]:
     """Check species, and return them as a file has them."""
     from carom.scene.species import listed
 
+    if isinstance(value, Mapping):  # tables with names, as those of [scene]
+        value = [
+            {"name": each, **table} if isinstance(table, Mapping) else table for each, table in value.items()
+        ]
     return tuple(map(_table, listed(value, name)))
 
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from carom import checks
 from carom.errors import InputError
@@ -30,6 +30,7 @@ from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
 from carom.studies.planner.system import System, of_plan, of_scene
 from carom.studies.planner.target import UNITS, Target
+from carom.table import Column, Table
 from carom.version import __version__
 
 PILOT_SECONDS = 15.0
@@ -52,9 +53,11 @@ class Size:
         CPU time until the error is that of the target; infinite where the bias alone is larger.
     """
 
-    n: int
-    bias: float
-    cpu_seconds: float
+    n: Annotated[int, Column("N")]
+    bias: Annotated[float, Column("bias", ".1e")]
+    cpu_seconds: Annotated[
+        float, Column("CPU", lambda value, row: duration(value), missing="the bias is larger")
+    ]
 
 
 @dataclass(frozen=True, repr=False)
@@ -154,6 +157,11 @@ class RunPlan(Result):
 
     _numbers_above = False
 
+    @property
+    def table(self) -> Table:
+        """The sizes that were compared, one :class:`Size` for each."""
+        return Table(Size, self.sizes, "Other sizes")
+
     def _words(self) -> dict[str, Any]:
         """Return the plan as JSON values."""
         return {
@@ -185,8 +193,7 @@ class RunPlan(Result):
 
     def _columns(self) -> dict[str, Any]:
         """Return the sizes that were compared: n, the bias and the CPU time of each."""
-        names = [each.name for each in dataclasses.fields(Size)]
-        return {name: [getattr(size, name) for size in self.sizes] for name in names}
+        return {name: [getattr(size, name) for size in self.sizes] for name in self.table.names()}
 
     def _repr_html_(self) -> str:
         return html_of(self._lines()[0], self._columns())
