@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from carom.studies.eos.study import equation_of_state as equation_of_state
     from carom.studies.flow.study import shear as shear
     from carom.studies.measuring import measure as measure
-    from carom.studies.packings.compression import pack as pack
+    from carom.studies.packings.pack import pack as pack
     from carom.studies.packings.study import packings as packings
     from carom.studies.planner.plan import plan as plan
     from carom.studies.runs.execution import run as run
@@ -104,7 +104,7 @@ _LAZY = {
     "Estimate": "carom.observables.statistics",
     "check": "carom.simulation.conditions",
     "run": "carom.studies.runs.execution",
-    "pack": "carom.studies.packings.compression",
+    "pack": "carom.studies.packings.pack",
     "packings": "carom.studies.packings.study",
     "spherical_code": "carom.studies.codes.study",
     "equation_of_state": "carom.studies.eos.study",

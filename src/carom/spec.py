@@ -15,6 +15,7 @@ import dataclasses
 import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from types import UnionType
 from typing import Any, ClassVar, Self, TypeVar, Union, get_args, get_origin, get_type_hints
@@ -25,7 +26,7 @@ from carom.version import __version__
 LARGEST_FILE = 64 * 1024
 """Largest size of a file [bytes]; one is about a page, and reading a larger one would only cost time."""
 
-SECTIONS = ("scene", "run", "study", "transport", "shear", "plan", "pack", "code")
+SECTIONS = ("scene", "run", "study", "transport", "shear", "plan", "pack", "code", "trade")
 """Sections of a scene file: what there is, and what each command does with it. Each reads its own."""
 
 GONE = {"output": 'its keys stand in [run]: write = ["h5md"], event_log and pictures'}
@@ -74,9 +75,13 @@ class Spec:
     """Help of the argument of the command."""
     argument_name: ClassVar[str] = "[STUDY]"
     """The argument in the usage line; without brackets it must be given."""
+    or_file: ClassVar[str] = "scene"
+    """Field that stands where a file may stand, among the arguments of a function."""
     section: ClassVar[str] = "study"
     """Section of the file for all fields but ``tables``, which have sections of their own."""
     tables: ClassVar[tuple[str, ...]] = ()
+    serial: ClassVar[bool] = False
+    """Whether tasks run one after the other, because they measure CPU time."""
     within: ClassVar[str] = ""
     """What stands before the name of a field in an error."""
     gone: ClassVar[Mapping[str, str]] = {}
@@ -164,6 +169,21 @@ class Spec:
             return cls.from_toml(content)
         except InputError as error:
             raise InputError(f"{path}: {error}") from None
+
+    @classmethod
+    def of(cls, source: Any, given: Mapping[str, Any]) -> Self:
+        """Return what a command, or the function of the same name, is asked for.
+
+        Parameters
+        ----------
+        source : path, or the field ``or_file``; optional
+            A file, or the folder of results that holds one.
+        given : mapping
+            Fields, which replace those of the file; None stands for those not given.
+        """
+        if isinstance(source, str | PathLike):
+            return cls.of_argument(file_of(Path(source))).replaced(**given)
+        return cls(**given) if source is None else cls(**{**given, cls.or_file: source})
 
     @classmethod
     def of_argument(cls, path: str | Path) -> Self:
@@ -296,6 +316,14 @@ def fields_of(kind: type) -> dict[str, SpecField]:
         found[field.name] = SpecField(field.name, get_args(hint)[0] if marks else hint, default, check, opt)
     _FIELDS[kind] = found
     return found
+
+
+def file_of(path: Path) -> Path:
+    """Return the study file or scene file in the folder of a study or a run; any other path as it is."""
+    if not path.is_dir():
+        return path
+    study = path / "study.toml"
+    return study if study.is_file() else path / "scene.toml"
 
 
 def read(path: str | Path) -> str:

@@ -86,6 +86,8 @@ class Table(Sequence[Any]):
         Sentences below the table.
     flagged : callable
         Whether a row is marked.
+    only : sequence of str
+        Names of the columns that are shown, if not all.
     """
 
     kind: type
@@ -93,6 +95,7 @@ class Table(Sequence[Any]):
     title: str = ""
     notes: Sequence[str] = ()
     flagged: Callable[[Any], bool] = field(default=lambda row: False, compare=False)
+    only: Sequence[str] = ()
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -129,7 +132,8 @@ class Table(Sequence[Any]):
 
     def columns(self) -> list[tuple[str, Column]]:
         """Return the names of the fields that are shown, and how."""
-        return list(_columns(get_type_hints(self.kind, include_extras=True)))
+        found = _columns(get_type_hints(self.kind, include_extras=True))
+        return [(name, column) for name, column in found if not self.only or name in self.only]
 
     def _cells(self) -> tuple[list[Column], list[list[str]]]:
         """Return the columns that are shown, and their texts row by row."""

@@ -20,7 +20,12 @@ import carom
 from carom import cli, io
 from carom.cli import heartbeat, meant, screen, study
 from carom.cli.meant import OPTIONS
+from carom.cli.templates import SPECS
 from carom.frame import Frame
+from carom.scene_file.commands import PlanSpec
+from carom.scene_file.sections import RunSpec
+from carom.spec import fields_of, schema_of
+from carom.studies import CodeSpec, PackSpec, ShearSpec, StudySpec, TradeSpec, TransportSpec
 from carom.studies.study import Study
 
 RUN = ("--lattice", "fcc", "--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10",
@@ -159,7 +164,7 @@ TOO_SLOW = {
         ("movie", option)
         for option in ("trajectory", "target", "--fps", "--size", "--color", "--overwrite")
     ),
-    *(("trade", option) for option in ("scene", "--out", "--seconds", "--overwrite")),
+    *(("trade", option) for option in ("study", "--out", "--seconds", "--seed")),
     *(
         ("plan", option)
         for option in (
@@ -310,6 +315,7 @@ CASES = {
         "--no-pictures": added((*PACK[:-1], *OUT), ("--no-pictures",), made("out/gaps.png"), False),
     },
     "export": {
+        "--quiet": SILENT,
         "source": added((), ("two.extxyz", "out.h5md"), made("out.h5md"), True),
         "target": added(("two.extxyz",), ("out.h5md",), made("out.h5md"), True),
         "--overwrite": added(
@@ -356,12 +362,17 @@ CASES = {
     },
     "trade": {
         "--quiet": SILENT,
-        "scene": added(
-            (), ("scene.toml",), lambda done: done.asked["plan"] and done.asked["plan"].scene.cells, 2
+        "study": added(
+            (), ("scene.toml",), lambda done: done.asked["spec"].scene["cells"], 2
         ),
         "--out": added((), OUT, lambda done: str(done.asked["out"]), "out"),
-        "--seconds": added((), ("--seconds", "0.5"), lambda done: done.asked["seconds"], 0.5),
-        "--overwrite": added((), ("--overwrite",), lambda done: done.asked["overwrite"], True),
+        "--seconds": added((), ("--seconds", "0.5"), lambda done: done.asked["spec"].seconds, 0.5),
+        "--seed": added((), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
+        # What is written is looked at by the test of the trade and by those of other studies.
+        "--report": SILENT,
+        "--pictures": SILENT,
+        "--no-pictures": SILENT,
+        "--json": SILENT,
     },
     "plan": {
         "--quiet": SILENT,
@@ -529,6 +540,7 @@ CASES = {
         ),
     },
     "movie": {
+        "--quiet": SILENT,
         "trajectory": added(
             (), ("two.extxyz", "two.gif"), lambda done: str(done.asked.get("trajectory")), "two.extxyz"
         ),
@@ -623,10 +635,6 @@ def type_in(folder, command, *arguments, asked=None):
         if asked is not None:
             importlib.import_module("carom.studies.saved")  # whose docstrings are those of Study.run
 
-            def trade(plan, out, **settings):
-                asked.update(plan=plan, out=out, **settings)
-                raise Asked
-
             def plan(target, **settings):
                 asked.update(target=target, **settings)
                 return PLAN
@@ -650,7 +658,6 @@ def type_in(folder, command, *arguments, asked=None):
             patch.setattr("carom.pictures.view.view", view)
             patch.setattr("carom.pictures.movie.movie", movie)
             patch.setattr("typer.launch", lambda page: asked.update(launched=page))
-            patch.setattr("carom.studies.accuracy.trade.trade", trade)
             patch.setattr("carom.studies.planner.plan.plan", plan)
             patch.setattr("carom.studies.study.Study.run", run)
         done = CliRunner().invoke(cli.app, [command, *arguments])
@@ -704,12 +711,46 @@ def test_every_option_has_a_case():
     assert found == {name: {*cases} for name, cases in CASES.items()}
 
 
+STUDIES = {"code", "eos", "transport", "shear", "trade"}
+LONG = {*STUDIES, "run", "resume", "pack", "plan"}
+
+SHARED = {
+    "--seed": LONG - {"resume"},  # which goes on with what is there
+    "--out": {*LONG - {"resume"}, "measure", "view"},  # others name one file, or go on in their folder
+    "--json": {*LONG, "measure", "info"},  # others write one file
+    "--cores": LONG - {"trade"},  # whose rows measure CPU time
+    "--dimension": LONG - {"resume", "trade"},  # whose scene is that of a file
+    "--packing-fraction": LONG - {"resume", "trade", "code"},  # points on a sphere have none
+    "--n": LONG - {"resume", "trade", "code"},  # for which it is the argument
+    "--resume": {"run", "pack"},  # a study goes on with the same command
+    "--overwrite": {"run", "pack", "measure", "export", "view", "movie", "init"},  # a study keeps all results
+    "--report": {*STUDIES, "pack"},
+    "--pictures": {*STUDIES, "run", "pack", "measure"},
+}
+"""Options that several commands have, the commands that have them, and why others do not."""
+
+SEEDED = (RunSpec, StudySpec, TransportSpec, ShearSpec, PackSpec, PlanSpec, CodeSpec, TradeSpec)
+
+
+@pytest.mark.parametrize("option", SHARED)
+def test_an_option_is_there_wherever_it_has_a_meaning(option):
+    assert {command for command, _, names in names_of() if option in names} == SHARED[option]
+
+
+def test_a_seed_is_the_same_number_in_every_command_and_section():
+    assert {each.section for each in SEEDED} == {
+        name for name, kind in SPECS.items() if "seed" in fields_of(kind)
+    }
+    for spec in SEEDED:
+        found = schema_of(fields_of(spec)["seed"].check)
+        assert found == {"type": "integer", "minimum": 0, "maximum": 2**63 - 1}, spec
+
+
 PROGRESS = {name for name, each in COMMANDS.items() if any("--quiet" in one.opts for one in each.params)}
 
 
 def test_commands_that_take_long_can_be_quiet():
-    studies = {"eos", "transport", "shear", "plan", "trade"}
-    assert {"run", "resume", "pack", "code", *studies, "measure", "compile"} == PROGRESS
+    assert {*LONG, "measure", "export", "movie", "compile"} == PROGRESS
 
 
 @pytest.mark.parametrize("command", sorted(PROGRESS))
@@ -729,7 +770,10 @@ def test_a_quiet_command_shows_no_progress(command, monkeypatch, capsys):
     assert not heartbeat.quiet()
 
 
-NEEDED = {"resume": ["folder"], "code": ["5"], "measure": ["path"]}
+NEEDED = {
+    "resume": ["folder"], "code": ["5"], "measure": ["path"], "export": ["a.h5md", "b.gsd"],
+    "movie": ["a.h5md", "b.gif"],
+}  # fmt: skip
 """Arguments without which a command is not read."""
 
 

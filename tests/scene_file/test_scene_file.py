@@ -63,7 +63,10 @@ def test_the_seed_places_random_spheres():
 
 BAD = [
     ("[scen]\ncells = 8", r"\[scen\] is no known section; did you mean scene"),
-    ("[colour]", r"\[colour\] is no known section \(known: code, pack, plan, run, scene, shear"),
+    (
+        "[colour]",
+        r"\[colour\] is no known section \(known: code, pack, plan, run, scene, shear, study, trade",
+    ),
     ("[output]\nevent_log = true", r"\[output\] is no known section; its keys stand in \[run\]"),
     ("[study]\nn = 8", r"\[study\] is for another command; this one reads \[scene\] or \[run\]"),
     ("cells = 8", r"cells stands outside of any section; write it below one, such as \[scene\]"),

@@ -214,3 +214,12 @@ def test_a_study_of_packings_is_a_file():
     ):
         with pytest.raises(InputError, match=sentence):
             PackSpec(**wrong)
+
+
+def test_species_of_points_have_names_as_those_of_a_scene():
+    named = PackSpec.from_toml(
+        "[pack]\nspecies.a = { count = 8 }\nspecies.b = { count = 4, diameter = 1.4 }\n"
+    )
+    assert [each["name"] for each in named.species] == ["a", "b"]
+    assert PackSpec.from_toml(named.to_toml()) == named
+    assert named.start(1).n == 12

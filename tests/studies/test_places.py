@@ -20,6 +20,7 @@ from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import Folder
 from carom.studies.places import OWN, of_the_user, title
+from carom.studies.saved import STUDIES
 
 INTO = {
     "run": ("a run", ["--n", "32", "--overwrite"]),
@@ -29,7 +30,7 @@ INTO = {
     "shear": ("a study", ["--eta", "0.1", "--n", "32"]),
     "code": ("a study", ["5"]),
     "plan": ("a plan", ["--eta", "0.1", "-t", "Z=0.1"]),
-    "trade": ("a comparison", ["--overwrite"]),
+    "trade": ("a study", []),
 }
 """Commands that fill a folder: what they put there, and their arguments."""
 
@@ -53,6 +54,25 @@ def test_a_folder_holds_one_kind_of_results(tmp_path, command):
             assert (done.exit_code, type(done.exception)) == (2, SystemExit), (name, done.output)
             assert f"holds {other} already ({name})" in done.output.replace("\n", " ")
             assert content(folder) == before
+
+
+def test_a_folder_of_a_study_is_not_taken_by_another_kind_of_study(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    words = {name: INTO[name][1] for name in ("eos", "transport", "trade")}
+    words |= {"code": ["9"], "pack": ["--n", "20", "--seeds", "2"]}
+    for kind in STUDIES.values():
+        with Folder(tmp_path / kind.name).begun({"study": kind.Spec.study, "version": "1"}, {}):
+            pass
+        before = (tmp_path / kind.name / "study.json").read_bytes()
+        for other in words.keys() - {kind.name}:
+            done = CliRunner().invoke(cli.app, [other, *words[other], "--out", kind.name])
+            (said,) = done.stderr.strip().splitlines()
+            assert (done.exit_code, done.stdout) == (2, ""), (kind.name, other, done.output)
+            assert f"{kind.name} holds the results of another study" in said
+            assert f'study was "{kind.Spec.study}"' in said
+            assert len(said) < 250
+        assert {path.name for path in (tmp_path / kind.name).iterdir()} <= {"study.json", "tasks", ".lock"}
+        assert (tmp_path / kind.name / "study.json").read_bytes() == before
 
 
 def test_every_command_with_a_folder_is_looked_at():
@@ -143,7 +163,7 @@ WRONG = {
     "run": ["nowhere.toml"], "resume": ["nowhere"], "pack": ["--n", "1"],
     "info": ["nowhere"], "measure": ["nowhere"],
     "plan": ["-t", "Y=1", "--eta", "0.1"], "eos": ["--eta", "2"], "transport": ["--eta", "2"],
-    "shear": ["--eta", "2"], "code": ["1"],
+    "shear": ["--eta", "2"], "code": ["1"], "trade": ["--seconds", "0"],
 }  # fmt: skip
 
 

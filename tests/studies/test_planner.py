@@ -17,6 +17,7 @@ import carom
 from carom import cli, theory
 from carom.errors import FileError, InputError
 from carom.observables.statistics import blocking
+from carom.scene_file.commands import PlanSpec
 from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.planner import measures
@@ -463,8 +464,7 @@ def test_a_number_of_particles_that_fills_the_same_lattice_is_that_of_the_plan(m
         target=target, system=crystal, design=SimpleNamespace(n=500), seed=1, cores=2, walltime=None
     )
     monkeypatch.setattr("carom.studies.planner.plan.load", lambda folder: held)
-    given = {"n": 490, "seed": None, "cores": None, "walltime": None}
     assert crystal.filling(490) == 500
-    assert plan._held(tmp_path, "Z=1e-2", crystal, given) is held
+    assert plan._held(tmp_path, PlanSpec(target="Z=1e-2", n=490), crystal) is held
     with pytest.raises(InputError, match="n is 500"):
-        plan._held(tmp_path, "Z=1e-2", crystal, given | {"n": 256})
+        plan._held(tmp_path, PlanSpec(target="Z=1e-2", n=256), crystal)

@@ -1,29 +1,32 @@
 """``carom trade``: time-driven stepping, what is asked of each method, and the whole comparison in small."""
 
 import csv
+import io
 import json
 import math
+import signal
 
 import numpy as np
 import pytest
 from helpers.commands import carom as command
 from helpers.commands import complaints
+from rich.console import Console
 
 import carom
 from carom import theory
-from carom.errors import FileError, InputError
-from carom.models import SquareWell
-from carom.models.contacts.losses import Loss
-from carom.models.motions.gravity import Gravity
+from carom.errors import InputError
 from carom.reference import NaiveSystem
 from carom.reference.stepping import SteppedSystem
-from carom.scene_file.scene_file import SceneFile
 from carom.studies.accuracy import measures as trade_measures
-from carom.studies.accuracy import statistics as trade_statistics
 from carom.studies.accuracy.diffusion import EinsteinSlope, looks
 from carom.studies.accuracy.methods import engine, naive, oracle, stepping
 from carom.studies.accuracy.picture import pareto
-from carom.studies.accuracy.trade import LYAPUNOV, median, melted, methods, simple_scene, small_scene, trade
+from carom.studies.accuracy.scenes import small_scene
+from carom.studies.accuracy.spec import TradeSpec, methods
+from carom.studies.accuracy.study import Trade
+from carom.studies.accuracy.trade import LYAPUNOV, median, melted, method_of
+from carom.studies.signals import Interrupted
+from carom.studies.study import Look
 
 EPS = np.finfo(float).eps
 
@@ -106,12 +109,12 @@ def test_stepping_refuses_what_it_cannot_do(change, says):
 @pytest.fixture(scope="module")
 def track(scene):
     start, mean_free_time = scene
-    return trade_measures.true_track(start, oracle(), mean_free_time, 12, lambda fraction: None)
+    return trade_measures.true_track(start, oracle(), mean_free_time, 12, Look())
 
 
 @pytest.mark.parametrize("method", [engine(), naive()], ids=lambda method: method.name)
 def test_doubles_follow_the_true_trajectory_as_far_as_they_should(scene, track, method):
-    found = trade_measures.faithfulness(scene[0], method, track)
+    found = trade_measures.faithfulness(scene[0], method, track, Look())
     # Ten roundings at most enter a collision, and a few of them make an error after one collision a particle.
     assert found.error < 64 * EPS * max(scene[0].box)
     assert found.order == found.position == math.inf  # twelve collisions a particle are no challenge
@@ -127,7 +130,8 @@ def test_a_graze_in_one_of_three_starts_does_not_decide_the_horizon():
 def test_a_coarse_step_loses_the_trajectory_at_once_and_a_fine_one_later(scene, track):
     start, mean_free_time = scene
     coarse, fine = (
-        trade_measures.faithfulness(start, stepping(step, mean_free_time), track) for step in (1e-1, 1e-4)
+        trade_measures.faithfulness(start, stepping(step, mean_free_time), track, Look())
+        for step in (1e-1, 1e-4)
     )
     assert coarse.position < 2.0
     assert coarse.position < fine.position < math.inf
@@ -146,8 +150,8 @@ def test_runs_come_back_as_far_as_their_arithmetic_allows(scene):
 def test_the_bias_of_coarse_stepping_is_seen_and_the_engine_has_none(scene):
     start, mean_free_time = scene
     true = trade_measures.expected_pressure(start)
-    good = trade_measures.measured(start, engine(), mean_free_time, 0.2)
-    bad = trade_measures.measured(start, stepping(0.3, mean_free_time), mean_free_time, 0.2)
+    good = trade_measures.measured(start, engine(), mean_free_time, 0.2, Look())
+    bad = trade_measures.measured(start, stepping(0.3, mean_free_time), mean_free_time, 0.2, Look())
     z, wrong = good.pressure.Z, bad.pressure.Z
     # Sixteen disks: what the correction of order 1/N leaves out, beside four errors.
     assert abs(z.mean - true) < 4 * z.error + 0.02 * true
@@ -175,7 +179,7 @@ def test_a_small_scene_has_the_same_density_and_room_for_stepping():
 
 
 def test_every_method_is_one_line():
-    names = [method.name for method in methods(1.0)]
+    names = [method_of(words, 1.0).name for words in methods(3)]
     assert names[:4] == ["float64", "float32", "50 digits", "float64 naive"]
     assert names[4:10] == [
         "step 0.1", "step 0.01", "step 0.001", "step 0.0001", "step 0.1, float32", "step 0.01, float32"
@@ -211,36 +215,77 @@ def test_positions_are_looked_at_before_anybody_crosses_half_of_the_box():
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
+    """A comparison that is stopped after two rows, and goes on as the folder of any study does."""
     folder = tmp_path_factory.mktemp("trade") / "out"
-    plan = SceneFile.from_toml("[scene]\ndimension = 2\nn = 16\npacking_fraction = 0.3\n")
     patch = pytest.MonkeyPatch()
-    patch.setattr(trade_statistics, "SIZES", (64, 256))
-    patch.setattr("carom.studies.accuracy.trade.STEPS", (1e-1, 1e-2))
-    patch.setattr("carom.studies.accuracy.trade.VERLET", (2e-3,))
-    stages = []
-    result = trade(plan, folder, seconds=0.05, progress=lambda stage, fraction: stages.append(stage))
+    patch.setattr("carom.studies.accuracy.spec.SIZES", (64, 256))
+    patch.setattr("carom.studies.accuracy.spec.STEPS", (1e-1, 1e-2))
+    patch.setattr("carom.studies.accuracy.spec.VERLET", (2e-3,))
+    spec = TradeSpec(seconds=0.05, scene={"dimension": 2, "n": 16, "packing_fraction": 0.3})
+    steps = []
+
+    def stop(fraction, text):
+        steps.append(text)
+        if text.startswith("2 of"):
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(Interrupted) as stopped:
+        Trade(spec).run(out=folder, progress=stop)
+    two = {path.name: path.read_bytes() for path in (folder / "tasks").iterdir()}
+    study = carom.resume(folder)
+    assert {name: (folder / "tasks" / name).read_bytes() for name in two} == two
+    yield study, folder, (stopped.value.so_far, steps)
     patch.undo()
-    return result, folder, stages
 
 
-def test_the_tables_hold_what_was_found(finished):
-    result, folder, stages = finished
-    for name, rows in (("trade", result.rows), ("sizes", result.sizes), ("sampling", result.sampling)):
-        with (folder / f"{name}.csv").open() as stream:
+def test_a_comparison_goes_on_and_is_loaded_as_any_study(finished, tmp_path):
+    study, folder, (first, steps) = finished
+    assert (len(first.records), steps) == (2, ["0 of 17 rows", "1 of 17 rows", "2 of 17 rows"])
+    assert (study.complete, study.engine, len(study.records)) == (True, "serial", 17)
+    again = carom.load(folder)
+    assert again.rows == study.rows
+    assert TradeSpec.from_toml(study.spec.to_toml()) == study.spec
+    for how in ({"executor": "processes"}, {"cores": 2}):
+        with pytest.raises(InputError, match="run one after the other"):
+            Trade(study.spec).run(**how)
+
+
+def test_no_time_stands_in_a_result_of_a_comparison(finished):
+    for record in finished[0].records:
+        assert not {"cpu_seconds", "collisions_per_second"} & record["result"].keys()
+        json.dumps(record, allow_nan=False)
+
+
+def test_the_tables_hold_what_was_found(finished, tmp_path):
+    study = finished[0]
+    for name, save in study.files().items():
+        save(tmp_path / name)
+    for name, rows in (("trade", study.rows), ("sizes", study.sizes), ("sampling", study.sampling)):
+        with (tmp_path / f"{name}.csv").open() as stream:
             table = list(csv.DictReader(stream))
         assert len(table) == len(rows)
         for line, row in zip(table, rows, strict=True):
             for key, text in line.items():
                 value = getattr(row, key)
-                same = (
-                    value == text
-                    if isinstance(value, str)
-                    else math.isclose(value, float(text), rel_tol=1e-5)
-                )
-                assert same or math.isnan(value), (name, key)
-    assert json.loads((folder / "trade.json").read_text())["horizon"]["to_one"] > 0.0
-    assert (folder / "trade.png").stat().st_size > 10_000
-    assert stages[-1] == "Done"
+                if isinstance(value, float):
+                    assert math.isnan(value) if text == "" else float(text) == value, (name, key)
+                else:
+                    assert text == str(value).lower() or text == value, (name, key)
+    assert study.more()["horizon"]["to_one"] > 0.0
+    assert (tmp_path / "trade.png").stat().st_size > 10_000
+    for shown in study.tables():
+        narrow = Console(file=io.StringIO(), width=60)
+        narrow.print(shown.rich(narrow))
+        lines = narrow.file.getvalue().splitlines()
+        assert all(len(line) <= 60 for line in lines)
+        for _, column in shown.columns():  # whole, whether beside or below each other
+            assert any(column.head in line for line in lines), column.head
+        assert {*shown.to_dataframe().columns} == {*shown.names()}
+    study.report(tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    titles = [table.title for table in study.tables()]
+    assert len(titles) == 6
+    assert all(title.partition(";")[0] in page for title in titles)
 
 
 def test_the_comparison_shows_what_the_paper_says(finished):
@@ -260,29 +305,30 @@ def test_the_comparison_shows_what_the_paper_says(finished):
     assert event_driven.diffusion_bias == 0.0
 
 
-def test_a_comparison_is_not_replaced_unasked(finished):
-    with pytest.raises(FileError, match="--overwrite"):
-        trade(out=finished[1])
-
-
 @pytest.mark.parametrize(
-    "change",
+    "key",
     [
         {"walls": True},
         {"impact": 0.9},
-        {"diameter": np.linspace(0.9, 1.0, 4)},
-        {"interaction": SquareWell(1.3, 1.0)},
-        {"impact": Loss(0.9, contact_time=1e-3)},
-        {"motion": Gravity((0.0, -1.0))},
+        {"species": {"a": {"fraction": 0.5}, "b": {"fraction": 0.5, "diameter": 2.0}}},
+        {"interaction": {"type": "square-well", "range": 1.3, "depth": 1.0}},
+        {"motion": {"type": "gravity", "g": [0.0, 0.0, -1.0]}},
         {"pinned": [0]},
+        {"file": "run1/trajectory.h5md"},
     ],
-    ids=["walls", "restitution", "diameters", "well", "loss", "gravity", "pinned"],
+    ids=lambda key: next(iter(key)),
 )
-def test_a_scene_that_the_references_cannot_move_is_refused(change):
-    scene = carom.Scene([[1.0, 1.0], [3.0, 1.0], [1.0, 3.0], [3.0, 3.0]], 5.0)
-    assert simple_scene(scene) is scene
-    with pytest.raises(InputError, match="equal spheres in a periodic box"):
-        simple_scene(scene.replace(**change))
+def test_a_scene_that_the_references_cannot_move_is_refused(key):
+    start = {} if "file" in key else {"n": 32, "packing_fraction": 0.1}
+    with pytest.raises(InputError, match=f"periodic box; leave out .scene. {next(iter(key))}"):
+        TradeSpec(scene={**start, **key})
+
+
+def test_a_crystal_without_room_for_the_small_scene_is_refused_before_anything_runs():
+    with pytest.raises(InputError, match="too near close packing"):
+        TradeSpec(scene={"lattice": "fcc", "packing_fraction": 0.73})
+    with pytest.raises(InputError, match="nothing to compare"):
+        TradeSpec(scene={"lattice": "cubic", "cells": 1, "packing_fraction": 0.1})
 
 
 def test_a_lonely_sphere_is_refused_in_one_sentence(tmp_path):
@@ -315,12 +361,12 @@ def test_the_horizon_is_the_one_of_the_lyapunov_exponent(dimension, density):
         ),
         1,
     )
-    track = trade_measures.true_track(start, oracle(), mean_free_time, 80, lambda fraction: None)
+    track = trade_measures.true_track(start, oracle(), mean_free_time, 80, Look())
     exponent, rate = LYAPUNOV[dimension, density]
     print(f"d={dimension} density={density}: exponent {track.lyapunov:.3f}, published {exponent}")
     # A finite-time exponent of some forty mean free times scatters by about a tenth.
     assert track.lyapunov / track.rate == pytest.approx(exponent / rate, rel=0.25)
-    found = trade_measures.faithfulness(start, engine(), track)
+    found = trade_measures.faithfulness(start, engine(), track, Look())
     theory = math.log(1e-3 / EPS) / track.lyapunov * track.rate
     print(f"lost after {found.position:.1f} (order {found.order:.1f}), theory {theory:.1f}")
     assert found.position == pytest.approx(theory, rel=0.25)

@@ -12,9 +12,10 @@ from typing import Annotated
 import typer
 
 from carom import studies
-from carom.cli import compile, files, info, measure, pack, plan, run, study, trade
+from carom.cli import compile, files, info, measure, pack, plan, run, study
 from carom.cli.meant import Command, Group
 from carom.cli.trouble import started
+from carom.studies.accuracy.spec import TradeSpec
 from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
@@ -60,7 +61,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "transport": study.command_of("transport", TransportSpec, lambda: studies.Transport),
         "shear": study.command_of("shear", ShearSpec, lambda: studies.ShearFlow),
         "plan": plan.plan,
-        "trade": trade.trade,
+        "trade": study.command_of("trade", TradeSpec, lambda: studies.Trade),
     },
     "Look": {
         "measure": measure.measure, "view": files.view, "movie": files.movie, "export": files.export,

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.options import FLAGS, Overwrite, Trusted, refuse_to_replace
+from carom.cli.options import FLAGS, Overwrite, Quiet, Trusted, refuse_to_replace
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
@@ -21,6 +21,7 @@ def export(
         Path,
         typer.Argument(help="What to write: these, or .lammpstrj, .data (LAMMPS), .dcd, .pdb."),
     ],
+    quiet: Quiet = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Convert a trajectory from one format to another.
@@ -108,6 +109,7 @@ def movie(
         str,
         typer.Option("--color", "--colour", help="species, speed, psi_6 or rattlers (of a packing)."),
     ] = "species",
+    quiet: Quiet = False,
     overwrite: Overwrite = False,
 ) -> None:
     """Make a movie of a run or trajectory.

@@ -54,14 +54,6 @@ def number_of(cores: str | None) -> int | str | None:
     return int(cores) if cores is not None and cores.isdecimal() else cores
 
 
-def file_of(path: Path | None) -> Path | None:
-    """Return the study file or scene file in the folder of a study or a run; any other path as it is."""
-    if path is None or not path.is_dir():
-        return path
-    study = path / "study.toml"
-    return study if study.is_file() else path / "scene.toml"
-
-
 def refuse_to_replace(*paths: Path, overwrite: bool) -> None:
     """Raise FileError for a file that exists, or that cannot be written; do nothing with --overwrite."""
     from carom.errors import FileError

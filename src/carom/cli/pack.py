@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.options import FLAGS, GoOn, Json, Quiet, file_of
+from carom.cli.options import FLAGS, GoOn, Json, Quiet
+from carom.cli.study import carry_out
 from carom.cli.trouble import friendly
 from carom.spec import helps
 from carom.studies.packings.spec import PackSpec
@@ -115,31 +116,21 @@ def pack(
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import packed, watched
     from carom.errors import InputError
-    from carom.spec import read, sections
 
     kinds = [(_whole(count), diameter) for count, diameter in _pairs(species, "--species", "COUNT:DIAMETER")]
-    points = {
+    given = {
         "n": n, "dimension": dimension, "packing_fraction": packing_fraction, "walls": walls,
         "species": [{"count": count, "diameter": diameter} for count, diameter in kinds] or None,
+        "seeds": seeds, "seed": seed, "rate": rate, "until_Z": until_Z, "collisions": collisions,
+        "stages": _pairs(stage, "--stage", "RATE:Z") or None, "common": common, "pictures": pictures,
     }  # fmt: skip
-    scene = file_of(scene)
-    of_scene = scene is not None and "scene" in sections(read(scene), "scene", "pack")
-    asked = (PackSpec() if scene is None else PackSpec.load(scene)).replaced(
-        **points, seeds=seeds, seed=seed, rate=rate, until_Z=until_Z, collisions=collisions,
-        stages=_pairs(stage, "--stage", "RATE:Z") or None, common=common, pictures=pictures,
-    )  # fmt: skip
-    said = asked.n, asked.packing_fraction, asked.species, asked.walls, dimension
-    if of_scene and said != (None, None, None, False, None):
-        raise InputError(
-            r"[scene] says what is packed: leave out n, dimension, packing_fraction, species and walls of "
-            "[pack], and their options."
-        )
+    from carom.studies.packings.pack import asked_of
+    from carom.studies.packings.pack import packed as compressed
+
+    asked, start = asked_of(scene, given)
     if asked.seeds is not None:
-        if of_scene:
-            raise InputError("[scene] is the start of one packing; leave out --seeds, or [scene].")
         if overwrite:
             raise InputError("--overwrite is for one packing; a study of several goes on in its folder.")
-        from carom.cli.study import carry_out
         from carom.studies.packings.study import Packings
 
         carry_out(
@@ -154,19 +145,9 @@ def pack(
     if go_on and overwrite:
         raise InputError("--resume and --overwrite contradict each other; give one of them.")
     with watched() as progress, compiling_told():
-        from carom.scene_file.scene_file import SceneFile
-        from carom.studies.packings.compression import pack as compress
-
         progress("Preparing", 0.0)
-        start = asked.start(asked.seed)
-        if scene is not None and of_scene:
-            start = SceneFile.load(scene).scene.build(asked.seed)
-        packing = compress(
-            start, rate=asked.rate, until_Z=asked.until_Z, collisions=asked.collisions, stages=asked.stages,
-            common=asked.common, seed=asked.seed, neighbors=asked.neighbors, out=out, overwrite=overwrite,
-            resume=go_on, pictures=asked.pictures, progress=progress,
-        )  # fmt: skip
-    packed(packing.to_dict(), out, as_json)
+        found = compressed(asked, start, out, overwrite, go_on, progress)
+    packed(found.to_dict(), out, as_json)
 
 
 def _pairs(given: list[str] | None, option: str, form: str) -> list[tuple[float, float]]:

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from carom.cli.options import FLAGS, Json, Quiet, file_of, number_of
+from carom.cli.options import FLAGS, Json, Quiet, number_of
 from carom.cli.trouble import friendly
 from carom.scene_file.commands import PlanSpec
 from carom.spec import helps
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from carom.studies.planner.plan import RunPlan
     from carom.studies.planner.system import System
 
@@ -101,44 +100,30 @@ def plan(
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import reached, watched
     from carom.paths import writing
-    from carom.studies.planner.plan import NAME, PILOT_SECONDS
+    from carom.studies.planner.plan import NAME
 
-    folder, scene = FOLDER if run and out is None else out, file_of(scene)
+    folder = FOLDER if run and out is None else out
     with watched() as progress, compiling_told():
         from carom.studies.planner import plan as planner
 
         def shown(part: float, text: str) -> None:
             progress(text, part)
 
-        if scene is not None and (packing_fraction, dimension, species) != (None, None, None):
-            _contradiction()
-        asked = (PlanSpec() if scene is None else PlanSpec.load(scene)).replaced(
-            target=target, n=n, seed=seed, cores=number_of(cores), walltime=walltime, pilot=pilot
-        )
-        d = 3 if dimension is None else dimension
         kinds = _species(species)
+        given = {"n": n, "seed": seed, "cores": number_of(cores), "walltime": walltime}
         if run and folder is not None and (folder / NAME).exists():
-            given = {name: getattr(asked, name) for name in ("n", "seed", "cores", "walltime")}
-            system = planner.system_of(packing_fraction, d, kinds, scene)
-            found = _held(folder, asked.target, system, given)
+            system = planner.system_of(packing_fraction, dimension, kinds, scene)
+            asked = planner.asked_of(target, scene, {**given, "pilot": pilot})
+            found = _held(folder, asked, system)
         else:
             if folder is not None:
                 planner.reserve(folder)
                 with writing(folder):  # before the pilot
                     folder.mkdir(parents=True, exist_ok=True)
             found = planner.plan(
-                asked.target,
-                packing_fraction=packing_fraction,
-                dimension=d,
-                species=kinds,
-                scene=scene,
-                n=asked.n,
-                cores=asked.cores,
-                walltime=asked.walltime,
-                seed=1 if asked.seed is None else asked.seed,
-                pilot_seconds=PILOT_SECONDS if asked.pilot is None else asked.pilot,
-                progress=shown,
-            )
+                target, packing_fraction=packing_fraction, dimension=dimension, species=kinds, scene=scene,
+                **given, pilot_seconds=pilot, progress=shown,
+            )  # fmt: skip
             if folder is not None:
                 found.save(folder)
     if not as_json:
@@ -153,24 +138,24 @@ def plan(
     reached(outcome, folder, as_json)
 
 
-def _held(folder: Path, target: str, asked: System, given: dict[str, Any]) -> RunPlan:
+def _held(folder: Path, asked: PlanSpec, system: System) -> RunPlan:
     """Return the plan that a folder holds, if it is what is asked for: its study continues.
 
-    That is a plan for this target and system, with what is ``given``: n, seed, cores or walltime.
+    That is a plan for this target and system, with the n, seed, cores and walltime that are given.
     """
-    from carom import checks
     from carom.errors import InputError
     from carom.studies.planner.plan import load
     from carom.studies.planner.target import Target
 
     found = load(folder)
-    if found.target != Target.parse(target) or found.system.words() != asked.words():
+    if found.target != Target.parse(asked.target) or found.system.words() != system.words():
         raise InputError(
             f"{folder} holds the plan {found.target} for {found.system}; ask for that to go on with it, or "
             "give another --out."
         )
-    if given["n"] is not None:
-        given = {**given, "n": asked.filling(checks.integer(given["n"], "n", low=8, high=10**7))}
+    given = {name: getattr(asked, name) for name in ("n", "seed", "cores", "walltime")}
+    if asked.n is not None:
+        given["n"] = system.filling(asked.n)
     held = {"n": found.design.n, "seed": found.seed, "cores": found.cores, "walltime": found.walltime}
     for name, value in given.items():
         if value not in (None, held[name]):
@@ -180,15 +165,6 @@ def _held(folder: Path, target: str, asked: System, given: dict[str, Any]) -> Ru
                 "with that plan, or give another --out."
             )
     return found
-
-
-def _contradiction() -> None:
-    """Raise InputError: the system is given by a scene file and by options."""
-    from carom.errors import InputError
-
-    raise InputError(
-        "A scene file says what is simulated: leave out --packing-fraction, --dimension and --species."
-    )
 
 
 def _species(given: list[str] | None) -> list[dict[str, float]] | None:
@@ -218,24 +194,6 @@ def _show(found: RunPlan) -> None:
     console = Screen()
     # Lines are wrapped between words on a terminal, and not wrapped in a pipe.
     console.print(found.words(), soft_wrap=not console.is_terminal)
-    console.print(_sizes(console, found))
-
-
-def _sizes(console: Console, found: RunPlan) -> Any:
-    """Return a table of the bias and the CPU time of the sizes around the chosen one."""
-    from rich import box
-    from rich.table import Table
-
-    from carom.cli.tables import fitted
-    from carom.studies.planner.choice import duration
-
-    table = Table(
-        title="Other sizes", title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False
-    )
-    for name in ("N", "bias", "CPU"):
-        table.add_column(name, justify="right")
     chosen = next((k for k, size in enumerate(found.sizes) if size.n == found.design.n), 0)
-    for size in found.sizes[max(chosen - 3, 0) : chosen + 4]:
-        seconds = duration(size.cpu_seconds) if size.cpu_seconds < float("inf") else "the bias is larger"
-        table.add_row(f"{size.n}", f"{size.bias:.1e}", seconds)
-    return fitted(console, table)
+    near = found.sizes[max(chosen - 3, 0) : chosen + 4]
+    console.print(dataclasses.replace(found.table, rows=near).rich(console))

@@ -15,7 +15,7 @@ import typer
 
 from carom.cli.heartbeat import quiet, say
 from carom.cli.meant import Command
-from carom.cli.options import FLAGS, Json, Quiet, file_of, number_of
+from carom.cli.options import FLAGS, Json, Quiet, number_of
 from carom.cli.trouble import PARTLY, friendly, started
 from carom.texts import visible
 
@@ -44,8 +44,8 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
     from carom.spec import fields_of
 
     def run(
-        study: Path | None, out: Path, engine: str | None, scheduler: str | None, cores: str | None,
-        report: bool, pictures: bool, as_json: bool, quiet: bool = False, **given: Any,
+        study: Path | None, out: Path, report: bool, pictures: bool, as_json: bool, quiet: bool = False,
+        engine: str | None = None, scheduler: str | None = None, cores: str | None = None, **given: Any,
     ) -> None:  # fmt: skip
         from carom.errors import InputError
 
@@ -53,24 +53,25 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
             raise InputError("--engine and --scheduler contradict each other; give one of them.")
         fields = fields_of(asked)
         values = {key: fields[key].of_option(value) for key, value in given.items() if value is not None}
-        file = file_of(study)
-        spec = asked(**values) if file is None else asked.of_argument(file).replaced(**values)
         carry_out(
-            kind()(spec), out, executor=scheduler or engine, cores=cores, report=report, pictures=pictures,
-            as_json=as_json,
+            kind()(asked.of(study, values)), out, executor=scheduler or engine, cores=cores, report=report,
+            pictures=pictures, as_json=as_json,
         )  # fmt: skip
 
     run.__doc__ = asked.about
-    options = [
-        _argument("study", asked),
-        _option("out", Path, Path(f"carom-{name}"), *FLAGS["out"],
-                help="Folder for the results; the same study continues there."),
-        *(_of_field(field) for field in fields_of(asked).values() if field.is_option),
+    where = (
         _option("engine", str, None, help="processes, threads, serial or mpi.", panel=WHERE),
         _option("cores", str, None, *FLAGS["cores"],
                 help="Number of processes or threads; default one per core.", panel=WHERE),
         _option("scheduler", str, None, help="Address of a Dask scheduler, e.g. tcp://host:8786.",
                 panel=WHERE),
+    )  # fmt: skip
+    options = [
+        _argument("study", asked),
+        _option("out", Path, Path(f"carom-{name}"), *FLAGS["out"],
+                help="Folder for the results; the same study continues there."),
+        *(_of_field(field) for field in fields_of(asked).values() if field.is_option),
+        *(() if asked.serial else where),
         _option("report", bool, False, "--report", help="A page with tables and pictures: report.html.",
                 panel=OUTPUT),
         _option("pictures", bool, True, "--pictures/--no-pictures", help=f"{name}.png.", panel=OUTPUT),
@@ -242,7 +243,8 @@ def show(study: Study[Any], as_json: bool) -> None:
         from carom.cli.tables import Screen
 
         console = Screen()
-        console.print(study.table.rich(console))
+        for table in study.tables():
+            console.print(table.rich(console))
         for sentence in study.sentences():
             console.print(sentence)
     sys.stdout.flush()

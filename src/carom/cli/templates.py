@@ -14,6 +14,7 @@ from typing import Any, get_args, get_origin
 from carom.scene_file.commands import PlanSpec
 from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.spec import Spec, SpecField, fields_of, schema_of
+from carom.studies.accuracy.spec import TradeSpec
 from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
@@ -29,6 +30,7 @@ SPECS: dict[str, type[Spec]] = {
     "pack": PackSpec,
     "plan": PlanSpec,
     "code": CodeSpec,
+    "trade": TradeSpec,
 }
 """What each section may hold."""
 

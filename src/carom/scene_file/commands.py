@@ -61,7 +61,6 @@ class PlanSpec(Beside):
     """
 
     section: ClassVar[str] = "plan"
-    within: ClassVar[str] = "[plan] "
 
     target: Annotated[
         str,

@@ -170,8 +170,10 @@ def _exchanged(run_state: Any, sweeps: Sweeps) -> tuple[np.ndarray, int, int]:
     starts = np.zeros(frame.n + 1, np.int64)
     np.cumsum(np.bincount(one, minlength=frame.n), out=starts[1:])
     widest = np.full(frame.n, np.inf)
-    for _, gap in room.gaps(places, np.zeros(frame.n)):
-        widest = np.minimum(widest, gap)
+    everything, largest = room.everything(), np.full(frame.n, 0.5 * frame.diameters.max())
+    for k, who in room.near_obstacles(places, largest):
+        gap = everything[k].gap(places[who], np.zeros(len(who)), frame.box, frame.periodic)
+        widest[who] = np.minimum(widest[who], gap)
     rng = np.random.default_rng(seeds.stream(swaps.seed, "swaps", sweeps.done))
     order, counts = np.arange(frame.n), np.zeros(2, np.int64)
     neighbors = (

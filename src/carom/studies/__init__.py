@@ -10,6 +10,8 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from carom.studies.accuracy.spec import TradeSpec as TradeSpec
+    from carom.studies.accuracy.study import Trade as Trade
     from carom.studies.codes.code import SphericalCode as SphericalCode
     from carom.studies.codes.spec import CodeSpec as CodeSpec
     from carom.studies.codes.study import Codes as Codes
@@ -40,9 +42,11 @@ _LAZY = {
     "ShearFlow": "carom.studies.flow.study",
     "RunPlan": "carom.studies.planner.plan",
     "Outcome": "carom.studies.planner.outcome",
+    "Trade": "carom.studies.accuracy.study",
     "StudySpec": "carom.studies.eos.spec",
     "TransportSpec": "carom.studies.coefficients.spec",
     "ShearSpec": "carom.studies.flow.spec",
+    "TradeSpec": "carom.studies.accuracy.spec",
     "Target": "carom.studies.planner.target",
 }
 

@@ -98,6 +98,7 @@ def _optional(kind: Any) -> Any:
 def _type(hint: Any, needed: bool) -> str:
     """Return an annotation as numpydoc has it: ``float, optional``, unless it is needed."""
     if isinstance(hint, str):
+        hint = hint.replace("str | PathLike[str]", "path")
         parts = [part.strip() for part in hint.split("|")]
         names = [re.sub(r"(\w+)\[(.*)\]", lambda m: f"{m[1].lower()} of {m[2]}", part) for part in parts]
     else:

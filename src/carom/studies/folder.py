@@ -42,7 +42,7 @@ RESULTS = "tasks"
 WRITTEN = (
     SETTINGS, "study.toml", "report.html", "eos.csv", "eos.png", "transport.csv", "transport.png",
     "shear.csv", "shear.png", "code.json", "code.csv", "code.png", "points.csv", "pack.csv", "pack.png",
-    "plan.json", "outcome.json",
+    "plan.json", "outcome.json", "trade.csv", "trade.png", "sizes.csv", "sampling.csv",
 )  # fmt: skip
 """Files that commands write into the folder of a study."""
 
@@ -206,6 +206,8 @@ def unsealed(value: Any, name: str) -> Record:
 def _check_same(before: dict[str, Any], now: dict[str, Any], path: Path) -> None:
     """Raise FileError naming what differs between two studies."""
     names = [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
+    if "study" in names:  # of which all else is different
+        names = ["study"]
     if names:
         differences = ", ".join(
             f"{name} was {canonical(before.get(name))} and is {canonical(now.get(name))} now"

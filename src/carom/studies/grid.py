@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar
+from os import PathLike
+from typing import Annotated, Any, ClassVar, Self
 
 from carom.errors import InputError
 from carom.spec import Opt, Spec, integer, integers_of, number, numbers_of, several, word
@@ -20,6 +21,12 @@ POINT = ("n", "packing_fraction", "density", "box", "dimension", "lattice", "cel
 
 MOST = 10**8
 """Most particles of a scene, as in :mod:`carom.scene.lattices`."""
+
+SCENE = (
+    "Scene file (TOML) with [scene] and the section of the command; other arguments replace its values. Or "
+    "further keys of a scene, e.g. diameter and mass."
+)
+"""What the argument ``scene`` of a study is."""
 
 # Fields of which each study has a default of its own.
 Sizes = Annotated[
@@ -119,6 +126,22 @@ class SceneGrid(Spec):
             self._put(self.measured, checks.number(length, self.measured, low=0, open_low=True))
         # All scenes are checked now, rather than in a worker an hour later.
         self.tasks()
+
+    @classmethod
+    def of(cls, source: Any, given: Mapping[str, Any]) -> Self:
+        """Return what a command, or the function of the same name, is asked for.
+
+        Raises
+        ------
+        InputError
+            If a file stands where packing fractions are expected.
+        """
+        if isinstance(name := given.get("packing_fraction"), str | PathLike):
+            raise InputError(
+                f"packing_fraction must be numbers, found {str(name)!r}; a scene file is given as "
+                f"scene={str(name)!r}."
+            )
+        return super().of(source, given)
 
     @classmethod
     def of_sections(cls, words: dict[str, Any], others: dict[str, Any]) -> dict[str, Any]:

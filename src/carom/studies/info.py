@@ -136,7 +136,7 @@ _REACHED = records.table(
 _STATES = ("checkpoint.h5", "compression.h5")
 """Checkpoints of folders, which go on."""
 
-_OF_FOLDER = ("summary.json", "study.json", "plan.json", "outcome.json", "trade.json")
+_OF_FOLDER = ("summary.json", "study.json", "plan.json", "outcome.json")
 
 
 def _typed(command: str, path: Path) -> str:
@@ -146,7 +146,7 @@ def _typed(command: str, path: Path) -> str:
 def _folder(folder: Path) -> Info:
     kind = kind_of(folder)
     known: dict[str, Callable[[Path], Info]] = {
-        "a packing": _packing, "a plan": _plan, "a study": _study, "a run": _run, "a comparison": _comparison,
+        "a packing": _packing, "a plan": _plan, "a study": _study, "a run": _run,
     }  # fmt: skip
     if kind is not None:
         return known[kind](folder)
@@ -251,20 +251,6 @@ def _plan(path: Path) -> Info:
         value, error = words["value"], words["reached"]["error"]
         text = f"{words['quantity']} = {value_with_error(value, error)} for infinitely many, bias included"
         found.add("result", text, value=value, error=error)
-    return found
-
-
-def _comparison(path: Path) -> Info:
-    found = Info(path, "a comparison of methods", "finished")
-    if (path / "trade.json").is_file():
-        words = records.read_json(
-            path / "trade.json", records.mapping(records.anything), "a comparison of methods", "run it again"
-        )
-        if isinstance(scene := words.get("scene"), str):
-            found.add("scene", scene)
-        if isinstance(rows := words.get("rows"), list):
-            found.add("methods", str(len(rows)), methods=len(rows))
-    found.next = _typed("carom trade --overwrite --out", path)
     return found
 
 

@@ -15,7 +15,6 @@ OWN: dict[str, tuple[str, ...]] = {
     "a packing": ("compression.h5", "packing.h5md", "packing.extxyz"),
     "a plan": ("plan.json", "outcome.json"),
     "a study": ("study.json",),
-    "a comparison": ("trade.json", "trade.csv"),
 }
 """Files by which a folder tells what it holds."""
 

@@ -41,7 +41,7 @@ pre { background: #f4f4f4; padding: 0.8rem; overflow-x: auto; font-size: 0.85rem
 def page(study: Any) -> str:
     """Return the page of a study."""
     said = " ".join([f"{study.progress[0].upper()}{study.progress[1:]} done.", *study.sentences()])
-    parts: list[tuple[str, Any]] = [("Results", study.table), *study.parts()]
+    parts: list[tuple[str, Any]] = [*(("Results", each) for each in study.tables()), *study.parts()]
     if study.failures:
         parts.append((f"{study.unit.capitalize()} that failed", _failures(study)))
     parts += [("Provenance", _provenance(study)), ("To repeat it", _repeat(study))]

@@ -17,6 +17,7 @@ from carom.models.files.tables import obstacle_from_table
 from carom.results import KINDS, loaded
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
+from carom.studies.accuracy.study import Trade
 from carom.studies.codes.code import FORMAT as A_CODE
 from carom.studies.codes.code import load as load_code
 from carom.studies.codes.study import Codes
@@ -24,7 +25,8 @@ from carom.studies.coefficients.study import Transport
 from carom.studies.eos.study import EquationOfState
 from carom.studies.flow.study import ShearFlow
 from carom.studies.folder import SETTINGS, Folder
-from carom.studies.packings.compression import PackingFolder, holds_packing, resume_packing
+from carom.studies.packings.compression import PackingFolder, holds_packing
+from carom.studies.packings.pack import resume_packing
 from carom.studies.packings.packing import HISTORY, Packing
 from carom.studies.packings.study import Packings
 from carom.studies.places import kind_of
@@ -176,7 +178,7 @@ def _of_folder(folder: Path) -> Any:
 
 
 STUDIES: dict[str, type[Study[Any]]] = {
-    kind.Spec.study: kind for kind in (EquationOfState, Transport, ShearFlow, Codes, Packings)
+    kind.Spec.study: kind for kind in (EquationOfState, Transport, ShearFlow, Codes, Packings, Trade)
 }
 """The studies by what their folders say that they are."""
 

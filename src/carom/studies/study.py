@@ -152,6 +152,10 @@ class Study(Result, Generic[S]):
         """The results."""
         raise NotImplementedError
 
+    def tables(self) -> list[Table]:
+        """Return what is shown: the results, and perhaps other tables."""
+        return [self.table]
+
     def sentences(self) -> list[str]:
         """Return what is said below the table and at the top of the page."""
         return []
@@ -329,6 +333,13 @@ class Study(Result, Generic[S]):
         """
         began = clock.perf_counter()
         workers = processes(cores)
+        if self.spec.serial:
+            if executor not in (None, "serial") or workers not in (None, 1):
+                raise InputError(
+                    f"The {self.unit} of this study measure CPU time and run one after the other; leave out "
+                    "executor and cores."
+                )
+            executor = "serial"
         executors.check(executor, workers)
         folder = None if out is None else Folder(Path(out))
         words = self.spec.words()

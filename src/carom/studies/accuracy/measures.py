@@ -69,7 +69,7 @@ def true_track(
     method: Method,
     mean_free_time: float,
     collisions_per_particle: float,
-    progress: Callable[[float], object],
+    look: Callable[..., object],
 ) -> Track:
     """Follow the oracle, and its twin for the first half of the time."""
     interval = mean_free_time / SAMPLES
@@ -85,7 +85,7 @@ def true_track(
             twin.advance_to(origin + twin.arithmetic.number(interval) * k)
             difference = motion.system.positions - twin.positions  # type: ignore[attr-defined]
             apart.append(0.5 * math.log(float((difference * difference).sum())))
-        progress(k / count)
+        look()
     times = interval * np.arange(1, count + 1)
     # During the first mean free times the difference turns into the direction of fastest growth.
     late = slice(len(apart) // 5, None)
@@ -129,13 +129,14 @@ class Faithfulness:
     error: float = 0.0
 
 
-def faithfulness(scene: Scene, method: Method, track: Track) -> Faithfulness:
+def faithfulness(scene: Scene, method: Method, track: Track, look: Callable[..., object]) -> Faithfulness:
     """Follow the true trajectory with a method until it is lost."""
     motion = method.start(scene, True)
     box, n = np.asarray(scene.box), scene.n
     one = int(np.searchsorted(2.0 * track.collisions / n, 1.0))
     lost, error, step = math.inf, math.nan, float(track.times[0])
     for k, right in enumerate(track.positions):
+        look()
         motion.run(step)
         away = motion.positions() - right
         away -= box * np.rint(away / box)
@@ -167,13 +168,16 @@ def reversal(scene: Scene, method: Method, duration: float) -> float:
     return float(np.sqrt((away * away).sum(axis=1)).max()) / scene.diameter
 
 
-def speed(scene: Scene, method: Method, interval: float, seconds: float) -> tuple[float, Motion]:
+def speed(
+    scene: Scene, method: Method, interval: float, seconds: float, look: Callable[..., object]
+) -> tuple[float, Motion]:
     """Return collisions per CPU second, and the motion they were measured on, in calls for ``interval``."""
     motion = method.start(scene, False)
     motion.run(interval)
     before, began = motion.tally()[1], clock.process_time()
     while (spent := clock.process_time() - began) < seconds:
         motion.run(interval)
+        look()
     return (motion.tally()[1] - before) / spent, motion
 
 
@@ -197,7 +201,9 @@ class Measured:
     motion: Motion
 
 
-def measured(scene: Scene, method: Method, mean_free_time: float, seconds: float) -> Measured:
+def measured(
+    scene: Scene, method: Method, mean_free_time: float, seconds: float, look: Callable[..., object]
+) -> Measured:
     """Return Z and D from a run of so many CPU seconds."""
     motion = method.start(scene, False)
     motion.settle(8.0 * mean_free_time)
@@ -213,6 +219,7 @@ def measured(scene: Scene, method: Method, mean_free_time: float, seconds: float
             motion.run(duration / parts)
             spent += clock.process_time() - began
             slope.look(motion.positions())
+            look()
         slope.mark()
         now = motion.tally()
         blocks.append(Block(*(b - a for a, b in zip(last, now, strict=True))))  # type: ignore[arg-type]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from carom.studies.accuracy.rows import TradeResult
+    from carom.studies.accuracy.rows import Row, SizeRow
 
 LOOKS = {
     "event-driven": ("o", paper.INK),
@@ -36,14 +36,15 @@ FLOOR = 2.0**-53
 """Position of an error of zero on the logarithmic axis: half a rounding."""
 
 
-def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) -> Figure:
+def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
     """Draw the error of positions and the bias of Z against speed, and the error of Z against N.
 
     Parameters
     ----------
-    result : TradeResult
-    path : path, optional
-        Where to save the picture.
+    rows : sequence of Row
+        The methods.
+    sizes : sequence of SizeRow
+        The numbers of particles.
 
     Returns
     -------
@@ -56,40 +57,38 @@ def picture(result: TradeResult, *, path: str | os.PathLike[str] | None = None) 
     first = axes[0]
     for panel in axes:
         panel.spines[["top", "right"]].set_visible(False)
-    rates = [row.collisions_per_second for row in result.rows]
+    rates = [row.collisions_per_second for row in rows]
     # Doubles do not resolve errors below half a rounding.
-    _panel(first, result, rates, [max(row.error_1, FLOOR) for row in result.rows])
+    _panel(first, rows, rates, [max(row.error_1, FLOOR) for row in rows])
     first.set_ylabel(r"error after one collision a particle [$\sigma$]")
     # Without a significant bias, its standard error is the upper bound.
-    biases = [max(abs(row.z_bias), row.z_error) for row in result.rows]
-    _panel(axes[1], result, rates, biases, bars=[row.z_error for row in result.rows])
+    biases = [max(abs(row.z_bias), row.z_error) for row in rows]
+    _panel(axes[1], rows, rates, biases, bars=[row.z_error for row in rows])
     axes[1].set_ylabel(r"bias of $Z$, relative (or what hides it)")
     for panel in (first, axes[1]):
         panel.set_xlabel("collisions per CPU second")
-    n = np.array([row.n for row in result.sizes])
-    axes[2].loglog(n, [row.relative_error_1s for row in result.sizes], "o-", color=paper.INK)
-    axes[2].loglog(n, np.abs([row.finite_size_bias for row in result.sizes]), "--", color=paper.GREY)
+    n = np.array([row.n for row in sizes])
+    axes[2].loglog(n, [row.relative_error_1s for row in sizes], "o-", color=paper.INK)
+    axes[2].loglog(n, np.abs([row.finite_size_bias for row in sizes]), "--", color=paper.GREY)
     axes[2].set_xlabel("particles")
     axes[2].set_ylabel(r"relative error of $Z$")
     axes[2].legend(["statistical, after 1 CPU second", "of finite size"], frameon=False, fontsize=8)
-    if path is not None:
-        figure.savefig(path)
     return figure
 
 
 def _panel(
-    axes: Axes, result: TradeResult, rates: list[float], errors: list[float], bars: list[float] | None = None
+    axes: Axes, rows: Sequence[Row], rates: list[float], errors: list[float], bars: list[float] | None = None
 ) -> None:
     """Draw errors against speed: a point per row, a line per method, and the Pareto front."""
-    for k, row in enumerate(result.rows):
+    for k, row in enumerate(rows):
         marker, colour = LOOKS[row.algorithm]
         axes.plot(rates[k], errors[k], marker, color=colour)
         if bars is not None:
             axes.plot([rates[k]] * 2, [errors[k], errors[k] + bars[k]], color=colour, lw=1)
-    for name, members in families(result).items():
+    for name, members in families(rows).items():
         members.sort(key=lambda k: rates[k])
         x, y = ([values[k] for k in members] for values in (rates, errors))
-        axes.plot(x, y, "-", color=LOOKS[result.rows[members[0]].algorithm][1], lw=0.7)
+        axes.plot(x, y, "-", color=LOOKS[rows[members[0]].algorithm][1], lw=0.7)
         side, shift = SIDES.get(name, ("left", (6, 3)))
         end = -1 if side == "center" else 0
         axes.annotate(name, (x[end], y[end]), shift, textcoords="offset points", fontsize=7, ha=side)
@@ -100,10 +99,10 @@ def _panel(
     axes.margins(x=0.2, y=0.1)
 
 
-def families(result: TradeResult) -> dict[str, list[int]]:
+def families(rows: Sequence[Row]) -> dict[str, list[int]]:
     """Return the indices of the rows of each method, all its time steps together."""
     found: dict[str, list[int]] = {}
-    for k, row in enumerate(result.rows):
+    for k, row in enumerate(rows):
         name = re.sub(r"(^|, )step [\d.e-]+", "", row.method)
         name = f"stepping{name}" if row.algorithm == "time-driven" else name
         found.setdefault(name, []).append(k)

@@ -1,11 +1,27 @@
-"""Results of ``carom trade``: a row for each method, and how long trajectories can be followed."""
+"""Tables of ``carom trade``: a row for each method, each number of particles, each interval of sampling."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
+from typing import Annotated, Any
 
-from carom.studies.accuracy.statistics import SamplingRow, SizeRow
+from carom.table import Column
+
+
+def _with(error: str) -> Callable[[float, Any], str]:
+    """Return the form of a bias with its standard error."""
+    return lambda value, row: f"{value:+.1e} ± {getattr(row, error):.1e}"
+
+
+def _horizon(kept: str) -> Callable[[float, Any], str]:
+    """Return the form of a number of collisions that is a lower bound if the trajectory was ``kept``."""
+    return lambda value, row: f"> {value:.0f}" if getattr(row, kept) else f"{value:.1f}"
+
+
+def _small(head: str) -> Column:
+    return Column(head, ".1e", missing="-")
 
 
 @dataclass(frozen=True)
@@ -26,8 +42,9 @@ class Row:
         Relative, per million collisions.
     horizon_order, horizon_position : float
         Collisions per particle until the order of collisions is not the oracle's, and until any position
-        differs by 10^-3 diameters. Median of three starts; infinite if that did not happen in the time
-        followed.
+        differs by 10^-3 diameters. Median of three starts.
+    order_kept, position_kept : bool
+        Whether that did not happen in the time followed, of which the number then is the length.
     error_1 : float
         Median distance from the true position after one collision per particle; median of the three starts
         [diameters].
@@ -46,74 +63,166 @@ class Row:
         Relative statistical error of Z and of D after one CPU second, without the bias.
     """
 
-    method: str
+    method: Annotated[str, Column("", left=True)]
     algorithm: str
-    n_speed: int
-    collisions_per_second: float
-    bytes_per_particle: float
-    worst_overlap: float
-    energy_drift: float
-    momentum_drift: float
-    horizon_order: float
-    horizon_position: float
-    error_1: float
-    back_5: float
-    back_10: float
-    back_20: float
-    z_bias: float
+    n_speed: Annotated[int, Column("N")]
+    collisions_per_second: Annotated[float, Column("collisions / s", ".3g")]
+    bytes_per_particle: Annotated[float, Column("bytes / particle", ".0f", missing="-")]
+    worst_overlap: Annotated[float, _small("overlap [σ]")]
+    energy_drift: Annotated[float, _small("energy")]
+    momentum_drift: Annotated[float, _small("momentum")]
+    horizon_order: Annotated[float, Column("order", _horizon("order_kept"), missing="-")]
+    order_kept: bool
+    horizon_position: Annotated[float, Column("position", _horizon("position_kept"), missing="-")]
+    position_kept: bool
+    error_1: Annotated[float, _small("after 1")]
+    back_5: Annotated[float, _small("5 back")]
+    back_10: Annotated[float, _small("10 back")]
+    back_20: Annotated[float, _small("20 back")]
+    z_bias: Annotated[float, Column("Z", _with("z_error"), missing="-")]
     z_error: float
-    contact_bias: float
+    contact_bias: Annotated[float, Column("g(σ+)", _with("contact_error"), missing="-")]
     contact_error: float
-    diffusion: float
-    diffusion_bias: float
+    diffusion: Annotated[float, Column("D [length² / time]", ".5f")]
+    diffusion_bias: Annotated[float, Column("D", _with("diffusion_error"), missing="-")]
     diffusion_error: float
-    z_cost: float
-    diffusion_cost: float
+    z_cost: Annotated[float, _small("error of Z")]
+    diffusion_cost: Annotated[float, _small("of D")]
+
+
+def row(record: dict[str, Any], references: dict[int, tuple[float, list[float]]]) -> Row:
+    """Return the figures of a method.
+
+    Parameters
+    ----------
+    record : dict
+        Of its task.
+    references : dict
+        By the number of particles: the right Z, and D of the engine with its standard error.
+    """
+    found, spent = record["result"], record["provenance"]
+    z, right = references.get(found["n"], (math.nan, [math.nan, math.nan]))
+    (mine, error), (count, count_error), own = found["Z"], found["count"], found["D"]
+    relative = own[1] / abs(own[0])
+    known = 0.0 if own == right else right[1] / abs(right[0])
+
+    def number(name: str) -> float:
+        value = found[name]
+        return math.nan if value is None else float(value)
+
+    back = [math.nan if each is None else each for each in found["back"]]
+    return Row(
+        method=found["method"],
+        algorithm=found["algorithm"],
+        n_speed=found["n"],
+        collisions_per_second=spent["collisions_per_second"],
+        bytes_per_particle=number("bytes_per_particle"),
+        worst_overlap=number("worst_overlap"),
+        energy_drift=found["energy_drift"],
+        momentum_drift=found["momentum_drift"],
+        horizon_order=number("order"),
+        order_kept=found["order_kept"],
+        horizon_position=number("position"),
+        position_kept=found["position_kept"],
+        error_1=number("error_1"),
+        back_5=back[0],
+        back_10=back[1],
+        back_20=back[2],
+        z_bias=mine / z - 1.0,
+        z_error=error / z,
+        # g(sigma+) is proportional to Z - 1.
+        contact_bias=(count - 1.0) / (z - 1.0) - 1.0,
+        contact_error=count_error / abs(z - 1.0),
+        diffusion=own[0],
+        diffusion_bias=own[0] / right[0] - 1.0,
+        diffusion_error=math.hypot(relative, known),
+        z_cost=error / abs(mine) * math.sqrt(spent["cpu_seconds"]),
+        diffusion_cost=relative * math.sqrt(spent["cpu_seconds"]),
+    )
 
 
 @dataclass(frozen=True)
-class Horizon:
-    """How long doubles can follow a trajectory, by theory [collisions per particle].
+class SizeRow:
+    """Cost and error of Z at one N.
 
     Attributes
     ----------
-    lyapunov, rate : float
-        Largest Lyapunov exponent and collision rate of a particle, from the oracle and its twin [1 / time].
-    to_one, to_apart : float
-        Until one rounding, 2.2e-16, has grown to one diameter, and to 10^-3 diameters.
-    published_to_one : float
-        The first from published exponents; nan where there are none for this density.
-    followed : float
-        Length of the oracle's trajectory [collisions per particle].
+    n : int
+    collisions_per_second : float
+        Per CPU second.
+    z, error : float
+        Compressibility factor and its standard error.
+    relative_error_1s : float
+        The relative error after one CPU second; it falls with the square root of the time.
+    finite_size_bias : float
+        Relative difference between Z of n particles and of infinitely many; nan without a theory.
+    corrected_bias, corrected_error : float
+        The same after the correction to leading order, measured against theory, and its standard error.
+    break_even : float
+        CPU seconds after which the uncorrected bias is larger than the statistical error.
     """
 
-    lyapunov: float
-    rate: float
-    to_one: float
-    to_apart: float
-    published_to_one: float
-    followed: float
+    n: Annotated[int, Column("N")]
+    collisions_per_second: Annotated[float, Column("collisions / s", ".3g")]
+    z: float
+    error: float
+    relative_error_1s: Annotated[float, _small("error after 1 s")]
+    finite_size_bias: Annotated[float, Column("finite-size bias", "+.1e", missing="-")]
+    corrected_bias: Annotated[float, Column("corrected", _with("corrected_error"), missing="-")]
+    corrected_error: float
+    break_even: Annotated[float, Column("equal after [s]", ".3g", missing="-")]
+
+
+def size_row(record: dict[str, Any]) -> SizeRow:
+    """Return the figures of a number of particles."""
+    found, spent = record["result"], record["provenance"]
+    (z, error), bias, corrected = found["Z"], found["bias"], found["corrected"]
+    relative = error / abs(z)
+    after_1s = relative * math.sqrt(spent["cpu_seconds"])
+    return SizeRow(
+        n=found["n"],
+        collisions_per_second=spent["collisions_per_second"],
+        z=z,
+        error=error,
+        relative_error_1s=after_1s,
+        finite_size_bias=math.nan if bias is None else bias,
+        corrected_bias=math.nan if corrected is None else corrected,
+        corrected_error=relative,
+        break_even=(after_1s / bias) ** 2 if bias else math.nan,
+    )
 
 
 @dataclass(frozen=True)
-class TradeResult:
-    """The results of ``carom trade``.
+class SamplingRow:
+    """Cost and error of g(r) at one sampling interval.
 
     Attributes
     ----------
-    folder : Path
-    scene, small : str
-        The scene, and the small one of the same density in which trajectories were followed.
-    rows : list of Row
-    horizon : Horizon
-    sizes : list of SizeRow
-    sampling : list of SamplingRow
+    interval : float
+        Between two frames [mean free times].
+    frames : int
+    contact_error : float
+        Relative error of the contact value from g(r).
+    g_error : float
+        Mean relative error of g in bins of 0.02 diameters, up to two diameters.
+    cpu_seconds : float
+        For the run, the frames and g(r) together.
     """
 
-    folder: Path
-    scene: str
-    small: str
-    rows: list[Row]
-    horizon: Horizon
-    sizes: list[SizeRow]
-    sampling: list[SamplingRow]
+    interval: Annotated[float, Column("mean free times", "g")]
+    frames: Annotated[int, Column("frames")]
+    contact_error: Annotated[float, _small("error of g(σ+)")]
+    g_error: Annotated[float, _small("of g(r)")]
+    cpu_seconds: Annotated[float, Column("CPU [s]", ".2f")]
+
+
+def sampling_row(record: dict[str, Any]) -> SamplingRow:
+    """Return the figures of an interval."""
+    found, contact = record["result"], record["result"]["contact_error"]
+    return SamplingRow(
+        found["interval"],
+        found["frames"],
+        math.nan if contact is None else contact,
+        found["g_error"],
+        record["provenance"]["cpu_seconds"],
+    )

@@ -38,6 +38,7 @@ class CodeSpec(Spec):
     section: ClassVar[str] = "code"
     argument: ClassVar[str] = r"Number of points, or a file (TOML) with \[code]."
     argument_name: ClassVar[str] = "N"
+    or_file: ClassVar[str] = "n"
     about: ClassVar[str] = """Spread N points on a sphere as far apart as possible.
 
     Caps on great circles grow until they jam, and points repel each other; hops lead to better codes. The
@@ -63,7 +64,9 @@ class CodeSpec(Spec):
         Opt("Dimension of the space around the sphere."),
     ] = 3
     tries: Annotated[int, integer(low=1, high=10**6), Opt("Number of random starts.")] = 40
-    seed: Annotated[int, integer(low=0), Opt("Seed of the first try; each further one has the next.")] = 1
+    seed: Annotated[
+        int, integer(low=0, high=2**63 - 1), Opt("Seed of the first try; each further one has the next.")
+    ] = 1
     agree: Annotated[
         int | None,
         integer(low=2),

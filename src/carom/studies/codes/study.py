@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -138,7 +138,7 @@ class Codes(Study[CodeSpec]):
             if self.spec.dimension == 3:
                 yield "The best code", self.plot()
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
         """Draw the caps of the best code on S^2, and save the picture to ``path``.
 
         Raises
@@ -167,8 +167,10 @@ class Codes(Study[CodeSpec]):
             self.code.save(path)
 
 
-@documented(Codes)
-def spherical_code(n: int, dimension: int = 3, *, how: Mapping[str, Any], **given: Any) -> SphericalCode:
+@documented(Codes, n="Number of points, 2 to 1000, or a scene file (TOML) with [code].")
+def spherical_code(
+    n: int | str | PathLike[str], dimension: int | None = None, *, how: Mapping[str, Any], **given: Any
+) -> SphericalCode:
     """Search for n points on the unit sphere in d dimensions whose smallest angle is as large as possible.
 
     In every try, random points move on great circles and grow into caps until they jam (Smith; the paper's
@@ -197,7 +199,7 @@ def spherical_code(n: int, dimension: int = 3, *, how: Mapping[str, Any], **give
     (90.0, 12, 'the cross-polytope, optimal (Rankin 1955)')
     """
     try:
-        study = Codes(CodeSpec(n, dimension, **given)).run(**how)
+        study = Codes(CodeSpec.of(n, {"dimension": dimension, **given})).run(**how)
     except Interrupted as stopped:
         raise Interrupted(str(stopped), stopped.so_far.code) from None
     if study.code is None:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 import math
-import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -19,6 +19,7 @@ from carom.studies.coefficients.points import Coefficients, coefficients_of
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.documented import documented
 from carom.studies.eos.study import composition
+from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.table import Column, Table, error
 
@@ -95,7 +96,8 @@ class Transport(GridStudy[TransportSpec]):
     @functools.cached_property
     def table(self) -> Table:
         """One :class:`Row` for each coefficient of each point."""
-        rows = []
+        rows: list[Row] = []
+        unsettled = []
         for each in self.points:
             quantities = each.quantities()
             if math.isfinite(each.self_diffusion_infinite.mean):
@@ -113,7 +115,9 @@ class Transport(GridStudy[TransportSpec]):
                         value.mean / enskog, *c.window, "; ".join(each.remarks),
                     )
                 )  # fmt: skip
-        return Table(Row, rows, notes=[*self.remarks(), UNITS])
+                if each.exists and not c.settled:
+                    unsettled.append(rows[-1])
+        return Table(Row, rows, notes=[*self.remarks(), UNITS], flagged=lambda row: row in unsettled)
 
     @property
     def self_diffusion(self) -> Coefficient:
@@ -223,7 +227,7 @@ class Transport(GridStudy[TransportSpec]):
         if self.records:
             yield "Results", self.plot()
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
         """Draw the coefficients divided by Enskog's, and their convergence in time; save them to ``path``.
 
         Raises
@@ -236,9 +240,13 @@ class Transport(GridStudy[TransportSpec]):
         return pictures.study(self, path)
 
 
-@documented(Transport)
+@documented(Transport, scene=SCENE)
 def transport(
-    packing_fraction: Iterable[float] | float | None = None, *, how: Mapping[str, Any], **given: Any
+    packing_fraction: Iterable[float] | float | None = None,
+    *,
+    scene: str | PathLike[str] | Mapping[str, Any] | None = None,
+    how: Mapping[str, Any],
+    **given: Any,
 ) -> Transport:
     """Measure self-diffusion, shear and bulk viscosity and thermal conductivity of fluids.
 
@@ -266,5 +274,5 @@ def transport(
     >>> print(str(study).splitlines()[0])
     Transport coefficients in 3D: N = 108 at packing fraction 0.1, 1 run
     """
-    spec = TransportSpec(**given) if packing_fraction is None else TransportSpec(packing_fraction, **given)  # type: ignore[arg-type]
+    spec = TransportSpec.of(scene, {"packing_fraction": packing_fraction, **given})
     return Transport(spec).run(**how)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 import functools
 import math
-import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from os import PathLike
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from carom import theory
@@ -18,6 +18,7 @@ from carom.studies.eos import fits
 from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.table import Row, row
+from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.table import Column, Table, error
 from carom.theory import Equation
@@ -170,7 +171,7 @@ class EquationOfState(GridStudy[StudySpec]):
 
     def plot(
         self,
-        path: str | os.PathLike[str] | None = None,
+        path: str | PathLike[str] | None = None,
         *,
         equations: Mapping[str, Equation] | None = None,
     ) -> Figure:
@@ -203,10 +204,13 @@ def composition(species: Sequence[Sequence[float]]) -> str:
     return ": " + ", ".join(sizes) + more
 
 
-@documented(EquationOfState, equation="Equation of state to compare with, instead of the usual one.")
+@documented(
+    EquationOfState, scene=SCENE, equation="Equation of state to compare with, instead of the usual one."
+)
 def equation_of_state(
     packing_fraction: Iterable[float] | float | None = None,
     *,
+    scene: str | PathLike[str] | Mapping[str, Any] | None = None,
     equation: Equation | None = None,
     how: Mapping[str, Any],
     **given: Any,
@@ -229,5 +233,5 @@ def equation_of_state(
     >>> [row.equilibrated for row in study.table]
     [True, True]
     """
-    spec = StudySpec(**given) if packing_fraction is None else StudySpec(packing_fraction, **given)  # type: ignore[arg-type]
+    spec = StudySpec.of(scene, {"packing_fraction": packing_fraction, **given})
     return EquationOfState(spec, equation=equation).run(**how)

@@ -23,20 +23,16 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import checkpoint
 from carom.models.obstacles.named_walls import Walls
-from carom.notebook import by_stage, watchable
 from carom.paths import writing
 from carom.scene import lattices
 from carom.scene.overlaps import rounding
 from carom.scene.scene import Scene
 from carom.scene.species import Species, checked_species
-from carom.scene_file.scene_file import SceneFile
 from carom.simulation.checkpoint import save
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
-from carom.studies.arguments import refuse_unknown
 from carom.studies.packings.packing import HISTORY, Packing, parted
 from carom.studies.runs.folder import RunFolder
-from carom.studies.signals import Interrupted, stoppable
 
 FAST, SLOW = 0.02, 1e-3
 """Default rates: fast while spheres could still order, then slow enough to close the contacts."""
@@ -153,206 +149,6 @@ def points(
         walls=walls,
         seed=seed,
     )
-
-
-@watchable("Packing", by_stage)
-def pack(
-    start: int | Scene | str | PathLike[str] | None = None,
-    *,
-    dimension: int | None = None,
-    species: Sequence[Species] | None = None,
-    walls: bool | None = None,
-    packing_fraction: float | None = None,
-    rate: float | None = None,
-    until_Z: float | None = None,
-    collisions: int | None = None,
-    stages: Sequence[tuple[float, float | None]] | None = None,
-    common: bool = False,
-    seed: int = 1,
-    neighbors: str = "auto",
-    out: str | PathLike[str] | None = None,
-    overwrite: bool = False,
-    resume: bool = False,
-    pictures: bool = True,
-    progress: Progress | None = None,
-    **others: Any,
-) -> Packing:
-    """Let particles grow while they move, until they jam (Lubachevsky and Stillinger; the paper's sec. 8).
-
-    Parameters
-    ----------
-    start : int, Scene or path
-        Number of random points in a cubic box; 1000 if neither it nor species with counts are given. Or the
-        scene to start from, of any density and in a box of any kind; or its scene file (TOML).
-    dimension : int
-        d of the points; 3 if left out.
-    species : sequence of :class:`carom.Species`, optional
-        Species of the points, each with a ``count`` or a ``fraction``; their diameters are approximately the
-        final ones [length].
-    walls : bool
-        Whether the box of the points has hard walls instead of periodic boundaries.
-    packing_fraction : float, optional
-        Packing fraction of the start, instead of points.
-    rate : float, optional
-        Growth rate of the mean diameter over the thermal speed, gamma. By default it is 0.02 up to Z = 1e3,
-        then 1e-3.
-    until_Z : float, optional
-        Z = PV / NkT to reach; 1e10 if neither it nor a number of collisions is given. Beyond 1e13 gaps are
-        lost in rounding.
-    collisions : int, optional
-        Number of pair collisions after which the compression ends, at any Z.
-    stages : sequence of (rate, until_Z), optional
-        Stages instead of one rate and Z, e.g. fast, then slow. The last Z may be None.
-    common : bool
-        Whether all diameters grow at one rate, instead of in proportion to themselves.
-    seed : int
-        Seed of the points, and of the velocities where the scene has none.
-    neighbors : {"auto", "lists", "sectors"}
-        As in :class:`carom.Simulation`.
-    out : path, optional
-        Folder for results and checkpoints; :func:`carom.resume` continues from there.
-    overwrite : bool
-        Whether a packing that the folder holds may be replaced.
-    resume : bool
-        Whether to go on with the packing that the folder holds, if it is this one.
-    pictures : bool
-        Whether to draw pictures in the folder.
-    progress : callable, optional
-        Called as ``progress("Packing", fraction)``; True shows a bar.
-    **others
-        None: any other argument is an error that names the right one.
-
-    Returns
-    -------
-    Packing
-        The final state, and the history of the compression.
-
-    Raises
-    ------
-    InputError
-        If an argument is unknown or out of range, nothing moves, the particles become as wide as the box, or
-        the folder holds another packing than is to be resumed.
-    FileError
-        If the folder holds a packing and ``overwrite`` and ``resume`` are false, or it cannot be written.
-    Interrupted
-        After Ctrl-C; its ``so_far`` is the packing until then.
-
-    Notes
-    -----
-    Between two rescalings there are ``HEATING / rate`` collisions per particle, at most ``LONGEST``. Z comes
-    from the virial of each stretch, with the integral of kT over its time. An increase of Z by a factor e
-    takes some ``3.4 / rate`` collisions per particle (d = 3). At the rate 1e-3, growth from Z = 1e3 to 1e12
-    takes 70 000.
-
-    Examples
-    --------
-    >>> import carom
-    >>> packing = carom.pack(30, dimension=2, rate=0.1, until_Z=1e6)
-    >>> packing.note
-    'Z = PV/NkT = 1e+06 reached'
-    """
-    if "seeds" in others:
-        raise InputError("pack() makes one packing; packings(..., seeds=8) makes several.")
-    refuse_unknown("pack()", others, _ARGUMENTS)
-    plan = stages_of(rate, until_Z, collisions, stages)
-    limit = None if collisions is None else checks.integer(collisions, "collisions", low=1)
-    of_points = {
-        "dimension": dimension, "species": species, "walls": walls, "packing_fraction": packing_fraction,
-    }  # fmt: skip
-    scene = start_of(start, {name: value for name, value in of_points.items() if value is not None}, seed)
-    if scene.n < 2:
-        raise InputError("A packing needs at least two particles, found one.")
-    if getattr(scene.motion, "curved", False):
-        raise InputError("A packing is one of a box; for caps on a sphere there is spherical_code().")
-    compression = Compression.begun(scene, plan, limit, common, seed, neighbors, pictures, progress)
-    if out is None:
-        return _carried_out(compression, None)
-    folder = PackingFolder(Path(out))
-    if resume and holds_packing(out):
-        return _resumed(folder, progress, compression)
-    folder.check_free(overwrite)
-    folder.make()
-    with folder.owned():
-        folder.sweep()
-        folder.clear()
-        return _carried_out(compression, folder)
-
-
-def _carried_out(compression: Compression, folder: PackingFolder | None) -> Packing:
-    """Run a compression to the end, and write the results to the folder if there is one."""
-    kept = None if folder is None else folder.checkpoint
-    with stoppable() as stop:
-        stop.deferred = True
-        if not compression.run(kept, lambda: stop.asked):
-            text = "Stopped." if folder is None else f"Stopped; `carom resume {folder.path}` goes on."
-            raise Interrupted(text, compression.packing("stopped"))
-        packing = compression.packing()
-        if folder is not None:
-            compression.save(folder.checkpoint)
-            stop.deferred = False
-            packing.save(folder.path, pictures=compression.pictures)
-    return packing
-
-
-_ARGUMENTS = (
-    "dimension", "species", "walls", "packing_fraction", "rate", "until_Z", "collisions", "stages", "common",
-    "seed", "neighbors", "out", "overwrite", "resume", "pictures", "progress",
-)  # fmt: skip
-"""Keywords of :func:`pack`."""
-
-
-def start_of(start: Any, of_points: dict[str, Any], seed: int) -> Scene:
-    """Return the scene from which a compression begins; the arguments are as in :func:`pack`."""
-    if start is None or isinstance(start, int | np.integer):
-        species = of_points.get("species")
-        counted = species is not None and checked_species(species)[0].count is not None
-        if start is None and not counted:
-            start = N
-        return points(start, seed=seed, **of_points)
-    if of_points:
-        raise InputError(f"{min(of_points)} is for points, and pack() starts from a scene: leave it out.")
-    if isinstance(start, Scene):
-        return start
-    if isinstance(start, str | PathLike):
-        return SceneFile.load(Path(start)).build_scene()
-    raise InputError(
-        f"pack() starts from a number of particles, a Scene or a scene file (TOML), found "
-        f"{checks.describe(start)}."
-    )
-
-
-@watchable("Packing", by_stage)
-def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
-    """Continue the compression in a folder; the result is bit-identical to an uninterrupted one.
-
-    Parameters
-    ----------
-    out : path
-        The folder of the compression.
-    progress : callable, optional
-        As in :func:`pack`.
-
-    Raises
-    ------
-    FileError
-        If the folder holds no compression, or its checkpoint is damaged or of another version of Carom.
-    Interrupted
-        As in :func:`pack`.
-    """
-    folder = PackingFolder(Path(out))
-    if not holds_packing(out):
-        raise FileError(f"{out} holds no packing of Carom; start one with `carom pack --out {out}`.")
-    return _resumed(folder, progress)
-
-
-def _resumed(folder: PackingFolder, progress: Progress | None, asked: Compression | None = None) -> Packing:
-    """Continue the compression in a folder, which must be the one that is asked for, if any is."""
-    with folder.owned():
-        folder.sweep()
-        kept = Compression.load(folder.checkpoint, progress)
-        if asked is not None:
-            asked.check_same(kept, folder.path)
-        return _carried_out(kept, folder)
 
 
 def _digest(scene: Scene) -> str:

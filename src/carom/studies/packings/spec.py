@@ -28,6 +28,10 @@ def _species(value: Any, name: str) -> tuple[dict[str, Any], ...]:
     """Check species, and return them as a file has them."""
     from carom.scene.species import listed
 
+    if isinstance(value, Mapping):  # tables with names, as those of [scene]
+        value = [
+            {"name": each, **table} if isinstance(table, Mapping) else table for each, table in value.items()
+        ]
     return tuple(map(_table, listed(value, name)))
 
 
@@ -44,6 +48,7 @@ class PackSpec(Beside):
 
     study: ClassVar[str] = "packings"
     section: ClassVar[str] = "pack"
+    or_file: ClassVar[str] = "n"
     grid: ClassVar[tuple[str, ...]] = ("seeds", "seed", "pictures")
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("n", "species"), ("stages", "rate"), ("stages", "until_Z"),
@@ -124,12 +129,13 @@ class PackSpec(Beside):
 def points_of(task: Mapping[str, Any]) -> Any:
     """Return the points of a ``task``, a Scene."""
     from carom.scene.species import Species
-    from carom.studies.packings.compression import start_of
+    from carom.studies.packings.compression import N, points
 
     given = {name: task[name] for name in ("packing_fraction", "walls") if task.get(name)}
-    if "species" in task:
-        given["species"] = [Species(**each) for each in task["species"]]
-    return start_of(task.get("n"), {"dimension": task["dimension"], **given}, task["seed"])
+    n, species = task.get("n"), [Species(**each) for each in task.get("species", ())]
+    if n is None and not (species and species[0].count is not None):
+        n = N
+    return points(n, task["dimension"], seed=task["seed"], species=species or None, **given)
 
 
 def _table(species: Any) -> dict[str, Any]:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import functools
 import math
-import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -20,6 +20,7 @@ from carom.studies.documented import documented
 from carom.studies.executors import Stopped
 from carom.studies.folder import Task
 from carom.studies.packings.compression import Compression, stages_of
+from carom.studies.packings.pack import asked_of
 from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec, points_of
 from carom.studies.study import Look, Study
@@ -169,7 +170,7 @@ class Packings(Study[PackSpec]):
             **{f"{name}_error": error for name, (_, error) in found.items()},
         }
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
         """Draw the jamming fraction of each seed, their mean and its standard error; save it to ``path``.
 
         Raises
@@ -215,8 +216,12 @@ class Packings(Study[PackSpec]):
                 packing.save(folder, pictures=False)
 
 
-@documented(Packings, seeds="Number of packings; 8 if left out.")
-def packings(n: int | None = None, *, how: Mapping[str, Any], **given: Any) -> Packings:
+@documented(
+    Packings,
+    n="Number of points; 1000, or that of the species, if left out. Or a scene file (TOML) with [pack].",
+    seeds="Number of packings; 8 if left out.",
+)
+def packings(n: int | str | PathLike[str] | None = None, *, how: Mapping[str, Any], **given: Any) -> Packings:
     """Pack points of several seeds, each as :func:`carom.pack` does.
 
     @
@@ -233,4 +238,5 @@ def packings(n: int | None = None, *, how: Mapping[str, Any], **given: Any) -> P
     >>> [row.seed for row in study.table], study.packings[0].note
     ([1, 2, 3], 'Z = PV/NkT = 1e+06 reached')
     """
-    return Packings(PackSpec(n, **{"seeds": SEEDS, **given})).run(**how)
+    asked, _ = asked_of(n, given)
+    return Packings(asked.replaced(seeds=asked.seeds or SEEDS)).run(**how)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from carom import checks
 from carom.errors import InputError
@@ -18,6 +18,7 @@ from carom.io import records
 from carom.notebook import watchable
 from carom.paths import writing
 from carom.results import Result, html_of
+from carom.scene_file.commands import PlanSpec
 from carom.simulation.workers.thread_pool import cores as all_cores
 from carom.studies.arguments import processes, refuse_unknown
 from carom.studies.places import refuse_others, refuse_to_replace
@@ -29,6 +30,7 @@ from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
 from carom.studies.planner.system import System, of_plan, of_scene
 from carom.studies.planner.target import Target
+from carom.table import Column, Table
 from carom.version import __version__
 
 PILOT_SECONDS = 15.0
@@ -51,9 +53,11 @@ class Size:
         CPU time until the error is that of the target; infinite where the bias alone is larger.
     """
 
-    n: int
-    bias: float
-    cpu_seconds: float
+    n: Annotated[int, Column("N")]
+    bias: Annotated[float, Column("bias", ".1e")]
+    cpu_seconds: Annotated[
+        float, Column("CPU", lambda value, row: duration(value), missing="the bias is larger")
+    ]
 
 
 @dataclass(frozen=True, repr=False)
@@ -153,6 +157,11 @@ class RunPlan(Result):
 
     _numbers_above = False
 
+    @property
+    def table(self) -> Table:
+        """The sizes that were compared, one :class:`Size` for each."""
+        return Table(Size, self.sizes, "Other sizes")
+
     def _words(self) -> dict[str, Any]:
         """Return the plan as JSON values."""
         return {
@@ -184,8 +193,7 @@ class RunPlan(Result):
 
     def _columns(self) -> dict[str, Any]:
         """Return the sizes that were compared: n, the bias and the CPU time of each."""
-        names = [each.name for each in dataclasses.fields(Size)]
-        return {name: [getattr(size, name) for size in self.sizes] for name in names}
+        return {name: [getattr(size, name) for size in self.sizes] for name in self.table.names()}
 
     def _repr_html_(self) -> str:
         return html_of(self._lines()[0], self._columns())
@@ -399,17 +407,17 @@ def method(system: System, target: Target) -> Any:
 
 @watchable("Planning", lambda shown: shown)
 def plan(
-    target: str | Target,
+    target: str | Target | None = None,
     *,
     packing_fraction: float | None = None,
-    dimension: int = 3,
+    dimension: int | None = None,
     species: Sequence[Mapping[str, float]] | None = None,
     scene: Any = None,
     n: int | None = None,
     cores: int | str | None = None,
     walltime: float | None = None,
-    seed: int = 1,
-    pilot_seconds: float = PILOT_SECONDS,
+    seed: int | None = None,
+    pilot_seconds: float | None = None,
     progress: Callable[[float, str], object] | None = None,
     **others: Any,
 ) -> RunPlan:
@@ -420,15 +428,17 @@ def plan(
     target : str or Target
         The quantity of the infinite system and its error, the bias of the finite size included. ``"Z=1e-4"``
         has a relative error, ``"Z=+-0.002"`` an absolute one. Quantities are Z, P (or pressure), g(contact),
-        D, and D(A) of the species A of a mixture, by its name or its number from 0 on.
+        D, and D(A) of the species A of a mixture, by its name or its number from 0 on. ``"Z=1e-3"`` if left
+        out.
     packing_fraction : float
         Packing fraction of hard spheres with diameter, mass and kT 1. Give this or ``scene``.
     dimension : int
-        d.
+        d; 3 if left out.
     species : sequence of mappings, optional
         Species of a mixture, such as ``{"fraction": 0.5, "diameter": 1.4, "mass": 2.0}``.
     scene : path, SceneFile or System
-        A scene. The plan may change its number of particles.
+        A scene. The plan may change its number of particles. Of a scene file (TOML) ``[plan]`` is read as
+        well, whose values other arguments replace.
     n : int, optional
         Number of particles; by default the plan chooses it.
     cores : int or "auto", optional
@@ -436,9 +446,9 @@ def plan(
     walltime : float, optional
         Wall time that is available [s]; by default no limit.
     seed : int
-        Seed of the runs and of the pilots.
+        Seed of the runs and of the pilots; 1 if left out.
     pilot_seconds : float
-        CPU time that each of two pilots may take [s].
+        CPU time that each of two pilots may take [s]; 15 if left out.
     progress : callable, optional
         Called with the finished fraction of the pilot, and a sentence; True shows a bar.
     **others
@@ -464,16 +474,17 @@ def plan(
     1
     """
     refuse_unknown("plan()", others, _ARGUMENTS)
-    if not isinstance(target, str | Target):
-        raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
-    goal = Target.parse(target) if isinstance(target, str) else target
+    given = {"n": n, "seed": seed, "cores": cores, "walltime": walltime, "pilot": pilot_seconds}
     system = system_of(packing_fraction, dimension, species, scene)
-    cores = checks.integer(processes(cores) or all_cores(), "cores", low=1, high=10**6)
-    limit = math.inf if walltime is None else checks.number(walltime, "walltime", low=0.0, open_low=True)
-    checks.number(pilot_seconds, "pilot_seconds", low=0.0, open_low=True)
-    checks.integer(seed, "seed", low=0, high=2**63 - 1)
+    asked = asked_of(target, scene, given)
+    n, walltime = asked.n, asked.walltime
+    goal = target if isinstance(target, Target) else Target.parse(asked.target)
+    cores = processes(asked.cores) or all_cores()
+    limit = math.inf if walltime is None else walltime
+    seed = 1 if asked.seed is None else asked.seed
+    pilot_seconds = PILOT_SECONDS if asked.pilot is None else asked.pilot
     how = method(system, goal)
-    every = sizes(system) if n is None else [system.filling(checks.integer(n, "n", low=8, high=10**7))]
+    every = sizes(system) if n is None else [system.filling(n)]
 
     def look(stage: float, text: str) -> Callable[[float], object]:
         return lambda part: None if progress is None else progress(0.5 * (stage + part), text)
@@ -557,17 +568,30 @@ def _asking(goal: Target, value: float) -> Callable[[float], str]:
     return shown
 
 
+def asked_of(target: str | Target | None, scene: Any, given: Mapping[str, Any]) -> PlanSpec:
+    """Return for what to plan: what is ``given``, and ``[plan]`` of the scene if that is a file."""
+    if target is not None and not isinstance(target, str | Target):
+        raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
+    file = scene if isinstance(scene, str | PathLike) else None
+    return PlanSpec.of(file, {**given, "target": None if target is None else str(target)})
+
+
 def system_of(
-    packing_fraction: float | None, dimension: int, species: Sequence[Mapping[str, float]] | None, scene: Any
+    packing_fraction: float | None,
+    dimension: int | None,
+    species: Sequence[Mapping[str, float]] | None,
+    scene: Any,
 ) -> System:
     """Return the system that the arguments of :func:`plan` describe."""
     if scene is not None:
-        if packing_fraction is not None or species is not None:
-            raise InputError("scene and packing_fraction or species contradict each other; give one of them.")
+        if (packing_fraction, dimension, species) != (None, None, None):
+            raise InputError(
+                "A scene contradicts packing_fraction, dimension and species; leave out one or the other."
+            )
         if isinstance(scene, System):
             return scene
         return of_plan(scene)[0] if hasattr(scene, "build_scene") else of_scene(scene)[0]
     if packing_fraction is None:
         raise InputError("A plan needs packing_fraction, or a scene; found neither.")
     words = {} if species is None else {"species": [{"fraction": 1.0, **each} for each in species]}
-    return System(packing_fraction, dimension, words)
+    return System(packing_fraction, 3 if dimension is None else dimension, words)

@@ -14,6 +14,7 @@ from carom import checks, densities, theory
 from carom.errors import InputError
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
+from carom.spec import file_of
 from carom.studies.coefficients import windows
 from carom.studies.eos.spec import StudySpec
 from carom.studies.planner.target import Scale
@@ -312,7 +313,7 @@ def of_scene(path: str | Path) -> tuple[System, int]:
     FileError, InputError
         If the file cannot be read, or is not a bulk phase in a periodic box.
     """
-    return of_plan(SceneFile.load(path))
+    return of_plan(SceneFile.load(file_of(Path(path))))
 
 
 def of_plan(plan: SceneFile) -> tuple[System, int]:

@@ -1,0 +1,177 @@
+"""Speed against accuracy as a study: a table of methods, one of sizes, one of intervals of sampling."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from carom.errors import InputError
+from carom.paths import replacing, writing
+from carom.studies.accuracy.rows import Row, SamplingRow, SizeRow, row, sampling_row, size_row
+from carom.studies.accuracy.spec import ENGINE, TradeSpec
+from carom.studies.folder import Record, Task
+from carom.studies.study import Look, Study
+from carom.table import Table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+VIEWS: dict[str, tuple[str, ...]] = {
+    "Speed, memory, faults in a million collisions": (
+        "method", "collisions_per_second", "bytes_per_particle", "worst_overlap", "energy_drift",
+        "momentum_drift",
+    ),
+    "Trajectories: collisions a particle until lost; error after one; error forward and back [σ]": (
+        "method", "horizon_order", "horizon_position", "error_1", "back_5", "back_10", "back_20",
+    ),
+    "Bias, relative, ± standard error": ("method", "z_bias", "contact_bias", "diffusion_bias"),
+    "Relative error after one CPU second": ("method", "n_speed", "z_cost", "diffusion_cost", "diffusion"),
+}  # fmt: skip
+"""Columns of the rows of methods that are shown together."""
+
+
+def measure(task: Task, look: Look) -> dict[str, Any]:
+    """Return the row that a ``task`` describes; ``look`` ends it, as in any study."""
+    from carom.studies.accuracy.trade import compared
+
+    return compared(task, look)
+
+
+@dataclass(frozen=True, repr=False)
+class Trade(Study[TradeSpec]):
+    """Methods compared by speed and accuracy. Its numbers are of this machine, and no two times the same.
+
+    Attributes
+    ----------
+    spec : TradeSpec
+        What is compared.
+    records, failures, folder, engine, seconds
+        As in ``carom.studies.study.Study``.
+    """
+
+    Spec: ClassVar[type[TradeSpec]] = TradeSpec
+    name: ClassVar[str] = "trade"
+    unit: ClassVar[str] = "rows"
+    measure = staticmethod(measure)
+
+    @staticmethod
+    def cost(task: Task) -> float:
+        """Return the work of a ``task``, roughly in ``seconds``."""
+        return 2.0 if task["row"] == "method" else 1.0
+
+    def place(self, task: Task) -> str:
+        """Return what a ``task`` is, in words."""
+        given = {**task, **task.get("method", {})}
+        names = ("kind", "precision", "digits", "step", "lammps", "cells", "interval")
+        words = [f"{name} {given[name]}" for name in names if given.get(name)]
+        return f"of {', '.join([task['row'], *words])}"
+
+    def _of(self, kind: str) -> list[Record]:
+        """Return the finished rows of a kind."""
+        return [
+            record
+            for record in self.records
+            if record["task"]["row"] == kind and "missing" not in record["result"]
+        ]
+
+    @property
+    def _reference(self) -> dict[str, Any] | None:
+        """What the engine found in the small scene, and how long trajectories can be followed."""
+        return next((record["result"] for record in self._of("reference")), None)
+
+    @functools.cached_property
+    def rows(self) -> tuple[Row, ...]:
+        """The figures of each method."""
+        methods = self._of("method")
+        engine = [record for record in methods if record["task"]["method"] == ENGINE]
+        references = {}
+        # Slow methods are compared with the engine on the small scene.
+        for found in (record["result"] for record in [*self._of("reference"), *engine]):
+            z = found["expected"]  # without a theory, the engine's own Z
+            references[found["n"]] = (found["Z"][0] if z is None else z, found["D"])
+        return tuple(row(record, references) for record in methods)
+
+    @functools.cached_property
+    def sizes(self) -> Table:
+        """One :class:`SizeRow` for each number of particles."""
+        return Table(SizeRow, [size_row(record) for record in self._of("size")], "Z: how many particles")
+
+    @functools.cached_property
+    def sampling(self) -> Table:
+        """One :class:`SamplingRow` for each interval of sampling."""
+        rows = [sampling_row(record) for record in self._of("interval")]
+        return Table(SamplingRow, rows, "g(r): how often to sample one stretch of time")
+
+    @property
+    def table(self) -> Table:
+        """One :class:`Row` for each method."""
+        return self.tables()[0]
+
+    def tables(self) -> list[Table]:
+        """Return what is shown: the rows of methods in four views, sizes, intervals of sampling."""
+        views = [Table(Row, self.rows, title, only=names) for title, names in VIEWS.items()]
+        return [*views, self.sizes, self.sampling]
+
+    def sentences(self) -> list[str]:
+        """Return the scenes, the horizon by theory, and which methods could not be measured."""
+        said, found = [], self._reference
+        if found is not None:
+            h = found["horizon"]
+            exponent = h["published_to_one"]
+            known = "" if exponent is None else f" (published exponent: {exponent:.1f})"
+            said = [
+                f"Speed: {found['scene']}.",
+                f"Trajectories: {found['small']}.",
+                f"Theory for doubles, ln(1/eps) / λ times the collision rate: {h['to_one']:.1f} collisions a "
+                f"particle to 1 σ{known}, {h['to_apart']:.1f} to 0.001 σ; λ = {h['lyapunov']:.3g}, rate "
+                f"{h['rate']:.3g}.",
+            ]
+        missing = [r["result"] for r in self.records if "missing" in r["result"]]
+        if missing:
+            names = ", ".join(each["method"] for each in missing)
+            said.append(f"Left out: {names} ({missing[0]['missing']}).")
+        return said
+
+    def more(self) -> dict[str, Any]:
+        """Return the other tables, and how long trajectories can be followed."""
+        tables = {"sizes": self.sizes.dictionaries(), "sampling": self.sampling.dictionaries()}
+        return {**tables, "horizon": None if self._reference is None else self._reference["horizon"]}
+
+    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
+        """Yield the picture of the page."""
+        if self.rows:
+            yield "Picture", self.plot()
+
+    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
+        """Draw errors against speed and the error of Z against N, and save the picture to ``path``.
+
+        Raises
+        ------
+        InputError
+            If no method is done.
+        FileError
+            If the picture cannot be saved.
+        """
+        from carom.pictures import paper
+        from carom.studies.accuracy.picture import picture
+
+        if not self.rows:
+            raise InputError("There is nothing to draw yet: no method that is done.")
+        return paper.saved(picture(self.rows, self.sizes), path)
+
+    def files(self) -> dict[str, Callable[[Path], object]]:
+        """Return what writes the three tables and, if a method is done, the picture."""
+        tables = {"trade.csv": self.table, "sizes.csv": self.sizes, "sampling.csv": self.sampling}
+        found: dict[str, Callable[[Path], object]] = {
+            name: functools.partial(_write, table) for name, table in tables.items()
+        }
+        return found | ({"trade.png": self.save} if self.rows or not self.records else {})
+
+
+def _write(table: Table, path: Path) -> None:
+    with replacing(path) as temporary, writing(path):
+        temporary.write_text(table.csv(), encoding="utf-8")

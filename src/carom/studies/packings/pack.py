@@ -1,0 +1,279 @@
+"""``pack``: one packing, from points, from a scene or from what a scene file asks for."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import FileError, InputError
+from carom.notebook import by_stage, watchable
+from carom.scene.scene import Scene
+from carom.scene.species import Species
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
+from carom.spec import file_of, read, sections
+from carom.studies.arguments import refuse_unknown
+from carom.studies.packings.compression import (
+    Compression,
+    PackingFolder,
+    Progress,
+    holds_packing,
+    stages_of,
+)
+from carom.studies.packings.packing import Packing
+from carom.studies.packings.spec import PackSpec
+from carom.studies.signals import Interrupted, stoppable
+
+POINTS = ("n", "dimension", "packing_fraction", "species", "walls")
+"""What is said of points, and not of the particles of a scene."""
+
+
+def asked_of(source: Any, given: Mapping[str, Any]) -> tuple[PackSpec, SceneSpec | None]:
+    """Return what is to be packed, and its ``[scene]``; None for points.
+
+    Parameters
+    ----------
+    source : path, or the number of points; optional
+        A scene file, or a folder that holds one.
+    given : mapping
+        Fields of :class:`PackSpec`, which replace those of the file; None stands for those not given.
+
+    Raises
+    ------
+    InputError
+        If ``[scene]`` and points contradict each other.
+    """
+    asked = PackSpec.of(source, given)
+    if not isinstance(source, str | PathLike):
+        return asked, None
+    path = file_of(Path(source))
+    found = sections(read(path), "scene", "pack")
+    if "scene" not in found:
+        return asked, None
+    if {*POINTS} & {*found.get("pack", {}), *(name for name, value in given.items() if value is not None)}:
+        raise InputError(
+            r"[scene] says what is packed: leave out n, dimension, packing_fraction, species and walls of "
+            "[pack], and their options."
+        )
+    if asked.seeds is not None:
+        raise InputError("[scene] is the start of one packing; leave out seeds of [pack], or [scene].")
+    return asked, SceneFile.load(path).scene
+
+
+@watchable("Packing", by_stage)
+def pack(
+    start: int | Scene | str | PathLike[str] | None = None,
+    *,
+    dimension: int | None = None,
+    species: Sequence[Species] | None = None,
+    walls: bool | None = None,
+    packing_fraction: float | None = None,
+    rate: float | None = None,
+    until_Z: float | None = None,
+    collisions: int | None = None,
+    stages: Sequence[tuple[float, float | None]] | None = None,
+    common: bool | None = None,
+    seed: int | None = None,
+    neighbors: str | None = None,
+    out: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    resume: bool = False,
+    pictures: bool | None = None,
+    progress: Progress | None = None,
+    **others: Any,
+) -> Packing:
+    """Let particles grow while they move, until they jam (Lubachevsky and Stillinger; the paper's sec. 8).
+
+    Parameters
+    ----------
+    start : int, Scene or path
+        Number of random points in a cubic box; 1000 if neither it nor species with counts are given. Or the
+        scene to start from, of any density and in a box of any kind. Or a scene file (TOML) with ``[scene]``,
+        ``[pack]`` or both, whose values other arguments replace.
+    dimension : int
+        d of the points; 3 if left out.
+    species : sequence of :class:`carom.Species`, optional
+        Species of the points, each with a ``count`` or a ``fraction``; their diameters are approximately the
+        final ones [length].
+    walls : bool
+        Whether the box of the points has hard walls instead of periodic boundaries.
+    packing_fraction : float, optional
+        Packing fraction of the start, instead of points.
+    rate : float, optional
+        Growth rate of the mean diameter over the thermal speed, gamma. By default it is 0.02 up to Z = 1e3,
+        then 1e-3.
+    until_Z : float, optional
+        Z = PV / NkT to reach; 1e10 if neither it nor a number of collisions is given. Beyond 1e13 gaps are
+        lost in rounding.
+    collisions : int, optional
+        Number of pair collisions after which the compression ends, at any Z.
+    stages : sequence of (rate, until_Z), optional
+        Stages instead of one rate and Z, e.g. fast, then slow. The last Z may be None.
+    common : bool
+        Whether all diameters grow at one rate; by default they grow in proportion to themselves.
+    seed : int
+        Seed of the points, and of the velocities where the scene has none; 1 if left out.
+    neighbors : {"auto", "lists", "sectors", "all"}
+        As in :class:`carom.Simulation`.
+    out : path, optional
+        Folder for results and checkpoints; :func:`carom.resume` continues from there.
+    overwrite : bool
+        Whether a packing that the folder holds may be replaced.
+    resume : bool
+        Whether to go on with the packing that the folder holds, if it is this one.
+    pictures : bool
+        Whether to draw pictures in the folder; True if left out.
+    progress : callable, optional
+        Called as ``progress("Packing", fraction)``; True shows a bar.
+    **others
+        None: any other argument is an error that names the right one.
+
+    Returns
+    -------
+    Packing
+        The final state, and the history of the compression.
+
+    Raises
+    ------
+    InputError
+        If an argument is unknown or out of range, nothing moves, the particles become as wide as the box, or
+        the folder holds another packing than is to be resumed.
+    FileError
+        If the folder holds a packing and ``overwrite`` and ``resume`` are false, or it cannot be written.
+    Interrupted
+        After Ctrl-C; its ``so_far`` is the packing until then.
+
+    Notes
+    -----
+    Between two rescalings there are ``HEATING / rate`` collisions per particle, at most ``LONGEST``. Z comes
+    from the virial of each stretch, with the integral of kT over its time. An increase of Z by a factor e
+    takes some ``3.4 / rate`` collisions per particle (d = 3). At the rate 1e-3, growth from Z = 1e3 to 1e12
+    takes 70 000.
+
+    Examples
+    --------
+    >>> import carom
+    >>> packing = carom.pack(30, dimension=2, rate=0.1, until_Z=1e6)
+    >>> packing.note
+    'Z = PV/NkT = 1e+06 reached'
+    """
+    if "seeds" in others:
+        raise InputError(_SEVERAL)
+    refuse_unknown("pack()", others, _ARGUMENTS)
+    of_points = {
+        "dimension": dimension, "species": species, "walls": walls, "packing_fraction": packing_fraction,
+    }  # fmt: skip
+    given: dict[str, Any] = {
+        **of_points, "rate": rate, "until_Z": until_Z, "collisions": collisions, "stages": stages,
+        "common": common, "seed": seed, "neighbors": neighbors, "pictures": pictures,
+    }  # fmt: skip
+    if isinstance(start, Scene):
+        if points := [name for name, value in of_points.items() if value is not None]:
+            raise InputError(f"{min(points)} is for points, and pack() starts from a scene: leave it out.")
+        return packed(PackSpec(**given), start, out, overwrite, resume, progress)
+    if start is not None and not isinstance(start, int | np.integer | str | PathLike):
+        raise InputError(
+            f"pack() starts from a number of particles, a Scene or a scene file (TOML), found "
+            f"{checks.describe(start)}."
+        )
+    asked, scene = asked_of(start, given)
+    if asked.seeds is not None:
+        raise InputError(_SEVERAL)
+    return packed(asked, scene, out, overwrite, resume, progress)
+
+
+_ARGUMENTS = (
+    "dimension", "species", "walls", "packing_fraction", "rate", "until_Z", "collisions", "stages", "common",
+    "seed", "neighbors", "out", "overwrite", "resume", "pictures", "progress",
+)  # fmt: skip
+"""Keywords of :func:`pack`."""
+
+_SEVERAL = "pack() makes one packing; packings(..., seeds=8) makes several."
+
+
+def packed(
+    asked: PackSpec,
+    start: Scene | SceneSpec | None,
+    out: str | PathLike[str] | None,
+    overwrite: bool,
+    resume: bool,
+    progress: Progress | None,
+) -> Packing:
+    """Return what is asked for, from a scene or from points; other arguments are as in :func:`pack`."""
+    scene = asked.start(asked.seed) if start is None else start
+    if isinstance(scene, SceneSpec):
+        scene = scene.build(asked.seed)
+    if scene.n < 2:
+        raise InputError("A packing needs at least two particles, found one.")
+    if getattr(scene.motion, "curved", False):
+        raise InputError("A packing is one of a box; for caps on a sphere there is spherical_code().")
+    plan = stages_of(asked.rate, asked.until_Z, asked.collisions, asked.stages)
+    compression = Compression.begun(
+        scene, plan, asked.collisions, asked.common, asked.seed, asked.neighbors, asked.pictures, progress
+    )
+    if out is None:
+        return _carried_out(compression, None)
+    folder = PackingFolder(Path(out))
+    if resume and holds_packing(out):
+        return _resumed(folder, progress, compression)
+    folder.check_free(overwrite)
+    folder.make()
+    with folder.owned():
+        folder.sweep()
+        folder.clear()
+        return _carried_out(compression, folder)
+
+
+def _carried_out(compression: Compression, folder: PackingFolder | None) -> Packing:
+    """Run a compression to the end, and write the results to the folder if there is one."""
+    kept = None if folder is None else folder.checkpoint
+    with stoppable() as stop:
+        stop.deferred = True
+        if not compression.run(kept, lambda: stop.asked):
+            text = "Stopped." if folder is None else f"Stopped; `carom resume {folder.path}` goes on."
+            raise Interrupted(text, compression.packing("stopped"))
+        packing = compression.packing()
+        if folder is not None:
+            compression.save(folder.checkpoint)
+            stop.deferred = False
+            packing.save(folder.path, pictures=compression.pictures)
+    return packing
+
+
+@watchable("Packing", by_stage)
+def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
+    """Continue the compression in a folder; the result is bit-identical to an uninterrupted one.
+
+    Parameters
+    ----------
+    out : path
+        The folder of the compression.
+    progress : callable, optional
+        As in :func:`pack`.
+
+    Raises
+    ------
+    FileError
+        If the folder holds no compression, or its checkpoint is damaged or of another version of Carom.
+    Interrupted
+        As in :func:`pack`.
+    """
+    folder = PackingFolder(Path(out))
+    if not holds_packing(out):
+        raise FileError(f"{out} holds no packing of Carom; start one with `carom pack --out {out}`.")
+    return _resumed(folder, progress)
+
+
+def _resumed(folder: PackingFolder, progress: Progress | None, asked: Compression | None = None) -> Packing:
+    """Continue the compression in a folder, which must be the one that is asked for, if any is."""
+    with folder.owned():
+        folder.sweep()
+        kept = Compression.load(folder.checkpoint, progress)
+        if asked is not None:
+            asked.check_same(kept, folder.path)
+        return _carried_out(kept, folder)
