@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
-from carom.bridges.palette import FACES, rgb
+from carom.bridges.palette import FACES, SEQUENTIAL, rgb
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
@@ -39,12 +39,6 @@ SHOWN = 16
 
 MOST_PIXELS = 1 << 20
 """Pixels that the palette of a GIF is made from."""
-
-RAMP = np.array([
-    [0.231, 0.298, 0.753], [0.435, 0.573, 0.953], [0.667, 0.780, 0.992], [0.867, 0.863, 0.863],
-    [0.969, 0.722, 0.612], [0.906, 0.455, 0.357], [0.706, 0.016, 0.149],
-])  # fmt: skip
-"""Colours from slow to fast: the map "coolwarm" of Moreland (2009), as in the viewer."""
 
 
 @watchable("Drawing frames", by_count)
@@ -173,8 +167,9 @@ def _colours(frame: Frame, color: str, top: float, obstacles: Sequence[Obstacle]
         return np.where(backbone[:, None], rgb(FACES[0]), rgb(FACES[1]))  # as in the viewer
     if color == "speed":
         at = np.clip(np.linalg.norm(frame.velocities, axis=1) / top, 0.0, 1.0)
-        places = np.linspace(0.0, 1.0, len(RAMP))
-        return np.stack([np.interp(at, places, RAMP[:, channel]) for channel in range(3)], axis=1)
+        ramp = np.array([rgb(colour) for colour in SEQUENTIAL])
+        places = np.linspace(0.0, 1.0, len(ramp))
+        return np.stack([np.interp(at, places, ramp[:, channel]) for channel in range(3)], axis=1)
     if frame.n <= SIX:
         raise InputError(f"psi_6 needs {SIX + 1} disks at least, found {frame.n}; choose another color.")
     angle, modulus = psi_6(frame).T
