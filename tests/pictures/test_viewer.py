@@ -268,3 +268,36 @@ def test_pictures_and_videos_are_saved(page):
     saved = imread(folder / "Four_disks.png")
     assert saved.shape[:2] == (480, 640)
     assert where(saved[..., :3], rgb(FACES[1]))[2] > 500
+
+
+TURNING = """(() => {
+  const c = document.getElementById('canvas'), gl = c.getContext('webgl2'), clear = gl.clear.bind(gl);
+  window.drawn = 0;
+  gl.clear = (what) => {  // before a frame is begun, the last one has been drawn
+    gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+    window.drawn++;
+    clear(what);
+  };
+  c.setPointerCapture = () => {};
+  let x = 600;
+  const drag = (kind) => c.dispatchEvent(new PointerEvent(kind, {pointerId: 1, clientX: x, clientY: 400}));
+  drag('pointerdown');
+  setInterval(() => { x += 2; drag('pointermove'); }, 4);
+})()"""
+
+
+@pytest.mark.timing
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_hundred_thousand_particles_are_turned_without_a_graphics_card(tmp_path, dimension):
+    edge = {2: 312, 3: 46}[dimension]
+    cells = np.stack(np.meshgrid(*[np.arange(edge)] * dimension), axis=-1).reshape(-1, dimension)
+    shaken = 1.1 * (cells + 0.5) + 0.02 * np.random.default_rng(1).normal(size=cells.shape)
+    frame = frame_of(shaken, (1.1 * edge,) * dimension)
+    browser().open(carom.view(frame).save(tmp_path / "page.html"), size=(1280, 800))
+    browser().run(TURNING)
+    time.sleep(1.0)
+    start, before = time.perf_counter(), browser().run("drawn")
+    time.sleep(5.0)
+    rate = (browser().run("drawn") - before) / (time.perf_counter() - start)
+    print(f"{frame.n} particles in {dimension}D: {rate:.1f} frames a second")
+    assert rate > 5.0
