@@ -58,7 +58,11 @@ def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
             if Path(path).suffix.lower() == ".png":
                 _write_png(figure, Path(path))
             else:
-                figure.savefig(Path(path))
+                from matplotlib import rc_context
+
+                # Text stays text in vector files: journals refuse fonts of Type 3, and words can be found.
+                with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}):
+                    figure.savefig(Path(path))
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             raise FileError(
