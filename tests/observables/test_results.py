@@ -91,7 +91,12 @@ class TestEveryResult:
             with pytest.raises(InputError, match="nothing to draw"):
                 result.save(tmp_path / "picture.png")
             return
-        figure = result.plot()
+        figure = result.plot(tmp_path / "picture.svg")
+        drawn = (tmp_path / "picture.svg").read_text(encoding="utf-8")
+        assert "<text" in drawn  # lines and words, not pixels or outlines of letters
+        assert "<image" not in drawn
+        theory = {"DynamicsResult": "free flight", "FreeFlightsResult": "without memory"}
+        assert theory.get(KINDS[k], "") in drawn
         result.save(tmp_path / "picture.png")
         assert (tmp_path / "picture.png").stat().st_size > 1000
         assert figure.axes[0].get_xlabel()

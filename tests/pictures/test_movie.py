@@ -9,11 +9,12 @@ import pytest
 from helpers.frames import crystal, frame_of, frames_of
 
 import carom
-from carom.bridges.palette import FACES, rgb
+from carom.bridges.palette import FACES, SEQUENTIAL, rgb
 from carom.errors import InputError
 from carom.models import Ball, Plane
 from carom.pictures import plots
-from carom.pictures.movie import _colours
+from carom.pictures.caption import decimals_of
+from carom.pictures.movie import _caption, _colours
 from carom.pictures.render import Camera, rendered
 
 
@@ -97,7 +98,9 @@ def test_rattlers_have_a_colour_of_their_own(tmp_path):
 
     with Image.open(tmp_path / "a.gif") as film:
         picture = np.asarray(film.convert("RGB"), float)
-    assert picture.shape[:2] == (camera.height, camera.width)
+    assert picture.shape[1] == camera.width
+    assert camera.height < picture.shape[0] < 1.1 * camera.height  # the strip
+    picture = picture[: camera.height]
     colours = picture / picture.sum(axis=2, keepdims=True)
     wanted = np.array(rgb(FACES[1])) / sum(rgb(FACES[1]))
     seen = (np.abs(colours - wanted).max(axis=2) < 0.03).sum()
@@ -120,9 +123,27 @@ def test_a_gif_has_the_colours_of_all_its_frames(tmp_path):
         shown = [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
     for frame, picture in zip(frames, shown, strict=True):
         wanted = rendered(frame, Camera.on(frame, 128), colours=_colours(frame, "speed", top, ()))
-        off = np.abs(picture - wanted).max(axis=2)
+        off = np.abs(picture[: len(wanted)] - wanted).max(axis=2)
         assert off.max() < 48  # 255 colours; with those of the first frame it was 88
         assert off.mean() < 6
+
+
+def test_the_strip_under_a_movie_has_the_time_and_the_colours():
+    frame = frames_of(2)[0]
+    bare = np.zeros((10, 300, 3), np.uint8)
+    strips = {}
+    for colour in ("species", "speed", "psi_6"):
+        caption = _caption(frame, colour, 2.5, 300, 2)
+        early, late = (caption.under(bare, time)[10:] for time in (1.25, 1.5))
+        differs = np.nonzero((early != late).any(axis=(0, 2)))[0]
+        assert differs.max() < 100  # the time, at the left
+        strips[colour] = early[:, 100:]
+    for colour, name in (("species", FACES[1]), ("speed", SEQUENTIAL[-1]), ("psi_6", "#eb4a4a")):
+        wanted = np.round(255 * np.array(rgb(name)))
+        found = {c: np.abs(strip - wanted).max(axis=2).min() for c, strip in strips.items()}
+        assert found[colour] < 10  # a column of the bar has the colour of its left border
+        assert min(found[c] for c in found if c != colour) > 10
+    assert (decimals_of(0.0, 1.0, 11), decimals_of(0.0, 0.0, 1), decimals_of(3.0, 33.0, 2)) == (2, None, 0)
 
 
 @pytest.mark.parametrize("fps", [24, 30, 50])

@@ -417,21 +417,12 @@ def test_frames_of_one_time_are_stepped_through_one_by_one(tmp_path):
     """At a time of 1e10, frames half a unit apart, and two frames of the same time."""
     frame = dot([0, 1], [[1.0, 3.0], [3.0, 1.0]], (4.0, 4.0))
     frames = [carom.Frame(**{**vars(frame), "time": 1e10 + t}) for t in (0.0, 0.5, 0.5, 1.0)]
-    page = carom.view(frames).html.replace(
-        "</body>",
-        "<script>const seen = [], look = () => seen.push(document.getElementById('state').textContent);"
+    browser().open(carom.view(frames).save(tmp_path / "page.html"))
+    seen = browser().run(
+        "(() => { const seen = [], look = () => seen.push(document.getElementById('state').textContent);"
         "look(); for (const id of ['next', 'next', 'next', 'back', 'back']) {"
-        " document.getElementById(id).click(); look(); }"
-        "document.body.textContent = JSON.stringify(seen);</script></body>",
+        " document.getElementById(id).click(); look(); } return seen; })()"
     )
-    (tmp_path / "page.html").write_text(page, encoding="utf-8")
-    done = subprocess.run(
-        [browser(), "--headless", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
-         "--ignore-gpu-blocklist", f"--user-data-dir={tmp_path / 'profile'}",
-         "--host-resolver-rules=MAP * ~NOTFOUND", "--dump-dom", (tmp_path / "page.html").as_uri()],
-        capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
-    seen = json.loads(re.search(r"<body[^>]*>(\[.*\])", done.stdout)[1])
     numbers = [int(re.search(r"frame (\d) of 4", text)[1]) for text in seen]
     assert numbers == [1, 2, 3, 4, 3, 2]
 
@@ -624,23 +615,17 @@ def test_two_spheres_flash_when_they_meet(log, tmp_path):
 
 
 @pytest.mark.parametrize("periodic", [True, False])
-def test_psi_6_in_a_replay_is_that_of_a_frame(tmp_path, periodic):
+def test_psi_6_in_a_replay_is_that_of_a_frame(periodic):
     rng = np.random.default_rng(1)
     box = (5.0, 3.0)
     frame = frame_of(rng.uniform(size=(40, 2)) * box, box, periodic=periodic)
     script = resources.files("carom.pictures").joinpath("viewer", "hexatic.js").read_text(encoding="utf-8")
     centres = np.column_stack([frame.positions, np.zeros(40)]).ravel().tolist()
     call = f"hexatic(40, {centres}, {[*box, 0]}, {json.dumps([periodic] * 2 + [False])}, psi)"
-    (tmp_path / "page.html").write_text(
-        f"<body><script>{script}\nconst psi = new Float64Array(80); {call};"
-        "document.body.textContent = JSON.stringify([...psi]);</script></body>"
+    found = browser().run(
+        f"(() => {{ {script}\nconst psi = new Float64Array(80); {call}; return [...psi]; }})()"
     )
-    done = subprocess.run(
-        [browser(), "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path / 'profile'}",
-         "--host-resolver-rules=MAP * ~NOTFOUND", "--dump-dom", (tmp_path / "page.html").as_uri()],
-        capture_output=True, text=True, timeout=300,
-    )  # fmt: skip
-    found = np.array(json.loads(re.search(r"\[.*\]", done.stdout)[0])).reshape(40, 2)
+    found = np.array(found).reshape(40, 2)
     # Doubles on both sides: rounding of angles, times six.
     np.testing.assert_allclose(
         found[:, 1] * np.exp(1j * found[:, 0]),

@@ -1,9 +1,17 @@
-"""The colours of species: the same in pictures, in the viewer, and in files for other programs."""
+"""The colours of species and of quantities: the same in pictures, in the viewer, and for other programs."""
 
 from __future__ import annotations
 
 FACES = ("#6f9bc8", "#e3a857", "#7fb685", "#c26a77", "#9b8bb4", "#8c8c8c")
 """Colours of the species, in their order; with more species than colours they repeat."""
+
+SEQUENTIAL = (
+    "#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725",
+)  # fmt: skip
+"""From zero up: the map "viridis" of van der Walt and Smith (2015)."""
+
+DIVERGING = ("#3b4cc0", "#6f92f3", "#aac7fd", "#dddcdc", "#f7b89c", "#e7745b", "#b40426")
+"""On both sides of zero: the map "coolwarm" of Moreland (2009)."""
 
 
 def rgb(colour: str) -> tuple[float, float, float]:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom import checks
-from carom.bridges.palette import FACES, rgb
+from carom.bridges.embedding import names_of
+from carom.bridges.palette import FACES, SEQUENTIAL, colours_of, rgb
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
@@ -21,6 +22,7 @@ from carom.models.questions.obstacle import Obstacle
 from carom.notebook import by_count, watchable
 from carom.observables.packing import network_of
 from carom.paths import replacing, writing
+from carom.pictures.caption import Caption, decimals_of
 from carom.pictures.render import Camera, rendered
 from carom.pictures.view import standing_beside
 from carom.pictures.viewdata import FAST, SIX, psi_6
@@ -39,12 +41,6 @@ SHOWN = 16
 
 MOST_PIXELS = 1 << 20
 """Pixels that the palette of a GIF is made from."""
-
-RAMP = np.array([
-    [0.231, 0.298, 0.753], [0.435, 0.573, 0.953], [0.667, 0.780, 0.992], [0.867, 0.863, 0.863],
-    [0.969, 0.722, 0.612], [0.906, 0.455, 0.357], [0.706, 0.016, 0.149],
-])  # fmt: skip
-"""Colours from slow to fast: the map "coolwarm" of Moreland (2009), as in the viewer."""
 
 
 @watchable("Drawing frames", by_count)
@@ -70,7 +66,7 @@ def movie(
     fps : int
         Frames per second, at most 50 in a GIF, which counts time in hundredths of a second.
     size : int
-        Length of the longer edge [pixels].
+        Length of the longer edge [pixels]. A strip below has the time, and what the colors mean.
     color : {"species", "speed", "psi_6", "rattlers"}
         Meaning of the colors. Speeds have one scale for all frames. psi_6 is that of the six nearest
         neighbors, for d = 2. Rattlers are those of :func:`carom.observables.packing_network` in each frame.
@@ -120,6 +116,8 @@ def movie(
         raise InputError(f"A movie colored by {color} has no frames of {first.dimension} dimensions.")
     camera = Camera.on(first, size)
     top = _top(source) if color == "speed" else 1.0
+    decimals = decimals_of(first.time, source[len(source) - 1].time, len(source))
+    caption = _caption(first, color, top, camera.width, decimals)
 
     def picture(k: int) -> np.ndarray:
         frame = source[k]
@@ -131,7 +129,8 @@ def movie(
             colours = _colours(frame, color, top, obstacles or ())
         except InputError as error:
             raise InputError(f"Frame {k} has no colours by {color}: {error}") from None
-        return rendered(frame, camera, obstacles=obstacles or (), colours=colours)
+        shown = rendered(frame, camera, obstacles=obstacles or (), colours=colours)
+        return caption.under(shown, frame.time)
 
     with replacing(target) as temporary, writing(target):
         # A GIF has one palette, for which some frames are drawn first.
@@ -147,7 +146,7 @@ def movie(
         if palette is not None:
             _gif(temporary, pictures(), palette, len(source), fps)
         else:
-            _mp4(temporary, pictures(), camera, fps)
+            _mp4(temporary, pictures(), (camera.width, camera.height + caption.height), fps)
     return len(source)
 
 
@@ -172,17 +171,48 @@ def _colours(frame: Frame, color: str, top: float, obstacles: Sequence[Obstacle]
             raise InputError("its neighbours hold no component in place, so this is no packing.")
         return np.where(backbone[:, None], rgb(FACES[0]), rgb(FACES[1]))  # as in the viewer
     if color == "speed":
-        at = np.clip(np.linalg.norm(frame.velocities, axis=1) / top, 0.0, 1.0)
-        places = np.linspace(0.0, 1.0, len(RAMP))
-        return np.stack([np.interp(at, places, RAMP[:, channel]) for channel in range(3)], axis=1)
+        return _mixed(np.clip(np.linalg.norm(frame.velocities, axis=1) / top, 0.0, 1.0))
     if frame.n <= SIX:
         raise InputError(f"psi_6 needs {SIX + 1} disks at least, found {frame.n}; choose another color.")
-    angle, modulus = psi_6(frame).T
+    return _wheel(*psi_6(frame).T)
+
+
+def _caption(frame: Frame, color: str, top: float, width: int, decimals: int | None) -> Caption:
+    """Return the strip with the meaning of the colors."""
+    if color == "speed":
+        ramp = _mixed(np.linspace(0.0, 1.0, 256))
+        return Caption(
+            width, decimals, scale=ramp, ends=("speed 0", f"\N{GREATER-THAN OR EQUAL TO} {top:.3g}")
+        )
+    if color == "psi_6":
+        turns = np.linspace(0.0, 2.0 * np.pi, 256)
+        return Caption(
+            width, decimals, scale=_wheel(turns, np.ones(256)), ends=("arg \u03c8\u2086 0\u00b0", "360\u00b0")
+        )
+    names = (
+        ("backbone", "rattlers")
+        if color == "rattlers"
+        else names_of(frame)
+        if frame.species is not None
+        else ()
+    )
+    return Caption(width, decimals, entries=list(zip(colours_of(len(names)), names, strict=True)))
+
+
+def _mixed(part: Any) -> np.ndarray:
+    """Return the colors of speeds, in parts of that at the end of the scale."""
+    stops = np.array([rgb(colour) for colour in SEQUENTIAL])
+    places = np.linspace(0.0, 1.0, len(stops))
+    return np.stack([np.interp(part, places, stops[:, channel]) for channel in range(3)], axis=-1)
+
+
+def _wheel(angle: np.ndarray, modulus: np.ndarray) -> np.ndarray:
+    """Return the colors of complex numbers, as in the viewer."""
     turned = 0.5 + 0.42 * np.cos(angle[:, None] - 2.0 * np.pi / 3.0 * np.arange(3))
     return modulus[:, None] * turned + (1.0 - modulus[:, None]) * 0.78
 
 
-def _mp4(path: Path, pictures: Iterable[np.ndarray], camera: Camera, fps: int) -> None:
+def _mp4(path: Path, pictures: Iterable[np.ndarray], size: tuple[int, int], fps: int) -> None:
     try:
         import imageio_ffmpeg
     except ImportError:
@@ -192,11 +222,11 @@ def _mp4(path: Path, pictures: Iterable[np.ndarray], camera: Camera, fps: int) -
         ) from None
     settings: dict[str, Any] = {
         "fps": fps,
-        "quality": 8,
+        "quality": None,
         "macro_block_size": 2,
-        "output_params": ["-f", "mp4"],
+        "output_params": ["-crf", "19", "-preset", "slow", "-movflags", "+faststart", "-f", "mp4"],
     }
-    writer = imageio_ffmpeg.write_frames(str(path), (camera.width, camera.height), **settings)
+    writer = imageio_ffmpeg.write_frames(str(path), size, **settings)
     writer.send(None)
     for picture in pictures:
         writer.send(np.ascontiguousarray(picture))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,7 +48,8 @@ def lay_out(figure: Figure, axes: Axes) -> None:
     figure.set_layout_engine("none")
     width, height = figure.get_size_inches()
     numbers = axes.yaxis.get_major_formatter().format_ticks(axes.get_yticks().tolist())
-    left = 0.5 + max(map(len, numbers)) * DIGIT
+    # The powers of a logarithmic axis are commands of mathematics, which are longer than what is seen.
+    left = 0.5 + max(len(re.sub(r"\\mathdefault|[$^{}]", "", text)) for text in numbers) * DIGIT
     axes.set_position((left / width, 0.55 / height, 1.0 - (left + 0.2) / width, 1.0 - 0.9 / height))
 
 
@@ -58,7 +60,11 @@ def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
             if Path(path).suffix.lower() == ".png":
                 _write_png(figure, Path(path))
             else:
-                figure.savefig(Path(path))
+                from matplotlib import rc_context
+
+                # Text stays text in vector files: journals refuse fonts of Type 3, and words can be found.
+                with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}):
+                    figure.savefig(Path(path))
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             raise FileError(

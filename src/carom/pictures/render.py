@@ -1,7 +1,7 @@
 """Shaded spheres as an array of pixels, for pictures in 3D and for the frames of a movie.
 
 A depth buffer holds the nearest sphere of each pixel; then all pixels are shaded at once. The light, the
-colors and the haze are those of the viewer (``viewer/viewer.js``).
+colors and the haze are those of the viewer (``viewer/shaders.js``).
 """
 
 from __future__ import annotations

@@ -132,10 +132,28 @@ def _structure_factor(axes: Axes, result: StructureFactorResult) -> None:
 
 
 def _dynamics(axes: Axes, result: DynamicsResult) -> None:
-    _curve(axes, result.times, result.mean_square, result.mean_square_error)
+    _curve(axes, result.times, result.mean_square, result.mean_square_error, "measured")
     axes.set_xscale("log")
     if (result.mean_square > 0.0).all():
         axes.set_yscale("log")
+        low, high = axes.get_ylim()
+        # At first all fly freely; in the end the slope is that of the plateau of the running diffusion.
+        flights = result.dimension * result.velocity_square.mean * result.times**2
+        axes.plot(
+            result.times,
+            flights,
+            "--",
+            color=WARM,
+            linewidth=1.1,
+            label="free flight, ⟨v²⟩ t²",
+        )
+        diffusion = result.running_diffusion[-1]
+        if diffusion > 0.0:
+            spread = 2 * result.dimension * diffusion * result.times
+            axes.plot(
+                result.times, spread, ":", color=WARM, linewidth=1.3, label=f"2dDt, D = {diffusion:.3g}"
+            )
+        axes.set_ylim(low, high)
     axes.set_xlabel("time t")
     axes.set_ylabel("mean square displacement")
 
@@ -172,6 +190,8 @@ def _crystallinity(axes: Axes, result: CrystallinityResult) -> None:
 
 def _distribution(axes: Axes, result: Distribution) -> None:
     _curve(axes, result.middle, result.density, result.error)
+    axes.axvline(result.mean.mean, color=GREY, linestyle="--", linewidth=0.9)
+    axes.set_xlabel(f"value, mean {result.mean.value_text.replace('+-', '±')}")
     axes.set_ylabel("probability density")
 
 
@@ -181,6 +201,11 @@ def _free_flights(axes: Axes, result: FreeFlightsResult) -> None:
         seen = each.density > 0.0
         color = COLORS[k % len(COLORS)]
         _curve(axes, each.middle[seen], each.density[seen], each.error[seen], label, color)
+        # What the density were if a collision did not know when the last one was.
+        rate = float(result.collision_rate[k])
+        law = rate * np.exp(-rate * each.middle[seen])
+        name = "" if k else "without memory"
+        axes.plot(each.middle[seen], law, "--", color=color, linewidth=1.0, label=name or None)
     axes.set_yscale("log")
     axes.set_xlabel("free time")
     axes.set_ylabel("probability density")

@@ -37,6 +37,15 @@ ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "t
 MARK = '<meta name="generator" content="Carom">'
 """By what a page tells that Carom wrote it."""
 
+SCRIPTS = tuple(
+    f"{name}.js"
+    for name in (
+        "data", "state", "places", "hexatic", "colours", "camera", "visible", "shaders", "rings", "drawing",
+        "overlay", "chosen", "saving", "hands", "main",
+    )
+)  # fmt: skip
+"""Parts of the script of a page; what a part does at once, it does with those before it."""
+
 LONGEST_HEAD = 1024
 """Bytes at the beginning of a page within which its mark is."""
 
@@ -59,9 +68,12 @@ class View:
     def html(self) -> str:
         """The page."""
         folder = resources.files("carom.pictures") / "viewer"
-        names = ("template.html", "viewer.css", "hexatic.js", "rings.js", "viewer.js")
-        template, style, *scripts = ((folder / name).read_text(encoding="utf-8") for name in names)
-        title, script, data = texts.html(self.title), "\n".join(scripts), texts.script(self.data)
+        template, style, *scripts = (
+            (folder / name).read_text(encoding="utf-8") for name in ("template.html", "viewer.css", *SCRIPTS)
+        )
+        # One scope of its own for all of them.
+        script = "\n".join(['"use strict";\n(() => {', *scripts, "})();"])
+        title, data = texts.html(self.title), texts.script(self.data)
         parts = {"@TITLE@": title, "@STYLE@": style, "@SCRIPT@": script, "@DATA@": data}
         # In one pass: what is put in may hold such a word itself.
         return re.sub("|".join(parts), lambda found: parts[found[0]], template)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.bridges.embedding import cell_of, embed, names_of, upright
-from carom.bridges.palette import FACES
+from carom.bridges.palette import DIVERGING, FACES, SEQUENTIAL
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
@@ -23,8 +23,9 @@ from carom.scene.fields import standing
 if TYPE_CHECKING:
     from carom.simulation.replay import Replay
 
-MOST_PLACES = 3_000_000
-"""Largest number of positions on a page, 12 bytes each; of more frames, evenly spaced ones are kept."""
+MOST_PLACES = 2_000_000
+"""Largest number of positions on a page, 24 bytes each with a velocity; of more frames, evenly spaced ones
+are kept."""
 
 MOST_COLLISIONS = 20_000
 """Default number of collisions of a replay, from the first one on."""
@@ -33,6 +34,9 @@ EMPTY = "This log holds no collision, so there is nothing to replay."
 
 GONE = 255
 """Kind of a unit that was removed."""
+
+NOBODY = -1
+"""Partner of a particle that met a wall or an obstacle."""
 
 SIX = 6  # neighbours that psi_6 is computed from
 
@@ -67,13 +71,17 @@ def _common(frame: Frame, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
         "kinds": kinds,
         "names": names,
         "palette": list(FACES),
+        "maps": {"sequential": SEQUENTIAL, "diverging": DIVERGING},
         "positions": None,
-        "scalars": {},
+        "velocities": None,
+        "psi_6": None,
         "top": 1.0,
         "times": [frame.time],
         "marks": None,
         "bonds": None,
+        "pairs": None,
         "replay": None,
+        "notes": [],
         "subtitle": f"{frame.n} {particles(frame.dimension, frame.n)}",
         "obstacles": {
             "spheres": [] if shapes is None else shapes.spheres.tolist(),
@@ -101,16 +109,19 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
         if frame.n != first.n or not np.array_equal(frame.box, first.box):
             raise InputError("The frames to show differ in their number of components or in their box.")
     data = _common(first, obstacles)
-    speeds = np.array([np.linalg.norm(frame.velocities, axis=1) for frame in kept])
+    velocities = np.array([frame.velocities for frame in kept])
     diameters = np.array([frame.diameters for frame in kept])
     if (diameters != diameters[0]).any():
         data["radii"] = _packed(0.5 * diameters, "f4")
+        data["notes"].append("diameters change")
+    if stride > 1:
+        data["notes"].append(f"one of {stride} of {len(frames)} frames: a page has room for {most}")
     data["positions"] = _packed([embed(upright(frame)) for frame in kept], "f4")
     data["times"] = [float(frame.time) for frame in kept]
-    data["top"] = FAST * math.sqrt(float(np.mean(speeds**2))) or 1.0
-    data["scalars"]["speed"] = _packed(speeds, "f4")
+    data["top"] = FAST * math.sqrt(float(np.mean(np.sum(velocities**2, axis=2)))) or 1.0
+    data["velocities"] = _packed([embed(each) for each in velocities], "f4")
     if first.dimension == 2 and first.n > SIX:
-        data["scalars"]["psi_6"] = _packed([psi_6(frame) for frame in kept], "f4")
+        data["psi_6"] = _packed([psi_6(frame) for frame in kept], "f4")
     return data
 
 
@@ -142,6 +153,7 @@ def of_network(network: PackingNetwork) -> dict[str, Any]:
         np.stack([embed(second[crosses]), embed((second - steps[pairs])[crosses])], axis=1),
     ]
     data["bonds"] = _packed(np.concatenate(segments), "f4")
+    data["pairs"] = _packed(np.where(network.bonds < frame.n, network.bonds, -1), "i4")
     data["marks"] = _packed(~network.backbone, "u1")
     data["subtitle"] += f" \N{MIDDLE DOT} {network.counted}, {len(network.rattlers)} rattlers"
     return data
@@ -175,7 +187,7 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
     frame = run.frame()
     data = _common(frame, standing(run.scene))
     n, velocities = frame.n, frame.velocities
-    owners, times = [np.arange(n)], [np.full(n, frame.time)]
+    owners, times, partners = [np.arange(n)], [np.full(n, frame.time)], [np.full(n, NOBODY)]
     places, speeds = [frame.positions], [velocities]
     nobody = np.zeros(n, np.int64)
     kinds = nobody if run.decided is None else run.decided
@@ -188,12 +200,15 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
         velocities, kinds = frame.velocities, now
         became.append(kinds[met])
         owners.append(met)
+        partners.append(met[::-1] if len(met) == 2 else np.full(len(met), NOBODY))
         times.append(np.full(len(met), frame.time))
         places.append(frame.positions[met])
         speeds.append(velocities[met])
         contacts.append(frame.time)
     if not contacts:
         raise InputError(EMPTY)
+    if run.step():
+        data["notes"].append(f"the log goes on after these {len(contacts)} collisions")
     owner, time = np.concatenate(owners), np.concatenate(times)
     order = np.lexsort((time, owner))
     flight = contacts[-1] / max(len(contacts), 1) * n / 2.0
@@ -202,6 +217,7 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
         "times": _packed(time[order], "f8"),
         "places": _packed(embed(np.concatenate(places)[order]), "f4"),
         "velocities": _packed(embed(np.concatenate(speeds)[order]), "f4"),
+        "partners": _packed(np.concatenate(partners)[order], "i4"),
         "contacts": _packed(contacts, "f8"),
         # Half a mean free time per second, and half of one at the end, so that the last collision is seen.
         "pace": 0.5 * flight,

@@ -1,11 +1,10 @@
 // Circles around components: rings that always face the eye, for units with range rules.
-const RING_V = `
+const RING_V = COMMON + `
 in vec2 corner; in vec3 centre; in float radius; in vec3 colour;
-uniform vec3 shift;
 out vec2 q; out vec3 tint;
 void main() {
   q = corner * 1.05; tint = colour;
-  gl_Position = seen(placed(centre + shift) + vec3(q * radius, 0.0));
+  gl_Position = seen(placed(centre) + vec3(q * radius, 0.0));
 }`;
 const RING_F = `#version 300 es
 precision highp float;
@@ -15,16 +14,21 @@ void main() {
   if (edge <= 0.0) discard;
   result = vec4(tint, 0.45 * edge);
 }`;
-// Of n units with the circles of their kinds: where the rings are, how large and of what colour; how many there are.
-function ringsOf(n, kindOf, circles, centres, colours, out) {
-  let m = 0;
-  for (let k = 0; k < n; k++) {
-    for (const radius of circles[kindOf(k)] || []) {
-      for (let axis = 0; axis < 3; axis++) {
-        out.centre[3 * m + axis] = centres[3 * k + axis]; out.colour[3 * m + axis] = colours[3 * k + axis];
+
+// Where the rings of all units that are seen are, how large and of what colour.
+function rings() {
+  const centre = [], size = [], colour = [];
+  for (const shift of shifts()) {
+    for (let k = 0; k < n; k++) {
+      if (!seen[k]) continue;
+      for (const circle of units.circles[kindNow[k]] || []) {
+        for (let axis = 0; axis < 3; axis++) {
+          centre.push(centres[3 * k + axis] + shift[axis]);
+          colour.push(colours[3 * k + axis]);
+        }
+        size.push(circle);
       }
-      out.radius[m++] = radius;
     }
   }
-  return m;
+  return {centre, radius: size, colour};
 }
