@@ -88,7 +88,10 @@ class ShearSpec(SceneGrid):
 
     @classmethod
     def of_sections(cls, words: dict[str, Any], others: dict[str, Any]) -> dict[str, Any]:
-        """Return the fields from ``[shear]`` and ``[scene]``, whose motion says the rate."""
+        """Return the fields from the section (``words``) and from ``[scene]`` in ``others``.
+
+        The motion of the scene says the rate where the section does not.
+        """
         scene = others.get("scene", {})
         motion = scene.get("motion")
         if isinstance(motion, Mapping) and motion.get("type") == "shear" and "rate" in motion:
@@ -97,7 +100,13 @@ class ShearSpec(SceneGrid):
         return super().of_sections(words, others)
 
     def complete(self) -> None:
-        """Check the grid as a whole, and that the flow does not heat the particles without end."""
+        """Check the grid as a whole, and that the flow does not heat the particles without end.
+
+        Raises
+        ------
+        InputError
+            If it does, or values contradict each other.
+        """
         if self.restitution is not None and isinstance(self.scene, Mapping):
             self._put("scene", {**self.scene, "impact": self.restitution})
         super().complete()
