@@ -139,6 +139,7 @@ def final(scene):
     return sim
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("kind", ["lossy", "hot", "shaken"])
 def test_keywords_and_walls_have_the_bits_of_the_nested_form(kind):
     given = {
@@ -188,6 +189,7 @@ def test_a_shaken_floor_by_name_drives_a_bed_and_bears_it(tmp_path):
     np.testing.assert_array_equal(again.frame().velocities, sim.frame().velocities)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_the_threshold_of_a_restitution_follows_the_thermal_speed_and_is_kept(tmp_path):
     floor = Wall(impact=0.9)
 

@@ -6,6 +6,7 @@ import ase.io
 import MDAnalysis
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.sheared import Naive
 
 import carom
@@ -26,6 +27,7 @@ def gas(d, n=100, packing_fraction=0.2, rate=0.7, seed=1, **given):
     return carom.Scene.random(n, packing_fraction, d, seed=seed, motion=Shear(rate), **given)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(("box", "n", "restitution"), [
     ((7.0, 6.0), 16, 1.0), ((12.0, 11.0), 40, 0.9), ((6.0, 5.6, 5.8), 20, 0.9),
     ((5.0, 4.0, 4.5, 4.2), 16, 1.0),
@@ -62,7 +64,7 @@ def test_no_shear_is_free_flight_to_the_last_bit(d):
 
 
 @pytest.mark.parametrize("law", [{}, {"impact": Rough(tangential=1.0)}], ids=["smooth", "rough"])
-@pytest.mark.parametrize(("d", "n"), [(2, 20), (2, 300), (3, 300)])
+@pytest.mark.parametrize(("d", "n"), [(2, 20), (2, 300), slow(3, 300)])
 def test_energy_grows_by_the_work_of_the_stream(d, n, law):
     sim = carom.Simulation(gas(d, n, **law), seed=1)
     start = sim.kT

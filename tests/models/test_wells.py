@@ -61,6 +61,7 @@ def test_events_are_those_of_the_naive_algorithm_in_three_dimensions(name):
     assert_order(scene, lambda i, j: (distances, [*energies, 0.0]), 60)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("name", ["well", "shoulder"])
 def test_events_are_those_of_the_naive_algorithm_on_a_line(name):
     interaction, distances, energies = WELLS[name]

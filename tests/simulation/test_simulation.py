@@ -91,6 +91,7 @@ def test_an_end_at_a_time_stays_the_present():
         assert sim.time == present
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_one_particle_flies_on_and_never_collides():
     sim = carom.Simulation(carom.Scene([[1.0, 1.0, 1.0]], 2.0), seed=1)
     assert sim.run(time=1000.0).collisions == 0
@@ -128,6 +129,7 @@ def test_a_crystal_at_a_billionth_from_close_packing_runs(eta):
     assert sim.statistics.worst_overlap < 1e-12
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_cradle_of_touching_spheres_passes_the_momentum_on():
     positions = [[1.0 + k, 2.0, 2.0] for k in range(5)]
     velocities = [[1.0, 0.0, 0.0]] + [[0.0, 0.0, 0.0]] * 4

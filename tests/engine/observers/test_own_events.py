@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 
 import carom
 from carom.errors import FileError, InputError
@@ -114,7 +115,7 @@ def assert_equal(one, two):
         assert np.array_equal(a, b), name
 
 
-@pytest.fixture(scope="module", params=[2, 3])
+@pytest.fixture(scope="module", params=[2, slow(3)])
 def observed(request):
     scene = gas(request.param)
     sim = carom.Simulation(scene, observers=[seen(scene)])
