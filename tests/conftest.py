@@ -28,7 +28,7 @@ def unscheduled(monkeypatch):
 
 @pytest.fixture
 def plain(monkeypatch):
-    """Let simulations of this process run as plain Python: the same bits, without the seconds of compiling."""
+    """Let simulations of this process run as plain Python: the same bits, and nothing is compiled."""
     import numpy as np
 
     from carom.engine import cycle, projection
@@ -42,7 +42,7 @@ def plain(monkeypatch):
 
 @pytest.fixture(params=["plain", slow("compiled")])
 def both_ways(request):
-    """Let simulations run as plain Python by default, and compiled under ``-m slow``: for hundreds of events."""
+    """Let what has some hundreds of events run as plain Python by default, and compiled under ``-m slow``."""
     if request.param == "plain" and request.node.get_closest_marker("slow") is None:
         request.getfixturevalue("plain")
 
