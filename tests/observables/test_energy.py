@@ -103,6 +103,7 @@ def test_a_fluid_of_wells_has_the_published_energy(fluid):
 
 
 # Of 32 runs one may be flagged by chance: one of some hundreds is.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:The potential energy (drifts|relaxes)")
 def test_the_error_of_the_energy_is_the_scatter_of_runs(fluid):
     request = carom.Energy()

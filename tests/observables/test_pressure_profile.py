@@ -153,6 +153,7 @@ def test_rods_between_walls_have_the_pressure_of_tonks_in_every_layer():
     assert 4.0 * speeds / 400.0 < 0.1 * tonks
 
 
+@pytest.mark.slow
 def test_in_a_field_a_layer_bears_the_weight_of_what_is_above():
     n, width, height, g, kT = 60, 20.0, 60.0, 0.1, 1.0
     places = [(2.0 + 4.0 * (k % 5), 2.0 + 3.0 * (k // 5)) for k in range(n)]

@@ -76,6 +76,7 @@ def test_a_callback_looks_and_does_not_steer():
         fluid().run(time=1.0, every=0.5, call=lambda sim: sim.run(time=1.0))
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_run_ends_exactly_at_the_hit_of_an_obstacle():
     plain, stopped, there = (carom.Simulation(SCENE, seed=2) for _ in range(3))
     plain.run(time=5.0)

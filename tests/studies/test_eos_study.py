@@ -872,6 +872,7 @@ def test_mixtures_are_compared_with_the_theory_of_mixtures():
         study.virials()
 
 
+@pytest.mark.slow
 def test_walls_are_simulated_and_compared_with_nothing():
     study = carom.equation_of_state([0.2], replicas=1, scene={"walls": "z"}, **SMALL)
     (row,) = study.table

@@ -80,7 +80,7 @@ def test_thin_and_dense_cubes_have_the_same_bits(packing_fraction):
     assert timings.windows > 0
 
 
-@pytest.mark.parametrize("workers", [2, 5])
+@pytest.mark.parametrize("workers", [2, slow(5)])
 def test_lists_in_the_plane_have_the_same_bits(workers):
     scene = carom.Scene.random(n=6000, packing_fraction=0.7, dimension=2, seed=1)
     alone, together, timings = alone_and_together(scene, workers)
