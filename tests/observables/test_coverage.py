@@ -1,6 +1,6 @@
 """Error bars are right: over many short runs of systems whose Z is known, intervals hold it as often as said.
 
-All 600 runs of each: ``pytest -m slow -s tests/observables/test_coverage.py``.
+All 300 runs of each: ``pytest -m slow -s tests/observables/test_coverage.py``.
 """
 
 import functools
