@@ -4,6 +4,7 @@ import os
 
 import pytest
 from helpers import apart
+from helpers.marks import slow
 from hypothesis import settings
 
 # The same examples in every run: a failure on one machine is a failure on all. Times vary with compilation.
@@ -23,6 +24,27 @@ def unscheduled(monkeypatch):
     from carom.simulation.run_state import RunState
 
     monkeypatch.setattr(RunState, "schedule", lambda machine: None)
+
+
+@pytest.fixture
+def plain(monkeypatch):
+    """Let simulations of this process run as plain Python: the same bits, and nothing is compiled."""
+    import numpy as np
+
+    from carom.engine import cycle, projection
+
+    for module, name in ((cycle, "schedule"), (cycle, "run"), (projection, "project")):
+        compiled = getattr(module, name)
+        monkeypatch.setattr(module, name, getattr(compiled, "__wrapped__", compiled))
+    with np.errstate(all="ignore"):  # compiled code divides by zero without a word
+        yield
+
+
+@pytest.fixture(params=["plain", slow("compiled")])
+def both_ways(request):
+    """Let what has some hundreds of events run as plain Python by default, and compiled under ``-m slow``."""
+    if request.param == "plain" and request.node.get_closest_marker("slow") is None:
+        request.getfixturevalue("plain")
 
 
 MOST = 4

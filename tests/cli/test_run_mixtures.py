@@ -100,6 +100,7 @@ def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
     assert says in " ".join(capsys.readouterr().out.split())
 
 
+@pytest.mark.slow
 def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, capsys):
     more = (
         'walls = "z"\nimpact = { restitution = 0.99, elastic_below = 0.1 }\n'

@@ -14,6 +14,7 @@ from carom.models.obstacles.named_walls import axes_without
 from carom.simulation import stretches
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(("edge", "each"), [(2.5, 2), (9.0, 0)])
 def test_two_rods_on_a_ring_schedule_each_other_again_at_once_only_if_they_see_around_it(edge, each):
     # Both halves of a collision do: m* = i*. On a long ring sectors are crossed before.
@@ -68,6 +69,7 @@ def scaled(scene, length, mass, speed):
     )
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("make", ["unequal", slow("boxed"), slow("lorentz"), slow("inelastic"), "growing"])
 @pytest.mark.parametrize("units", [(2.0**37, 2.0**-21, 2.0**13), (2.0**-60, 2.0**44, 2.0**-9)])
 def test_scenes_of_every_kind_are_free_of_scale(make, units):

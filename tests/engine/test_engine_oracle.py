@@ -40,6 +40,7 @@ KERNELS = ((1, 2), (4, 2), (4, 16), (4, 64))
 """Dimensions and numbers that need kernels of their own, or long."""
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("dimension", "n", "packing_fraction"),
     [slow(d, n, eta) if (d, n) in KERNELS else (d, n, eta) for d, n, etas in RANDOM for eta in etas],
@@ -49,6 +50,7 @@ def test_collisions_come_in_the_oracle_s_order(dimension, n, packing_fraction, t
     assert_equal_to_oracle(scene, PER_PARTICLE * n // 2, tmp_path, tuning=carom.Tuning(neighbors="sectors"))
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("dimension", "n", "packing_fraction"), [(2, 9, 0.02), slow(3, 8, 0.01), slow(4, 16, 0.01)]
 )
@@ -70,6 +72,7 @@ LISTED = [
 ]
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(("dimension", "n", "packing_fraction"), LISTED)
 @pytest.mark.parametrize("shell", [None, 1.2])
 def test_lists_give_the_oracle_s_order(dimension, n, packing_fraction, shell, tmp_path):
@@ -84,6 +87,7 @@ def test_lists_give_the_oracle_s_order(dimension, n, packing_fraction, shell, tm
     )
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("dimension", [2, 3, 4])
 @pytest.mark.parametrize("edge", [1.05, 1.5, 2.05, 3.05, 3.9, 4.1])
 @pytest.mark.parametrize("other", [1.05, 2.3, 7.0])
@@ -98,6 +102,7 @@ def test_two_spheres_in_small_boxes(dimension, edge, other, tmp_path):
     assert_equal_to_oracle(scene, 12, tmp_path, at_least=4, tuning=carom.Tuning(neighbors="sectors"))
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("n", "box"),
     [
@@ -129,6 +134,7 @@ def test_five_and_six_dimensions(dimension, n, tmp_path):
     assert_equal_to_oracle(scene, 3 * n // 2, tmp_path)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_two_spheres_collide_under_two_images_at_one_time(tmp_path):
     # 5 = |(3, 4)|: sphere 1 is met above and below at once, and the first impulse drives it into the other.
     velocities = [[1.0, 0.0], [-1.0, 0.0]]

@@ -75,9 +75,9 @@ def test_a_packing_fraction_of_1e_6_has_flights_through_many_boxes(dimension):
 @pytest.mark.parametrize(
     ("box", "count", "growth"),
     [
-        ((4e3,) * 2, 20, None),
+        slow((4e3,) * 2, 20, None),
         slow((4e3,) * 2, 20, 1e-6),
-        ((4e5,) * 2, 10, None),
+        slow((4e5,) * 2, 10, None),
         slow((400.0,) * 3, 40, None),
         ((1e9,), 8, None),
     ],
@@ -114,6 +114,7 @@ def test_balls_in_wide_boxes_are_met_as_sharply():
     assert sim.obstacles[0].hits == 10
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_the_first_collisions_of_a_dilute_gas_are_the_oracles():
     scene = moving(carom.Scene.random(8, dimension=2, packing_fraction=1e-6, seed=3), 3)
     oracle = NaiveSystem(scene.positions, scene.velocities, scene.box)
@@ -270,6 +271,7 @@ def test_logs_checkpoints_and_samples_of_any_velocities_are_in_the_scenes_units(
     np.testing.assert_array_equal(b.epoch, a.epoch)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("exponent", [-150, 150])
 def test_growth_and_a_new_temperature_of_any_size(exponent):
     k = power(exponent)
@@ -407,6 +409,7 @@ KERNELS = (
 """Cases that need kernels of their own."""
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.filterwarnings("ignore:No collision:carom.errors.CaromWarning")
 @pytest.mark.parametrize("name", [slow(name) if name in KERNELS else name for name in SINGLE])
 def test_single_precision_holds_or_is_refused(name):
@@ -465,6 +468,7 @@ def ulps(value, count):
     return value
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("count", [*range(-8, 9), -1000, 1000])
 def test_a_graze_within_ulps_is_a_touch_or_a_miss_and_changes_nothing_else(count):
     # Offset so many roundings of the coordinates from contact; where exactly they are, the Fraction knows.
@@ -496,6 +500,7 @@ def figure_six():
     return carom.Scene(positions, 10.0, velocities=velocities)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_the_papers_figure_6_has_a_defined_outcome_that_keeps_energy_and_momentum():
     sims = [
         carom.Simulation(figure_six(), tuning=carom.Tuning(neighbors=kind), seed=0)
@@ -537,6 +542,7 @@ def opposed_lattice(dimension):
     return scene.replace(velocities=v)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("gap", [0.0, EPS, 1e-9])
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_newtons_cradle_passes_the_momentum_on(dimension, gap):
@@ -565,6 +571,7 @@ def test_a_whole_lattice_that_collides_at_once(dimension):
 # Overlaps.
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_an_overlap_of_1e_15_is_healed_and_reported():
     scene = carom.Scene([[2.0, 2.0], [3.0 - 1e-15, 2.0]], 10.0, velocities=[[1.0, 0.0], [-1.0, 0.0]])
     sim = carom.Simulation(scene, seed=0)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 
 import carom
 from carom.engine.constants import LAMBDA
@@ -34,7 +35,7 @@ def schedule_anew(sim):
     refill_queue(machine.engine, int(state.clock.epoch[0]), float(state.clock.now[0]))
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", [slow(name) if name == "a mixture" else name for name in SCENES])
 def test_a_run_whose_events_are_all_scheduled_anew_goes_on_with_the_same_bits(name):
     scene = SCENES[name]()
     alone, disturbed = (carom.Simulation(scene, seed=3) for _ in range(2))

@@ -130,6 +130,7 @@ def test_no_draw_of_a_bath_is_used_twice(d):
         assert abs((waits * (y**2 - 1.0)).mean()) < six_sigma * math.sqrt(2.0 / count)
 
 
+@pytest.mark.slow
 def test_two_disks_in_a_bath_are_bound_with_the_probability_of_boltzmann():
     kT, box, width = 0.8, 4.0, 1.5
     scene = carom.Scene([[0.5, 0.5], [2.5, 2.5]], box=(box, box), interaction=SquareWell(width, 1.0))
@@ -206,6 +207,7 @@ def test_a_run_in_a_bath_is_saved_and_goes_on_with_the_same_bits(drive, tmp_path
     assert sim.drive.drawn.min() > 0
 
 
+@pytest.mark.slow
 def test_a_growing_fluid_keeps_the_temperature_of_its_bath():
     """Its engine is made anew time and again: the memory of the drive goes along."""
     sim = carom.Simulation(disks(Andersen(1.0, rate=20.0)), growth=0.05, seed=1)
@@ -219,9 +221,10 @@ def test_a_growing_fluid_keeps_the_temperature_of_its_bath():
     assert np.mean(due - sim.time) == pytest.approx(1 / 20, rel=FOUR_SIGMA / math.sqrt(64))
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_pinned_disks_are_not_kicked():
     sim = carom.Simulation(disks(Andersen(1.0, rate=5.0), pinned=[0, 1, 2]), seed=1)
-    sim.run(time=5.0)
+    sim.run(time=1.0)
     assert (sim.frame().velocities[:3] == 0.0).all()
     assert (sim.drive.drawn[:3] == 0).all()
     assert (sim.drive.drawn[3:] > 0).any()
@@ -343,6 +346,7 @@ def test_a_drive_of_a_scene_file_is_that_of_python(drive, tmp_path):
     assert SceneFile.load(path).scene.drive == drive
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("drive", [Andersen(1.0, rate=2.0, seed=3), OneWay(3.0)])
 def test_a_driven_run_is_rebuilt_from_its_log_to_the_bit(drive, tmp_path):
     sim = carom.Simulation(disks(drive), seed=1, event_log=tmp_path / "log.h5")

@@ -203,6 +203,7 @@ def test_a_motion_that_answers_for_all_walls_is_refused_with_one_that_is_none():
             carom.Simulation(scene(obstacle, motion=Magnetic(1.5)), seed=0)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_gravity_meets_the_walls_that_are_left():
     loss = Loss(0.5, contact_time=0.01)
     obstacles = Surface(floor_at(2, 1, 0), loss), Ball((-0.5, 2.0), 0.5)  # it touches a wall

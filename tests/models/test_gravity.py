@@ -89,7 +89,7 @@ def test_events_over_a_shaken_floor_are_those_of_the_oracle(tmp_path, restitutio
 
 def test_the_floor_bears_the_weight(tmp_path):
     # Exact: impulse of floor and walls = N m g t + change of momentum, at any density and restitution.
-    scene = bed(0.7, n=30)
+    scene = bed(0.7)
     with simulation(scene, tmp_path) as sim:
         sim.run(time=200.0)
         frame = sim.frame()

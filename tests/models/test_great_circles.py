@@ -47,6 +47,7 @@ def arms(sim):
     return sim.frame().positions - 4.0
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("growth", [None, slow(0.02)])
 def test_contacts_are_those_of_the_naive_algorithm_in_fifty_digits(growth):
     sim = carom.Simulation(on_sphere(5), seed=2, growth=growth)
@@ -149,6 +150,7 @@ def test_growth_is_resumed_bit_for_bit(tmp_path):
     assert sim.packing_fraction == pytest.approx(8 * 0.5 * (1 - math.sqrt(1 - 0.25 * sim.diameters[0] ** 2)))
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_caps_at_rest_grow_until_they_touch():
     # Two a quarter of a great circle apart, and one far from both that moves.
     places = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-math.sqrt(0.5), -math.sqrt(0.5), 0.0]]

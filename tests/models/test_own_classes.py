@@ -246,7 +246,10 @@ BITS = {
 TIRED, *_ = BITS["cores that tire, in a bath, between a floor and a roof on a path"]
 
 
-@pytest.fixture(scope="module", params=BITS)
+@pytest.fixture(
+    scope="module",
+    params=[pytest.param(name, marks=pytest.mark.slow if "bath" in name else ()) for name in BITS],
+)
 def runs(request, tmp_path_factory):
     """Return a run with a model of one's own, one with Carom's, and how to load the first again."""
     mine, caroms, keywords = BITS[request.param]
@@ -398,6 +401,7 @@ def test_quantities_are_in_the_engines_unit_of_time_and_those_of_a_drive_in_the_
     assert carom.Simulation(scene.replace(drive=Bath(2.0**80, 2.0**40, 1))).drive.kT == 2.0**80
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_memory_is_copied_and_times_are_shifted():
     sim = carom.Simulation(TIRED.replace(impact=Tired(0.9, 0.5)), seed=1)
     sim.run(collisions=200)
@@ -690,6 +694,7 @@ def test_code_of_a_class_in_a_module_is_kept_on_disk_until_it_changes(tmp_path):
     assert [said(), said()] == ["compiled 4.0", "loaded 4.0"]
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_replay_asks_a_model_of_ones_own_in_plain_python(tmp_path):
     scene = FLUID.replace(interaction=Cores(1.0))
     with carom.Simulation(scene, seed=1, event_log=tmp_path / "log.h5") as sim:

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from helpers.magnetic import charges, least_gap
+from helpers.marks import slow
 from helpers.plain import plain_python
 
 import carom
@@ -50,6 +51,7 @@ DEPTH = 1e-12
 SCENE = carom.Scene.random(6, 0.1, 2, seed=1)
 
 
+@pytest.mark.slow
 def test_the_page_runs_as_it_stands(tmp_path):
     cells = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
     assert len(cells) >= 8
@@ -420,7 +422,7 @@ BY_NUMBERS = {
 }
 
 
-@pytest.mark.parametrize("kind", BY_NUMBERS)
+@pytest.mark.parametrize("kind", ["everybody", slow("lists"), slow("a small box"), "a floor"])
 def test_indices_are_whole_numbers_for_every_model(kind, tmp_path):
     """The replay asks the same functions, in Python, and compares every impulse."""
     changes, options = BY_NUMBERS[kind]

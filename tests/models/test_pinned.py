@@ -38,6 +38,7 @@ def as_balls(scene):
     return free, balls
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("neighbors", ["sectors", slow("lists")])
 @pytest.mark.parametrize("dimension", [2, slow(3)])
 def test_the_order_of_events_is_the_oracles_with_fixed_balls(dimension, neighbors, tmp_path):

@@ -133,12 +133,13 @@ def bed(**settings):
     return carom.Scene(places, (8.5, 12.0), velocities=velocities, motion=motion, impact=LOSS, **settings)
 
 
-def final(scene):
+def final(scene, time=5.0):
     sim = carom.Simulation(scene)
-    sim.run(time=20.0)
+    sim.run(time=time)
     return sim
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("kind", ["lossy", "hot", "shaken"])
 def test_keywords_and_walls_have_the_bits_of_the_nested_form(kind):
     given = {
@@ -168,7 +169,7 @@ def test_keywords_and_walls_have_the_bits_of_the_nested_form(kind):
 
 
 def test_a_shaken_floor_by_name_drives_a_bed_and_bears_it(tmp_path):
-    sim = final(bed(walls={"y_low": Wall(shake=Sine(0.3, 2.0), impact=LOSS)}))
+    sim = final(bed(walls={"y_low": Wall(shake=Sine(0.3, 2.0), impact=LOSS)}), time=20.0)
     floor = next(each for each in sim.obstacles if each.name == "y_low")
     assert floor.work > 0.0
     # The floor bears the weight and the change of the momentum; the ceiling is never hit.
@@ -188,6 +189,7 @@ def test_a_shaken_floor_by_name_drives_a_bed_and_bears_it(tmp_path):
     np.testing.assert_array_equal(again.frame().velocities, sim.frame().velocities)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_the_threshold_of_a_restitution_follows_the_thermal_speed_and_is_kept(tmp_path):
     floor = Wall(impact=0.9)
 
@@ -197,15 +199,15 @@ def test_the_threshold_of_a_restitution_follows_the_thermal_speed_and_is_kept(tm
     scene = bed(walls={"y_low": floor, "y_high": Wall(impact=Restitution(0.9, 0.25))})
     sim = carom.Simulation(scene.replace(velocities=None), kT=4.0, seed=1)
     assert thresholds(sim) == [pytest.approx(2e-3), 0.25]
-    sim.run(time=5.0)
+    sim.run(time=2.0)
     sim.rescale(1.0)
     assert thresholds(sim) == [pytest.approx(1e-3), 0.25]
-    sim.run(time=5.0)
+    sim.run(time=2.0)
     sim.save(tmp_path / "half.h5")
     again = carom.Simulation.load(tmp_path / "half.h5")
     assert thresholds(again) == thresholds(sim)
     for each in (sim, again):
-        each.run(time=5.0)
+        each.run(time=2.0)
     np.testing.assert_array_equal(again.frame().velocities, sim.frame().velocities)
 
 

@@ -71,6 +71,7 @@ def a_pair(rng, d, **law):
     )
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("d", [2, 3])
 @pytest.mark.parametrize("law", [
     {"tangential": 1.0}, {"restitution": 0.8, "elastic_below": 1e-9, "tangential": 0.3}, {"tangential": -0.4},
@@ -78,7 +79,7 @@ def a_pair(rng, d, **law):
 ], ids=["perfectly rough", "loses", "slides", "cone"])  # fmt: skip
 def test_a_contact_follows_waltons_law(d, law):
     rng = np.random.default_rng(d)
-    for _ in range(20):
+    for _ in range(20 if d == 2 else 6):  # in space plain Python is ten times as slow
         scene = a_pair(rng, d, **law)
         sim = carom.Simulation(scene)
         sim.run(collisions=1)
@@ -130,6 +131,7 @@ def test_perfectly_rough_particles_keep_the_energy_and_share_it_equally(d):
     assert (d * 99 * flying + spins * 100 * turning) / (d * 99) == pytest.approx(1.0, rel=1e-12)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("d", [2, 3])
 def test_time_runs_backwards(d):
     scene = gas(d, n=30, tangential=1.0)
@@ -146,6 +148,7 @@ def test_time_runs_backwards(d):
     assert np.abs(back.frame().spins).max() < 1e-6
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("d", [2, 3])
 def test_angular_momentum_is_kept_in_a_smooth_round_container(d):
     inside = SphericalContainer([5.0] * d, 4.5)
@@ -170,9 +173,9 @@ def test_angular_momentum_is_kept_in_a_smooth_round_container(d):
         return scene.masses @ about + inertias @ frame.spins
 
     before = angular(sim.frame())
-    sim.run(collisions=500)
+    sim.run(collisions=500 if d == 2 else 120)
     assert angular(sim.frame()) == pytest.approx(before, abs=1e-12 * n)
-    assert sim.obstacles[-1].hits > 50
+    assert sim.obstacles[-1].hits > 30
 
 
 def gains(kinetic, turning, d, e, beta, q):
@@ -216,6 +219,7 @@ def falling(d, spins, velocity, **given):
     )  # fmt: skip
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(("d", "spins", "velocity"), [
     (2, [3.0], [0.7, -1.0]), (2, [0.1], [0.05, -1.0]), (3, [1.0, 2.0, -0.5], [0.3, -1.5, 0.2]),
     (3, [0.1, 0.2, 0.3], [0.0, -1.5, 0.1]),
@@ -242,6 +246,7 @@ def test_a_rough_floor_is_a_partner_of_infinite_mass(d, spins, velocity):
     )
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("phase", [0.0, 0.125])
 def test_a_floor_that_moves_along_itself_carries_a_particle_along(phase):
     belt = {"shake": Sine(amplitude=1.0, period=20.0, phase=phase), "direction": (1, 0)}
@@ -253,6 +258,7 @@ def test_a_floor_that_moves_along_itself_carries_a_particle_along(phase):
     assert sim.frame().spins[0, 0] == pytest.approx(2.0 * 0.5 * belt / 0.5 * -1.0 * -1.0, rel=1e-12)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_bumpy_floor_of_pinned_particles_turns_those_that_fall_on_it():
     places = [[x + 0.5, 0.5] for x in range(10)] + [[x + 0.9, 3.0] for x in range(0, 10, 2)]
     scene = carom.Scene(

@@ -6,6 +6,7 @@ import ase.io
 import MDAnalysis
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.plain import plain_python
 from helpers.sheared import Naive
 
@@ -27,6 +28,7 @@ def gas(d, n=100, packing_fraction=0.2, rate=0.7, seed=1, **given):
     return carom.Scene.random(n, packing_fraction, d, seed=seed, motion=Shear(rate), **given)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(("box", "n", "restitution"), [
     ((7.0, 6.0), 16, 1.0), ((12.0, 11.0), 40, 0.9), ((6.0, 5.6, 5.8), 20, 0.9),
     ((5.0, 4.0, 4.5, 4.2), 16, 1.0),
@@ -68,7 +70,7 @@ def test_no_shear_is_free_flight_to_the_last_bit(d):
 
 
 @pytest.mark.parametrize("law", [{}, {"impact": Rough(tangential=1.0)}], ids=["smooth", "rough"])
-@pytest.mark.parametrize(("d", "n"), [(2, 20), (2, 300), (3, 300)])
+@pytest.mark.parametrize(("d", "n"), [(2, 20), (2, 300), slow(3, 300)])
 def test_energy_grows_by_the_work_of_the_stream(d, n, law):
     sim = carom.Simulation(gas(d, n, **law), seed=1)
     start = sim.kT
@@ -79,19 +81,28 @@ def test_energy_grows_by_the_work_of_the_stream(d, n, law):
     assert sim.statistics.worst_overlap < 1e-12
 
 
-def test_the_balance_holds_for_mixtures_after_rescaling_and_beside_kicks():
+def mixture_in_shear():
     species = [carom.Species(count=60), carom.Species(count=60, diameter=0.5, mass=0.2)]
-    scene = carom.Scene.random(None, 0.3, 2, species=species, seed=1, motion=Shear(0.5))
-    sim = carom.Simulation(scene, seed=1)
-    sim.run(collisions=2000)
+    return carom.Scene.random(None, 0.3, 2, species=species, seed=1, motion=Shear(0.5))
+
+
+@pytest.mark.usefixtures("both_ways")
+def test_the_balance_holds_for_mixtures_after_rescaling():
+    sim = carom.Simulation(mixture_in_shear(), seed=1)
+    sim.run(collisions=200)
     stress = flux(sim)
     sim.rescale(1.0)
     assert flux(sim) == pytest.approx(stress, rel=1e-12)
     before = stress[1, 0]
     energy = 0.5 * sim.degrees_of_freedom * sim.kT
-    sim.run(collisions=2000)
+    sim.run(collisions=200)
     gained = 0.5 * sim.degrees_of_freedom * sim.kT - energy
     assert gained == pytest.approx(-0.5 * (flux(sim)[1, 0] - before), rel=1e-11)
+
+
+@pytest.mark.slow
+def test_the_stream_heats_a_mixture_in_a_bath():
+    scene = mixture_in_shear()
     bath = carom.Simulation(scene.replace(drive=Andersen(kT=1.0, rate=3.0)), seed=1)
     bath.run(collisions_per_particle=50)
     start, since = flux(bath), bath.time

@@ -61,6 +61,7 @@ def test_events_are_those_of_the_naive_algorithm_in_three_dimensions(name):
     assert_order(scene, lambda i, j: (distances, [*energies, 0.0]), 60)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("name", ["well", "shoulder"])
 def test_events_are_those_of_the_naive_algorithm_on_a_line(name):
     interaction, distances, energies = WELLS[name]
@@ -170,11 +171,12 @@ def test_a_run_that_is_saved_and_resumed_has_the_same_bits(tmp_path):
     assert resumed.kT == whole.kT
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_logged_run_is_replayed_bit_for_bit_with_the_kinds_of_its_events(tmp_path):
     places = carom.Scene.crystal(cells=8, dimension=2, packing_fraction=0.35)
     scene = places.replace(interaction=TABLE, species=np.arange(places.n) % 2)
     sim = carom.Simulation(scene, seed=3, kT=1.2, event_log=tmp_path / "log.h5")
-    sim.run(collisions=2000)
+    sim.run(collisions=300)
     sim.close()
     events = read_events(tmp_path / "log.h5")
     assert np.bincount(events.kind, minlength=4).tolist() == sim.interaction.events.sum(axis=0).tolist()

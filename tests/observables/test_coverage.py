@@ -1,6 +1,6 @@
 """Error bars are right: over many short runs of systems whose Z is known, intervals hold it as often as said.
 
-All 600 runs of each: ``pytest -m slow -s tests/observables/test_coverage.py``.
+All 300 runs of each: ``pytest -m slow -s tests/observables/test_coverage.py``.
 """
 
 import functools
@@ -125,9 +125,9 @@ def test_error_bars_half_as_long_would_be_found_out():
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 @pytest.mark.parametrize("request_", REQUESTS)
 @pytest.mark.parametrize("system", SYSTEMS)
-def test_intervals_of_six_hundred_short_runs_cover_the_exact_value(system, request_):
+def test_intervals_of_three_hundred_short_runs_cover_the_exact_value(system, request_):
     make, exact = SYSTEMS[system]()
-    found = estimates(make, REQUESTS[request_], 600)
-    shares = ", ".join(f"{hits(found, exact, level) / 6:.1f} % at {level:.0%}" for level in LEVELS)
+    found = estimates(make, REQUESTS[request_], 300)
+    shares = ", ".join(f"{hits(found, exact, level) / 3:.1f} % at {level:.0%}" for level in LEVELS)
     print(f"{system}, {request_}: {shares}")
     check(found, exact)

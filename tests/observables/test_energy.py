@@ -63,6 +63,7 @@ def test_two_rods_spend_the_exact_time_in_their_well(depth, interaction):
     assert found.primary == found.U
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("g", [0.5, -0.5])
 def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
     position = 2.0 if g < 0.0 else 6.0
@@ -102,6 +103,7 @@ def test_a_fluid_of_wells_has_the_published_energy(fluid):
 
 
 # Of 32 runs one may be flagged by chance: one of some hundreds is.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:The potential energy (drifts|relaxes)")
 def test_the_error_of_the_energy_is_the_scatter_of_runs(fluid):
     request = carom.Energy()
@@ -254,6 +256,7 @@ def test_a_run_of_wells_goes_on_from_every_round(whole, tmp_path, stage, after):
         assert again[name] == whole[name], name
 
 
+@pytest.mark.slow
 def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_path):
     summary = carom.run(wells(500, 1000, log=True), tmp_path / "run").summary
     assert abs(summary["kT"] - 3.0) > 0.1

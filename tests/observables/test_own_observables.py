@@ -131,6 +131,7 @@ def test_no_error_is_asked_of_what_has_none_on_the_way(sim):
         sim.measure(Energies(), relative_error=0.1)
 
 
+@pytest.mark.slow
 def test_the_page_runs_as_it_stands(tmp_path, monkeypatch):
     cells = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
     assert len(cells) >= 3

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.plain import plain_python
 
 import carom
@@ -82,7 +83,7 @@ found = {}
 for name, scene in scenes.items():
     sim = carom.Simulation(scene, seed=1)
     by_layers = carom.PressureProfile(axis=scene.dimension - 1, bins=7)
-    whole, profile = sim.measure(carom.PressureTensor(), by_layers, collisions=200, blocks=8)
+    whole, profile = sim.measure(carom.PressureTensor(), by_layers, collisions=100, blocks=8)
     found[name] = [
         [getattr(each, part).tolist() for each in (whole, profile)] for part in ("kinetic", "collisional")
     ] + [profile.density.tolist(), scene.n / scene.volume]
@@ -102,7 +103,7 @@ def test_the_mean_over_the_layers_is_the_tensor_of_the_box():
         assert np.mean(density) == pytest.approx(mean, rel=ROUNDING)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [2, slow(3)])
 def test_between_walls_the_normal_component_is_that_on_the_walls_in_every_layer(dimension):
     axis = dimension - 1
     sim = carom.Simulation(carom.Scene.random(64, 0.25, dimension, seed=1, walls="xyz"[axis]), seed=1)
@@ -152,6 +153,7 @@ def test_rods_between_walls_have_the_pressure_of_tonks_in_every_layer():
     assert 4.0 * speeds / 400.0 < 0.1 * tonks
 
 
+@pytest.mark.slow
 def test_in_a_field_a_layer_bears_the_weight_of_what_is_above():
     n, width, height, g, kT = 60, 20.0, 60.0, 0.1, 1.0
     places = [(2.0 + 4.0 * (k % 5), 2.0 + 3.0 * (k // 5)) for k in range(n)]

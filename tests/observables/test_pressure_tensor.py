@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.plain import plain_python
 
 import carom
@@ -39,7 +40,7 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize("name", ["a mixture", slow("walls"), slow("an obstacle"), "wells"])
 def test_the_trace_is_the_pressure_from_the_virial_of_the_same_stretch(name):
     sim = SCENES[name]()
     pressure, found = sim.measure(

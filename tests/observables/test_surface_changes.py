@@ -42,6 +42,7 @@ class Post:
 SLANTING = Plane((1.0, 1.0), 4.0, "slope")
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_contact_changes_the_first_sum_by_what_the_obstacle_takes_up():
     scene = carom.Scene(
         [[5.0, 6.0]], 9.0, mass=2.0, velocities=[[-1.0, -0.5]], walls=True, obstacles=(SLANTING,)

@@ -299,6 +299,7 @@ def test_a_fluid_a_mixture_a_crystal_and_walls(tmp_path, monkeypatch):
     assert {each.name for each in tmp_path.iterdir()} == {"g.png", "f.extxyz", "f.html", "f.png", "f.gif"}
 
 
+@pytest.mark.slow
 def test_a_square_well_and_a_granular_bed():
     well = carom.Scene.random(100, density=0.3, interaction=models.SquareWell(range=1.5, depth=1.0))
     sim = carom.Simulation(well)

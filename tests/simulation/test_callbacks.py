@@ -76,6 +76,7 @@ def test_a_callback_looks_and_does_not_steer():
         fluid().run(time=1.0, every=0.5, call=lambda sim: sim.run(time=1.0))
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_run_ends_exactly_at_the_hit_of_an_obstacle():
     plain, stopped, there = (carom.Simulation(SCENE, seed=2) for _ in range(3))
     plain.run(time=5.0)
@@ -92,6 +93,7 @@ def test_a_run_ends_exactly_at_the_hit_of_an_obstacle():
         assert bits(sim) == bits(plain)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_hits_of_several_obstacles_are_counted_together(tmp_path):
     names = [each.name for each in carom.Simulation(SCENE).obstacles]
     with carom.Simulation(SCENE, seed=2, event_log=tmp_path / "events.h5") as sim:
@@ -156,6 +158,7 @@ def test_a_wrong_word_of_a_run_is_one_sentence(keywords, says):
         carom.Simulation(SCENE, seed=2).run(**keywords)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_where_nothing_moves_nothing_is_hit():
     still = SCENE.replace(velocities=np.zeros((SCENE.n, 2)))
     with pytest.warns(CaromWarning, match="Nothing moves"):

@@ -19,6 +19,7 @@ from carom.units import TimeUnit
 SIX_SIGMA = 6.0
 
 
+@pytest.mark.slow
 def test_spheres_that_cool_have_the_pressure_of_enskog():
     # Z - 1 of a homogeneous inelastic gas is (1 + e) / 2 of that of elastic spheres: a contact exchanges so
     # much of the momentum.

@@ -206,6 +206,7 @@ def test_cores_are_those_of_the_time_of_the_state():
     assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_lost_collision_shows_though_the_two_have_parted_again():
     # So many that a simulation does not try the two, which are 1 and 2.
     n = 60

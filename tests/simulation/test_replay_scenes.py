@@ -61,15 +61,12 @@ def scenes():
     }
 
 
-# Each is compiled for itself, which takes half a minute: the others are for `pytest -m slow`, and some of
-# these run uncompiled before.
-SOON = ("walls",)
-SHORT = ("contact", "balls", "plane", "lossy equals")
+# Each is compiled for itself, which takes half a minute; these run uncompiled by default.
+SHORT = ("contact", "balls", "plane", "lossy equals", "walls")
 
 
-@pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=() if kind in SOON else pytest.mark.slow) for kind in scenes()]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", scenes())
 def test_every_frame_of_every_kind_of_scene_is_rebuilt_to_the_bit(kind, tmp_path):
     assert_rebuilt(scenes()[kind], tmp_path / "events.h5", 5)
 

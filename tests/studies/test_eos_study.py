@@ -547,7 +547,7 @@ def test_a_random_start_well_below_freezing_is_a_crystal_that_melts(n, eta, dime
 
 
 @pytest.mark.parametrize(
-    ("n", "eta", "dimension"), [slow(500, 0.49, 3), (450, 0.52, 3), (32, 0.475, 3), slow(600, 0.3, 4)]
+    ("n", "eta", "dimension"), [slow(500, 0.49, 3), (450, 0.52, 3), slow(32, 0.475, 3), slow(600, 0.3, 4)]
 )
 def test_a_random_start_near_freezing_is_a_melted_crystal_that_was_squeezed(n, eta, dimension):
     asked = SceneSpec(n=n, packing_fraction=eta, dimension=dimension, mass=2.0, diameter=3.0)
@@ -872,6 +872,7 @@ def test_mixtures_are_compared_with_the_theory_of_mixtures():
         study.virials()
 
 
+@pytest.mark.slow
 def test_walls_are_simulated_and_compared_with_nothing():
     study = carom.equation_of_state([0.2], replicas=1, scene={"walls": "z"}, **SMALL)
     (row,) = study.table

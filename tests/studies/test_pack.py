@@ -282,7 +282,7 @@ def test_equal_spheres_jam_at_random_close_packing_when_fast(seed):
 @pytest.mark.slow
 def test_the_backbone_of_spheres_is_isostatic_and_a_few_rattle():
     rattling = []
-    for seed in (1, 2, 3, 4):
+    for seed in (1, 2):  # a quarter of an hour
         packing = judged(points(500, 3, seed=seed), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=seed)
         network = packing.network
         rattling.append(network.rattler_fraction)
@@ -291,7 +291,7 @@ def test_the_backbone_of_spheres_is_isostatic_and_a_few_rattle():
         assert abs(network.contacts - network.isostatic) <= 5
         assert network.void[1] > 10 * network.void[0]
     # 1.5 to 3.5 % of many spheres. Of 500 it scatters by 0.9 % from packing to packing (ten seeds).
-    assert 0.015 - 3 * 0.0045 <= np.mean(rattling) <= 0.035 + 3 * 0.0045
+    assert 0.0 < np.mean(rattling) <= 0.035 + 3 * 0.009 / math.sqrt(2)
 
 
 @pytest.mark.slow
@@ -300,13 +300,13 @@ def test_equal_disks_jam_in_grains_the_denser_the_slower():
 
     Boundaries of grains, vacancies and rattlers keep them below the crystal's 0.9069; slower growth has the
     time to anneal them. That is a statement about a moderate rate, not about one packing: of 2000 disks at a
-    rate of 3e-3 the density scatters by 0.009 from seed to seed, 0.877 to 0.901. So means of eight seeds are
-    tested, at a rate where grains have grown: 1000 disks at 1e-3 gave 0.8947 with a standard error of 0.0014,
-    and 0.869 with one of 0.003 at the fast rate 0.02, where they had no time to.
+    rate of 3e-3 the density scatters by 0.009 from seed to seed, 0.877 to 0.901. So means of four seeds are
+    tested, at a rate where grains have grown: eight of 1000 disks at 1e-3 gave 0.8947 with a standard error
+    of 0.0014, and 0.869 with one of 0.003 at the fast rate 0.02, where they had no time to.
     """
 
     def mean(rate):
-        seeds = range(1, 9)
+        seeds = range(1, 5)
         packings = [judged(points(1000, 2, seed=seed), rate=rate, until_Z=1e6, seed=seed) for seed in seeds]
         fractions = np.array([packing.packing_fraction for packing in packings])
         assert fractions.max() < DENSEST[2]

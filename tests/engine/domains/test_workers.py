@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 
 import carom
 from carom.engine.calendar import make_calendar, narrow
@@ -71,7 +72,7 @@ def test_any_number_of_workers_gives_the_bits_of_one(workers):
     assert timings.windows > 0
 
 
-@pytest.mark.parametrize("packing_fraction", [0.05, 0.3, 0.49, 0.6])
+@pytest.mark.parametrize("packing_fraction", [0.05, 0.3, slow(0.49), slow(0.6)])
 def test_thin_and_dense_cubes_have_the_same_bits(packing_fraction):
     scene = carom.Scene.crystal(cells=14, packing_fraction=packing_fraction)
     alone, together, timings = alone_and_together(scene, 2)
@@ -79,7 +80,7 @@ def test_thin_and_dense_cubes_have_the_same_bits(packing_fraction):
     assert timings.windows > 0
 
 
-@pytest.mark.parametrize("workers", [2, 5])
+@pytest.mark.parametrize("workers", [2, slow(5)])
 def test_lists_in_the_plane_have_the_same_bits(workers):
     scene = carom.Scene.random(n=6000, packing_fraction=0.7, dimension=2, seed=1)
     alone, together, timings = alone_and_together(scene, workers)
@@ -87,6 +88,7 @@ def test_lists_in_the_plane_have_the_same_bits(workers):
     assert timings.windows > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dimension", [1, 4])
 def test_lines_and_four_dimensions_have_the_same_bits(dimension):
     box = (2000.0,) if dimension == 1 else (24.0, 6.0, 6.0, 6.0)

@@ -41,6 +41,7 @@ def position_moments(frame, drift):
     return np.einsum("i,ia,ib->ab", m, x, v), energies @ x, np.array(species)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_the_moments_are_those_of_positions_where_nobody_goes_round_the_box():
     scene = cluster(2)
     drift = scene.masses @ scene.velocities / scene.masses.sum()

@@ -1,6 +1,7 @@
 """The event log as one observer among others: what it makes the cycle do, and what it leaves alone."""
 
 import numpy as np
+import pytest
 
 import carom
 from carom.engine import constants, cycle
@@ -31,6 +32,7 @@ def until(sim, observers, collisions):
             sim._state.enlarge_heap()
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_the_cycle_returns_where_a_log_is_full_and_where_a_counter_of_hits_has_ended_the_run():
     whole, numbers = disks()
     wanted = np.zeros(max(numbers) + 1, np.bool_)
@@ -53,6 +55,7 @@ def test_the_cycle_returns_where_a_log_is_full_and_where_a_counter_of_hits_has_e
     assert found == everything.ref[: struck[HITS - 1] + 1].tolist()
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_checkpoint_holds_the_same_with_a_log_and_without(tmp_path):
     plain, _ = disks()
     scene, path = plain.scene, tmp_path / "events.h5"

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 
 import carom
 from carom.errors import FileError, InputError
@@ -114,7 +115,7 @@ def assert_equal(one, two):
         assert np.array_equal(a, b), name
 
 
-@pytest.fixture(scope="module", params=[2, 3])
+@pytest.fixture(scope="module", params=[2, slow(3)])
 def observed(request):
     scene = gas(request.param)
     sim = carom.Simulation(scene, observers=[seen(scene)])
@@ -153,11 +154,12 @@ def test_epochs_begin_at_equal_times_with_all_components(observed):
     assert twice == pytest.approx(degrees * observed.kT, rel=observed.collisions * EPS)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_the_first_passage_of_each_component_is_in_the_log(tmp_path):
     scene = gas(2)
     path = tmp_path / "events.h5"
     with carom.Simulation(scene, observers=[seen(scene)], event_log=path) as sim:
-        sim.run(collisions=2000)
+        sim.run(collisions=400)
         first = sim.observers[0].first
     events = read_events(path)
     times = events.epoch * float(read_initial(path)["epoch_length"]) + events.time
@@ -210,6 +212,7 @@ def test_events_are_in_the_units_of_the_scene():
     assert_equal(faster, b)
 
 
+@pytest.mark.slow
 def test_sums_go_on_when_velocities_are_rescaled_and_when_diameters_have_grown(tmp_path):
     scene = gas(2)
     sim = carom.Simulation(scene, observers=[seen(scene)], growth=0.05, tuning=carom.Tuning(shell=1.1))
@@ -234,10 +237,11 @@ def test_sums_go_on_when_velocities_are_rescaled_and_when_diameters_have_grown(t
     assert_equal(sim.observers[0], again.observers[0])
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_events_of_steps_say_which_they_are():
     scene = carom.Scene.random(60, 0.2, 2, seed=1).replace(interaction=SquareWell(1.5))
     sim = carom.Simulation(scene, seed=2, observers=[seen(scene)])
-    sim.run(collisions=2000)
+    sim.run(collisions=400)
     assert (sim.observers[0].kinds == sim._state.engine.model.pair.events.sum(axis=0)).all()
     assert (sim.observers[0].kinds > 0).all()
 
