@@ -143,3 +143,39 @@ def test_a_file_that_contradicts_the_arguments_is_refused(call, says, tmp_path):
     (tmp_path / "points.toml").write_text(POINTS)
     with pytest.raises(InputError, match=says):
         call(str(path))
+
+
+BAD = [
+    ("eos", "[study]\nreplicas = 0\n", "replicas must be between"),
+    ("eos", "[study]\npacking_fraction = [0.1, 0.1]\n", "names a value twice"),
+    ("eos", "[study]\nn = [100, 'x']\n", "n must be an integer"),
+    ("eos", "[study]\nrelative_error = 1e-3\ncollisions_per_particle = 10\n", "contradict"),
+    ("eos", "[study]\nblocks = 20\nframes = 30\n", "frames must be between 0 and 20"),
+    ("eos", "[scene]\nmotion = { type = 'gravity', g = [0, 0, -1] }\n[study]\n", "no uniform phase"),
+    ("eos", "[studdy]\nn = 3\n", "did you mean study"),
+    ("eos", "[study]\nlattice = 'bcc'\n", "did you mean fcc"),
+    ("transport", "[transport]\ndimension = 1\n", "between 2 and 12"),
+    ("transport", "[scene]\npinned = [0]\n[transport]\n", "no bulk fluid"),
+    ("transport", "[transport]\npacking_fraction = 0.6\n", "beyond freezing"),
+    ("code", "[code]\nn = 5.5\n", "n must be an integer"),
+    ("code", "[code]\ndimension = 3\n", "must have n"),
+    ("code", "[code]\nn = 9\nagree = 50\n", "agree must be at most"),
+    ("pack", "[pack]\nstages = [[0.1]]\n", "A stage is"),
+    ("pack", "[pack]\nn = 20\nrate = -1\n", "rate must be at least 0"),
+    ("pack", "[pack]\nspecies.a = { count = 3, size = 2 }\n", "A species has no 'size'"),
+    ("plan", "[scene]\n[plan]\nwalltime = -4\n", "walltime must be greater than 0"),
+    ("plan", "[scene]\n[plan]\ntarget = 'Q=1'\n", "Expected QUANTITY=ERROR"),
+    ("trade", "[scene]\nwalls = true\n", "leave out [scene] walls"),
+    ("trade", "[trade]\nseconds = 0\n", "seconds must be greater than 0"),
+    ("run", "[run]\ntime = 1\ncollisions_per_particle = 3\n", "each says how long"),
+]
+
+
+@pytest.mark.parametrize(("command", "text", "says"), BAD)
+def test_a_bad_section_is_one_sentence_and_nothing_is_written(command, text, says, tmp_path):
+    (tmp_path / "scene.toml").write_text(text)
+    done = CliRunner().invoke(cli.app, [command, "scene.toml"])
+    (said,) = done.stderr.strip().splitlines()
+    assert (done.exit_code, done.stdout) == (2, "")
+    assert says in said
+    assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]

@@ -43,7 +43,9 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
 
 @dataclass(frozen=True, repr=False)
 class Trade(Study[TradeSpec]):
-    """Methods compared by speed and accuracy. Its numbers are of this machine, and no two times the same.
+    """Methods compared by speed and accuracy.
+
+    Its numbers are those of this machine, and of one time: they are measured in CPU time.
 
     Attributes
     ----------
