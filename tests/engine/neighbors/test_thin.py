@@ -19,7 +19,6 @@ from carom.models.questions.particles import NEVER
 from carom.simulation.system_of_scene import prepare
 
 
-@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("dimension", "n", "size"),
     [
@@ -27,7 +26,7 @@ from carom.simulation.system_of_scene import prepare
         (2, 70, {"packing_fraction": 0.02}),
         (2, 7, {"box": (9.0, 47.0), "diameter": 1.0}),
         pytest.param(3, 8, {"packing_fraction": 1e-3}, marks=pytest.mark.slow),
-        (3, 70, {"packing_fraction": 0.02}),
+        pytest.param(3, 70, {"packing_fraction": 0.02}, marks=pytest.mark.slow),
     ],
 )
 def test_looking_at_everybody_finds_the_oracle_s_collisions(dimension, n, size, tmp_path):
@@ -88,7 +87,6 @@ def test_what_everybody_needs_is_said():
         carom.Simulation(carom.Scene.random(2, 0.3, 2, seed=1), tuning=carom.Tuning(neighbors="all"), seed=0)
 
 
-@pytest.mark.usefixtures("both_ways")
 def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
     scene = carom.Scene.random(6, dimension=3, box=(1000.0,) * 3, diameter=1.0, seed=1)
     sim = carom.Simulation(scene, seed=1)
@@ -98,7 +96,6 @@ def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
     assert sim.statistics.transits < 30 * 6 * 1000
 
 
-@pytest.mark.usefixtures("both_ways")
 def test_contacts_that_are_kept_pass_through_a_checkpoint(tmp_path):
     """Between two collisions of an epoch the contacts kept are all that is known of the next ones."""
     scene = carom.Scene.random(70, dimension=3, packing_fraction=1e-3, seed=2)
