@@ -81,13 +81,13 @@ def _turn(drive, i, k, room):
     square = 0.0
     for axis in range(d):
         room[axis] -= along * e[axis]
-        square += room[axis] ** 2
+        square += room[axis] * room[axis]
     if square == 0.0:  # it points nowhere
         return
     length = 0.0
     for axis in range(d):
         e[axis] = cos * e[axis] + sin * room[axis] / math.sqrt(square)
-        length += e[axis] ** 2
+        length += e[axis] * e[axis]
     for axis in range(d):
         e[axis] /= math.sqrt(length)
 
