@@ -358,3 +358,17 @@ def test_a_driven_run_is_rebuilt_from_its_log_to_the_bit(drive, tmp_path):
     a, b = run.frame(), sim.frame()
     assert (a.positions == b.positions).all()
     assert (a.velocities == b.velocities).all()
+
+
+def test_everybody_is_kicked_through_all_epochs_of_a_gas_whose_particles_cross_the_box_between_contacts(
+    plain,
+):
+    """So thin a gas is searched among all pairs at the beginning of an epoch, but not under a drive."""
+    gas = {"n": 16, "packing_fraction": 4e-4, "dimension": 2, "seed": 1}
+    assert carom.Simulation(carom.Scene.random(**gas))._state.scheme.kind == "all"
+    sim = carom.Simulation(carom.Scene.random(**gas, drive=Brownian(0.7, step=50.0)), kT=0.7, seed=1)
+    for _ in range(3):
+        sim.run(time=400.0)
+        assert np.abs(sim.drive.drawn - sim.time / 50.0).max() <= 1.0
+    with pytest.raises(ValueError, match="no drive"):
+        carom.Simulation(sim.scene, tuning=carom.Tuning(neighbors="all"))

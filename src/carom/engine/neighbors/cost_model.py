@@ -96,6 +96,8 @@ def fits_everybody(system: System) -> str | None:
         return "a box that is periodic along all axes, without obstacles"
     if system.rates is not None:
         return "diameters that do not grow"
+    if system.drive is not None:
+        return "particles that no drive kicks"
     if not system.straight:
         return "straight flight"
     if system.dimension == 1:
