@@ -360,7 +360,7 @@ def test_a_driven_run_is_rebuilt_from_its_log_to_the_bit(drive, tmp_path):
     assert (a.velocities == b.velocities).all()
 
 
-def test_everybody_is_kicked_through_all_epochs_of_a_gas_whose_particles_cross_the_box_between_contacts(
+def test_everybody_is_kicked_in_all_epochs_of_a_gas_so_thin_that_pairs_are_searched_without_it(
     plain,
 ):
     """So thin a gas is searched among all pairs at the beginning of an epoch, but not under a drive."""
