@@ -194,6 +194,7 @@ class RunState:
         )
         self.clock = Clock(self.unit, self.scheme.epoch)
         self.counted = 0
+        self.sweeps: Sweeps | None = None  # before the start, whose frame in a field has the diameters
         self.start = EnergyMomentum.of(scene.masses, self.speeds, self.unit)
         self.seconds = 0.0
         self.log: Log | None = None
@@ -202,7 +203,6 @@ class RunState:
         self.steps: Steps | None = None
         self.scheduled = True
         self.executive: Workers | None = None
-        self.sweeps: Sweeps | None = None
         self.depths = Depths()
 
     def _choose(
