@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.options import FLAGS, Overwrite, Trusted, refuse_to_replace
+from carom.cli.options import FLAGS, Box, Diameter, Overwrite, Trusted, lacking, refuse_to_replace
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
@@ -15,12 +15,14 @@ from carom.texts import visible
 @friendly
 def export(
     source: Annotated[
-        Path, typer.Argument(help="Trajectory (.h5md, .extxyz, .gsd), or the folder of a run or packing.")
+        Path, typer.Argument(help="Trajectory, also of another program, or the folder of a run or packing.")
     ],
     target: Annotated[
         Path,
-        typer.Argument(help="What to write: these, or .lammpstrj, .data (LAMMPS), .dcd, .pdb."),
+        typer.Argument(help="What to write: .h5md, .extxyz, .gsd, .lammpstrj, .data (LAMMPS), .dcd, .pdb."),
     ],
+    diameter: Diameter = None,
+    box: Box = None,
     overwrite: Overwrite = False,
 ) -> None:
     """Convert a trajectory from one format to another.
@@ -30,6 +32,7 @@ def export(
     carom export carom-run fluid.gsd
     carom export carom-run/trajectory.extxyz again.h5md --overwrite
     carom export carom-run fluid.lammpstrj
+    carom export argon.xyz argon.h5md --diameter 3.4 --box 36,36,36
     """
     from carom import io
     from carom.cli.screen import watched
@@ -41,6 +44,7 @@ def export(
             target,
             overwrite=overwrite,
             progress=lambda done, total: progress("Converting", done / total),
+            **lacking(diameter, box),
         )
     typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
 
