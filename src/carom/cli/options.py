@@ -54,7 +54,7 @@ _LACKING = "Files of other programs"
 Diameter = Annotated[
     str | None,
     typer.Option(
-        help="Where a file holds none: of all particles, or of each species as NAME:1,NAME:1.4.",
+        help="Of all particles, or of each species as NAME:1,NAME:1.4; 0 stands for points.",
         rich_help_panel=_LACKING,
     ),
 ]

@@ -54,7 +54,7 @@ class ForeignReader(Reader):
     form : str
         Its format, one of ``SOURCES``.
     diameter : float or mapping of str to float, optional
-        Diameter of all particles, or of each species by name [length], for files without; 1 by default.
+        Diameter of all particles, or of each species by name [length], instead of those of the file.
     box : sequence of float, optional
         Edges of a periodic box [length], for files without.
 
@@ -63,7 +63,7 @@ class ForeignReader(Reader):
     FileError
         If the file is damaged, holds no frames, no box, or one with other angles.
     InputError
-        If what is given is in the file, or is no diameter or box.
+        If the file holds a box and one is given, or what is given is no diameter or box.
 
     Warns
     -----
@@ -71,6 +71,7 @@ class ForeignReader(Reader):
         One sentence on what was assumed, and on what the file holds besides.
     """
 
+    foreign = True
     _stranger = "cannot be used"
 
     def __init__(
@@ -82,7 +83,7 @@ class ForeignReader(Reader):
         if self._box is not None and not (1 <= len(self._box) <= 3 and (self._box > 0.0).all()):
             raise InputError(f"box is {self._box.tolist()}; expected one to three edges > 0.")
         if diameter is not None and not isinstance(diameter, Mapping):
-            checks.positive(diameter, "diameter")
+            checks.number(diameter, "diameter", low=0.0)
         self._diameter = diameter
         with self._understood():
             self._source = SOURCES[form](path)
@@ -129,16 +130,13 @@ class ForeignReader(Reader):
         """Decide on dimension, diameters and box by the first frame; return what was assumed."""
         assumed: list[str] = []
         lacks = [name for name in ("velocities", "masses") if getattr(first, name) is None]
-        if first.diameters is None:
-            if isinstance(self._diameter, Mapping):
-                if missing := {*self._names} - {*self._diameter}:
-                    raise InputError(
-                        f"diameter names no {', '.join(sorted(missing))}, of which there are particles."
-                    )
-            elif self._diameter is None:
-                assumed.append("a diameter of 1 (diameter=..., or --diameter, gives another)")
-        elif self._diameter is not None:
-            raise InputError(f"{self.path} holds diameters, and one is given too; leave it out.")
+        if isinstance(self._diameter, Mapping):
+            if missing := {*self._names} - {*self._diameter}:
+                missed = ", ".join(sorted(missing))
+                raise InputError(f"diameter names no {missed}, of which there are particles.")
+        elif self._diameter is None and first.diameters is None:
+            lacks.append("diameters")
+            assumed.append("a diameter of 1, or 0 to measure (diameter= or --diameter gives another)")
         if "masses" in lacks:
             assumed.append("a mass of 1")
         boxed = first.cell is not None and np.abs(first.cell).sum(axis=1).all()
@@ -149,7 +147,9 @@ class ForeignReader(Reader):
             self._dimension = min(len(self._box), self._dimension)
             lacks.append("box")
         else:
-            while self._dimension > 1 and self._is_flat(first, self._dimension - 1):
+            while (
+                first.dimension is None and self._dimension > 1 and self._is_flat(first, self._dimension - 1)
+            ):
                 self._dimension -= 1
         if first.dimension is None and self._dimension < first.positions.shape[1]:
             assumed.append(f"{self._dimension} dimensions, as the other coordinates are all equal")
@@ -161,7 +161,7 @@ class ForeignReader(Reader):
         self._unwrapped = first.unwrapped or (first.images is None and self._strays(last))
         if self._unwrapped and not first.unwrapped:
             assumed.append("unwrapped positions, as some are far outside of the box")
-        self.lacks = frozenset((*lacks, *(("diameters",) if first.diameters is None else ())))
+        self.lacks = frozenset(lacks)
         said = [f"assumed {', '.join(assumed)}"] if assumed else []
         said += ["no velocities"] if "velocities" in lacks else []
         said += [f"left out {', '.join(first.dropped)}"] if first.dropped else []
@@ -179,7 +179,7 @@ class ForeignReader(Reader):
     def _diameters(self, snapshot: Snapshot) -> np.ndarray:
         """Return the diameters (n,): those of the file, those that are given, or 1."""
         n = len(snapshot.positions)
-        if snapshot.diameters is not None:
+        if snapshot.diameters is not None and self._diameter is None:
             return np.array(snapshot.diameters, dtype=np.float64).reshape(n)
         if isinstance(self._diameter, Mapping):
             kinds = ["X"] * n if snapshot.kinds is None else np.asarray(snapshot.kinds).astype(str).tolist()
@@ -197,7 +197,7 @@ class ForeignReader(Reader):
         edges = np.diag(cell)[:d]
         if not cell[:d].any(axis=1).all():
             raise FileError(
-                f"{self.path} holds no box; give its edges, as box=({', '.join(['10'] * d)}) or with "
+                f"{self.path} holds no box; give its edges, as box={(10,) * d} or with "
                 f"`carom export {self.path} NEW.h5md --box {','.join(['10'] * d)}`."
             )
         skew = cell[:d, :d] - np.diag(edges)
@@ -241,7 +241,13 @@ class ForeignReader(Reader):
         n, d = len(found.positions), self._dimension
         if n == 0:
             raise ValueError(f"frame {k} holds no particles")
-        order = slice(None) if found.ids is None else np.argsort(found.ids, kind="stable")
+        order: Any = slice(None)
+        if found.ids is not None:
+            order = np.argsort(found.ids)
+            if len(np.unique(found.ids)) != n:
+                raise ValueError(f"two particles of frame {k} have the same id")
+        elif self._ids is not None:
+            raise ValueError(f"frame {k} has no column 'id', and the first frame has one")
         edges, tilt = self._check_box(found)
         periodic = self._periodic(found)
         places = self._from_corner(found)

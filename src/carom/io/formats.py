@@ -67,6 +67,9 @@ class Reader(ABC):
     lacks: frozenset[str] = frozenset()
     """Fields of frames that the file of another program does not hold, such as ``"velocities"``."""
 
+    foreign = False
+    """Whether another program wrote the file."""
+
     _stranger = "is damaged or was not written by Carom"
 
     def __init__(self, path: Path):

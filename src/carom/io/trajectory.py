@@ -71,13 +71,9 @@ def open_reader(
     With ``torn=True`` a last frame cut off by a kill is left out.
     """
     path = trajectory_of(path)
-    form = foreign_format_of(path)
-    if form is None:  # a folder or file that is not there, rather than one of no format
-        existing(path)
-        with path.open("rb") as file:
-            form = "LAMMPS dump" if file.read(5) == b"ITEM:" else None
-        if form is None:
-            raise InputError(f"{path} has a name that tells no format; expected one of {', '.join(FOREIGN)}.")
+    form = form_of(path)
+    if form is None:
+        raise InputError(f"{path} has a name that tells no format; expected one of {', '.join(FOREIGN)}.")
     existing(path)
     if path.suffix.lower() not in SUFFIXES or _is_foreign(path):
         from carom.io.foreign import ForeignReader
@@ -88,6 +84,15 @@ def open_reader(
             raise InputError(f"{path} was written by Carom and holds its {name}; leave {name} out.")
     reader, _ = _classes(path)
     return reader(path, torn=torn)
+
+
+def form_of(path: Path) -> str | None:
+    """Return the format of a file by its name, or as a dump of LAMMPS starts; None of any other."""
+    form = foreign_format_of(path)
+    if form is None:
+        with existing(path).open("rb") as file:  # a folder or file that is not there has no format
+            return "LAMMPS dump" if file.read(5) == b"ITEM:" else None
+    return form
 
 
 def _is_foreign(path: Path) -> bool:
@@ -161,8 +166,8 @@ def open(
         are kept, and an incomplete last frame is dropped; a file without a complete frame is refused, and
         one of which only the last newline is missing.
     diameter : float or mapping of str to float, optional
-        Diameter of all particles, or of each species by its name [length], for files of other programs that
-        hold none; 1 by default.
+        Diameter of all particles, or of each species by its name [length], in a file of another program,
+        instead of those that it holds. Where it holds none, 1 is the default; 0 stands for points.
     box : sequence of float, optional
         Edges of a periodic box [length], for files that hold none.
 
@@ -177,7 +182,7 @@ def open(
         If the file is missing, truncated, without a box, a folder without a trajectory, holds fewer than
         `keep` frames, cannot be written, or is being written by another process.
     InputError
-        If the suffix or the mode is unknown, or the file holds what is given.
+        If the suffix or the mode is unknown, or the file holds a box and one is given.
 
     Warns
     -----

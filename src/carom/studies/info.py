@@ -17,9 +17,9 @@ from carom.arithmetic import power
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io import checkpoint, events, records
-from carom.io.formats import FOREIGN, SUFFIXES, Reader, foreign_format_of
+from carom.io.formats import FOREIGN, SUFFIXES, Reader
 from carom.io.records import toml_tables
-from carom.io.trajectory import FRAMES, open_reader
+from carom.io.trajectory import FRAMES, form_of, open_reader
 from carom.models.interactions.rule_files import RuleFile
 from carom.observables.statistics import value_with_error
 from carom.scene.description import particles
@@ -117,13 +117,12 @@ def info(path: str | PathLike[str], **given: Any) -> Info:
         return _checkpoint(where)
     if events.is_log(where):
         return _log(where)
-    try:
-        reader = open_reader(where, **given)
-    except InputError:
-        raise FileError(f"{path} is nothing that Carom reads; expected {EXPECTED}.") from None
-    with reader:
-        form = SUFFIXES.get(suffix, foreign_format_of(where))
-        found = Info(where, f"a trajectory ({form})", next=_typed("carom measure", where))
+    form = form_of(where)
+    if form is None:
+        raise FileError(f"{path} is nothing that Carom reads; expected {EXPECTED}.")
+    with open_reader(where, **given) as reader:
+        name = form if reader.foreign else SUFFIXES[suffix]
+        found = Info(where, f"a trajectory ({name})", next=_typed("carom measure", where))
         _frames(found, reader)
         return found
 
