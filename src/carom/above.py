@@ -66,6 +66,6 @@ def command(study: Any) -> None:
     _answers["command"]()(study)
 
 
-def opened(path: Any) -> Any:
+def opened(path: Any, **given: Any) -> Any:
     """Return the frames of a file or of the folder of a run, a context: ``carom.io.places.open_frames``."""
-    return _answers["opened"]()(path)
+    return _answers["opened"]()(path, **given)

@@ -14,7 +14,7 @@ from types import FrameType
 from carom.errors import CaromError, FileError
 
 #: Errors that parsers raise on unexpected bytes (h5py and gsd raise all of these).
-_PARSE_ERRORS = (
+PARSE_ERRORS = (
     OSError,
     EOFError,
     LookupError,
@@ -76,7 +76,7 @@ def reading(path: Path, kind: str) -> Iterator[None]:
         yield
     except CaromError:
         raise
-    except _PARSE_ERRORS as error:
+    except PARSE_ERRORS as error:
         raise FileError(
             f"{path} is not a readable {kind} file ({reason(error)}): "
             "it is truncated, damaged or was not written by Carom."

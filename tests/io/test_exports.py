@@ -102,7 +102,7 @@ def test_a_lammps_data_file_labels_its_types_where_lammps_takes_the_names(tmp_pa
 
 
 def test_what_is_only_written_is_not_opened(tmp_path):
-    with pytest.raises(InputError, match="exported, and not read"):
+    with pytest.raises(InputError, match="written by carom export"):
         carom.io.open(tmp_path / "a.dcd", "w")
     with pytest.raises(InputError, match="at most 3"):
         exported(tmp_path, "a.pdb", frames_of(4))

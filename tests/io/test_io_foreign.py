@@ -99,7 +99,7 @@ def test_axes_without_a_length_are_not_periodic(tmp_path):
     slab = world(tmp_path, 'Lattice="9 0 0 0 9 0 0 0 0" pbc="T T F" Properties=pos:R:3', ROWS)
     assert slab.trajectory.ts.data["periodic"] == (True, True, False)
     (tmp_path / "full.extxyz").write_text(full("time=0 step=0"))
-    with pytest.raises(FileError, match="no 'Lattice'"):
+    with pytest.raises(FileError, match="holds no box; give its edges"):
         carom.io.read(tmp_path / "full.extxyz")
 
 
@@ -250,7 +250,7 @@ def test_columns_that_are_none_are_refused(tmp_path, properties, text):
         world(tmp_path, f"{CELL} Properties={properties}", ROWS)
 
 
-@pytest.mark.parametrize("second", ["time=soon step=0", "time=0 step=1.5", 'time=0 step=0 Origin="1 0 0"'])
+@pytest.mark.parametrize("second", ["time=soon step=0", "time=0 dimension=flat"])
 def test_a_second_line_of_others_is_refused_in_a_sentence_by_every_command(tmp_path, second):
     path = tmp_path / "a.extxyz"
     path.write_text(full(f"{CELL} {second}"))

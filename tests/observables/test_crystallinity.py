@@ -39,6 +39,16 @@ def test_a_fluid_has_nearly_none():
     assert found.largest.mean < FEW * 256
 
 
+def test_a_box_half_crystal_and_half_fluid_is_half_one_cluster():
+    """Of the crystal the two layers at the interfaces, of 8 along the axis, may be solid-like or not."""
+    crystal, fluid = carom.Scene.crystal(256, 0.545), carom.Scene.random(256, 0.4, seed=1)
+    edge = crystal.box[0]
+    places = fluid.positions * (edge / fluid.box[0]) + [edge, 0.0, 0.0]
+    frame = frame_of(np.concatenate([crystal.positions, places]), (2.0 * edge, edge, edge))
+    found = Crystallinity().over([frame])
+    assert 0.75 * 256 - FEW * 512 <= found.largest_cluster[0] <= 1.25 * 256 + FEW * 512
+
+
 def test_two_grains_are_two_clusters_and_dust_between_them_is_none():
     grain = carom.Scene.crystal(108, 0.7)
     edge = grain.box[0]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from carom.cli.options import FLAGS, Overwrite, Quiet, Trusted, refuse_to_replace
+from carom.cli.options import FLAGS, Box, Diameter, Overwrite, Quiet, Trusted, lacking, refuse_to_replace
 from carom.cli.trouble import friendly
 from carom.texts import visible
 
@@ -15,12 +15,14 @@ from carom.texts import visible
 @friendly
 def export(
     source: Annotated[
-        Path, typer.Argument(help="Trajectory (.h5md, .extxyz, .gsd), or the folder of a run or packing.")
+        Path, typer.Argument(help="Trajectory, also of another program, or the folder of a run or packing.")
     ],
     target: Annotated[
         Path,
-        typer.Argument(help="What to write: these, or .lammpstrj, .data (LAMMPS), .dcd, .pdb."),
+        typer.Argument(help="What to write: .h5md, .extxyz, .gsd, .lammpstrj, .data (LAMMPS), .dcd, .pdb."),
     ],
+    diameter: Diameter = None,
+    box: Box = None,
     quiet: Quiet = False,
     overwrite: Overwrite = False,
 ) -> None:
@@ -31,6 +33,7 @@ def export(
     carom export carom-run fluid.gsd
     carom export carom-run/trajectory.extxyz again.h5md --overwrite
     carom export carom-run fluid.lammpstrj
+    carom export argon.xyz argon.h5md --diameter 3.4 --box 36,36,36
     """
     from carom import io
     from carom.cli.screen import watched
@@ -42,6 +45,7 @@ def export(
             target,
             overwrite=overwrite,
             progress=lambda done, total: progress("Converting", done / total),
+            **lacking(diameter, box),
         )
     typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
 

@@ -15,7 +15,7 @@ from carom.texts import visible
 
 @friendly
 def info(
-    path: Annotated[Path, typer.Argument(help="Any file or folder of Carom.")],
+    path: Annotated[Path, typer.Argument(help="Any file or folder of Carom, or frames of another program.")],
     as_json: Json = False,
 ) -> None:
     """Tell what a file or folder is, how far it is, and what to type next.

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from carom.cli.options import FLAGS, Json, Overwrite, Quiet, refuse_to_replace
+from carom.cli.options import FLAGS, Box, Diameter, Json, Overwrite, Quiet, lacking, refuse_to_replace
 from carom.cli.trouble import PARTLY, friendly
 from carom.texts import visible
 
@@ -20,7 +20,7 @@ _PROFILE = "Of the density profile"
 @friendly
 def measure(
     path: Annotated[
-        Path, typer.Argument(help="Folder of a run or packing, or a trajectory (.h5md, .extxyz, .gsd).")
+        Path, typer.Argument(help="Folder of a run or packing, or a trajectory, also of another program.")
     ],
     quantities: Annotated[
         list[str] | None,
@@ -54,6 +54,8 @@ def measure(
             help="Axis: x, y, z or a number. Without: that of gravity or walls.", rich_help_panel=_PROFILE
         ),
     ] = None,
+    diameter: Diameter = None,
+    box: Box = None,
     pictures: Annotated[
         bool, typer.Option("--pictures/--no-pictures", help="A picture of each: NAME.png.")
     ] = True,
@@ -61,11 +63,12 @@ def measure(
     quiet: Quiet = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Measure g(r), S(k), displacements, order and density of frames.
+    """Measure g(r), S(k), displacements, order, density and crystals of frames.
 
     rdf is g(r), structure S(k), msd the mean square displacement, order psi_6 in the plane and q_6 in space,
     profile the density along an axis, crystal the largest crystalline cluster. Each gets a line here, and
-    NAME.csv and NAME.png beside the frames, which replace older ones of this command.
+    NAME.csv and NAME.png beside the frames, which replace older ones of this command. Without names it says
+    what the frames hold, and measures all that apply.
 
     [bold]Examples[/bold]
 
@@ -74,11 +77,15 @@ def measure(
     carom measure carom-run/trajectory.extxyz rdf --rmax 3 --width 0.01 --out near
     carom measure mixture rdf --pair small,large
     carom measure bed profile --axis y
+    carom measure dump.lammpstrj rdf crystal --diameter 1.1
+    carom measure argon.xyz order --diameter 3.4 --box 36,36,36
     """  # fmt: skip
     from carom.cli.screen import watched
     from carom.errors import FileError, InputError
+    from carom.io.trajectory import open_reader
     from carom.paths import writing
     from carom.studies import measuring
+    from carom.studies.info import info
     from carom.studies.places import TABLES, is_table
 
     names = list(quantities or ())
@@ -108,8 +115,14 @@ def measure(
         if folder.exists() and name in TABLES and not is_table(folder, name):
             files = [folder / f"{name}.csv", *([folder / f"{name}.png"] if pictures else [])]
             refuse_to_replace(*files, overwrite=overwrite)
-    with watched() as progress:
-        found = measuring.measure(path, *wanted, progress=progress)
+    given = {name: value for name, value in lacking(diameter, box).items() if value is not None}
+    if path.is_file() and not names and not as_json:
+        print(visible("\n".join(str(info(path, **given)).splitlines()[:-1]), lines=True), flush=True)
+    with (
+        watched() as progress,
+        open_reader(path, **given) if given else contextlib.nullcontext(path) as frames,
+    ):
+        found = measuring.measure(frames, *wanted, progress=progress)
     if as_json:
         print(json.dumps({name: _plain(each) for name, each in found.items()}, indent=2, allow_nan=False))
     else:

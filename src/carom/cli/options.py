@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -47,6 +47,40 @@ FLAGS: dict[str, tuple[str, ...]] = {
     "quiet": ("--quiet", "-q"),
 }
 """Options with more than one name, which they have in every command."""
+
+
+_LACKING = "Files of other programs"
+
+Diameter = Annotated[
+    str | None,
+    typer.Option(
+        help="Of all particles, or of each species as NAME:1,NAME:1.4; 0 stands for points.",
+        rich_help_panel=_LACKING,
+    ),
+]
+Box = Annotated[
+    str | None,
+    typer.Option(help="Where a file holds none: edges, such as 10,10,10.", rich_help_panel=_LACKING),
+]
+
+
+def lacking(diameter: str | None, box: str | None) -> dict[str, Any]:
+    """Return the options --diameter and --box as keywords of ``carom.open``."""
+    from carom.errors import InputError
+
+    try:
+        edges = None if box is None else [float(word) for word in box.split(",")]
+    except ValueError:
+        raise InputError(f"--box takes edges such as 10,10,10, found {box!r}.") from None
+    try:
+        if diameter is None or ":" not in diameter:
+            return {"diameter": None if diameter is None else float(diameter), "box": edges}
+        pairs = [word.rpartition(":") for word in diameter.split(",")]
+        return {"diameter": {name.strip(): float(value) for name, _, value in pairs}, "box": edges}
+    except ValueError:
+        raise InputError(
+            f"--diameter takes a number, or one for each species as NAME:1,NAME:1.4, found {diameter!r}."
+        ) from None
 
 
 def number_of(cores: str | None) -> int | str | None:

@@ -47,7 +47,7 @@ class Column(NamedTuple):
 def pairs(line: bytes) -> dict[str, str]:
     """Return the ``key=value`` pairs of the second line of a frame, without quotes around the values."""
     found: dict[str, str] = {}
-    for match in _PAIR.finditer(line.decode("utf-8")):
+    for match in _PAIR.finditer(line.decode("utf-8", "replace")):
         key, *values = match.groups()
         found[key] = next(value for value in values if value is not None)
     known = {key.lower(): key for key in _KEYS}

@@ -49,7 +49,7 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
     places = np.array(atoms.positions[:, :dimension], dtype=np.float64)
     if tilt:
         places[:, 0] -= tilt * places[:, 1]
-    positions, images = _wrap(
+    positions, images = wrapped(
         places,
         np.where(atoms.pbc[:dimension], box, np.inf),
         atoms.arrays.get("images"),
@@ -148,7 +148,7 @@ def _dimension(atoms: ase.Atoms) -> int:
     return dimension
 
 
-def _wrap(
+def wrapped(
     positions: np.ndarray, box: np.ndarray, images: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray | None]:
     """Return (n, d) positions wrapped into ``0 <= x < edge``, and their image counts.
@@ -157,15 +157,15 @@ def _wrap(
     """
     counts = np.floor(positions / box) * np.isfinite(box)
     outside = ((positions < 0.0) | (positions >= box)) & np.isfinite(box)
-    wrapped = np.where(outside, positions - counts * np.where(np.isfinite(box), box, 0.0), positions)
+    result = np.where(outside, positions - counts * np.where(np.isfinite(box), box, 0.0), positions)
     # By rounding, a small negative coordinate plus an edge can be the edge: the face of the next image. And a
     # quotient just below an integer can become that integer.
-    counts = counts + (outside & (wrapped >= box))
-    wrapped = np.where(outside & ((wrapped < 0.0) | (wrapped >= box)), 0.0, wrapped)
+    counts = counts + (outside & (result >= box))
+    result = np.where(outside & ((result < 0.0) | (result >= box)), 0.0, result)
     if images is None:
-        return wrapped, None
+        return result, None
     moved = np.where(outside, counts, 0.0).astype(np.int64)
-    return wrapped, np.asarray(images[:, : len(box)]) + moved
+    return result, np.asarray(images[:, : len(box)]) + moved
 
 
 def _velocities(atoms: ase.Atoms) -> np.ndarray:

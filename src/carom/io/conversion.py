@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from carom.errors import FileError, InputError
@@ -21,6 +21,8 @@ def convert(
     *,
     overwrite: bool = False,
     progress: Callable[[int, int], object] | None = None,
+    diameter: float | Mapping[str, float] | None = None,
+    box: Sequence[float] | None = None,
 ) -> int:
     """Copy a trajectory into another format, one frame at a time; return the number of frames.
 
@@ -28,13 +30,14 @@ def convert(
     ----------
     source, target : str or path
         Files whose suffixes choose the formats; the source may be the folder of a run or packing. The target
-        is written completely or not at all. It may also be for other programs, and is then not readable by
-        Carom: ``.lammpstrj``, ``.dump`` and ``.data`` (LAMMPS; ``.data`` holds the last frame), ``.dcd`` or
-        ``.pdb``.
+        is written completely or not at all. It may also be for other programs: ``.lammpstrj``, ``.dump`` and
+        ``.data`` (LAMMPS; ``.data`` holds the last frame), ``.dcd`` or ``.pdb``.
     overwrite : bool
         Whether an existing target may be replaced.
     progress : callable, optional
         Called as ``progress(done, total)`` after each frame; True shows a bar.
+    diameter, box : optional
+        Of a source that holds none, as for :func:`carom.open`.
 
     Raises
     ------
@@ -57,7 +60,7 @@ def convert(
         raise FileError(
             f"{target} is the source itself, and cannot be replaced by its copy; choose another name."
         )
-    with open_reader(source) as reader:
+    with open_reader(source, diameter=diameter, box=box) as reader:
         if not exported:
             return _copy(reader, destination, len(reader), progress)
         if len(reader) == 0:

@@ -19,7 +19,7 @@ import io
 from collections.abc import Collection, Iterator
 from itertools import chain
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 import numpy as np
 
@@ -54,14 +54,13 @@ from carom.io.announced import (
 )
 from carom.io.claims import Claim, under_way
 from carom.io.formats import Reader, Writer
+from carom.io.snapshot import LONGEST, line_of, opened, table_of
 from carom.io.validation import narrowed
 from carom.paths import reading, writing
 from carom.version import __version__
 
 _KIND = "extended XYZ"
 _COLUMNS = (("pos", "R", 3), ("momenta", "R", 3), ("masses", "R", 1), ("radius", "R", 1), ("velo", "R", 3))
-#: Bytes that are read at a time; every line is shorter.
-_BLOCK = 1 << 24
 
 
 def render(frame: Frame) -> bytes:
@@ -130,20 +129,6 @@ def render(frame: Frame) -> bytes:
     return (head + body).encode("ascii")
 
 
-def _line(file: BinaryIO) -> bytes:
-    """Return the next line.
-
-    Raises
-    ------
-    ValueError
-        If it is longer than any line of a frame: a file of zeros is one line that never ends.
-    """
-    line = file.readline(_BLOCK)
-    if len(line) == _BLOCK:
-        raise ValueError(f"a line is longer than {_BLOCK} bytes")
-    return line
-
-
 def _triples(vectors: np.ndarray) -> list[str]:
     """Return (n, 3) vectors as text. Formatting doubles takes most of the time, so it is done only once."""
     return (("%.17g %.17g %.17g\n" * len(vectors)) % tuple(vectors.ravel().tolist())).split("\n")[:-1]
@@ -160,18 +145,20 @@ class Index:
         Whether part of a frame follows.
     unended : bool
         Whether this part is a frame of which only the last newline is missing, and perhaps some digits.
+
+    With ``whole`` such a frame is complete, as other programs leave a file; any other part is a ValueError.
     """
 
-    def __init__(self, path: Path, limit: int | None = None):
+    def __init__(self, path: Path, limit: int | None = None, *, whole: bool = False):
         self.offsets = [0]
         self.torn = self.unended = False
-        with path.open("rb") as file:
+        with opened(path) as file:
             while limit is None or len(self.offsets) <= limit:
-                first = _line(file)
+                first = line_of(file)
                 if not first:  # the end; what a run writes from now on is not looked at
                     break
                 if not first.strip():
-                    while block := file.read(_BLOCK):
+                    while block := file.read(LONGEST):
                         if block.strip():
                             raise ValueError(f"an empty line follows frame {len(self.offsets) - 1}")
                     break
@@ -179,8 +166,8 @@ class Index:
                 n, second = self._number(first), b""
                 for k in range(n + 1):
                     # A line without a newline is the last of the file, perhaps cut off within a number.
-                    line = _line(file) if complete else b""
-                    complete = line.endswith(b"\n")
+                    line = line_of(file) if complete else b""
+                    complete = line.endswith(b"\n") or (whole and k == n and bool(line.strip()))
                     if not complete:
                         self.unended = k == n and len(line.split()) == layout_of(pairs(second))[1]
                         break
@@ -189,6 +176,8 @@ class Index:
                         if len(self) == 0:
                             layout_of(pairs(second))  # before all rows are read
                 if not complete:
+                    if whole:
+                        raise ValueError(f"it ends inside frame {len(self)}")
                     self.torn = True
                     break
                 self.offsets.append(file.tell())
@@ -216,11 +205,15 @@ def parse(
     ValueError
         If the table is not what ``Properties`` announces.
     """
-    with path.open("rb") as file:
+    with opened(path) as file:
         file.seek(start)
-        n = int(_line(file))
-        info = pairs(_line(file))
+        n = int(line_of(file))
+        info = pairs(line_of(file))
         layout, width = layout_of(info)
+        if "Properties" not in info:  # plain XYZ may hold more columns, which have no names
+            at = file.tell()
+            width = max(width, len(line_of(file).split()))
+            file.seek(at)
         wanted = [column for column in layout if names is None or column.name in names]
         numbers = [column for column in wanted if column.kind in "RI"]
         used = [k for column in numbers for k in range(width)[column.words]]
@@ -231,7 +224,7 @@ def parse(
             count += _check_words(lines, width)
             if used:
                 # loadtxt rounds correctly, as Python's float does.
-                tables.append(np.loadtxt(io.BytesIO(lines), usecols=used, comments=None, ndmin=2))
+                tables.append(table_of(lines, used))
             if words:
                 each = lines.split()
                 for column in wanted:
@@ -252,14 +245,16 @@ def parse(
     return info, columns
 
 
-def _blocks(file: BinaryIO, stop: int) -> Iterator[bytes]:
+def _blocks(file: IO[bytes], stop: int) -> Iterator[bytes]:
     """Yield whole lines, some megabytes at a time, up to the byte `stop`."""
     rest = b""
     while left := stop - file.tell():
-        block = rest + file.read(min(left, _BLOCK))
+        block = rest + file.read(min(left, LONGEST))
+        if file.tell() == stop and not block.endswith(b"\n"):
+            block += b"\n"  # the last line of another program's file
         end = block.rfind(b"\n") + 1
         if not end:
-            raise ValueError(f"a line is longer than {_BLOCK} bytes")
+            raise ValueError(f"a line is longer than {LONGEST} bytes")
         yield block[:end]
         rest = block[end:]
 
@@ -326,6 +321,13 @@ UNENDED = (
     "its last line has no newline, so that digits may be missing; add a newline if the line is whole, or cut "
     "the frame off with mode 'a' and keep=."
 )
+
+
+def is_foreign(path: Path) -> bool:
+    """Tell whether the second line of a file does not say that Carom wrote it."""
+    with opened(path) as file:
+        line_of(file)
+        return "carom" not in pairs(line_of(file))
 
 
 class ExtxyzReader(Reader):

@@ -21,7 +21,33 @@ if TYPE_CHECKING:
 #: Suffix -> format.
 SUFFIXES = {".h5md": "h5md", ".h5": "h5md", ".extxyz": "extxyz", ".xyz": "extxyz", ".gsd": "gsd"}
 
-#: Suffix -> format of another program, which is written and not read.
+#: Suffix, or start of a name -> format that is read from other programs.
+FOREIGN = {
+    ".lammpstrj": "LAMMPS dump",
+    ".dump": "LAMMPS dump",
+    "dump.": "LAMMPS dump",
+    ".data": "LAMMPS data",
+    ".lmp": "LAMMPS data",
+    "data.": "LAMMPS data",
+    ".xyz": "XYZ",
+    ".extxyz": "XYZ",
+    ".gsd": "GSD",
+    ".h5md": "H5MD",
+    ".h5": "H5MD",
+    ".pdb": "PDB",
+    ".gro": "GRO",
+    ".xtc": "XTC",
+    ".trr": "TRR",
+    ".dcd": "DCD",
+    ".traj": "ASE trajectory",
+    ".cif": "CIF",
+    ".vasp": "POSCAR",
+    "POSCAR": "POSCAR",
+    "CONTCAR": "POSCAR",
+    "XDATCAR": "XDATCAR",
+}
+
+#: Suffix -> format of another program that is written by :func:`carom.io.convert`.
 EXPORTED = {
     ".lammpstrj": "LAMMPS dump",
     ".dump": "LAMMPS dump",
@@ -37,6 +63,14 @@ class Reader(ABC):
     A frame is read when it is accessed. ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for
     frame in reader`` work as for a list.
     """
+
+    lacks: frozenset[str] = frozenset()
+    """Fields of frames that the file of another program does not hold, such as ``"velocities"``."""
+
+    foreign = False
+    """Whether another program wrote the file."""
+
+    _stranger = "is damaged or was not written by Carom"
 
     def __init__(self, path: Path):
         self.path = path
@@ -57,7 +91,7 @@ class Reader(ABC):
         if wrong is None and k - 1 in self._instants:
             wrong = step_back(frame, *self._instants[k - 1])
         if wrong is not None:
-            raise FileError(f"{self.path} is damaged or was not written by Carom: in frame {k} the {wrong}.")
+            raise FileError(f"{self.path} {self._stranger}: in frame {k} the {wrong}.")
         return frame
 
     @overload
@@ -220,6 +254,14 @@ class Writer(ABC):
             self.close()
 
 
+def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
+    """Return the format of a file that another program may have written, by its name, or None."""
+    name = Path(path).name
+    name = name[:-3] if name.lower().endswith(".gz") else name
+    found = FOREIGN.get(Path(name).suffix.lower())
+    return found or next((form for start, form in FOREIGN.items() if name.startswith(start)), None)
+
+
 def format_of(path: str | os.PathLike[str]) -> str:
     """Return the format that a file name asks for: ``"h5md"``, ``"extxyz"`` or ``"gsd"``.
 
@@ -233,6 +275,6 @@ def format_of(path: str | os.PathLike[str]) -> str:
         raise InputError(
             f"{path} has the suffix '{suffix}', which chooses the format; "
             f"expected one of {', '.join(SUFFIXES)}."
-            + (" Such a file is exported, and not read." if suffix in EXPORTED else "")
+            + (" Such a file is written by carom export." if suffix in EXPORTED else "")
         )
     return SUFFIXES[suffix]

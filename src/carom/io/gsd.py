@@ -141,6 +141,12 @@ def as_held(frame: Frame) -> Frame:
     return _to_frame(_to_gsd(frame))
 
 
+def is_foreign(path: Path) -> bool:
+    """Tell whether a file holds frames, and the first one is not of Carom."""
+    with _open(path, "r") as trajectory:
+        return len(trajectory) > 0 and not trajectory.file.chunk_exists(frame=0, name="log/carom/time")
+
+
 class GsdReader(Reader):
     """Reader of the GSD files that Carom writes."""
 

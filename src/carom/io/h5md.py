@@ -249,6 +249,12 @@ def _find_store(file: h5py.File) -> _Store | None:
     return _Store(file) if _GROUP in file else None
 
 
+def is_foreign(path: Path) -> bool:
+    """Tell whether a file holds particles, and nothing of Carom."""
+    with Input(path) as file:
+        return "particles" in file and "parameters/carom" not in file
+
+
 class H5mdReader(Reader):
     """Reader of the H5MD files that Carom writes."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 from carom.errors import FileError
 from carom.io.formats import Reader
@@ -13,8 +14,8 @@ FORMATS = ("h5md", "gsd", "extxyz")
 """Of the trajectory in the folder of a run, the fastest to read first."""
 
 
-def open_frames(path: str | os.PathLike[str]) -> Reader:
-    """Open the trajectory at a ``path``, or that of a run whose folder it is.
+def open_frames(path: str | os.PathLike[str], **given: Any) -> Reader:
+    """Open the trajectory at a ``path``, or that of a run whose folder it is; see :func:`carom.open`.
 
     Raises
     ------
@@ -23,7 +24,7 @@ def open_frames(path: str | os.PathLike[str]) -> Reader:
     """
     path = Path(path)
     if not path.is_dir():
-        return open_reader(path)
+        return open_reader(path, **given)
     for form in FORMATS:
         if (path / f"trajectory.{form}").exists():
             return open_reader(path / f"trajectory.{form}")

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
 
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.formats import Reader, Writer, format_of
-from carom.paths import existing, writable
+from carom.io.claims import under_way
+from carom.io.formats import FOREIGN, SUFFIXES, Reader, Writer, foreign_format_of, format_of
+from carom.paths import PARSE_ERRORS, existing, writable
 
 FRAMES = (
     "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "packing.h5md", "packing.extxyz",
@@ -61,16 +63,56 @@ def _classes(path: str | os.PathLike[str]) -> tuple[Callable[..., Reader], Calla
     return GsdReader, GsdWriter
 
 
-def open_reader(path: str | os.PathLike[str], *, torn: bool = False) -> Reader:
-    """Open a trajectory, or that of a folder, for reading.
+def open_reader(
+    path: str | os.PathLike[str], *, torn: bool = False, diameter: Any = None, box: Any = None
+) -> Reader:
+    """Open a trajectory, or that of a folder, for reading; see :func:`carom.open`.
 
     With ``torn=True`` a last frame cut off by a kill is left out.
     """
     path = trajectory_of(path)
-    if not path.suffix:  # a folder that is not there, rather than a file without a suffix
-        existing(path)
+    form = form_of(path)
+    if form is None:
+        raise InputError(f"{path} has a name that tells no format; expected one of {', '.join(FOREIGN)}.")
+    existing(path)
+    if path.suffix.lower() not in SUFFIXES or _is_foreign(path):
+        from carom.io.foreign import ForeignReader
+
+        return ForeignReader(path, form, diameter, box)
+    for name, given in (("diameter", diameter), ("box", box)):
+        if given is not None:
+            raise InputError(f"{path} was written by Carom and holds its {name}; leave {name} out.")
     reader, _ = _classes(path)
-    return reader(existing(path), torn=torn)
+    return reader(path, torn=torn)
+
+
+def form_of(path: Path) -> str | None:
+    """Return the format of a file by its name, or as a dump of LAMMPS starts; None of any other."""
+    form = foreign_format_of(path)
+    if form is None:
+        with existing(path).open("rb") as file:  # a folder or file that is not there has no format
+            return "LAMMPS dump" if file.read(5) == b"ITEM:" else None
+    return form
+
+
+def _is_foreign(path: Path) -> bool:
+    """Tell whether a file of a format that Carom writes is of another program; a damaged one is none."""
+    name = format_of(path)
+    if under_way(path):
+        return False
+    with contextlib.suppress(InputError, *PARSE_ERRORS):
+        if name == "h5md":
+            from carom.io import h5md
+
+            return h5md.is_foreign(path)
+        if name == "extxyz":
+            from carom.io import extxyz
+
+            return extxyz.is_foreign(path)
+        from carom.io import gsd
+
+        return gsd.is_foreign(path)
+    return False
 
 
 def open_writer(
@@ -99,15 +141,22 @@ def open_writer(
 
 
 def open(
-    path: str | os.PathLike[str], mode: str = "r", scene: Any = None, *, keep: int | None = None
+    path: str | os.PathLike[str],
+    mode: str = "r",
+    scene: Any = None,
+    *,
+    keep: int | None = None,
+    diameter: float | Mapping[str, float] | None = None,
+    box: Sequence[float] | None = None,
 ) -> Reader | Writer:
-    """Open the frames of a file, or of the folder of a run or packing; the suffix chooses the format.
+    """Open the frames of a file, or of the folder of a run or packing; the name chooses the format.
 
     Parameters
     ----------
     path : str or path
         ``.h5md`` or ``.h5`` (H5MD), ``.extxyz`` or ``.xyz`` (extended XYZ), ``.gsd`` (GSD, float32). To read,
-        also the folder of a run or of a packing.
+        also the folder of a run or of a packing, and files of other programs: LAMMPS, HOOMD-blue, GROMACS,
+        ASE and more (docs/files).
     mode : {"r", "w", "x", "a"}
         Read; write and replace an existing file; write but refuse to replace a file; append.
     scene : Scene, optional
@@ -116,6 +165,11 @@ def open(
         With mode ``"a"``, keep the first `keep` frames and drop later ones. By default all complete frames
         are kept, and an incomplete last frame is dropped; a file without a complete frame is refused, and
         one of which only the last newline is missing.
+    diameter : float or mapping of str to float, optional
+        Diameter of all particles, or of each species by its name [length], in a file of another program,
+        instead of those that it holds. Where it holds none, 1 is the default; 0 stands for points.
+    box : sequence of float, optional
+        Edges of a periodic box [length], for files that hold none.
 
     Returns
     -------
@@ -125,10 +179,15 @@ def open(
     Raises
     ------
     FileError
-        If the file is missing, truncated, foreign, a folder without a trajectory, holds fewer than `keep`
-        frames, cannot be written, or is being written by another process.
+        If the file is missing, truncated, without a box, a folder without a trajectory, holds fewer than
+        `keep` frames, cannot be written, or is being written by another process.
     InputError
-        If the suffix or the mode is unknown.
+        If the suffix or the mode is unknown, or the file holds a box and one is given.
+
+    Warns
+    -----
+    CaromWarning
+        For a file of another program: what was assumed, and what was left out.
 
     Examples
     --------
@@ -143,7 +202,9 @@ def open(
     if mode == "r":
         if keep is not None:
             raise InputError(f"keep={keep} goes with mode 'a' alone, and the mode is 'r'.")
-        return open_reader(path)
+        return open_reader(path, diameter=diameter, box=box)
+    if diameter is not None or box is not None:
+        raise InputError(f"diameter= and box= go with mode 'r' alone, and the mode is {mode!r}.")
     return open_writer(path, mode, scene, keep=keep)
 
 
@@ -161,13 +222,29 @@ def _as_index(index: int | slice | str) -> int | slice:
         ) from None
 
 
+Diameter = float | Mapping[str, float] | None
+Box = Sequence[float] | None
+
+
 @overload
-def read(path: str | os.PathLike[str], index: int = -1) -> Frame: ...
+def read(
+    path: str | os.PathLike[str], index: int = -1, *, diameter: Diameter = None, box: Box = None
+) -> Frame: ...
 @overload
-def read(path: str | os.PathLike[str], index: slice) -> list[Frame]: ...
+def read(
+    path: str | os.PathLike[str], index: slice, *, diameter: Diameter = None, box: Box = None
+) -> list[Frame]: ...
 @overload
-def read(path: str | os.PathLike[str], index: str) -> Frame | list[Frame]: ...
-def read(path: str | os.PathLike[str], index: int | slice | str = -1) -> Frame | list[Frame]:
+def read(
+    path: str | os.PathLike[str], index: str, *, diameter: Diameter = None, box: Box = None
+) -> Frame | list[Frame]: ...
+def read(
+    path: str | os.PathLike[str],
+    index: int | slice | str = -1,
+    *,
+    diameter: Diameter = None,
+    box: Box = None,
+) -> Frame | list[Frame]:
     """Read one frame, by default the last, or a list of them.
 
     Parameters
@@ -176,6 +253,8 @@ def read(path: str | os.PathLike[str], index: int | slice | str = -1) -> Frame |
         A trajectory, or a folder with one, that :func:`carom.open` reads.
     index : int, slice or str
         A number gives a Frame, a slice (or its text, such as ``":"`` or ``"-10:"``) a list.
+    diameter, box : optional
+        As for :func:`carom.open`.
 
     Returns
     -------
@@ -187,7 +266,7 @@ def read(path: str | os.PathLike[str], index: int | slice | str = -1) -> Frame |
         If the file is missing, truncated or foreign, the folder has no trajectory, or there is no such frame.
     """
     selection = _as_index(index)
-    with open_reader(path) as reader:
+    with open_reader(path, diameter=diameter, box=box) as reader:
         try:
             return reader[selection]
         except IndexError as error:

@@ -370,7 +370,8 @@ def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) 
     i, j = sorted(members[pairs[closest]].tolist())
     raise InputError(
         f"Particles {i} and {j} overlap at time {frame.time:.6g} (distance {distances[closest]:.6g}, "
-        f"{'diameter' if pair is None else 'contact'} {contact:.6g}); g(r) needs a valid frame."
+        f"{'diameter' if pair is None else 'contact'} {contact:.6g}); g(r) needs a valid frame, or points "
+        "(diameter 0)."
     )
 
 

@@ -94,8 +94,8 @@ class StructureFactor(OfFrames):
         assert self._first is not None
         if frame.n != self._first.n or tuple(frame.box) != tuple(self._first.box):
             raise InputError(
-                f"A frame has n = {frame.n} and box {tuple(frame.box)}, the first n = {self._first.n} and "
-                f"box {tuple(self._first.box)}; S(k) averages frames of the same system."
+                f"A frame has n = {frame.n} and box {frame.box.tolist()}, the first n = {self._first.n} and "
+                f"box {self._first.box.tolist()}; S(k) averages frames of the same system."
             )
         if self._chosen is None:
             rho = waves.density(frame.positions)

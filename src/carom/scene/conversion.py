@@ -1,16 +1,17 @@
-"""Scenes from a Frame or an ``ase.Atoms``: ``Scene.from_frame`` and ``Scene.from_ase``."""
+"""Scenes from a Frame, an ``ase.Atoms`` or a file: ``Scene.from_frame``, ``from_ase`` and ``from_file``."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 from urllib.parse import unquote
 from warnings import warn
 
 import numpy as np
 
-from carom import checks
-from carom.errors import CaromWarning, InputError
+from carom import above, checks
+from carom.errors import CaromWarning, FileError, InputError
 from carom.frame import Frame
 from carom.models import obstacles as _obstacles
 from carom.models.contacts.rough import Rough
@@ -139,6 +140,54 @@ def from_ase(
     """
     refuse_unknown("Scene.from_ase", keywords, (*KNOWN, "diameter"))
     return cls(**of_atoms(atoms, diameter, walls), **keywords)
+
+
+def from_file(
+    cls: Callable[..., S],
+    path: str | os.PathLike[str],
+    frame: int = -1,
+    *,
+    diameter: float | Mapping[str, float] | None = None,
+    box: Sequence[float] | None = None,
+    **keywords: Unpack[Keywords],
+) -> S:
+    """Make a scene from a frame of a file that :func:`carom.open` reads, also of another program.
+
+    Parameters
+    ----------
+    path : str or path
+        A trajectory, a start such as a LAMMPS data file, or the folder of a run or packing.
+    frame : int
+        Which frame; the last by default.
+    diameter, box : optional
+        As for :func:`carom.open`, where the file holds none.
+    **keywords
+        Those of :meth:`carom.Scene.from_frame`.
+
+    Returns
+    -------
+    Scene
+        Without velocities, if the file holds none: they are then drawn.
+
+    Raises
+    ------
+    FileError
+        If the file cannot be read, or has no such frame.
+    InputError
+        As :class:`carom.Scene` does.
+
+    Warns
+    -----
+    CaromWarning
+        As :func:`carom.open` and :meth:`carom.Scene.from_frame` do.
+    """
+    with above.opened(path, diameter=diameter, box=box) as frames:
+        try:
+            found = frames[frame]
+        except IndexError as error:
+            raise FileError(str(error)) from None
+        drawn = {"velocities": None} if "velocities" in frames.lacks else {}
+        return from_frame(lambda **words: cls(**{**words, **drawn}), found, **keywords)
 
 
 def to_frame(scene: Fields) -> Frame:

@@ -301,11 +301,12 @@ class Scene(Fields):
         """
         return above.picture(self, path)
 
-    # Constructors: at random, on a lattice, from a frame or from ASE. Each is a function of another module.
+    # Constructors: at random, on a lattice, from a frame, ASE or a file, each in another module.
     random = Maker(starts.random)
     crystal = Maker(starts.crystal)
     from_frame = Maker(conversion.from_frame)
     from_ase = Maker(conversion.from_ase)
+    from_file = Maker(conversion.from_file)
 
     def __repr__(self) -> str:
         return f"Scene({', '.join(f'{k}={v}' for k, v in description.facts(self).items())})"

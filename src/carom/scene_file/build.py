@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from carom import seeds
-from carom.errors import InputError
+from carom.errors import FileError, InputError
 from carom.scene import lattices
 from carom.scene.lattices import Lattice
 from carom.scene.scene import Scene
@@ -54,16 +54,21 @@ def lattice_of(asked: Any) -> Lattice:
 
 def _of_frame(asked: Any, seed: Any, kT: float | None) -> Scene:
     """Return the scene that starts from a frame of a file."""
-    from carom.io import read
+    from carom.io.trajectory import open_reader
 
-    frame = read(asked.file or "", -1 if asked.frame is None else asked.frame)
-    if kT is not None:  # a pinned one may have flown in the file
+    with open_reader(asked.file or "") as reader:
+        try:
+            frame = reader[-1 if asked.frame is None else asked.frame]
+        except IndexError as error:
+            raise FileError(str(error)) from None
+    drawn = kT is not None or "velocities" in reader.lacks
+    if drawn:  # a pinned one may have flown in the file
         frame = dataclasses.replace(frame, velocities=np.zeros_like(frame.velocities))
     given = {"contact": asked.contact, "obstacles": asked.obstacles, **_added(asked, frame.n, seed)}
     if asked.walls is not None:
         given["walls"] = asked.walls
     scene = Scene.from_frame(frame, **given)
-    return scene if kT is None else scene.replace(velocities=None)
+    return scene.replace(velocities=None) if drawn else scene
 
 
 def _added(asked: Any, n: int, seed: Any) -> dict[str, Any]:

@@ -17,9 +17,9 @@ from carom.arithmetic import power
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io import checkpoint, events, records
-from carom.io.formats import SUFFIXES, Reader
+from carom.io.formats import FOREIGN, SUFFIXES, Reader
 from carom.io.records import toml_tables
-from carom.io.trajectory import FRAMES, open_reader
+from carom.io.trajectory import FRAMES, form_of, open_reader
 from carom.models.interactions.rule_files import RuleFile
 from carom.observables.statistics import value_with_error
 from carom.scene.description import particles
@@ -39,7 +39,7 @@ from carom.theory import ball_volume
 
 EXPECTED = (
     "a scene file or study file (.toml), the folder of a run, packing, study or plan, a trajectory "
-    f"({', '.join(SUFFIXES)}), a checkpoint, an event log, or a saved result (.json, .npz)"
+    f"({', '.join(FOREIGN)}), a checkpoint, an event log, or a saved result (.json, .npz)"
 )
 
 MOST_LINES = 3
@@ -91,8 +91,8 @@ class Info:
         return "\n".join([head, *shown])
 
 
-def info(path: str | PathLike[str]) -> Info:
-    """Return what lies at a path.
+def info(path: str | PathLike[str], **given: Any) -> Info:
+    """Return what lies at a path; ``given`` are the diameter and the box of :func:`carom.open`.
 
     Raises
     ------
@@ -117,12 +117,14 @@ def info(path: str | PathLike[str]) -> Info:
         return _checkpoint(where)
     if events.is_log(where):
         return _log(where)
-    if suffix in SUFFIXES:
-        found = Info(where, f"a trajectory ({SUFFIXES[suffix]})", next=_typed("carom measure", where))
-        with open_reader(where) as reader:
-            _frames(found, reader)
+    form = form_of(where)
+    if form is None:
+        raise FileError(f"{path} is nothing that Carom reads; expected {EXPECTED}.")
+    with open_reader(where, **given) as reader:
+        name = form if reader.foreign else SUFFIXES[suffix]
+        found = Info(where, f"a trajectory ({name})", next=_typed("carom measure", where))
+        _frames(found, reader)
         return found
-    raise FileError(f"{path} is nothing that Carom reads; expected {EXPECTED}.")
 
 
 _REACHED = records.table(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sized
@@ -56,7 +57,7 @@ class _System:
     frame: Frame
     scene: Scene | None = None
     decides: bool = False
-    """Whether particles follow rules of a file, which is not run here."""
+    """Whether something may push them that is not known here: rules of a file, or another program."""
 
     @property
     def confined(self) -> str:
@@ -250,7 +251,7 @@ def measure(
     (16, True)
     """
     wanted = _wanted(quantities)
-    with _opened(frames) as (several, total, path):
+    with _opened(frames) as (several, total, path, foreign):
         underway: dict[str, Any] = {}
         reasons: dict[str, str] = {}
         times: list[float] = []
@@ -258,7 +259,7 @@ def measure(
             if not isinstance(frame, Frame):
                 raise InputError(f"frames must hold frames, found {checks.describe(frame)}.")
             if k == 0:
-                underway = _begun(wanted, _known(frame, path), reasons)
+                underway = _begun(wanted, _known(frame, path, foreign), reasons)
             times.append(frame.time)
             for name, observable in [*underway.items()]:
                 try:
@@ -310,28 +311,38 @@ def _wanted(quantities: tuple[Any, ...]) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def _opened(frames: Any) -> Iterator[tuple[Iterable[Any], int, Path | None]]:
-    """Open what holds frames: yield them, their number if that is known, and the path."""
+def _opened(frames: Any) -> Iterator[tuple[Iterable[Any], int, Path | None, bool]]:
+    """Open what holds frames: yield them, their number if known, the path, and whether they are foreign."""
     if isinstance(frames, str | os.PathLike):
         where = Path(frames)
         with open_reader(where) as reader:
             if where.is_dir() and kind_of(where) == "a packing" and len(reader):
-                yield [reader[-1]], 1, where
+                yield [reader[-1]], 1, where, False
             else:
-                yield reader, len(reader), where
+                yield _sized(reader), len(reader), where, reader.foreign
         return
     if isinstance(frames, Frame) or not isinstance(frames, Iterable):
         raise InputError(
             f"frames must be a list or an iterator of frames, or a path, found {checks.describe(frames)}."
         )
-    path = frames.path if isinstance(frames, Reader) else None
-    yield frames, len(frames) if isinstance(frames, Sized) else 0, path
+    many = len(frames) if isinstance(frames, Sized) else 0
+    if isinstance(frames, Reader):
+        yield _sized(frames), many, frames.path, frames.foreign
+    else:
+        yield frames, many, None, False
 
 
-def _known(frame: Frame, path: Path | None) -> _System:
+def _sized(reader: Reader) -> Iterable[Frame]:
+    """Return the frames of a file; particles whose diameters nobody knows are points."""
+    if "diameters" not in reader.lacks:
+        return reader
+    return (dataclasses.replace(frame, diameters=np.zeros(frame.n)) for frame in reader)
+
+
+def _known(frame: Frame, path: Path | None, foreign: bool) -> _System:
     """Return the system of the first frame, with the scene of the run in whose folder the frames lie."""
-    if path is None:
-        return _System(frame)
+    if path is None or foreign:
+        return _System(frame, decides=foreign)
     folder = path if path.is_dir() else path.parent
     if kind_of(folder) != "a run" or not (folder / "scene.toml").is_file():
         return _System(frame)

@@ -1,0 +1,314 @@
+"""Frames from the files of other programs: what a file lacks is assumed, and one sentence says so."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from carom import checks
+from carom.errors import CaromError, CaromWarning, FileError, InputError
+from carom.frame import Frame
+from carom.io import lammps, others
+from carom.io.ase import wrapped
+from carom.io.formats import Reader
+from carom.io.validation import narrowed
+from carom.paths import reason
+from carom.scene.species import MOST_SPECIES
+
+if TYPE_CHECKING:
+    from carom.io.snapshot import Snapshot, Source
+
+SOURCES: dict[str, Callable[[Path], Source]] = {
+    "LAMMPS dump": lammps.Dump,
+    "LAMMPS data": lammps.Data,
+    "XYZ": others.Xyz,
+    "GSD": others.Gsd,
+    "H5MD": others.H5md,
+    "PDB": others.Pdb,
+    "GRO": others.Gro,
+    "XTC": others.Xtc,
+    "TRR": others.Xtc,
+    "DCD": others.Dcd,
+    "ASE trajectory": others.Traj,
+    "CIF": others.Cif,
+    "POSCAR": others.Poscar,
+    "XDATCAR": others.Xdatcar,
+}
+"""What reads a format: all others ask this table."""
+
+Diameter = float | Mapping[str, float]
+
+
+class ForeignReader(Reader):
+    """Reader of the file of another program.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    form : str
+        Its format, one of ``SOURCES``.
+    diameter : float or mapping of str to float, optional
+        Diameter of all particles, or of each species by name [length], instead of those of the file.
+    box : sequence of float, optional
+        Edges of a periodic box [length], for files without.
+
+    Raises
+    ------
+    FileError
+        If the file is damaged, holds no frames, no box, or one with other angles.
+    InputError
+        If the file holds a box and one is given, or what is given is no diameter or box.
+
+    Warns
+    -----
+    CaromWarning
+        One sentence on what was assumed, and on what the file holds besides.
+    """
+
+    foreign = True
+    _stranger = "cannot be used"
+
+    def __init__(
+        self, path: Path, form: str, diameter: Diameter | None = None, box: Sequence[float] | None = None
+    ):
+        super().__init__(path)
+        self._form, self._given = form, (diameter, box)
+        self._box = None if box is None else checks.array(box, "box", "(d,)", ndim=1)
+        if self._box is not None and not (1 <= len(self._box) <= 3 and (self._box > 0.0).all()):
+            raise InputError(f"box is {self._box.tolist()}; expected one to three edges > 0.")
+        if diameter is not None and not isinstance(diameter, Mapping):
+            checks.number(diameter, "diameter", low=0.0)
+        self._diameter = diameter
+        with self._understood():
+            self._source = SOURCES[form](path)
+        try:
+            with self._understood():
+                if not len(self):
+                    raise ValueError("it holds no frames")
+                first = self._source.read(0)
+                self._names = _names(first)
+                self._ids = first.ids
+                said = self._begin(first)
+        except BaseException:
+            self._source.close()
+            raise
+        if said:
+            warnings.warn(f"{path} ({form}): {'; '.join(said)}.", CaromWarning, stacklevel=4)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.path, self._form, *self._given)
+
+    def __len__(self) -> int:
+        return len(self._source)
+
+    @contextmanager
+    def _understood(self) -> Iterator[None]:
+        """Turn whatever a library raises about the content of the file into one FileError."""
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                yield
+        except (CaromError, MemoryError):
+            raise
+        except ImportError as error:
+            raise InputError(
+                f"{self.path} needs the package gsd ({error}): pip install 'carom[gsd]'."
+            ) from None
+        except Exception as error:  # of four libraries
+            raise FileError(
+                f"{self.path} cannot be read as {self._form} ({reason(error)}): it is cut off, damaged, or "
+                "of another format."
+            ) from error
+
+    def _begin(self, first: Snapshot) -> list[str]:
+        """Decide on dimension, diameters and box by the first frame; return what was assumed."""
+        assumed: list[str] = []
+        lacks = [name for name in ("velocities", "masses") if getattr(first, name) is None]
+        if isinstance(self._diameter, Mapping):
+            if missing := {*self._names} - {*self._diameter}:
+                missed = ", ".join(sorted(missing))
+                raise InputError(f"diameter names no {missed}, of which there are particles.")
+        elif self._diameter is None and first.diameters is None:
+            lacks.append("diameters")
+            assumed.append("a diameter of 1, or 0 to measure (diameter= or --diameter gives another)")
+        if "masses" in lacks:
+            assumed.append("a mass of 1")
+        boxed = first.cell is not None and np.abs(first.cell).sum(axis=1).all()
+        self._dimension = first.dimension or first.positions.shape[1]
+        if self._box is not None:
+            if boxed:
+                raise InputError(f"{self.path} holds a box, and one is given too; leave it out.")
+            self._dimension = min(len(self._box), self._dimension)
+            lacks.append("box")
+        else:
+            while (
+                first.dimension is None and self._dimension > 1 and self._is_flat(first, self._dimension - 1)
+            ):
+                self._dimension -= 1
+        if first.dimension is None and self._dimension < first.positions.shape[1]:
+            assumed.append(f"{self._dimension} dimensions, as the other coordinates are all equal")
+        if self._box is None and first.periodic is None:
+            assumed.append("every axis periodic")
+        self._check_box(first)
+        #: Whether particles leave the box and are not put back: one is far outside at the end.
+        last = first if len(self) == 1 else self._source.read(len(self) - 1)
+        self._unwrapped = first.unwrapped or (first.images is None and self._strays(last))
+        if self._unwrapped and not first.unwrapped:
+            assumed.append("unwrapped positions, as some are far outside of the box")
+        self.lacks = frozenset(lacks)
+        said = [f"assumed {', '.join(assumed)}"] if assumed else []
+        said += ["no velocities"] if "velocities" in lacks else []
+        said += [f"left out {', '.join(first.dropped)}"] if first.dropped else []
+        said += [f"lengths in {self._source.units}"] if self._source.units else []
+        return said
+
+    def _is_flat(self, snapshot: Snapshot, axis: int) -> bool:
+        """Tell whether all coordinates along an axis are equal, and the box has no room for another layer."""
+        if len(snapshot.positions) < 2 or np.ptp(snapshot.positions[:, axis]) > 0.0:
+            return False
+        if snapshot.cell is None or (snapshot.periodic is not None and not snapshot.periodic[axis]):
+            return True
+        return bool(snapshot.cell[axis, axis] <= self._diameters(snapshot).max())
+
+    def _diameters(self, snapshot: Snapshot) -> np.ndarray:
+        """Return the diameters (n,): those of the file, those that are given, or 1."""
+        n = len(snapshot.positions)
+        if snapshot.diameters is not None and self._diameter is None:
+            return np.array(snapshot.diameters, dtype=np.float64).reshape(n)
+        if isinstance(self._diameter, Mapping):
+            kinds = ["X"] * n if snapshot.kinds is None else np.asarray(snapshot.kinds).astype(str).tolist()
+            return np.array([self._diameter[kind] for kind in kinds], dtype=np.float64)
+        return np.full(n, 1.0 if self._diameter is None else self._diameter)
+
+    def _check_box(self, snapshot: Snapshot) -> tuple[np.ndarray, float | None]:
+        """Return edges (d,) and tilt of the box; raise FileError if there is none, or one that is skew."""
+        d = self._dimension
+        if self._box is not None:
+            return self._box[:d], None
+        cell = np.zeros((3, 3)) if snapshot.cell is None else np.array(snapshot.cell, dtype=np.float64)
+        # Libraries compute cells from angles, in single precision.
+        cell[np.abs(cell) <= np.finfo(np.float32).eps * np.abs(cell).max()] = 0.0
+        edges = np.diag(cell)[:d]
+        if not cell[:d].any(axis=1).all():
+            raise FileError(
+                f"{self.path} holds no box; give its edges, as box={(10,) * d} or with "
+                f"`carom export {self.path} NEW.h5md --box {','.join(['10'] * d)}`."
+            )
+        skew = cell[:d, :d] - np.diag(edges)
+        shift = float(skew[1, 0]) if d > 1 else 0.0
+        if d > 1:
+            skew[1, 0] = 0.0
+        if skew.any() or cell[:d, d:].any() or cell[d:, :d].any() or not (edges > 0.0).all():
+            raise FileError(
+                f"{self.path} has a box with the edges {cell.tolist()}; expected right angles along x, y and "
+                "z, or a tilt of y along x alone."
+            )
+        return edges, shift / float(edges[1]) if shift else None
+
+    def _strays(self, snapshot: Snapshot) -> bool:
+        """Tell whether a particle is farther outside of the periodic box than half of it."""
+        edges, _ = self._check_box(snapshot)
+        places = self._from_corner(snapshot) / edges
+        outside = np.maximum(-places, places - 1.0)[:, self._periodic(snapshot)]
+        return bool(outside.max(initial=0.0) > 0.5)
+
+    def _periodic(self, snapshot: Snapshot) -> np.ndarray:
+        flags = (True,) * 3 if self._box is not None or snapshot.periodic is None else snapshot.periodic
+        return np.array(flags[: self._dimension])
+
+    def _from_corner(self, snapshot: Snapshot) -> np.ndarray:
+        """Return positions (n, d) from the corner of the box."""
+        d = self._dimension
+        places = np.asarray(snapshot.positions, dtype=np.float64)
+        if places.shape[1] > d and np.ptp(places[:, d:], axis=0).any():
+            raise ValueError(f"coordinates beyond the {d} dimensions of the first frame differ")
+        if places.shape[1] < d:
+            raise ValueError(f"it has {places.shape[1]} coordinates, and the first frame had {d}")
+        return places[:, :d] - (0.0 if snapshot.origin is None else snapshot.origin[:d])
+
+    def _read(self, k: int) -> Frame:
+        with self._understood():
+            return self._frame(self._source.read(k), k)
+
+    def _frame(self, found: Snapshot, k: int) -> Frame:
+        """Return a snapshot as a frame, in the order of its ids."""
+        n, d = len(found.positions), self._dimension
+        if n == 0:
+            raise ValueError(f"frame {k} holds no particles")
+        order: Any = slice(None)
+        if found.ids is not None:
+            order = np.argsort(found.ids)
+            if len(np.unique(found.ids)) != n:
+                raise ValueError(f"two particles of frame {k} have the same id")
+        elif self._ids is not None:
+            raise ValueError(f"frame {k} has no column 'id', and the first frame has one")
+        edges, tilt = self._check_box(found)
+        periodic = self._periodic(found)
+        places = self._from_corner(found)
+        if tilt:
+            places[:, 0] -= tilt * places[:, 1]
+        counts = np.zeros((n, d), np.int64)
+        if found.images is not None and not self._unwrapped:
+            counts += np.asarray(found.images).reshape(n, -1)[:, :d].astype(np.int64)
+        positions, images = wrapped(places, np.where(periodic, edges, np.inf), counts)
+        if tilt:
+            positions[:, 0] += tilt * positions[:, 1]
+        assert images is not None
+        moves = found.velocities
+        kinds, names = self._species(found)
+        return Frame(
+            time=float(k if found.time is None else found.time),
+            step=0,
+            positions=np.ascontiguousarray(positions[order]),
+            velocities=np.zeros((n, d)) if moves is None else _wide(moves, d)[order],
+            box=edges,
+            diameters=self._diameters(found)[order],
+            masses=np.ones(n)
+            if found.masses is None
+            else np.array(found.masses, np.float64).reshape(n)[order],
+            images=narrowed(images[order]) if self._followed(found) else None,
+            species=None if kinds is None else kinds[order],
+            species_names=names,
+            periodic=tuple(periodic.tolist()),
+            tilt=tilt,
+        )
+
+    def _followed(self, found: Snapshot) -> bool:
+        """Tell whether the file says how often a particle crossed the box, and which particle that was."""
+        known = self._unwrapped or found.images is not None
+        if found.ids is None or self._ids is None:
+            return known and self._source.ordered
+        return known and np.array_equal(np.sort(found.ids), np.sort(self._ids))
+
+    def _species(self, found: Snapshot) -> tuple[np.ndarray | None, tuple[str, ...]]:
+        """Return the species of all particles and their names: those of the first frame, then new ones."""
+        names = [*self._names, *(name for name in _names(found) if name not in self._names)]
+        if not 1 < len(names) <= MOST_SPECIES:
+            return None, ()
+        number = {name: k for k, name in enumerate(names)}
+        return np.array([number[kind] for kind in np.asarray(found.kinds).astype(str).tolist()]), tuple(names)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._source.close()
+
+
+def _names(snapshot: Snapshot) -> list[str]:
+    """Return the names of the species that a snapshot holds, numbers in order of their value."""
+    kinds = [] if snapshot.kinds is None else sorted({*np.asarray(snapshot.kinds).astype(str).tolist()})
+    return sorted(kinds, key=int) if all(kind.isdecimal() for kind in kinds) else kinds
+
+
+def _wide(vectors: np.ndarray, d: int) -> np.ndarray:
+    """Return (n, d) vectors; components that a file does not have are 0."""
+    vectors = np.asarray(vectors, dtype=np.float64)
+    result = np.zeros((len(vectors), d))
+    width = min(d, vectors.shape[1])
+    result[:, :width] = vectors[:, :width]
+    return result

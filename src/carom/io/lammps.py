@@ -1,0 +1,289 @@
+"""Files of LAMMPS: dumps and data files, as its ``dump custom`` (or ``atom``) and ``write_data`` write them.
+
+ASE and MDAnalysis read neither radii nor image counts of a dump, nor dumps whose number of particles
+changes. Of a data file they read no diameters.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom.io.announced import integers
+from carom.io.snapshot import Snapshot, Source, line_of, opened, table_of, text_of, vectors
+
+_WORDS = {"typelabel", "element"}
+"""Columns of a dump that hold words; ``type`` may."""
+_READ = {
+    "id", "type", "typelabel", "element", "x", "y", "z", "xs", "ys", "zs", "xu", "yu", "zu", "xsu", "ysu",
+    "zsu", "ix", "iy", "iz", "vx", "vy", "vz", "radius", "diameter", "mass",
+}  # fmt: skip
+
+
+class Dump(Source):
+    """A dump: text, perhaps compressed by gzip."""
+
+    def __init__(self, path: Path):
+        super().__init__(path)
+        self._file = opened(path)
+        self._starts: list[int] = []
+        try:
+            while self._seek_frame():
+                self._starts.append(self._at)
+                _, n, _, _ = self._head()
+                for k in range(n):
+                    if not line_of(self._file).strip():
+                        raise ValueError(f"frame {len(self) - 1} ends after {k} of {n} particles")
+        except BaseException:
+            self._file.close()
+            raise
+
+    def _seek_frame(self) -> bool:
+        """Go past empty lines; return whether something follows."""
+        while True:
+            self._at = self._file.tell()
+            line = line_of(self._file)
+            if line.strip():
+                self._file.seek(self._at)
+                return True
+            if not line:
+                return False
+
+    def _head(self) -> tuple[float | None, int, tuple[str, np.ndarray] | None, list[str]]:
+        """Read the items of a frame up to its table: time, number of particles, box, columns."""
+        time = n = box = None
+        while True:
+            line = line_of(self._file).decode("utf-8", "replace").strip()
+            item, _, rest = line.removeprefix("ITEM: ").partition(" ")
+            if not line.startswith("ITEM: "):
+                raise ValueError(f"frame {len(self) - 1} has {line[:40]!r} where an ITEM was expected")
+            if item == "ATOMS":
+                if n is None:
+                    raise ValueError(f"frame {len(self) - 1} has no number of atoms")
+                return time, n, box, rest.split()
+            if item == "BOX":
+                rows = [[float(word) for word in line_of(self._file).split()] for _ in range(3)]
+                box = rest.removeprefix("BOUNDS").strip(), np.array(rows)
+                continue
+            value = line_of(self._file).decode("utf-8", "replace").strip()
+            if line == "ITEM: NUMBER OF ATOMS":
+                n = int(value)
+            elif item == "TIME" or (item == "TIMESTEP" and time is None):
+                time = float(value)
+            elif item not in ("TIMESTEP", "UNITS"):
+                raise ValueError(f"its frames hold {line[6:46]!r}, no atoms")
+
+    def __len__(self) -> int:
+        return len(self._starts)
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k."""
+        self._file.seek(self._starts[k])
+        time, n, bounds, names = self._head()
+        rows = [line_of(self._file) for _ in range(n)]
+        if not rows:
+            raise ValueError(f"frame {k} holds no particles")
+        words = [row.split() for row in rows]
+        for row in words:
+            if len(row) != len(names):
+                raise ValueError(f"frame {k} has {len(row)} columns where {len(names)} were announced")
+        table = _table(names, rows, words)
+        cell, origin, periodic = (None, None, None) if bounds is None else _box(*bounds)
+        positions, unwrapped = _places(table, cell, origin)
+        radii = table.get("radius")
+        d = positions.shape[1]
+        images = None if unwrapped else vectors(table, *("ix", "iy", "iz")[:d])
+        if images is not None:
+            images = integers(images) if images.shape[1] == d else None
+        kinds = next((table[name] for name in ("typelabel", "type", "element") if name in table), None)
+        return Snapshot(
+            positions, cell, origin, periodic,
+            velocities=vectors(table, "vx", "vy", "vz"),
+            diameters=2.0 * radii if radii is not None else table.get("diameter"),
+            masses=table.get("mass"), images=images, kinds=kinds,
+            ids=integers(table["id"]) if "id" in table else None,
+            time=time, unwrapped=unwrapped, dimension=_dimension(positions, cell, origin),
+            dropped=tuple(name for name in names if name not in _READ),
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+def _table(names: list[str], rows: list[bytes], words: list[list[bytes]]) -> dict[str, np.ndarray]:
+    """Return the columns by name: words as str, all others as float64."""
+    texts = {name for name in names if name in _WORDS}
+    if "type" in names and not words[0][names.index("type")].lstrip(b"+-").isdigit():
+        texts.add("type")
+    columns = [k for k, name in enumerate(names) if name in _READ and name not in texts]
+    found = table_of(b"".join(rows), columns) if columns else np.empty((len(rows), 0))
+    table: dict[str, np.ndarray] = {names[k]: found[:, m] for m, k in enumerate(columns)}
+    for name in texts:
+        k = names.index(name)
+        table[name] = np.array([row[k].decode("utf-8", "replace") for row in words])
+    if "type" in table and "type" not in texts:
+        table["type"] = integers(table["type"])
+    return table
+
+
+def _box(flags: str, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[bool, ...] | None]:
+    """Return cell, corner and periodic axes from BOX BOUNDS: right angles, tilted, or any three edges."""
+    words = flags.split()
+    axes = [word for word in words if len(word) == 2 and word.strip("pfsm") == ""]
+    periodic = tuple("p" in word for word in axes) if len(axes) == 3 else None
+    if words[:1] == ["abc"]:
+        return rows[:, :3], rows[:, 3], periodic
+    xy, xz, yz = rows[:, 2] if rows.shape[1] == 3 else (0.0, 0.0, 0.0)
+    low, high = rows[:, 0].copy(), rows[:, 1].copy()
+    # These are the ends of the tilted cell, not of its edges.
+    low -= [min(0.0, xy, xz, xy + xz), min(0.0, yz), 0.0]
+    high -= [max(0.0, xy, xz, xy + xz), max(0.0, yz), 0.0]
+    return _lower(high - low, xy, xz, yz), low, periodic
+
+
+def _dimension(positions: np.ndarray, cell: Any, origin: Any) -> int | None:
+    """Return 2 if all z are 0, in the middle of the box, as LAMMPS has them in two dimensions."""
+    d = positions.shape[1]
+    if d == 3 and cell is not None and not positions[:, 2].any() and -2.0 * origin[2] == cell[2, 2]:
+        return 2
+    return d if d < 3 else None
+
+
+def _lower(edges: np.ndarray, xy: float, xz: float, yz: float) -> np.ndarray:
+    """Return the cell of these edges and tilts, a vector a row."""
+    return np.array([[edges[0], 0.0, 0.0], [xy, edges[1], 0.0], [xz, yz, edges[2]]])
+
+
+def _places(table: dict[str, Any], cell: Any, origin: Any) -> tuple[np.ndarray, bool]:
+    """Return positions, and whether they are unwrapped."""
+    for names, unwrapped, scaled in (
+        (("xu", "yu", "zu"), True, False), (("x", "y", "z"), False, False),
+        (("xsu", "ysu", "zsu"), True, True), (("xs", "ys", "zs"), False, True),
+    ):  # fmt: skip
+        places = vectors(table, *names)
+        if places is not None and scaled:
+            if cell is None:
+                raise ValueError("its coordinates are scaled, and it has no box")
+            d = places.shape[1]
+            places = origin[:d] + places @ cell[:d, :d]
+        if places is not None:
+            return places, unwrapped
+    raise ValueError("it has no column x, xs, xu or xsu")
+
+
+_STYLES = {
+    "atomic": "id type", "charge": "id type q", "bond": "id mol type", "angle": "id mol type",
+    "molecular": "id mol type", "full": "id mol type q", "sphere": "id type diameter density",
+    "bpm/sphere": "id mol type diameter density", "dipole": "id type q", "template": "id type mol index atom",
+}  # fmt: skip
+"""Columns of the section Atoms before x y z, by atom style."""
+_SECTION = re.compile(r"[A-Z][A-Za-z/]*( [A-Z][A-Za-z]*)*")
+
+
+class Data(Source):
+    """A data file: one frame, without a time."""
+
+    def __len__(self) -> int:
+        return 1
+
+    def read(self, k: int) -> Snapshot:
+        """Return the snapshot."""
+        head, sections, style = self._parts()
+        atoms = sections.get("Atoms")
+        if not atoms:
+            raise ValueError("it has no section Atoms")
+        n = int(head.get("atoms", ["0"])[0])
+        if len(atoms) != n:
+            raise ValueError(f"its section Atoms has {len(atoms)} rows, and {n} atoms were announced")
+        width = len(atoms[0])
+        if not style and width in (5, 8):
+            style = "atomic"
+        if style not in _STYLES:
+            raise ValueError(
+                f"its atom style is {style or 'not said'}; expected a line 'Atoms # STYLE' with one of "
+                f"{', '.join(_STYLES)}"
+            )
+        names = [*_STYLES[style].split(), "x", "y", "z"]
+        after = len(names) + (2 * (style == "template") + 3 * (style == "dipole"))
+        if width == after + 3:
+            names += ["mu"] * (after - len(names)) + ["ix", "iy", "iz"]
+        elif width < len(names):
+            raise ValueError(f"its atoms have {width} columns, and the style {style} has {len(names)}")
+        if any(len(row) != width for row in atoms):
+            raise ValueError("the rows of its section Atoms differ in length")
+        columns = dict(zip(names, zip(*atoms, strict=True), strict=False))
+        table: dict[str, Any] = {
+            name: np.array(words, dtype=np.float64) for name, words in columns.items() if name != "type"
+        }
+        labels = {row[0]: row[1] for row in sections.get("Atom Type Labels", [])}
+        kinds = [labels.get(word, word) for word in columns["type"]]
+        ids = integers(table["id"])
+        diameters = table.get("diameter")
+        images = vectors(table, "ix", "iy", "iz")
+        cell, origin = self._cell(head)
+        positions = np.column_stack([table["x"], table["y"], table["z"]])
+        return Snapshot(
+            positions, cell, origin, dimension=_dimension(positions, cell, origin),
+            velocities=_velocities(sections.get("Velocities"), ids), diameters=diameters,
+            masses=_masses(table, kinds, labels, sections.get("Masses")),
+            images=None if images is None else integers(images), kinds=np.array(kinds), ids=ids,
+            dropped=tuple(
+                name for name in (*names, *sections) if name in ("q", "mol") or name in ("Bonds", "Angles")
+            ),
+        )  # fmt: skip
+
+    def _parts(self) -> tuple[dict[str, list[str]], dict[str, list[list[str]]], str]:
+        """Return the header by its words, the rows of each section, and the atom style."""
+        head: dict[str, list[str]] = {}
+        sections: dict[str, list[list[str]]] = {}
+        rows: list[list[str]] | None = None
+        style = ""
+        for line in text_of(self.path)[1:]:  # the first one is a comment
+            text, _, comment = (part.strip() for part in line.partition("#"))
+            if _SECTION.fullmatch(text):
+                rows = sections.setdefault(text, [])
+                if text == "Atoms":
+                    style = (comment.split() or [""])[0]
+            elif rows is not None:
+                if text:
+                    rows.append(text.split())
+            elif text:
+                words = text.split()
+                count = next((k for k, word in enumerate(words) if word[0].isalpha()), len(words))
+                head[" ".join(words[count:])] = words[:count]
+        return head, sections, style
+
+    def _cell(self, head: dict[str, list[str]]) -> tuple[np.ndarray, np.ndarray]:
+        """Return the cell and its corner."""
+        bounds = np.array([[float(w) for w in head.get(f"{a}lo {a}hi", ("-0.5", "0.5"))] for a in "xyz"])
+        tilts = [float(word) for word in head.get("xy xz yz", ("0", "0", "0"))]
+        if "avec" in head:
+            rows = [[float(word) for word in head[name]] for name in ("avec", "bvec", "cvec")]
+            return np.array(rows), np.array([float(word) for word in head.get("abc origin", ("0",) * 3)])
+        return _lower(bounds[:, 1] - bounds[:, 0], *tilts), bounds[:, 0]
+
+
+def _velocities(rows: list[list[str]] | None, ids: np.ndarray) -> np.ndarray | None:
+    """Return the velocities in the order of the atoms."""
+    if not rows:
+        return None
+    of = {int(row[0]): [float(word) for word in row[1:4]] for row in rows}
+    return np.array([of[number] for number in ids.tolist()])
+
+
+def _masses(
+    table: dict[str, Any], kinds: list[str], labels: dict[str, str], rows: list[list[str]] | None
+) -> np.ndarray | None:
+    """Return the masses: from the density of spheres, or of the types."""
+    if "density" in table:
+        volume = math.pi / 6.0 * table["diameter"] ** 3
+        return table["density"] * np.where(volume > 0.0, volume, 1.0)  # of a point it is the mass
+    if not rows:
+        return None
+    of = {labels.get(row[0], row[0]): float(row[1]) for row in rows}
+    return np.array([of[kind] for kind in kinds])

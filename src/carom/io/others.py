@@ -1,0 +1,446 @@
+"""Files of other programs than LAMMPS: XYZ, GRO, GSD, H5MD, and what ASE and MDAnalysis read.
+
+The readers of XTC and TRR are those of MDAnalysis below its trajectories, which would leave files with
+offsets beside what they read. Its reader of GRO stops after the first frame.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from carom.io.announced import ids_of, lattice_of, number_of, periodic_axes, words_of
+from carom.io.extxyz import Index, parse
+from carom.io.hdf5 import Input
+from carom.io.snapshot import Snapshot, Source, text_of
+
+if TYPE_CHECKING:
+    import ase
+    import h5py
+
+_VELOCITIES = ("velo", "vel", "velocities", "velocity")
+
+
+class Xyz(Source):
+    """XYZ, plain or extended. Lines of plain XYZ may have more than four words."""
+
+    ordered = True
+
+    def __init__(self, path: Path):
+        super().__init__(path)
+        self._index = Index(path, whole=True)
+
+    def __len__(self) -> int:
+        return len(self._index)
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k."""
+        info, columns = parse(self.path, self._index.offsets[k], self._index.offsets[k + 1])
+        if "pos" not in columns:
+            raise ValueError("it has no column 'pos'")
+        extended = "Properties" in info or "Lattice" in info
+        if not extended:  # a sentence, in which a comma or a unit may follow a number
+            info = {key: value.rstrip(",;") for key, value in info.items()}
+        time = None
+        if "time" in info and (extended or _is_number(info["time"])):
+            time = number_of(info, "time")
+        places = columns["pos"].reshape(len(columns["pos"]), -1)
+        cell = lattice_of(info)
+        origin = [float(word) for word in words_of(info.get("Origin", ""))]
+        width = places.shape[1]
+        flags = periodic_axes(info, width) if cell is not None or "pbc" in info else None
+        radii = next((columns[name] for name in ("radius", "radii") if name in columns), None)
+        masses = next((columns[name] for name in ("masses", "mass") if name in columns), None)
+        velocities = next((columns[name] for name in _VELOCITIES if name in columns), None)
+        used = {"pos", "radius", "radii", "diameter", "masses", "mass", *_VELOCITIES}
+        used |= {"momenta", "species", "id", "images", "kind", "color", "Z"}
+        if velocities is None and "momenta" in columns:
+            if masses is None:
+                masses = _of_elements(columns.get("species"), len(places))
+            velocities = columns["momenta"] / masses[:, None]
+        return Snapshot(
+            places, cell, np.array(origin) if len(origin) == 3 else None,
+            None if flags is None else (*flags, *(False,) * (3 - len(flags))),
+            velocities=None if velocities is None else velocities.reshape(len(places), -1),
+            diameters=2.0 * radii if radii is not None else columns.get("diameter"),
+            masses=masses, images=columns.get("images"), kinds=columns.get("species"), ids=ids_of(columns),
+            time=time, dimension=number_of(info, "dimension", int, width) if extended else None,
+            dropped=tuple(name for name in columns if name not in used),
+        )  # fmt: skip
+
+
+def _is_number(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
+
+
+def _of_elements(symbols: Any, n: int) -> np.ndarray:
+    """Return the masses that ASE gives to chemical elements; others have 1."""
+    from ase.data import atomic_masses, atomic_numbers
+
+    if symbols is None:
+        return np.ones(n)
+    return np.array([atomic_masses[atomic_numbers.get(str(name), 0)] for name in symbols])
+
+
+class Gro(Source):
+    """GRO of GROMACS, also of several frames."""
+
+    units = "nm"
+    ordered = True
+
+    def __init__(self, path: Path):
+        super().__init__(path)
+        self._lines = text_of(path)
+        self._starts: list[int] = []
+        at = 0
+        while at < len(self._lines) and any(line.strip() for line in self._lines[at:]):
+            self._starts.append(at)
+            at += int(self._lines[at + 1]) + 3
+        if at > len(self._lines):
+            raise ValueError(f"it ends inside frame {len(self) - 1}")
+
+    def __len__(self) -> int:
+        return len(self._starts)
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k."""
+        at = self._starts[k]
+        n = int(self._lines[at + 1])
+        rows = self._lines[at + 2 : at + 2 + n]
+        points = [m for m, letter in enumerate(rows[0]) if letter == "." and m >= 20]
+        width = points[1] - points[0]  # as many digits as the writer likes; velocities have one more
+        places = _columns(rows, 20, width)
+        velocities = _columns(rows, 20 + 3 * width, points[4] - points[3]) if len(points) == 6 else None
+        names = np.array([row[10:15].strip() for row in rows])
+        box = [float(word) for word in self._lines[at + 2 + n].split()]
+        cell = np.diag(box[:3])
+        if len(box) == 9:
+            (cell[0, 1], cell[0, 2], cell[1, 0], cell[1, 2], cell[2, 0], cell[2, 1]) = box[3:]
+        time = re.search(r"\bt=\s*(\S+)", self._lines[at])
+        return Snapshot(
+            places, cell, velocities=velocities, kinds=names,
+            time=float(time[1]) if time and _is_number(time[1]) else None,
+        )  # fmt: skip
+
+
+def _columns(rows: list[str], start: int, width: int) -> np.ndarray:
+    """Return three numbers of a fixed width of each row."""
+    return np.array(
+        [[float(row[m : m + width]) for m in range(start, start + 3 * width, width)] for row in rows]
+    )
+
+
+class Gsd(Source):
+    """GSD as HOOMD-blue writes it."""
+
+    ordered = True
+
+    def __init__(self, path: Path):
+        import gsd.hoomd
+
+        super().__init__(path)
+        self._file = gsd.hoomd.open(str(path), "r")
+
+    def __len__(self) -> int:
+        return len(self._file)
+
+    def _has(self, k: int, name: str) -> bool:
+        return any(self._file.file.chunk_exists(frame=m, name=f"particles/{name}") for m in {0, k})
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k."""
+        count = next(
+            (self._file.file.read_chunk(frame=m, name="particles/N")[0]
+             for m in (k, 0) if self._file.file.chunk_exists(frame=m, name="particles/N")), 0,
+        )  # fmt: skip
+        if count > self.path.stat().st_size:  # gsd makes room for them
+            raise ValueError(f"frame {k} announces {count} particles, which the file does not hold")
+        stored = self._file[k]
+        particles, (lx, ly, lz, xy, xz, yz) = stored.particles, map(float, stored.configuration.box)
+        cell = np.array([[lx, 0.0, 0.0], [xy * ly, ly, 0.0], [xz * lz, yz * lz, lz]])
+        d = int(stored.configuration.dimensions)
+        names = np.array(particles.types)
+        shapes = [shape.get("diameter") for shape in particles.type_shapes or ()]
+        diameters = particles.diameter if self._has(k, "diameter") else None
+        if diameters is None and len(shapes) == len(names) and None not in shapes:
+            diameters = np.array(shapes, dtype=np.float64)[particles.typeid]
+        return Snapshot(
+            particles.position, cell, -0.5 * cell.sum(axis=0), (True,) * 3,
+            velocities=particles.velocity if self._has(k, "velocity") else None,
+            diameters=diameters, masses=particles.mass if self._has(k, "mass") else None,
+            images=particles.image if self._has(k, "image") else None,
+            kinds=names[particles.typeid], time=float(stored.configuration.step), dimension=d,
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+class H5md(Source):
+    """H5MD of other programs: groups of any name, boxes that are fixed or not, what is missing left out."""
+
+    ordered = True
+
+    def __init__(self, path: Path):
+        super().__init__(path)
+        self._input = Input(path)
+        try:
+            groups = {
+                name: group for name, group in self._input.file["particles"].items() if "position" in group
+            }
+            if not groups:
+                raise ValueError("its group 'particles' has no positions")
+            self._group = max(groups.values(), key=lambda group: _values(group["position"]).shape[-2])
+            self._left = tuple(f"group {name}" for name in groups if groups[name] != self._group)
+            self._places = self._group["position"]
+            self.units = str(_values(self._places).attrs.get("unit", ""))
+        except BaseException:
+            self._input.close()
+            raise
+
+    def __len__(self) -> int:
+        return 1 if _is_fixed(self._places) else len(_values(self._places))
+
+    def _element(self, parent: Any, name: str, k: int) -> Any:
+        """Return an element at the step of position k, or None."""
+        node = parent.get(name)
+        if node is None or _is_fixed(node):
+            return None if node is None else node[()]
+        values = _values(node)
+        own, its = self._steps(), node.get("step")
+        if its is None or own is None or its.shape == () or np.array_equal(its[()], own):
+            return values[min(k, len(values) - 1)]
+        found = np.flatnonzero(its[()] == own[k])
+        if not found.size:
+            raise ValueError(f"its {name} has no value at the step of frame {k}")
+        return values[found[0]]
+
+    def _steps(self) -> np.ndarray | None:
+        steps = None if _is_fixed(self._places) else self._places.get("step")
+        return None if steps is None or steps.shape == () else steps[()]
+
+    def _time(self, k: int) -> float | None:
+        for name in () if _is_fixed(self._places) else ("time", "step"):
+            node = self._places.get(name)
+            if node is not None:
+                if node.shape == ():  # an interval
+                    return float(k * node[()] + node.attrs.get("offset", 0.0))
+                return float(node[k])
+        return None
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k."""
+        group, places = self._group, np.asarray(self._element(self._group, "position", k), dtype=np.float64)
+        width = places.shape[1]
+        box, cell, flags, origin = group.get("box"), None, None, None
+        if box is not None:
+            edges = self._element(box, "edges", k)
+            if edges is not None:
+                cell = _square(np.diag(edges) if np.ndim(edges) == 1 else np.asarray(edges))
+            kinds = box.attrs.get("boundary")
+            if kinds is not None:
+                words = [str(w.decode() if isinstance(w, bytes) else w) for w in np.atleast_1d(kinds)]
+                flags = tuple(word == "periodic" for word in words)
+            offset = self._element(box, "offset", k)
+            origin = None if offset is None else np.append(offset, np.zeros(3 - width))
+        radii = self._element(group, "radius", k)
+        known = {"position", "velocity", "image", "mass", "species", "id", "diameter", "radius", "box"}
+        return Snapshot(
+            places, cell, origin, None if flags is None else (*flags, *(False,) * (3 - len(flags))),
+            velocities=self._element(group, "velocity", k),
+            diameters=2.0 * radii if radii is not None else self._element(group, "diameter", k),
+            masses=self._element(group, "mass", k), images=self._element(group, "image", k),
+            kinds=self._element(group, "species", k), ids=self._element(group, "id", k),
+            time=self._time(k), dimension=width if width < 3 else None,
+            dropped=(*self._left, *(name for name in group if name not in known)),
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """Close the file."""
+        self._input.close()
+
+
+def _is_fixed(node: Any) -> bool:
+    """Tell whether an element of H5MD is a data set that is fixed in time, and no group."""
+    return hasattr(node, "shape")
+
+
+def _values(node: Any) -> h5py.Dataset:
+    return node if _is_fixed(node) else node["value"]
+
+
+def _square(cell: np.ndarray) -> np.ndarray:
+    """Return a (d, d) cell as (3, 3), with missing edges of 0."""
+    result = np.zeros((3, 3))
+    result[: len(cell), : len(cell)] = cell
+    return result
+
+
+class _OfAse(Source):
+    """What ASE reads."""
+
+    units = "angstrom"
+    ordered = True
+    form = ""
+
+    def __init__(self, path: Path):
+        import ase.io
+
+        super().__init__(path)
+        self._atoms: Any = ase.io.read(path, index=":", format=self.form)
+
+    def __len__(self) -> int:
+        return len(self._atoms)
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k."""
+        atoms: ase.Atoms = self._atoms[k]
+        time = atoms.info.get("time")
+        return Snapshot(
+            atoms.positions, atoms.cell[:], None, tuple(bool(flag) for flag in atoms.pbc),
+            velocities=atoms.get_velocities() if atoms.has("momenta") else None,
+            masses=atoms.get_masses(), kinds=np.array(atoms.get_chemical_symbols()),
+            time=float(time) if isinstance(time, int | float) else None,
+        )  # fmt: skip
+
+
+class Cif(_OfAse):
+    """CIF; a crystal is filled by its symmetries."""
+
+    form = "cif"
+
+
+class Poscar(_OfAse):
+    """POSCAR and CONTCAR of VASP."""
+
+    form = "vasp"
+
+
+class Xdatcar(_OfAse):
+    """XDATCAR of VASP."""
+
+    form = "vasp-xdatcar"
+
+
+class Traj(_OfAse):
+    """ASE's own trajectory, a frame at a time."""
+
+    def __init__(self, path: Path):
+        from ase.io.trajectory import TrajectoryReader
+
+        Source.__init__(self, path)
+        self._atoms = TrajectoryReader(str(path))
+
+    def close(self) -> None:
+        """Close the file."""
+        self._atoms.close()
+
+
+class _OfMDAnalysis(Source):
+    """What MDAnalysis reads: float32."""
+
+    units = "angstrom"
+    ordered = True
+
+    def __init__(self, path: Path):
+        import MDAnalysis  # noqa: F401  (whose import sets filters of warnings)
+
+        super().__init__(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            self._frames = self._trajectory()
+
+    def _trajectory(self) -> Any:
+        raise NotImplementedError
+
+    def __len__(self) -> int:
+        return len(self._frames)
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k."""
+        from MDAnalysis.lib.mdamath import triclinic_vectors
+
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            step = self._frames[k]
+        cell = None if step.dimensions is None else triclinic_vectors(step.dimensions).astype(np.float64)
+        return Snapshot(step.positions, cell, kinds=self._kinds(), time=float(step.time))
+
+    def _kinds(self) -> np.ndarray | None:
+        return None
+
+    def close(self) -> None:
+        """Close the file."""
+        self._frames.close()
+
+
+class Pdb(_OfMDAnalysis):
+    """PDB, a frame a model; species are elements where all atoms have one, or else names."""
+
+    def _trajectory(self) -> Any:
+        import MDAnalysis
+
+        self._world = MDAnalysis.Universe(str(self.path), format="PDB")
+        return self._world.trajectory
+
+    def _kinds(self) -> np.ndarray:
+        elements = getattr(self._world.atoms, "elements", None)
+        return np.array(
+            self._world.atoms.names if elements is None or "" in elements else elements, dtype=str
+        )
+
+
+class Dcd(_OfMDAnalysis):
+    """DCD: positions and boxes alone."""
+
+    def _trajectory(self) -> Any:
+        from MDAnalysis.coordinates.DCD import DCDReader
+        from MDAnalysis.lib.formats.libdcd import DCDFile
+
+        with DCDFile(str(self.path)) as file:  # which fails without a trace on the screen
+            found = len(file)
+        start = self.path.open("rb").read(12)
+        order: Literal["little", "big"] = "little" if start[0] == 84 else "big"
+        if (count := int.from_bytes(start[8:12], order)) > found:  # 0 where the writer did not come back
+            raise ValueError(f"it announces {count} frames and holds {found}")
+        return DCDReader(str(self.path))
+
+
+class Xtc(Source):
+    """XTC and TRR of GROMACS."""
+
+    units = "nm"
+    ordered = True
+
+    def __init__(self, path: Path):
+        from MDAnalysis.lib.formats import libmdaxdr
+
+        super().__init__(path)
+        kind = libmdaxdr.TRRFile if path.suffix.lower() == ".trr" else libmdaxdr.XTCFile
+        self._file = kind(str(path))
+
+    def __len__(self) -> int:
+        return len(self._file)
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k."""
+        self._file.seek(k)
+        step = self._file.read()
+        moving = getattr(step, "hasv", False)
+        return Snapshot(
+            np.array(step.x), np.array(step.box, dtype=np.float64),
+            velocities=np.array(step.v) if moving else None, time=float(step.time),
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()

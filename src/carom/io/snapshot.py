@@ -1,0 +1,119 @@
+"""What a file of another program holds at one time, before it becomes a Frame; and how its text is read."""
+
+from __future__ import annotations
+
+import gzip
+import io
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+LONGEST = 1 << 24
+"""Bytes of a line, at most: a file of zeros is one line that never ends."""
+
+
+@dataclass
+class Snapshot:
+    """All particles at one time, as a file has them; what it lacks is None.
+
+    Attributes
+    ----------
+    positions : (n, 1 to 3) array
+        Centers [length], anywhere.
+    cell : (3, 3) array
+        Edges of the box, a vector a row [length].
+    origin : (3,) array
+        Corner of the box [length].
+    periodic : tuple of 3 bools
+        Which axes are periodic.
+    kinds : (n,) array
+        What tells species apart: names or numbers.
+    unwrapped : bool
+        Whether positions are known to be those of particles that were never put back into the box.
+    dimension : int
+        Number of dimensions; None where it follows from the coordinates.
+    dropped : tuple of str
+        Names of what the file holds besides.
+    """
+
+    positions: np.ndarray
+    cell: np.ndarray | None = None
+    origin: np.ndarray | None = None
+    periodic: tuple[bool, ...] | None = None
+    velocities: np.ndarray | None = None
+    diameters: np.ndarray | None = None
+    masses: np.ndarray | None = None
+    images: np.ndarray | None = None
+    kinds: np.ndarray | None = None
+    ids: np.ndarray | None = None
+    time: float | None = None
+    unwrapped: bool = False
+    dimension: int | None = None
+    dropped: tuple[str, ...] = ()
+
+
+class Source(ABC):
+    """A file of another program: snapshots by number. Its constructor and ``read`` may raise anything."""
+
+    units = ""
+    """Unit of lengths that the format prescribes."""
+    ordered = False
+    """Whether particles without ids stand in the same order in every frame."""
+
+    def __init__(self, path: Path):
+        self.path = path
+
+    @abstractmethod
+    def __len__(self) -> int: ...
+
+    @abstractmethod
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot ``0 <= k < len(self)``."""
+
+    def close(self) -> None:  # noqa: B027  (many hold nothing open)
+        """Close the file."""
+
+
+def opened(path: Path) -> IO[bytes]:
+    """Open a text file for reading, compressed by gzip or not."""
+    return gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb")  # type: ignore[return-value]
+
+
+def text_of(path: Path) -> list[str]:
+    """Return the lines of a text; comments may be in any encoding."""
+    with opened(path) as file:
+        return file.read().decode("utf-8", "replace").splitlines()
+
+
+def line_of(file: IO[bytes]) -> bytes:
+    """Return the next line.
+
+    Raises
+    ------
+    ValueError
+        If it is longer than any line of a frame.
+    """
+    line = file.readline(LONGEST)
+    if len(line) == LONGEST:
+        raise ValueError(f"a line is longer than {LONGEST} bytes")
+    return line
+
+
+def table_of(lines: bytes, columns: list[int]) -> np.ndarray:
+    """Return some columns of a table of words as float64, (rows, columns)."""
+    return np.loadtxt(
+        io.BytesIO(lines), usecols=columns, comments=None, ndmin=2, encoding="latin-1"
+    )  # fmt: skip
+
+
+def vectors(table: dict[str, Any], *names: str) -> np.ndarray | None:
+    """Return the columns of these names side by side, as many as there are from the first; None of none."""
+    found: list[Any] = []
+    for name in names:
+        if name not in table:
+            break
+        found.append(table[name])
+    return np.column_stack(found) if found else None
