@@ -316,6 +316,9 @@ CASES = {
     },
     "export": {
         "--quiet": SILENT,
+        # of files of other programs: tests/io/test_foreign_files.py
+        "--diameter": SILENT,
+        "--box": SILENT,
         "source": added((), ("two.extxyz", "out.h5md"), made("out.h5md"), True),
         "target": added(("two.extxyz",), ("out.h5md",), made("out.h5md"), True),
         "--overwrite": added(
@@ -349,6 +352,8 @@ CASES = {
         "--no-pictures": added(MEASURE, ("--no-pictures",), made("out/rdf.png"), False),
         "--json": added(MEASURE, ("--json",), json_alone, True),
         "--quiet": SILENT,
+        "--diameter": SILENT,
+        "--box": SILENT,
         "--overwrite": added(
             ("two.extxyz", "rdf", "--out", "mine"), ("--overwrite",), lambda done: done.code, 0
         ),

@@ -63,7 +63,7 @@ def measure(
     quiet: Quiet = False,
     overwrite: Overwrite = False,
 ) -> None:
-    """Measure g(r), S(k), displacements, order, density and crystals of frames.
+    """Measure g(r), S(k), displacements, order, density, crystals of frames.
 
     rdf is g(r), structure S(k), msd the mean square displacement, order psi_6 in the plane and q_6 in space,
     profile the density along an axis, crystal the largest crystalline cluster. Each gets a line here, and
