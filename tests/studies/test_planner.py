@@ -194,6 +194,8 @@ def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
         ({"packing_fraction": 0.3, "n": 4}, "n"),
         ({"packing_fraction": 0.3, "species": [{"fraction": 1.0, "weight": 2.0}]}, "weight"),
         ({"packing_fraction": 0.3, "scene": System(0.2)}, "contradict"),
+        ({"scene": 3}, "scene must be the path of a scene file"),
+        ({"scene": carom.Scene([[0.5, 0.5, 0.5]], 4.0)}, "scene must be the path of a scene file"),
     ],
 )
 def test_what_cannot_be_planned_is_refused_in_a_sentence(given, said):

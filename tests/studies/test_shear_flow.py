@@ -49,6 +49,15 @@ def test_a_study_of_a_flow_goes_on_where_it_was_stopped(grains):
     assert "viscosity" in str(more)
 
 
+def test_one_rate_at_several_packing_fractions_is_drawn_against_the_packing_fraction(grains):
+    study, _ = grains
+    assert study.plot().axes[0].get_xlabel() == "shear rate"
+    one = carom.shear(1.0, restitution=0.9, strains=10, **{**SMALL, "packing_fraction": [0.1, 0.2]})
+    axes = one.plot().axes[0]
+    assert axes.get_xlabel() == "packing fraction"
+    assert [text.get_text() for text in axes.get_legend().get_texts()] == ["rate 1"]
+
+
 def test_elastic_spheres_are_kept_at_their_temperature_and_are_near_enskog():
     (row,) = carom.shear(0.4, kT=2.0, relative_error=0.05, **{**SMALL, "n": 108}).table
     # By how much the flow heats between two scalings is known to a tenth or so of a tenth.

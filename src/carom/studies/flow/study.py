@@ -146,6 +146,8 @@ class ShearFlow(GridStudy[ShearSpec]):
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
         """Draw the viscosity against the shear rate, and Enskog's beside it; save the picture to ``path``.
 
+        Of one rate at several packing fractions, the viscosity is drawn against the packing fraction.
+
         Raises
         ------
         InputError
@@ -158,24 +160,28 @@ class ShearFlow(GridStudy[ShearSpec]):
         if not self.table:
             raise InputError("No point of the study is done yet, so there is nothing to draw.")
         figure, axes = paper.sheet(5.0, 3.6)
-        curves = dict.fromkeys((row.packing_fraction, row.n) for row in self.table)
-        several = len({n for _, n in curves}) > 1
-        for k, (eta, n) in enumerate(curves):
-            rows = [row for row in self.table if (row.packing_fraction, row.n) == (eta, n)]
-            rates, color = [row.rate for row in rows], f"C{k % 10}"
-            axes.errorbar(
-                rates, [row.viscosity for row in rows], [row.viscosity_error for row in rows], fmt="o", ms=4,
-                color=color, label=rf"$\eta$ = {eta:.3g}" + f", $N$ = {n}" * several,
-            )  # fmt: skip
-            if math.isfinite(rows[0].enskog):
-                told = "Enskog" if k == len(curves) - 1 else None
-                axes.plot(rates, [row.enskog for row in rows], "--", lw=1.0, color=color, label=told)
-        axes.set_xscale("log")
         rates = sorted({row.rate for row in self.table})
-        if len(rates) <= MOST_TICKS:
+        one_rate = len(rates) == 1 < len({row.packing_fraction for row in self.table})
+        several = len({row.n for row in self.table}) > 1
+        curves: dict[str, list[Row]] = {}
+        for row in self.table:
+            one = f"rate {row.rate:g}" if one_rate else rf"$\eta$ = {row.packing_fraction:.3g}"
+            curves.setdefault(one + f", $N$ = {row.n}" * several, []).append(row)
+        for k, (label, rows) in enumerate(curves.items()):
+            x, color = [row.packing_fraction if one_rate else row.rate for row in rows], f"C{k % 10}"
+            axes.errorbar(
+                x, [row.viscosity for row in rows], [row.viscosity_error for row in rows], fmt="o", ms=4,
+                color=color, label=label,
+            )  # fmt: skip
+            if any(math.isfinite(row.enskog) for row in rows):
+                told = "Enskog" if k == len(curves) - 1 else None
+                axes.plot(x, [row.enskog for row in rows], "--", lw=1.0, color=color, label=told)
+        if not one_rate:
+            axes.set_xscale("log")
+        if not one_rate and len(rates) <= MOST_TICKS:
             axes.set_xticks(rates, [f"{rate:g}" for rate in rates])
             axes.set_xticks([], minor=True)
-        axes.set_xlabel("shear rate")
+        axes.set_xlabel("packing fraction" if one_rate else "shear rate")
         axes.set_ylabel("viscosity")
         axes.set_ylim(0.0, 1.3 * axes.get_ylim()[1])  # room for the names
         axes.legend(frameon=False, fontsize=8, ncols=3, loc="upper center")

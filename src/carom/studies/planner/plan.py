@@ -590,7 +590,14 @@ def system_of(
             )
         if isinstance(scene, System):
             return scene
-        return of_plan(scene)[0] if hasattr(scene, "build_scene") else of_scene(scene)[0]
+        if hasattr(scene, "build_scene"):
+            return of_plan(scene)[0]
+        if not isinstance(scene, str | PathLike):
+            raise InputError(
+                "scene must be the path of a scene file, a SceneFile or a System, "
+                f"found {checks.describe(scene)}."
+            )
+        return of_scene(scene)[0]
     if packing_fraction is None:
         raise InputError("A plan needs packing_fraction, or a scene; found neither.")
     words = {} if species is None else {"species": [{"fraction": 1.0, **each} for each in species]}
