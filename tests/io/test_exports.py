@@ -106,3 +106,42 @@ def test_what_is_only_written_is_not_opened(tmp_path):
         carom.io.open(tmp_path / "a.dcd", "w")
     with pytest.raises(InputError, match="at most 3"):
         exported(tmp_path, "a.pdb", frames_of(4))
+
+
+def test_mdanalysis_and_ase_read_a_lammps_dump_and_gsd_its_own_file(tmp_path):
+    gsd = pytest.importorskip("gsd.hoomd")
+    frames = frames_of(3, periodic=True)
+    path, _ = exported(tmp_path, "a.lammpstrj", frames)
+    universe = MDAnalysis.Universe(str(path), format="LAMMPSDUMP", lammps_coordinate_convention="unscaled",
+                                   additional_columns=["radius"])  # fmt: skip
+    atoms = ase.io.read(path, index=":", format="lammps-dump-text")
+    with carom.io.open(tmp_path / "a.gsd", "w") as writer:
+        for frame in frames:
+            writer.write(frame)
+    with gsd.open(str(tmp_path / "a.gsd"), "r") as stored:
+        for frame, ts, each, one in zip(frames, universe.trajectory, atoms, stored, strict=True):
+            np.testing.assert_allclose(ts.positions, frame.positions, atol=2e-6)
+            np.testing.assert_allclose(2 * ts.data["radius"], frame.diameters, rtol=1e-8)
+            np.testing.assert_allclose(each.positions, frame.positions, rtol=1e-8)
+            np.testing.assert_allclose(each.cell.lengths(), frame.box, rtol=1e-8)
+            np.testing.assert_allclose(one.particles.diameter, frame.diameters, rtol=1e-7)
+            assert [one.particles.types[k] for k in one.particles.typeid] == [
+                frame.species_names[k] for k in frame.species
+            ]
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+def test_what_is_exported_comes_back(tmp_path):
+    """Up to the digits of each format; a dump has the numbers of frames as times."""
+    frames = frames_of(3, periodic=True)
+    for name, digits in (("a.lammpstrj", 1e-8), ("a.data", 1e-8), ("a.dcd", 2e-6), ("a.pdb", 1e-3)):
+        path, count = exported(tmp_path, name, frames)
+        found = carom.io.read(path, ":")
+        assert len(found) == count
+        for frame, back in zip(frames[-count:], found, strict=True):
+            apart = back.positions - frame.positions
+            apart -= frame.box * np.rint(apart / frame.box)
+            assert np.abs(apart).max() <= digits * max(frame.box)
+            if name in ("a.lammpstrj", "a.data"):
+                np.testing.assert_allclose(back.diameters, frame.diameters, rtol=1e-8)
+                np.testing.assert_allclose(back.velocities, frame.velocities, rtol=1e-8)

@@ -54,3 +54,39 @@ def test_ovito_sees_the_names_of_a_lammps_data_file_and_no_samarium_in_pdb(tmp_p
     assert names_in(read(tmp_path / "a.data")) == {"small", "big"}
     carom.io.convert(source, tmp_path / "a.pdb")
     assert names_in(read(tmp_path / "a.pdb")) == {"X"}
+
+
+@pytest.mark.parametrize("name", ["a.lammpstrj", "a.data", "a.gsd", "a.extxyz"])
+def test_ovito_sees_positions_and_radii_of_every_format_that_has_them(tmp_path, name, read):
+    (frame,) = frames_of(3, periodic=True, count=1)
+    source = write(tmp_path / "b.extxyz", [frame])
+    carom.io.convert(source, tmp_path / name)
+    data = read(tmp_path / name)
+    order = np.argsort(data.particles.identifiers) if "Particle Identifier" in data.particles else ...
+    corner = data.cell[:, 3]
+    np.testing.assert_allclose(data.particles.positions[order] - corner, frame.positions, atol=2e-6)
+    np.testing.assert_allclose(data.particles["Radius"][order], frame.diameters / 2, rtol=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.parametrize("name", ["lammps/dump", "lammps/data", "gsd/hoomd", "xyz", "vasp"])
+def test_carom_reads_what_ovito_writes(tmp_path, name, read):
+    from ovito.io import export_file
+
+    (frame,) = frames_of(3, ("Ar", "Kr"), periodic=True, count=1)
+    data = read(write(tmp_path / "b.extxyz", [frame]))
+    columns = ["Particle Identifier", "Particle Type", "Position.X", "Position.Y", "Position.Z", "Radius"]
+    options = {
+        "lammps/dump": {"columns": columns},
+        "xyz": {"columns": columns},
+        "lammps/data": {"atom_style": "sphere"},
+    }.get(name, {})
+    path = tmp_path / {"lammps/dump": "a.dump", "lammps/data": "a.data", "gsd/hoomd": "a.gsd", "xyz": "a.xyz",
+                       "vasp": "POSCAR"}[name]  # fmt: skip
+    export_file(data, str(path), name, **options)
+    found = carom.io.read(path)
+    np.testing.assert_allclose(found.box, frame.box, rtol=1e-6)
+    if name != "vasp":  # which lists its atoms by kind
+        np.testing.assert_allclose(found.positions, frame.positions, atol=1e-5)
+    if name in ("lammps/dump", "xyz", "lammps/data"):
+        np.testing.assert_allclose(found.diameters, frame.diameters, rtol=1e-5)

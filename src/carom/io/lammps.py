@@ -280,7 +280,7 @@ def _masses(
     table: dict[str, Any], kinds: list[str], labels: dict[str, str], rows: list[list[str]] | None
 ) -> np.ndarray | None:
     """Return the masses: from the density of spheres, or of the types."""
-    if "density" in table:
+    if "density" in table and table["density"].any():  # OVITO writes 0 where it knows none
         volume = math.pi / 6.0 * table["diameter"] ** 3
         return table["density"] * np.where(volume > 0.0, volume, 1.0)  # of a point it is the mass
     if not rows:

@@ -6,6 +6,7 @@ offsets beside what they read. Its reader of GRO stops after the first frame.
 
 from __future__ import annotations
 
+import itertools
 import re
 import warnings
 from pathlib import Path
@@ -350,6 +351,7 @@ class _OfMDAnalysis(Source):
 
     units = "angstrom"
     ordered = True
+    _box: np.ndarray | None = None
 
     def __init__(self, path: Path):
         import MDAnalysis  # noqa: F401  (whose import sets filters of warnings)
@@ -372,7 +374,8 @@ class _OfMDAnalysis(Source):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             step = self._frames[k]
-        cell = None if step.dimensions is None else triclinic_vectors(step.dimensions).astype(np.float64)
+        box = self._box if step.dimensions is None else step.dimensions
+        cell = None if box is None else triclinic_vectors(box).astype(np.float64)
         return Snapshot(step.positions, cell, kinds=self._kinds(), time=float(step.time))
 
     def _kinds(self) -> np.ndarray | None:
@@ -390,6 +393,11 @@ class Pdb(_OfMDAnalysis):
         import MDAnalysis
 
         self._world = MDAnalysis.Universe(str(self.path), format="PDB")
+        for line in text_of(self.path):  # MDAnalysis passes over a box before the first MODEL
+            if line.startswith("CRYST1"):
+                edges = [float(line[m:n]) for m, n in itertools.pairwise((6, 15, 24, 33, 40, 47, 54))]
+                self._box = None if edges[:3] == [1.0] * 3 else np.array(edges)  # which stands for none
+                break
         return self._world.trajectory
 
     def _kinds(self) -> np.ndarray:

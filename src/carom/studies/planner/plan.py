@@ -597,7 +597,7 @@ def system_of(
                 "scene must be the path of a scene file, a SceneFile or a System, "
                 f"found {checks.describe(scene)}."
             )
-        return of_scene(scene)[0]
+        return of_scene(Path(scene))[0]
     if packing_fraction is None:
         raise InputError("A plan needs packing_fraction, or a scene; found neither.")
     words = {} if species is None else {"species": [{"fraction": 1.0, **each} for each in species]}
