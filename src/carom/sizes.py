@@ -53,8 +53,11 @@ def power(n: int, *, ratio: float, exponent: float = 3.0, seed: int | np.random.
     exponent = checks.number(exponent, "exponent", low=-100.0, high=100.0)
     if exponent == 1.0:
         return _quantiles(n, lambda p: float(ratio ** (1.0 - p)), seed)
-    lowest = ratio ** (1.0 - exponent)
-    return _quantiles(n, lambda p: float((lowest + p * (1.0 - lowest)) ** (1.0 / (1.0 - exponent))), seed)
+    power = 1.0 - exponent
+    part = math.expm1(abs(power) * math.log(ratio))  # neither cancels near 1, nor overflows
+    if power < 0.0:
+        return _quantiles(n, lambda p: ratio * math.exp(math.log1p(p * part) / power), seed)
+    return _quantiles(n, lambda p: math.exp(math.log1p((1.0 - p) * part) / power), seed)
 
 
 def uniform(n: int, *, polydispersity: float, seed: int | np.random.Generator = 1) -> np.ndarray:

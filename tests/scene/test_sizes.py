@@ -73,3 +73,14 @@ def test_sizes_are_diameters_of_a_random_scene():
 def test_sizes_that_are_none_are_refused(make, said):
     with pytest.raises(InputError, match=said):
         make()
+
+
+@pytest.mark.parametrize("exponent", [1.0 + 2.0**-52, 1.0 - 2.0**-50, 1.0 + 1e-12])
+def test_an_exponent_that_is_hardly_one_gives_the_sizes_of_one(exponent):
+    sizes, limit = (carom.sizes.power(100, ratio=0.45, exponent=each) for each in (exponent, 1.0))
+    np.testing.assert_allclose(sizes, limit, rtol=1e-11)
+
+
+def test_steep_laws_of_very_different_sizes_are_no_overflow():
+    sizes = carom.sizes.power(100, ratio=1e-4, exponent=90.0)
+    assert 1.0 < sizes.max() / sizes.min() < 1.1

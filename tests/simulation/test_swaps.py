@@ -207,3 +207,15 @@ def test_swaps_of_no_meaning_are_refused(wrong):
 def test_a_sweep_is_done_before_what_else_is_due_at_its_time(unscheduled):
     sim = swapping()
     assert run_loop._next_stop(sim._state, sim._state.sweeps.next, None)[1] == run_loop.SWAPS
+
+
+def test_a_checkpoint_from_before_there_were_swaps_is_read(unscheduled, tmp_path):
+    from carom.io import checkpoint
+
+    scene = carom.Scene.random(16, packing_fraction=0.1, dimension=2)
+    path = tmp_path / "state.h5"
+    carom.Simulation(scene, seed=1).save(path)
+    arrays, attributes = checkpoint.load(path)
+    del attributes["swaps"]
+    checkpoint.save(path, arrays, attributes)
+    assert carom.Simulation.load(path).n == 16

@@ -176,7 +176,7 @@ def load(
             ),
         )
         system = with_thresholds(system, soundness.reals(attributes, "thresholds", 0.0))
-        sweeps = _sweeps_of(json.loads(str(attributes["swaps"])))
+        sweeps = _sweeps_of(json.loads(str(attributes.get("swaps", "null"))))  # none in earlier files
         if rates is not None or sweeps is not None:
             radii = arrays["contents.radii"]
             soundness.check_exchanged(radii, rates, scene.diameters)

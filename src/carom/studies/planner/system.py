@@ -21,6 +21,9 @@ from carom.studies.planner.target import Scale
 from carom.studies.scenes import nearest_filling, plain, refuse_other_interactions, with_fractions
 from carom.theory.mixture_size import mixture_finite_size_shift
 
+DEEPEST = 600.0
+"""Depth of a well [kT] from which on its Boltzmann factor is taken as that: it is far from being a fluid."""
+
 KEPT = ("diameter", "mass", "interaction")
 """Keys of a scene that a plan takes over, besides species; and kT of [run]."""
 
@@ -131,7 +134,7 @@ class System:
         (steps,) = (one for row in interaction.steps_by_species(sigma) for one in row)
         inner = (0.0, *steps.distances)
         volumes = [b**d - a**d for a, b in itertools.pairwise(inner)]
-        mayer = [math.exp(-energy / self.kT) - 1.0 for energy in steps.energies]
+        mayer = [math.exp(min(-energy / self.kT, DEEPEST)) - 1.0 for energy in steps.energies]
         cores = sigma**d  # whose repulsion the isotherm of hard spheres has
         return 2.0 ** (d - 1) * (math.fsum(f * v for f, v in zip(mayer, volumes, strict=True)) / cores + 1.0)
 
