@@ -209,7 +209,7 @@ def test_a_sweep_is_done_before_what_else_is_due_at_its_time(unscheduled):
     assert run_loop._next_stop(sim._state, sim._state.sweeps.next, None)[1] == run_loop.SWAPS
 
 
-def test_a_checkpoint_from_before_there_were_swaps_is_read(unscheduled, tmp_path):
+def test_a_checkpoint_from_before_there_were_swaps_is_read(plain, tmp_path):
     from carom.io import checkpoint
 
     scene = carom.Scene.random(16, packing_fraction=0.1, dimension=2)
