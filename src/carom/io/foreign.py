@@ -13,7 +13,7 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
-from carom.io import lammps, others
+from carom.io import lammps, libraries, others
 from carom.io.ase import wrapped
 from carom.io.formats import Reader
 from carom.io.validation import narrowed
@@ -29,15 +29,15 @@ SOURCES: dict[str, Callable[[Path], Source]] = {
     "XYZ": others.Xyz,
     "GSD": others.Gsd,
     "H5MD": others.H5md,
-    "PDB": others.Pdb,
+    "PDB": libraries.Pdb,
     "GRO": others.Gro,
-    "XTC": others.Xtc,
-    "TRR": others.Xtc,
-    "DCD": others.Dcd,
-    "ASE trajectory": others.Traj,
-    "CIF": others.Cif,
-    "POSCAR": others.Poscar,
-    "XDATCAR": others.Xdatcar,
+    "XTC": libraries.Xtc,
+    "TRR": libraries.Xtc,
+    "DCD": libraries.Dcd,
+    "ASE trajectory": libraries.Traj,
+    "CIF": libraries.Cif,
+    "POSCAR": libraries.Poscar,
+    "XDATCAR": libraries.Xdatcar,
 }
 """What reads a format: all others ask this table."""
 

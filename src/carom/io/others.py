@@ -1,16 +1,13 @@
-"""Files of other programs than LAMMPS: XYZ, GRO, GSD, H5MD, and what ASE and MDAnalysis read.
+"""Files of other programs than LAMMPS: XYZ and GRO as text, GSD and H5MD by their libraries.
 
-The readers of XTC and TRR are those of MDAnalysis below its trajectories, which would leave files with
-offsets beside what they read. Its reader of GRO stops after the first frame.
+MDAnalysis reads GRO, too, but stops after the first frame.
 """
 
 from __future__ import annotations
 
-import itertools
 import re
-import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,7 +17,6 @@ from carom.io.hdf5 import Input
 from carom.io.snapshot import Snapshot, Source, text_of
 
 if TYPE_CHECKING:
-    import ase
     import h5py
 
 _VELOCITIES = ("velo", "vel", "velocities", "velocity")
@@ -284,171 +280,3 @@ def _square(cell: np.ndarray) -> np.ndarray:
     result = np.zeros((3, 3))
     result[: len(cell), : len(cell)] = cell
     return result
-
-
-class _OfAse(Source):
-    """What ASE reads."""
-
-    units = "angstrom"
-    ordered = True
-    form = ""
-
-    def __init__(self, path: Path):
-        import ase.io
-
-        super().__init__(path)
-        self._atoms: Any = ase.io.read(path, index=":", format=self.form)
-
-    def __len__(self) -> int:
-        return len(self._atoms)
-
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
-        atoms: ase.Atoms = self._atoms[k]
-        time = atoms.info.get("time")
-        return Snapshot(
-            atoms.positions, atoms.cell[:], None, tuple(bool(flag) for flag in atoms.pbc),
-            velocities=atoms.get_velocities() if atoms.has("momenta") else None,
-            masses=atoms.get_masses(), kinds=np.array(atoms.get_chemical_symbols()),
-            time=float(time) if isinstance(time, int | float) else None,
-        )  # fmt: skip
-
-
-class Cif(_OfAse):
-    """CIF; a crystal is filled by its symmetries."""
-
-    form = "cif"
-
-
-class Poscar(_OfAse):
-    """POSCAR and CONTCAR of VASP."""
-
-    form = "vasp"
-
-
-class Xdatcar(_OfAse):
-    """XDATCAR of VASP."""
-
-    form = "vasp-xdatcar"
-
-
-class Traj(_OfAse):
-    """ASE's own trajectory, a frame at a time."""
-
-    def __init__(self, path: Path):
-        from ase.io.trajectory import TrajectoryReader
-
-        Source.__init__(self, path)
-        self._atoms = TrajectoryReader(str(path))
-
-    def close(self) -> None:
-        """Close the file."""
-        self._atoms.close()
-
-
-class _OfMDAnalysis(Source):
-    """What MDAnalysis reads: float32."""
-
-    units = "angstrom"
-    ordered = True
-    _box: np.ndarray | None = None
-
-    def __init__(self, path: Path):
-        import MDAnalysis  # noqa: F401  (whose import sets filters of warnings)
-
-        super().__init__(path)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            self._frames = self._trajectory()
-
-    def _trajectory(self) -> Any:
-        raise NotImplementedError
-
-    def __len__(self) -> int:
-        return len(self._frames)
-
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
-        from MDAnalysis.lib.mdamath import triclinic_vectors
-
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            step = self._frames[k]
-        box = self._box if step.dimensions is None else step.dimensions
-        cell = None if box is None else triclinic_vectors(box).astype(np.float64)
-        return Snapshot(step.positions, cell, kinds=self._kinds(), time=float(step.time))
-
-    def _kinds(self) -> np.ndarray | None:
-        return None
-
-    def close(self) -> None:
-        """Close the file."""
-        self._frames.close()
-
-
-class Pdb(_OfMDAnalysis):
-    """PDB, a frame a model; species are elements where all atoms have one, or else names."""
-
-    def _trajectory(self) -> Any:
-        import MDAnalysis
-
-        self._world = MDAnalysis.Universe(str(self.path), format="PDB")
-        for line in text_of(self.path):  # MDAnalysis passes over a box before the first MODEL
-            if line.startswith("CRYST1"):
-                edges = [float(line[m:n]) for m, n in itertools.pairwise((6, 15, 24, 33, 40, 47, 54))]
-                self._box = None if edges[:3] == [1.0] * 3 else np.array(edges)  # which stands for none
-                break
-        return self._world.trajectory
-
-    def _kinds(self) -> np.ndarray:
-        elements = getattr(self._world.atoms, "elements", None)
-        return np.array(
-            self._world.atoms.names if elements is None or "" in elements else elements, dtype=str
-        )
-
-
-class Dcd(_OfMDAnalysis):
-    """DCD: positions and boxes alone."""
-
-    def _trajectory(self) -> Any:
-        from MDAnalysis.coordinates.DCD import DCDReader
-        from MDAnalysis.lib.formats.libdcd import DCDFile
-
-        with DCDFile(str(self.path)) as file:  # which fails without a trace on the screen
-            found = len(file)
-        start = self.path.open("rb").read(12)
-        order: Literal["little", "big"] = "little" if start[0] == 84 else "big"
-        if (count := int.from_bytes(start[8:12], order)) > found:  # 0 where the writer did not come back
-            raise ValueError(f"it announces {count} frames and holds {found}")
-        return DCDReader(str(self.path))
-
-
-class Xtc(Source):
-    """XTC and TRR of GROMACS."""
-
-    units = "nm"
-    ordered = True
-
-    def __init__(self, path: Path):
-        from MDAnalysis.lib.formats import libmdaxdr
-
-        super().__init__(path)
-        kind = libmdaxdr.TRRFile if path.suffix.lower() == ".trr" else libmdaxdr.XTCFile
-        self._file = kind(str(path))
-
-    def __len__(self) -> int:
-        return len(self._file)
-
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
-        self._file.seek(k)
-        step = self._file.read()
-        moving = getattr(step, "hasv", False)
-        return Snapshot(
-            np.array(step.x), np.array(step.box, dtype=np.float64),
-            velocities=np.array(step.v) if moving else None, time=float(step.time),
-        )  # fmt: skip
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
