@@ -183,7 +183,7 @@ def test_no_pressure_is_made_up():
 def test_the_example_of_the_page_runs(capsys):
     page = Path(__file__).parents[2].joinpath("docs", "obstacles.md").read_text(encoding="utf-8")
     (block,) = (each for each in re.findall(r"```python\n(.*?)```", page, re.DOTALL) if "pinned" in each)
-    exec(block, {})
+    exec(block, {"carom": carom, "np": np})  # the page has imported them before
     assert capsys.readouterr().out == "True True\n"
 
 

@@ -40,6 +40,11 @@ NAME = "plan.json"
 """File of a plan in its folder."""
 
 
+def _time_text(seconds: float, row: object) -> str:
+    # By name: an annotation knows the names of its module, and a lambda in it does not.
+    return duration(seconds)
+
+
 @dataclass(frozen=True)
 class Size:
     """The cost of one number of particles.
@@ -55,9 +60,7 @@ class Size:
 
     n: Annotated[int, Column("N")]
     bias: Annotated[float, Column("bias", ".1e")]
-    cpu_seconds: Annotated[
-        float, Column("CPU", lambda value, row: duration(value), missing="the bias is larger")
-    ]
+    cpu_seconds: Annotated[float, Column("CPU", _time_text, missing="the bias is larger")]
 
 
 @dataclass(frozen=True, repr=False)
@@ -475,8 +478,8 @@ def plan(
     """
     refuse_unknown("plan()", others, _ARGUMENTS)
     given = {"n": n, "seed": seed, "cores": cores, "walltime": walltime, "pilot": pilot_seconds}
-    system = system_of(packing_fraction, dimension, species, scene)
     asked = asked_of(target, scene, given)
+    system = system_of(packing_fraction, dimension, species, scene)
     n, walltime = asked.n, asked.walltime
     goal = target if isinstance(target, Target) else Target.parse(asked.target)
     cores = processes(asked.cores) or all_cores()
