@@ -203,6 +203,11 @@ def unsealed(value: Any, name: str) -> Record:
     return record
 
 
+def _told(value: Any) -> str:
+    """Return a value of a study as a sentence has it."""
+    return "left out" if value is None else canonical(value)
+
+
 def _check_same(before: dict[str, Any], now: dict[str, Any], path: Path) -> None:
     """Raise FileError naming what differs between two studies."""
     names = [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
@@ -210,8 +215,7 @@ def _check_same(before: dict[str, Any], now: dict[str, Any], path: Path) -> None
         names = ["study"]
     if names:
         differences = ", ".join(
-            f"{name} was {canonical(before.get(name))} and is {canonical(now.get(name))} now"
-            for name in names
+            f"{name} was {_told(before.get(name))} and is {_told(now.get(name))} now" for name in names
         )
         raise FileError(
             f"{path} holds the results of another study: {differences}. "
