@@ -245,7 +245,7 @@ def test_bad_scenes_are_refused_in_one_sentence(tmp_path, text, sentence):
         (["run", "--out", "a_file/run"], "a_file"),
         (["run", "--out", "full"], "--overwrite"),
         (["export", "nowhere.h5md", "x.gsd"], "nowhere.h5md"),
-        (["export", "a_file", "x.h5md"], "suffix"),
+        (["export", "a_file", "x.h5md"], "tells no format"),
         (["export", "foreign.h5md", "x.extxyz"], "foreign.h5md"),
         (["export", "foreign.h5md", "foreign.h5md"], "--overwrite"),
         (["measure", "foreign.h5md"], "foreign.h5md"),

@@ -478,8 +478,10 @@ def plan(
     """
     refuse_unknown("plan()", others, _ARGUMENTS)
     given = {"n": n, "seed": seed, "cores": cores, "walltime": walltime, "pilot": pilot_seconds}
-    asked = asked_of(target, scene, given)
+    if target is not None and not isinstance(target, str | Target):
+        raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
     system = system_of(packing_fraction, dimension, species, scene)
+    asked = asked_of(target, scene, given)
     n, walltime = asked.n, asked.walltime
     goal = target if isinstance(target, Target) else Target.parse(asked.target)
     cores = processes(asked.cores) or all_cores()
@@ -573,8 +575,6 @@ def _asking(goal: Target, value: float) -> Callable[[float], str]:
 
 def asked_of(target: str | Target | None, scene: Any, given: Mapping[str, Any]) -> PlanSpec:
     """Return for what to plan: what is ``given``, and ``[plan]`` of the scene if that is a file."""
-    if target is not None and not isinstance(target, str | Target):
-        raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
     file = scene if isinstance(scene, str | PathLike) else None
     return PlanSpec.of(file, {**given, "target": None if target is None else str(target)})
 
