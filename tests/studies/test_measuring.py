@@ -186,7 +186,8 @@ def test_the_command_writes_a_table_and_a_picture_of_each_and_replaces_its_own(f
     for _ in range(2):
         done = typed("measure", frames)
         assert done.exit_code == 0, done.output
-    lines = done.stdout.splitlines()
+    told, lines = done.stdout.splitlines()[:-6], done.stdout.splitlines()[-6:]
+    assert told[0].startswith(str(frames))  # what the file holds, as carom info says it
     assert [line.split(":")[0] for line in lines[:-1]] == ["rdf", "structure", "msd", "order", "crystal"]
     assert all("+-" in line for line in lines[:-1])
     for name in ("rdf", "structure", "msd", "order", "crystal"):
