@@ -169,7 +169,7 @@ def test_sizes_of_a_block_are_their_exact_means_over_it(dimension):
     first, growth, duration, unit = np.array([1.0, 0.5, 0.8]), np.array([0.1, 0.3, 0.0]), 2.0, TimeUnit(3)
     system = SimpleNamespace(rates=unit.to_kernel(0.5 * growth, -1))
     scene = SimpleNamespace(dimension=dimension, volume=20.0)
-    machine = SimpleNamespace(scene=scene, system=system, unit=unit)
+    machine = SimpleNamespace(scene=scene, system=system, unit=unit, sweeps=None)
     found = mechanics.sizes(machine, first, duration)
     last = first + growth * duration
 

@@ -163,7 +163,22 @@ class Active(Bath):
         return float(np.max(self.speed)) + super().pace(scene)
 
     def diffusion(self, mass: float = 1.0, *, dimension: int) -> float:
-        """Return the coefficient of diffusion of a free particle of this ``mass`` [length^2 / time]."""
+        """Return the coefficient of diffusion of a free particle [length^2 / time].
+
+        Parameters
+        ----------
+        mass : float
+            Its mass.
+        dimension : int
+            d.
+
+        Raises
+        ------
+        InputError
+            If each species has its own speed or kT.
+        """
+        if isinstance(self.speed, tuple) or isinstance(self.kT, tuple):
+            raise InputError("Each species diffuses in its own way: ask an Active with one speed and one kT.")
         swims = self.speed**2 * self.step / math.tanh(0.5 * self.step / self.persistence) / dimension
         return float(0.5 * (self.kT * self.step / mass + swims))
 
