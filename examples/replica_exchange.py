@@ -96,8 +96,8 @@ class Ladders(own.Study[LadderSpec]):
         rows = []
         for record in self.records:
             task, result = record["task"], record["result"]
-            for kT, U, part in zip(task["kT"], result["U"], result["exchanged"], strict=True):
-                rows.append(Row(task["seed"], kT, *U, part))
+            for kT, (U, error), part in zip(task["kT"], result["U"], result["exchanged"], strict=True):
+                rows.append(Row(task["seed"], kT, U, error, part))
         return own.Table(Row, rows)
 
 

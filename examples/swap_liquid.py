@@ -40,7 +40,7 @@ for name, chosen in {"without swaps": None, "with swaps": swaps}.items():
     moved = np.array([frame.unwrapped - origin for frame in sim.sample(times=times)])
     moved -= moved.mean(axis=1, keepdims=True)
     curves[name] = np.cos(k * moved).mean(axis=(1, 2))
-    below = times[curves[name] < 1.0 / np.e]
+    below = times[curves[name] < np.exp(-1.0)]
     fell = f"falls below 1/e at {below[0]:g}" if len(below) else "stays above 1/e"
     print(f"{name}: F_s {fell}, {2 * sim.collisions / n:.0f} collisions a sphere")
 
@@ -53,7 +53,7 @@ left.set_xlabel("diameter / mean")
 left.set_ylabel("spheres")
 for name, curve in curves.items():
     right.semilogx(times, curve, label=name)
-right.axhline(1.0 / np.e, color="0.6", linewidth=0.8, linestyle="--")
+right.axhline(np.exp(-1.0), color="0.6", linewidth=0.8, linestyle="--")
 right.set_ylim(0.0, 1.0)
 right.set_xlabel("time · (kT / m)^½ / mean diameter")
 right.set_ylabel("F_s(k, t)")
