@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -39,7 +40,7 @@ def compile_(
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import watched
 
-    works = [*_of_scenes(scenes)] if scenes else [*_usual()]
+    works: list[Work] = [(path.name, partial(_run, path)) for path in scenes] if scenes else _usual()
     with watched() as progress, compiling_told(), tempfile.TemporaryDirectory() as folder:
         for k, (name, work) in enumerate(works):
             progress(name, k / len(works))
@@ -54,27 +55,42 @@ BRIEFLY: dict[str, Any] = {
 Work = tuple[str, Callable[[Path], object]]
 
 
-def _of_scenes(scenes: list[Path]) -> Iterator[Work]:
-    """Return what compiles for each scene file: a run as brief as can be."""
-    import carom
-
-    for path in scenes:
-        yield path.name, lambda out, path=path: carom.run(path, out, **BRIEFLY)  # type: ignore[misc]
-
-
-def _usual() -> Iterator[Work]:
+def _usual() -> list[Work]:
     """Return what compiles for all commands: disks and spheres, with sectors and with lists."""
+    works: list[Work] = []
+    for d, name, dense in ((2, "disks", 0.6), (3, "spheres", 0.45)):
+        works += [
+            (f"thin {name}", partial(_fluid, 0.1, d)),
+            (f"dense {name}", partial(_fluid, dense, d)),
+            (f"transport of {name}", partial(_transport, d)),
+            (f"packings of {name}", partial(_packing, d)),
+        ]
+    return works
+
+
+def _run(scene: Any, out: Path) -> None:
+    """Run a scene, or a scene file, as briefly as can be."""
     import carom
 
-    for d, name, dense in ((2, "disks", 0.6), (3, "spheres", 0.45)):
-        for density, eta in (("thin", 0.1), ("dense", dense)):
-            scene = carom.Scene.random(300, eta, d)
-            yield f"{density} {name}", lambda out, scene=scene: carom.run(scene, out, **BRIEFLY)  # type: ignore[misc]
-        brief: dict[str, Any] = {"n": 64, "dimension": d, "equilibration": 1.0, "replicas": 1}
-        yield (
-            f"transport of {name}",
-            lambda out, brief=brief: carom.transport(  # type: ignore[misc]
-                [0.2], **brief, collisions_per_particle=20.0, blocks=16, executor="serial"
-            ),
-        )
-        yield f"packings of {name}", lambda out, d=d: carom.pack(64, dimension=d, until_Z=1e3)  # type: ignore[misc]
+    carom.run(scene, out, **BRIEFLY)
+
+
+def _fluid(packing_fraction: float, dimension: int, out: Path) -> None:
+    from carom.scene.scene import Scene
+
+    _run(Scene.random(300, packing_fraction, dimension), out)
+
+
+def _transport(dimension: int, out: Path) -> None:
+    import carom
+
+    carom.transport(
+        [0.2], n=64, dimension=dimension, equilibration=1.0, replicas=1, collisions_per_particle=20.0,
+        blocks=16, executor="serial",
+    )  # fmt: skip
+
+
+def _packing(dimension: int, out: Path) -> None:
+    import carom
+
+    carom.pack(64, dimension=dimension, until_Z=1e3)
