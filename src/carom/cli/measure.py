@@ -85,7 +85,7 @@ def measure(
     from carom.io.trajectory import open_reader
     from carom.paths import writing
     from carom.studies import measuring
-    from carom.studies.info import info
+    from carom.studies.info import of_trajectory
     from carom.studies.places import TABLES, is_table
 
     names = list(quantities or ())
@@ -116,13 +116,12 @@ def measure(
             files = [folder / f"{name}.csv", *([folder / f"{name}.png"] if pictures else [])]
             refuse_to_replace(*files, overwrite=overwrite)
     given = {name: value for name, value in lacking(diameter, box).items() if value is not None}
-    if path.is_file() and not names and not as_json:
-        print(visible("\n".join(str(info(path, **given)).splitlines()[:-1]), lines=True), flush=True)
-    with (
-        watched() as progress,
-        open_reader(path, **given) if given else contextlib.nullcontext(path) as frames,
-    ):
-        found = measuring.measure(frames, *wanted, progress=progress)
+    told = path.is_file() and not names and not as_json
+    with open_reader(path, **given) if given or told else contextlib.nullcontext(path) as frames:
+        if told and not isinstance(frames, Path):
+            print(visible("\n".join(str(of_trajectory(frames)).splitlines()[:-1]), lines=True), flush=True)
+        with watched() as progress:
+            found = measuring.measure(frames, *wanted, progress=progress)
     if as_json:
         print(json.dumps({name: _plain(each) for name, each in found.items()}, indent=2, allow_nan=False))
     else:

@@ -91,8 +91,8 @@ class Info:
         return "\n".join([head, *shown])
 
 
-def info(path: str | PathLike[str], **given: Any) -> Info:
-    """Return what lies at a path; ``given`` are the diameter and the box of :func:`carom.open`.
+def info(path: str | PathLike[str]) -> Info:
+    """Return what lies at a path.
 
     Raises
     ------
@@ -117,14 +117,19 @@ def info(path: str | PathLike[str], **given: Any) -> Info:
         return _checkpoint(where)
     if events.is_log(where):
         return _log(where)
-    form = form_of(where)
-    if form is None:
+    if form_of(where) is None:
         raise FileError(f"{path} is nothing that Carom reads; expected {EXPECTED}.")
-    with open_reader(where, **given) as reader:
-        name = form if reader.foreign else SUFFIXES[suffix]
-        found = Info(where, f"a trajectory ({name})", next=_typed("carom measure", where))
-        _frames(found, reader)
-        return found
+    with open_reader(where) as reader:
+        return of_trajectory(reader)
+
+
+def of_trajectory(reader: Reader) -> Info:
+    """Return what a trajectory holds that is open."""
+    where = reader.path
+    name = form_of(where) if reader.foreign else SUFFIXES[where.suffix.lower()]
+    found = Info(where, f"a trajectory ({name})", next=_typed("carom measure", where))
+    _frames(found, reader)
+    return found
 
 
 _REACHED = records.table(
