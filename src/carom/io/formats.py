@@ -106,6 +106,19 @@ class Reader(ABC):
             raise IndexError(f"{self.path} holds {len(self)} frames; there is no frame {index}.")
         return self._checked(k)
 
+    def frame(self, index: int) -> Frame:
+        """Return ``reader[index]``.
+
+        Raises
+        ------
+        FileError
+            If there is no such frame, instead of the IndexError of a list.
+        """
+        try:
+            return self[index]
+        except IndexError as error:
+            raise FileError(str(error)) from None
+
     def __iter__(self) -> Iterator[Frame]:
         return (self._checked(k) for k in range(len(self)))
 

@@ -267,7 +267,4 @@ def read(
     """
     selection = _as_index(index)
     with open_reader(path, diameter=diameter, box=box) as reader:
-        try:
-            return reader[selection]
-        except IndexError as error:
-            raise FileError(str(error)) from None
+        return reader[selection] if isinstance(selection, slice) else reader.frame(selection)

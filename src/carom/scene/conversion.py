@@ -11,7 +11,7 @@ from warnings import warn
 import numpy as np
 
 from carom import above, checks
-from carom.errors import CaromWarning, FileError, InputError
+from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
 from carom.models import obstacles as _obstacles
 from carom.models.contacts.rough import Rough
@@ -182,10 +182,7 @@ def from_file(
         As :func:`carom.open` and :meth:`carom.Scene.from_frame` do.
     """
     with above.opened(path, diameter=diameter, box=box) as frames:
-        try:
-            found = frames[frame]
-        except IndexError as error:
-            raise FileError(str(error)) from None
+        found = frames.frame(frame)
         drawn = {"velocities": None} if "velocities" in frames.lacks else {}
         return from_frame(lambda **words: cls(**{**words, **drawn}), found, **keywords)
 

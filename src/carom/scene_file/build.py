@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from carom import seeds
-from carom.errors import FileError, InputError
+from carom.errors import InputError
 from carom.scene import lattices
 from carom.scene.lattices import Lattice
 from carom.scene.scene import Scene
@@ -57,10 +57,7 @@ def _of_frame(asked: Any, seed: Any, kT: float | None) -> Scene:
     from carom.io.trajectory import open_reader
 
     with open_reader(asked.file or "") as reader:
-        try:
-            frame = reader[-1 if asked.frame is None else asked.frame]
-        except IndexError as error:
-            raise FileError(str(error)) from None
+        frame = reader.frame(-1 if asked.frame is None else asked.frame)
     drawn = kT is not None or "velocities" in reader.lacks
     if drawn:  # a pinned one may have flown in the file
         frame = dataclasses.replace(frame, velocities=np.zeros_like(frame.velocities))
