@@ -1,7 +1,8 @@
 """Crowds of obstacles in cells: a component asks those alone whose cells its path passes.
 
 The path is followed as far as the component may fly before it leaves its sector, or its list ends: then it
-looks again. A contact that is found is the one that would be found if all were asked, to the last bit.
+looks again. A contact that is found is the one that would be found if all were asked; its time is rounded
+otherwise where it is found at another look.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from carom.io.announced import integers
-from carom.io.snapshot import Snapshot, Source, line_of, opened, table_of, text_of, vectors
+from carom.io.snapshot import Snapshot, Source, line_of, opened, table_of, text_of, tilted_cell, vectors
 
 _WORDS = {"typelabel", "element"}
 """Columns of a dump that hold words; ``type`` may."""
@@ -143,7 +143,7 @@ def _box(flags: str, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[bo
     # These are the ends of the tilted cell, not of its edges.
     low -= [min(0.0, xy, xz, xy + xz), min(0.0, yz), 0.0]
     high -= [max(0.0, xy, xz, xy + xz), max(0.0, yz), 0.0]
-    return _lower(high - low, xy, xz, yz), low, periodic
+    return tilted_cell(high - low, xy, xz, yz), low, periodic
 
 
 def _dimension(positions: np.ndarray, cell: Any, origin: Any) -> int | None:
@@ -152,11 +152,6 @@ def _dimension(positions: np.ndarray, cell: Any, origin: Any) -> int | None:
     if d == 3 and cell is not None and not positions[:, 2].any() and -2.0 * origin[2] == cell[2, 2]:
         return 2
     return d if d < 3 else None
-
-
-def _lower(edges: np.ndarray, xy: float, xz: float, yz: float) -> np.ndarray:
-    """Return the cell of these edges and tilts, a vector a row."""
-    return np.array([[edges[0], 0.0, 0.0], [xy, edges[1], 0.0], [xz, yz, edges[2]]])
 
 
 def _places(table: dict[str, Any], cell: Any, origin: Any) -> tuple[np.ndarray, bool]:
@@ -265,7 +260,7 @@ class Data(Source):
         if "avec" in head:
             rows = [[float(word) for word in head[name]] for name in ("avec", "bvec", "cvec")]
             return np.array(rows), np.array([float(word) for word in head.get("abc origin", ("0",) * 3)])
-        return _lower(bounds[:, 1] - bounds[:, 0], *tilts), bounds[:, 0]
+        return tilted_cell(bounds[:, 1] - bounds[:, 0], *tilts), bounds[:, 0]
 
 
 def _velocities(rows: list[list[str]] | None, ids: np.ndarray) -> np.ndarray | None:

@@ -14,7 +14,7 @@ import numpy as np
 from carom.io.announced import ids_of, lattice_of, number_of, periodic_axes, words_of
 from carom.io.extxyz import Index, parse
 from carom.io.hdf5 import Input
-from carom.io.snapshot import Snapshot, Source, text_of
+from carom.io.snapshot import Snapshot, Source, text_of, tilted_cell
 
 if TYPE_CHECKING:
     import h5py
@@ -162,7 +162,7 @@ class Gsd(Source):
             raise ValueError(f"frame {k} announces {count} particles, which the file does not hold")
         stored = self._file[k]
         particles, (lx, ly, lz, xy, xz, yz) = stored.particles, map(float, stored.configuration.box)
-        cell = np.array([[lx, 0.0, 0.0], [xy * ly, ly, 0.0], [xz * lz, yz * lz, lz]])
+        cell = tilted_cell((lx, ly, lz), xy * ly, xz * lz, yz * lz)
         d = int(stored.configuration.dimensions)
         names = np.array(particles.types)
         shapes = [shape.get("diameter") for shape in particles.type_shapes or ()]

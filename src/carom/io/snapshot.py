@@ -117,3 +117,8 @@ def vectors(table: dict[str, Any], *names: str) -> np.ndarray | None:
             break
         found.append(table[name])
     return np.column_stack(found) if found else None
+
+
+def tilted_cell(edges: Any, xy: float, xz: float, yz: float) -> np.ndarray:
+    """Return the cell of these edges and tilts, a vector a row."""
+    return np.array([[edges[0], 0.0, 0.0], [xy, edges[1], 0.0], [xz, yz, edges[2]]])

@@ -65,7 +65,7 @@ def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: 
             break
         side *= 2.0
     members = np.repeat(np.arange(len(low), dtype=np.int32), counts)
-    rest = np.arange(len(members)) - np.repeat(np.cumsum(counts) - counts, counts)
+    rest = _ranks(counts)
     cell = np.zeros(len(members), np.int64)
     shifts = np.zeros((len(members), dimension), np.int32)
     for axis in range(dimension):
@@ -76,6 +76,11 @@ def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: 
     starts = np.searchsorted(cell[order], np.arange(shape.prod() + 1))
     sides = tuple((edges / shape).tolist())
     return Cells(tuple(shape.tolist()), sides, starts, members[order], shifts[order])
+
+
+def _ranks(counts: np.ndarray) -> np.ndarray:
+    """Return 0, 1, ... up to each of the ``counts``, one group after the other."""
+    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
 
 
 def near(cells: Cells, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -90,8 +95,7 @@ def near(cells: Cells, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     found = np.clip((positions / np.array(cells.sides)).astype(np.int64), 0, shape - 1)
     cell = np.ravel_multi_index(tuple(found.T), cells.shape)
     begin, counts = cells.starts[cell], np.diff(cells.starts)[cell]
-    rest = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-    members = cells.members[np.repeat(begin, counts) + rest].astype(np.int64)
+    members = cells.members[np.repeat(begin, counts) + _ranks(counts)].astype(np.int64)
     places = np.repeat(np.arange(len(positions)), counts)
     pairs = np.unique(members * len(positions) + places)
     members, places = np.divmod(pairs, max(len(positions), 1))
