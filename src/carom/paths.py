@@ -122,6 +122,18 @@ def uninterrupted() -> Iterator[None]:
             handler(*received[0])
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text file in UTF-8, which takes the place of ``path`` once it is complete.
+
+    Raises
+    ------
+    FileError
+        If it cannot be written.
+    """
+    with replacing(path) as temporary, writing(path):
+        temporary.write_text(text, encoding="utf-8")
+
+
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path` that takes its place once complete and on the disk.

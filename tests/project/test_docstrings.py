@@ -31,7 +31,7 @@ SECTIONS = "|".join([*NAMED, "Notes", "Examples"])
 OURS = {name for name in vars(errors) if name.endswith("Error")}
 
 # Functions of carom.paths that raise FileError.
-FILES = ("existing", "reading", "replacing", "writable", "writing")
+FILES = ("existing", "reading", "replacing", "writable", "write_text", "writing")
 
 # A docstring may leave its parameters to another one: "Parameters and errors are those of :func:`x`."
 ELSEWHERE = re.compile(r"[Pp]arameters\b[^.]* (?:those of|as for) :\w+:`|\bas for :\w+:`")

@@ -219,13 +219,12 @@ def _describes(file: Path, spec: Any) -> bool:
 
 def write(study: Study[Any], out: Path, *, report: bool, pictures: bool) -> None:
     """Write the study, its table and its pictures to a folder."""
-    from carom.paths import replacing, writing
+    from carom.paths import write_text
     from carom.studies.places import title
 
     file = out / "study.toml"
     if not _describes(file, study.spec):  # the user's own, with its comments
-        with replacing(file) as temporary, writing(file):
-            temporary.write_text(f"{title(study.command)}\n\n{study.spec.to_toml()}", encoding="utf-8")
+        write_text(file, f"{title(study.command)}\n\n{study.spec.to_toml()}")
     for name, save in study.files().items():
         # Without results there is nothing to draw, unless they are known without a task.
         if name.endswith(".png") and not (pictures and (study.records or not study.tasks)):

@@ -25,7 +25,7 @@ from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
 from carom.models.questions.obstacle import Obstacle
-from carom.paths import replacing, writing
+from carom.paths import write_text
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing
@@ -87,8 +87,7 @@ class View:
             If the file cannot be written.
         """
         path = Path(path)
-        with replacing(path) as temporary, writing(path):
-            temporary.write_text(self.html, encoding="utf-8")
+        write_text(path, self.html)
         return path
 
     def _repr_html_(self) -> str:

@@ -23,7 +23,7 @@ from numpy.random import SeedSequence
 
 from carom.errors import FileError, InputError
 from carom.io import records
-from carom.paths import remnants, replacing, writing
+from carom.paths import remnants, write_text, writing
 from carom.studies.lock import owned
 from carom.studies.places import refuse_others
 
@@ -176,8 +176,7 @@ class Folder:
 
     @staticmethod
     def _write(path: Path, value: Any) -> None:
-        with replacing(path) as temporary, writing(path):
-            temporary.write_text(json.dumps(value, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_text(path, json.dumps(value, indent=1, allow_nan=False) + "\n")
 
 
 _TABLE = records.mapping(records.anything)

@@ -27,7 +27,7 @@ import numpy as np
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io.records import listed
 from carom.notebook import watchable
-from carom.paths import replacing, writing
+from carom.paths import write_text
 from carom.results import Result, plain
 from carom.spec import Spec
 from carom.studies import executors
@@ -411,9 +411,7 @@ class Study(Result, Generic[S]):
         """
         from carom.studies.report import page
 
-        path, text = Path(path), page(self)
-        with replacing(path) as temporary, writing(path):
-            temporary.write_text(text, encoding="utf-8")
+        write_text(Path(path), page(self))
 
     def _writers(self) -> dict[str, Callable[..., object]]:
         return {**super()._writers(), ".html": self.report}

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from carom.errors import InputError
-from carom.paths import replacing, writing
+from carom.paths import write_text
 from carom.studies.accuracy.rows import Row, SamplingRow, SizeRow, row, sampling_row, size_row
 from carom.studies.accuracy.spec import ENGINE, TradeSpec
 from carom.studies.folder import Record, Task
@@ -169,11 +169,6 @@ class Trade(Study[TradeSpec]):
         """Return what writes the three tables and, if a method is done, the picture."""
         tables = {"trade.csv": self.table, "sizes.csv": self.sizes, "sampling.csv": self.sampling}
         found: dict[str, Callable[[Path], object]] = {
-            name: functools.partial(_write, table) for name, table in tables.items()
+            name: functools.partial(write_text, text=table.csv()) for name, table in tables.items()
         }
         return found | ({"trade.png": self.save} if self.rows or not self.records else {})
-
-
-def _write(table: Table, path: Path) -> None:
-    with replacing(path) as temporary, writing(path):
-        temporary.write_text(table.csv(), encoding="utf-8")

@@ -14,7 +14,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.io import records
-from carom.paths import replacing, writing
+from carom.paths import write_text
 from carom.results import Result
 from carom.studies.codes.polish import GUARD
 from carom.studies.codes.spec import MOST_DIGITS
@@ -145,8 +145,7 @@ class SphericalCode(Result):
             super().save(path)
             return
         text = "".join(" ".join(row) + "\n" for row in self._places(self.digits))
-        with replacing(path) as temporary, writing(path):
-            temporary.write_text(text, encoding="utf-8")
+        write_text(path, text)
 
     def _writers(self) -> dict[str, Callable[[Path], object]]:
         def table(path: Path) -> None:

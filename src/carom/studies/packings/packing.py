@@ -26,7 +26,7 @@ from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles import Obstacle
 from carom.notebook import table
 from carom.observables.packing import PackingNetwork, network_of
-from carom.paths import replacing, writing
+from carom.paths import replacing, write_text, writing
 from carom.results import Result, plain, shown
 from carom.scene.description import particles
 from carom.scene.overlaps import Room
@@ -253,9 +253,7 @@ class Packing(Result):
                 plots.gaps(self.network, path=temporary)
             with replacing(folder / "compression.png") as temporary:
                 plots.compression(self.history, self.jamming_fraction, self.dimension, path=temporary)
-        text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
-        with replacing(folder / "summary.json") as temporary, writing(folder):
-            temporary.write_text(text, encoding="utf-8")
+        write_text(folder / "summary.json", json.dumps(summary, indent=2, allow_nan=False) + "\n")
 
     def _saved(self) -> dict[str, Any]:
         """Return the frame, and the history."""

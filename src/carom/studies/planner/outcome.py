@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol
 
 from carom.errors import InputError
 from carom.observables.statistics import Estimate
-from carom.paths import replacing, writing
+from carom.paths import write_text
 from carom.spec import Spec
 from carom.studies.folder import Record, Task
 from carom.studies.grid_study import GridStudy
@@ -127,8 +127,7 @@ class Outcome:
             If the file cannot be written.
         """
         path = Path(folder) / NAME
-        with replacing(path) as temporary, writing(path):
-            temporary.write_text(json.dumps(self.words(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_text(path, json.dumps(self.words(), indent=1, allow_nan=False) + "\n")
         return path
 
     def __str__(self) -> str:

@@ -10,7 +10,7 @@ from pathlib import Path
 from carom.errors import CaromError, FileError
 from carom.io.events import read_events
 from carom.io.trajectory import open_reader
-from carom.paths import reason, remnants, replacing, writing
+from carom.paths import reason, remnants, write_text, writing
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import FORMATS
 from carom.studies.lock import owned
@@ -108,7 +108,7 @@ class RunFolder:
         with writing(self.path):
             for path in (self.summary, self.checkpoint):
                 path.unlink(missing_ok=True)
-        self._write_scene(text)
+        write_text(self.scene, text)
         with writing(self.path):
             for path in self._files():
                 if path != self.scene and str(path.absolute()) != plan.scene.file:
@@ -138,11 +138,7 @@ class RunFolder:
     def restore_scene(self, plan: SceneFile) -> None:
         """Write the plan again if its file is missing."""
         if not self.scene.exists():
-            self._write_scene(_text(plan))
-
-    def _write_scene(self, text: str) -> None:
-        with replacing(self.scene) as temporary, writing(self.scene):
-            temporary.write_text(text, encoding="utf-8")
+            write_text(self.scene, _text(plan))
 
     def sweep(self) -> None:
         """Remove the incomplete files that a killed process left."""

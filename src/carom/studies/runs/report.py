@@ -33,7 +33,7 @@ from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of,
 from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.statistics import ratio
 from carom.observables.wall_pressure import obstacle_names
-from carom.paths import replacing, writing
+from carom.paths import replacing, write_text
 from carom.scene.description import kind
 from carom.scene.fields import is_elastic, is_equal, is_simple, is_usual, standing
 from carom.scene.scene import Scene
@@ -150,8 +150,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
         parts.of("pictures", lambda: _draw(folder, facts, pressure, distributions, _lines(compared)), None)
     summary = _summary(facts, pressure, energy, distributions, reason, phase, compared, parts)
     text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    with replacing(folder.summary) as temporary, writing(folder.summary):
-        temporary.write_text(text, encoding="utf-8")
+    write_text(folder.summary, text)
     for sentence in summary["remarks"]:
         warnings.warn(sentence, CaromWarning, stacklevel=3)
     if parts.fault is not None:
