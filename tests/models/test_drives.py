@@ -1,5 +1,6 @@
 """Drives: exact averages, bits that nothing changes, drives of one's own, and what is refused."""
 
+import json
 import math
 
 import numpy as np
@@ -9,7 +10,7 @@ from helpers.mixtures import mixture
 import carom
 from carom.errors import InputError
 from carom.models import Active, SquareWell, own
-from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise, kick, next_time
+from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise, kick, next_time, opponent, rounds
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.questions.particles import NEVER, Particles
@@ -156,8 +157,9 @@ def test_heavy_disks_in_a_bath_stand_at_the_heights_of_the_barometric_formula():
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("pairs", [False, True])
 @pytest.mark.parametrize("d", [2, 3])
-def test_white_noise_gives_what_contacts_lose(d):
+def test_white_noise_gives_what_contacts_lose(d, pairs):
     """van Noije and Ernst, Granular Matter 1 (1998) 57; in a box too small for waves of velocity.
 
     Noise of single particles moves them all together, too, further and further: no contact takes that. So
@@ -165,7 +167,7 @@ def test_white_noise_gives_what_contacts_lose(d):
     """
     e, power = 0.9, 0.1
     scene = carom.Scene.random(256, 0.05, d, impact=e, seed=1)
-    sim = carom.Simulation(scene.replace(drive=WhiteNoise(power, rate=20.0)), seed=1)
+    sim = carom.Simulation(scene.replace(drive=WhiteNoise(power, rate=20.0, pairs=pairs)), seed=1)
     sim.run(collisions_per_particle=100)
     collisions, start = sim.collisions, sim.time
     found = []
@@ -177,10 +179,45 @@ def test_white_noise_gives_what_contacts_lose(d):
     a2 = 16 * (1 - e) * (1 - 2 * e**2) / (9 + 24 * d + 8 * d * e - 41 * e + 30 * (1 - e) * e**2)
     rate = (sim.collisions - collisions) * 2 / 256 / (sim.time - start)
     omega = rate / math.sqrt(kT) / (1 + 3 * a2 / 16)
-    theory = (d * power / ((1 - e**2) * omega * (1 + 3 * a2 / 16))) ** (2 / 3)
+    # Kicks in pairs heat 255 d degrees of freedom with the power of 256 d.
+    heat = power * (256 / 255 if pairs else 1.0)
+    theory = (d * heat / ((1 - e**2) * omega * (1 + 3 * a2 / 16))) ** (2 / 3)
     # The error of the mean is .8 % in the plane.
     assert kT == pytest.approx(theory, rel=0.025)
     assert np.mean(found[:1000]) == pytest.approx(np.mean(found[1000:]), rel=0.05)
+
+
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize(("d", "n"), [(1, 5), (2, 7), (3, 8)])
+def test_noise_in_pairs_conserves_momentum_and_heats_by_its_power(d, n):
+    """No contact matters in so thin a gas: the energy grows by d m power / 2 a time."""
+    rng = np.random.default_rng(5)
+    masses = rng.uniform(0.5, 4.0, n)
+    scene = carom.Scene(
+        np.arange(n)[:, None] * np.ones(d) + 0.5, box=(1e3,) * d, diameter=1e-6, mass=masses,
+        drive=WhiteNoise(0.3, rate=2.0, pairs=True),
+    )  # fmt: skip
+    sim = carom.Simulation(scene, kT=1.0, seed=1)
+    before = sim.frame().velocities
+    assert sim.degrees_of_freedom == (n - 1) * d
+    sim.run(time=150.0)
+    kicks = sim.drive.drawn
+    assert kicks.min() >= 299  # at the rate, and none is left out
+    assert kicks.max() <= 300
+    after = sim.frame().velocities
+    rounding = 2.0**-52 * 300 * n * np.abs(masses[:, None] * after).max()
+    assert np.abs(masses @ (after - before)).max() < rounding
+    # Squares of normal numbers, one a degree of freedom.
+    heat = 0.5 * d * masses.sum() * 0.3 * 150.0
+    gained = 0.5 * masses @ (after**2 - before**2).sum(axis=1)
+    assert abs(gained - heat) < FOUR_SIGMA * math.sqrt(2 / (d * (n - 1))) * heat
+
+
+@pytest.mark.parametrize("n", [2, 3, 8, 9])
+def test_in_a_tournament_everybody_meets_each_other_once(n):
+    met = [(i, opponent(i, n, r)) for r in range(rounds(n)) for i in range(n)]
+    assert all((j, i) in met for i, j in met)
+    assert sorted((i, j) for i, j in met if i != j) == [(i, j) for i in range(n) for j in range(n) if i != j]
 
 
 def test_frames_and_stretches_change_no_bit():
@@ -308,6 +345,8 @@ def test_a_wrong_drive_is_refused_before_it_is_compiled():
         (lambda: Langevin(-1.0, friction=1.0, step=0.1), "kT of Langevin"),
         (lambda: Brownian(1.0, step=math.inf), "step of Brownian"),
         (lambda: WhiteNoise(0.0, rate=1.0), "power of WhiteNoise"),
+        (lambda: WhiteNoise(1.0, rate=1.0, pairs=1), "pairs of WhiteNoise must be true or false"),
+        (lambda: carom.Scene([[1.0]], box=2.0, drive=WhiteNoise(1.0, 1.0, pairs=True)), "has only one"),
         (lambda: disks(Andersen((1.0, 2.0), rate=1.0)), "2 numbers, and the scene has 1 species"),
         (lambda: carom.Simulation(disks(Andersen(1.0, 1.0)), observers=[HelfandCurrents()]), "or drive"),
         (lambda: heated(disks(Andersen(1.0, 1.0))), "brings the particles to kT"),
@@ -331,13 +370,13 @@ def test_several_workers_are_refused_for_a_driven_scene():
         Andersen((1.0, 2.0), 3.0),
         Langevin(1.0, 2.0, 0.1),
         Brownian(1.0, 0.1),
-        WhiteNoise(0.1, 20.0),
+        WhiteNoise(0.1, 20.0, pairs=True),
         Active((1.0, 0.0), 2.0, 0.1, kind="tumble"),
     ],
 )
 def test_a_drive_of_a_scene_file_is_that_of_python(drive, tmp_path):
     table = drive.to_table()
-    lines = "\n".join(f"{name} = {value!r}".replace("'", '"') for name, value in table.items())
+    lines = "\n".join(f"{name} = {json.dumps(value)}" for name, value in table.items())
     path = tmp_path / "bath.toml"
     path.write_text(f"[scene]\nlattice = 'fcc'\ncells = 2\n[scene.drive]\n{lines}\n")
     plan = SceneFile.load(path)

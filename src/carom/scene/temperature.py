@@ -24,12 +24,13 @@ def conserved(scene: Scene) -> tuple[bool, ...]:
 
     Walls and obstacles take momentum up: planes only along their normals, cylinders only across their axis,
     an obstacle of one's own along every axis unless it has a method ``glides``. Pinned components take
-    momentum up along every axis, units that follow range rules and those that a drive kicks do not conserve
-    it, and a motion such as gravity changes it along some axes. For a single component the answer is no: all
-    of its velocities are free.
+    momentum up along every axis, units that follow range rules and those that a drive kicks one by one do not
+    conserve it, and a motion such as gravity changes it along some axes. For a single component the answer is
+    no: all of its velocities are free.
     """
     decides = not getattr(scene.interaction, "keeps_momentum", True)
-    if scene.n == 1 or scene.pinned is not None or decides or scene.drive is not None:
+    kicked = scene.drive is not None and not getattr(scene.drive, "conserves_momentum", False)
+    if scene.n == 1 or scene.pinned is not None or decides or kicked:
         return (False,) * scene.dimension
 
     def glides(obstacle: Any, axis: int) -> bool:
