@@ -332,7 +332,7 @@ def test_lammps_and_ovito_see_the_tilted_cell(tmp_path):
     (lambda: carom.Scene([[5, 5]], 9.0, motion=Shear(1.0), obstacles=[Ball([1, 1], 0.5)]), "hold the stream"),
     (lambda: carom.Scene.random(
         20, 0.2, 2, motion=Shear(1.0), interaction=carom.models.SquareWell(1.5, 1.0)), "in lists"),
-    (lambda: carom.Simulation(gas(2, 20), tuning=carom.Tuning(neighbors="lists")), "use neighbors='sectors'"),
+    (lambda: carom.Simulation(gas(2, 4), tuning=carom.Tuning(neighbors="lists")), "use neighbors='sectors'"),
     (lambda: carom.Simulation(gas(2), tuning=carom.Tuning(precision="single")), "is for straight flight"),
     (lambda: carom.Scene.from_frame(next(carom.Simulation(gas(2)).sample(every=0.1))), "sheared box"),
     (lambda: Shear(float("nan")), "rate of Shear"),
