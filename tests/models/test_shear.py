@@ -7,10 +7,13 @@ import MDAnalysis
 import numpy as np
 import pytest
 from helpers.marks import slow
+from helpers.neighbors import lists_of
 from helpers.plain import plain_python
 from helpers.sheared import Naive
 
 import carom
+from carom.engine.neighbors.points import coordinate_bits
+from carom.engine.neighbors.skins import list_range_sq
 from carom.models import Andersen, Ball, Rough, Shear
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.shear import LONGEST_STRAIN
@@ -51,6 +54,76 @@ def test_collisions_are_those_of_all_pairs_and_images(box, n, restitution):
         assert sim.time == pytest.approx(naive.time, rel=1e-9)
         assert sim.frame().velocities == pytest.approx(naive.peculiar, abs=1e-7)
     assert sim.statistics.worst_overlap == 0.0 or sim.statistics.worst_overlap < 1e-13
+
+
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize(("d", "n", "rate", "law"), [
+    (2, 40, -0.4, {"impact": 0.95}), (2, 40, 0.4, {"drive": Andersen(kT=1.0, rate=2.0)}),
+    slow(3, 200, 0.4, {}),
+], ids=["against the axis", "in a bath", "spheres"])  # fmt: skip
+def test_lists_have_the_bits_of_sectors(d, n, rate, law):
+    scene = gas(d, n, 0.45, rate, **law)
+    lists, sectors = (
+        carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors=kind)) for kind in ("lists", "sectors")
+    )
+    for sim in (lists, sectors):
+        sim.run(time=0.8 / abs(rate))
+    # Some windows of lists, and the lattice is laid anew.
+    assert sectors.collisions == lists.collisions > 4 * n
+    assert lists.frame().positions.tobytes() == sectors.frame().positions.tobytes()
+    assert flux(lists).tobytes() == flux(sectors).tobytes()
+
+
+def mixed_in_lists():
+    """Return disks of two sizes in lists of two levels, with shear."""
+    species = [carom.Species(count=4, diameter=1.0), carom.Species(count=120, diameter=0.3)]
+    scene = carom.Scene.random(None, 0.35, 2, species=species, seed=1, motion=Shear(0.5))
+    return carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors="lists"))
+
+
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize("make", [
+    lambda: carom.Simulation(gas(2, 60, 0.4, 0.6), seed=1, tuning=carom.Tuning(neighbors="lists")),
+    slow(lambda: carom.Simulation(gas(3, 200, 0.4, -0.6), seed=1, tuning=carom.Tuning(neighbors="lists"))),
+    mixed_in_lists,
+], ids=["disks", "spheres", "two levels"])  # fmt: skip
+def test_lists_hold_everybody_who_comes_near_in_their_window(make):
+    sim = make()
+    rate, seen = sim.scene.motion.rate, set()
+    for _ in range(6):
+        sim.run(time=0.13 / abs(rate))
+        lists = sim._state.engine.neighbors
+        tilt = float(lists.window.middle[0])
+        seen.add(tilt)
+        assert abs(sim.frame().tilt - tilt) <= lists.window.half
+        assert listed_now(sim) == near_in_window(sim)
+    assert len(seen) > 2
+
+
+def listed_now(sim):
+    """Return the pairs in lists, which are in both."""
+    found = lists_of(sim)
+    assert all(i in found[j] for i, mine in enumerate(found) for j in mine)
+    return {(i, int(j)) for i, mine in enumerate(found) for j in mine if i < j}
+
+
+def near_in_window(sim):
+    """Return the pairs whose reference points are within the range of lists at that tilt of the window which
+    brings them nearest.
+    """
+    lists, n, d = sim._state.engine.neighbors, sim.scene.n, sim.scene.dimension
+    size = coordinate_bits(d)
+    steps = lists.reference[:, None] >> (np.uint64(size) * np.arange(d, dtype=np.uint64))
+    points = (steps & np.uint64(2**size - 1)).astype(float) * np.array(lists.grid_step)
+    apart = points[None] - points[:, None]
+    apart -= np.rint(apart / sim.scene.box) * sim.scene.box
+    middle, half = lists.window.middle[0], lists.window.half
+    up = apart[..., 1]
+    best = np.divide(-apart[..., 0], up, out=np.zeros_like(up), where=up != 0.0)
+    best = np.clip(best, middle - half, middle + half)
+    square = (apart[..., 0] + best * up) ** 2 + (apart[..., 1:] ** 2).sum(axis=-1)
+    within = np.array([[list_range_sq(lists.bounds, i, j) for j in range(n)] for i in range(n)])
+    return {(i, j) for i, j in np.argwhere(square <= within).tolist() if i < j}
 
 
 def test_collisions_of_growing_disks_are_those_of_all_pairs_and_images():
@@ -259,7 +332,7 @@ def test_lammps_and_ovito_see_the_tilted_cell(tmp_path):
     (lambda: carom.Scene([[5, 5]], 9.0, motion=Shear(1.0), obstacles=[Ball([1, 1], 0.5)]), "hold the stream"),
     (lambda: carom.Scene.random(
         20, 0.2, 2, motion=Shear(1.0), interaction=carom.models.SquareWell(1.5, 1.0)), "in lists"),
-    (lambda: carom.Simulation(gas(2), tuning=carom.Tuning(neighbors="lists")), "use neighbors='sectors'"),
+    (lambda: carom.Simulation(gas(2, 4), tuning=carom.Tuning(neighbors="lists")), "use neighbors='sectors'"),
     (lambda: carom.Simulation(gas(2), tuning=carom.Tuning(precision="single")), "is for straight flight"),
     (lambda: carom.Scene.from_frame(next(carom.Simulation(gas(2)).sample(every=0.1))), "sheared box"),
     (lambda: Shear(float("nan")), "rate of Shear"),

@@ -97,7 +97,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     live = model.obstacles is not None and model.obstacles.live is not None
     changes = model.impact is not None or system.rates is not None or system.stepped or live
     lossy = changes or model.timers is not None
-    neighbors, boundary = build_neighbors(scheme, system, pair)
+    neighbors, boundary = build_neighbors(scheme, system, pair, model.motion)
     obstacles = model.obstacles
     if obstacles is not None:
         chain = with_grids(obstacles.chain, scheme, system, neighbors, pair)
@@ -128,7 +128,7 @@ def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> E
     """Return the engine with empty, larger arrays for its neighbour scheme; everything must be scheduled
     anew.
     """
-    neighbors, boundary = build_neighbors(scheme, system, engine.model.pair)
+    neighbors, boundary = build_neighbors(scheme, system, engine.model.pair, engine.model.motion)
     return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
 
 

@@ -12,6 +12,7 @@ from carom.engine.constants import LAMBDA
 from carom.engine.dynamic_obstacles import age_obstacles
 from carom.engine.events import retime
 from carom.engine.lattice import contact_vector, contact_velocity, remap
+from carom.engine.neighbors.interface import must_renew
 from carom.engine.observers.interface import (
     PairEvent,
     after_pair,
@@ -120,7 +121,8 @@ def collide(model, state, neighbors, tally, i, ref, now):
 @inner
 def new_epoch(model, state, neighbors):
     """Begin the next epoch: advance every component to its beginning, reduce every time by its length, and
-    compute every contact anew. Return whether the lattice was laid anew: then all must be scheduled again.
+    compute every contact anew. Return whether the lattice was laid anew, or all neighbours must be: then all
+    must be scheduled again.
     """
     clock = state.clock[0]
     length = clock.length
@@ -133,6 +135,8 @@ def new_epoch(model, state, neighbors):
     clock.epoch += 1
     clock.now = 0.0
     if remap(model.motion, state, model.boundary.edges, length):
+        return True
+    if must_renew(neighbors, model.motion, length):
         return True
     for i in range(np.uint64(len(state.partner))):
         retime(model.timing, model, state, i)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from carom.densities import unit_ball_volume
+from carom.models.motions.shear import LISTED_STRAIN, Shear
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
@@ -130,8 +131,24 @@ class System:
     @property
     def stretch(self) -> tuple[float, ...]:
         """How much longer a vector may be along each axis of a lattice that tilts than it is."""
-        stretch = getattr(self.motion, "stretch", None)
-        return (1.0,) * self.dimension if stretch is None else stretch(self.box)
+        return self.motion.stretch(self.box) if isinstance(self.motion, Shear) else (1.0,) * self.dimension
+
+    @property
+    def listed_stretch(self) -> tuple[float, ...]:
+        """The same for as long as lists of neighbours hold."""
+        if not isinstance(self.motion, Shear):
+            return (1.0,) * self.dimension
+        return self.motion.stretch(self.box, LISTED_STRAIN)
+
+    @property
+    def drift_apart(self) -> float:
+        """By what factor the stream may move two components apart for as long as lists hold, at most."""
+        return 1.0 + LISTED_STRAIN if isinstance(self.motion, Shear) else 1.0
+
+    @property
+    def listable(self) -> bool:
+        """Whether components fly straight relative to reference points of lists, which a stream may carry."""
+        return self.straight or isinstance(self.motion, Shear)
 
     @property
     def stepped(self) -> bool:

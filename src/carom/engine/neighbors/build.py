@@ -22,6 +22,7 @@ from carom.engine.neighbors.size_classes import (
     starts_of,
 )
 from carom.engine.neighbors.skins import EqualBounds, GrowingBounds, UnequalBounds
+from carom.engine.neighbors.tilt_window import make_tilt_window
 from carom.engine.pair_steps import SteppedImage, make_steps
 from carom.engine.system import System
 
@@ -54,11 +55,11 @@ def images_in(sectors: Sectors, system: System) -> SectorImage:
     )
 
 
-def build_neighbors(scheme: NeighborPlan, system: System, pair):
+def build_neighbors(scheme: NeighborPlan, system: System, pair, motion):
     """Return the empty neighbour scheme and the boundary that goes with it."""
     edges, inverse = edges_of(system)
     if scheme.kind == "lists":
-        lists = _build_lists(scheme, system, pair)
+        lists = _build_lists(scheme, system, pair, motion)
         if lists.steps is not None:
             return lists, SteppedImage(edges, inverse, lists.steps.bits)
         return lists, NearestImage(edges, inverse)
@@ -115,7 +116,7 @@ def _extra_slack(scheme: NeighborPlan, system: System, slacks: list[float]) -> n
     return system.particles.with_ghost(SLACK * extra_slack, np.float32)
 
 
-def _build_lists(scheme: NeighborPlan, system: System, pair) -> Lists:
+def _build_lists(scheme: NeighborPlan, system: System, pair, motion) -> Lists:
     """Return empty lists."""
     n, dimension = system.n, system.dimension
     sizes = system.reaches
@@ -125,13 +126,13 @@ def _build_lists(scheme: NeighborPlan, system: System, pair) -> Lists:
         skin = 0.5 * (scheme.list_range - system.diameter)
         bounds: Any = EqualBounds(scheme.list_range**2, skin * SLACK, scheme.capacity)
         longest, refs = scheme.capacity, n * scheme.capacity
-        shapes = [shape_of(spans, scheme.list_range)]
+        shapes = [shape_of(spans, scheme.list_range, system.listed_stretch)]
         around = [[[1] * dimension]]
     else:
         bound = bounds_of(system, scheme.list_range)
         levels = size_classes_of(system, scheme.list_range)
         shapes = levels.shapes
-        around = cells_around(levels, spans)
+        around = cells_around(levels, spans, system.listed_stretch)
         starts = starts_of(bound, system, scheme.capacity)
         longest, refs = int(np.diff(starts).max()), int(starts[-1])
         ghostly = system.particles.with_ghost(bound)
@@ -146,4 +147,5 @@ def _build_lists(scheme: NeighborPlan, system: System, pair) -> Lists:
             bounds = UnequalBounds(ghostly, skins, starts, marks, len(shapes), largest)
     pair_steps = make_steps(system.interaction, system.particles)
     grid = make_grid(shapes, around)
-    return make_lists(n, spans, bounds, grid, scheme.cell_capacity, refs, longest, pair_steps)
+    window = make_tilt_window(motion)
+    return make_lists(n, spans, bounds, grid, scheme.cell_capacity, refs, longest, pair_steps, window)

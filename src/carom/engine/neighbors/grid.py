@@ -1,9 +1,6 @@
-"""Reference points, and the cells that they lie in.
+"""The cells that reference points lie in, and those around one.
 
-A reference point is a fraction of the box along each axis, in integers side by side in one word of 64 bits:
-differences then are the nearest image's by themselves, and exact. Its cell follows from the same integers.
-
-``lists`` is a ``Lists``, of which only the grain and the grid are needed here.
+``lists`` is a ``Lists``, of which only the points, their window and the grid are needed here.
 """
 
 from __future__ import annotations
@@ -13,6 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner
+from carom.engine.neighbors.points import bits, grid_coordinate
+from carom.engine.neighbors.tilt_window import cell_gap, half_square, pull, reached
 
 
 class Grid(NamedTuple):
@@ -60,35 +59,6 @@ def make_grid(shapes, spans) -> Grid:
 
 
 @inner
-def coordinate_bits(dimension):
-    """Return how many bits of a reference point are for one axis."""
-    return min(32, 64 // dimension)
-
-
-@inner
-def bits(lists):
-    """Return how many bits of a reference point are for one axis."""
-    return np.int64(coordinate_bits(len(lists.grid_step)))
-
-
-@inner
-def grid_coordinate(lists, point, axis):
-    """Return the coordinate of a reference point along an axis, in steps."""
-    size = bits(lists)
-    return np.int64(np.uint64(point) >> np.uint64(size * axis)) & ((np.int64(1) << size) - 1)
-
-
-@inner
-def grid_difference(lists, to, since, axis):
-    """Return the component along an axis of the way between two reference points, of the nearest image."""
-    shift = np.uint64(bits(lists) * axis)
-    half = np.int64(1) << (bits(lists) - 1)
-    # The bits of other axes, above, are cut off with those of the wrap.
-    way = np.int64(np.uint64(to) >> shift) - np.int64(np.uint64(since) >> shift)
-    return np.int32(((way + half) & (2 * half - 1)) - half) * lists.grid_step[axis]
-
-
-@inner
 def cell_of(lists, own_class, point):
     """Return the cell of a reference point in the grid of level ``own_class``."""
     cell = np.int64(0)
@@ -119,8 +89,7 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
     count = np.uint64(1)
     start = ROUNDING_MARGIN * range_sq
     for axis in range(len(lists.grid_step)):
-        step = grid_difference(lists, point, old, axis)
-        start += 0.5 * step * step if moved else 0.0
+        start += half_square(lists.window, lists, point, old, axis) if moved else 0.0
     grid.neighbor_cells[0, 0] = 0
     grid.gaps[0, 0] = 0.0
     grid.ahead[0, 0] = start
@@ -131,7 +100,7 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
         home = scaled >> bits(lists)
         inside = (scaled - (home << bits(lists))) * lists.grid_step[axis] / size
         side = lists.grid_step[axis] * np.float64(np.int64(1) << bits(lists)) / size
-        step = grid_difference(lists, point, old, axis) if moved else 0.0
+        step, spread = pull(lists.window, lists, point, old, axis) if moved else (0.0, 0.0)
         around = 2 * span + 1 > size  # all of them, each once
         lowest_offset = -(size // 2) if around else -span
         offsets_end = lowest_offset + size if around else span + 1
@@ -140,15 +109,17 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
         for offset in range(lowest_offset, offsets_end):
             low = offset * side - inside
             high = low + side
-            gap = 0.0 if around else max(low, -high, 0.0)
+            gap = 0.0 if around else cell_gap(lists.window, axis, low, high)
             cell = home + offset
             cell = cell + size if cell < 0 else (cell - size if cell >= size else cell)
-            reached = abs(step) * size * side if around else max(low * step, high * step)
+            if around:
+                low, high = -size * side, size * side
+            ahead = reached(lists.window, step, spread, low, high)
             for k in range(count):
                 square = grid.gaps[half, k] + gap * gap
                 grid.neighbor_cells[other_half, total] = grid.neighbor_cells[half, k] * size + cell
                 grid.gaps[other_half, total] = square
-                grid.ahead[other_half, total] = grid.ahead[half, k] + reached
+                grid.ahead[other_half, total] = grid.ahead[half, k] + ahead
                 total += np.uint64(square <= range_sq * (1.0 + ROUNDING_MARGIN))
         half = other_half
         count = total

@@ -68,6 +68,14 @@ def begin_epoch(neighbors, model, state, tally):
 
 
 @optional
+def must_renew(neighbors, motion, length):
+    """Tell whether everything must be built anew for the epoch of this length that begins; by default it
+    need not.
+    """
+    return False
+
+
+@optional
 def on_wrap(neighbors, i, axis, crossings):
     """Note that the coordinate of i was reduced by ``crossings`` boxes; by default that does not matter."""
     return

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.densities import unit_ball_volume
-from carom.engine.neighbors.grid import coordinate_bits
+from carom.engine.neighbors.points import coordinate_bits
 from carom.engine.neighbors.size_classes import spans_of
 from carom.engine.system import System
 
@@ -69,7 +69,7 @@ class ListRanges(NamedTuple):
 
     def fit(self, system: System) -> bool:
         """Tell whether lists can be had."""
-        return self.least < self.list_range <= self.longest and not self.coarse and system.straight
+        return self.least < self.list_range <= self.longest and not self.coarse and system.listable
 
 
 def list_ranges(system: System, shell: float | None) -> ListRanges:
@@ -78,7 +78,9 @@ def list_ranges(system: System, shell: float | None) -> ListRanges:
     # Neighbours must stay the nearest image while both move by the margin, and be listed under no other one.
     pace_ratio = 1.0 if radii is None else float(system.paces.max())
     core = diameter if system.reaches is None else 2.0 * float(system.reaches.max())
-    longest = diameter + (0.5 * system.narrowest - core) / (2.0 * pace_ratio)
+    # A stream may move them further apart.
+    narrowest = system.narrowest / (max(system.listed_stretch) * system.drift_apart)
+    longest = diameter + (0.5 * narrowest - core) / (2.0 * pace_ratio)
     if shell is None:
         list_range = min(default_list_range(system), longest)
         shortest = SHORTEST * diameter if radii is None else 0.0
@@ -104,6 +106,7 @@ def refuse_lists(system: System, margins: ListRanges) -> None:
         )
     if list_range > margins.longest or list_range <= least:
         needed = 2.0 * (margins.core + 2.0 * margins.pace_ratio * (max(list_range, least) - diameter))
+        needed *= max(system.listed_stretch) * system.drift_apart
         if system.stepped:
             raise ValueError(
                 f"The steps of pairs reach {diameter:g}, which needs box edges above {needed:g} to tell "
@@ -113,7 +116,7 @@ def refuse_lists(system: System, margins: ListRanges) -> None:
             f"Neighbour lists with a reach of {list_range:g} need box edges of at least {needed:g}, "
             f"the shortest is {system.narrowest:g}; use neighbors='sectors', or a smaller shell."
         )
-    if not system.straight:
+    if not system.listable:
         if system.stepped:
             raise ValueError(
                 "Steps of pairs are kept in lists, which are for straight flight: leave out motion."

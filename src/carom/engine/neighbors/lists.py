@@ -20,16 +20,10 @@ from carom.compiling.prefetch import prefetch, prefetch_now
 from carom.compiling.registry import inner
 from carom.compiling.simd import LANES, copy_words, pack
 from carom.engine.boundary import index
-from carom.engine.neighbors.grid import (
-    Grid,
-    bits,
-    cell_of,
-    cells_near,
-    coordinate_bits,
-    grid_coordinate,
-    grid_difference,
-)
-from carom.engine.neighbors.interface import build, candidates, cross, transit_time
+from carom.engine.lattice import position_at
+from carom.engine.neighbors.grid import Grid, cell_of, cells_near
+from carom.engine.neighbors.interface import build, candidates, cross, must_renew, transit_time
+from carom.engine.neighbors.points import bits, coordinate_bits
 from carom.engine.neighbors.prefetch import (
     HUGE,
     leaves_first,
@@ -50,9 +44,15 @@ from carom.engine.neighbors.skins import (
     skin,
     start,
 )
+from carom.engine.neighbors.tilt_window import (
+    ends_with,
+    from_reference,
+    least_difference,
+    open_window,
+    speed_from_reference,
+)
 from carom.engine.pair_steps import fresh_word, named, put_newcomer, put_step, standing, stepped_word
 from carom.engine.state import aligned, filled
-from carom.models.questions.motion import position
 from carom.models.questions.particles import NEVER
 
 
@@ -88,10 +88,20 @@ class Lists(NamedTuple):
     """How many neighbours, (n,) uint16, or int32 where there is room for more."""
     steps: Any
     """How words name the steps of pairs (:mod:`carom.engine.pair_steps`), or None where they have none."""
+    window: Any
+    """Tilts of the lattice that the lists are for (:mod:`.tilt_window`), or None where none tilts."""
 
 
 def make_lists(
-    n: int, spans, bounds, grid: Grid, cell_capacity: int, refs: int, longest: int, pair_steps: Any = None
+    n: int,
+    spans,
+    bounds,
+    grid: Grid,
+    cell_capacity: int,
+    refs: int,
+    longest: int,
+    pair_steps: Any = None,
+    window: Any = None,
 ) -> Lists:
     """Return empty lists.
 
@@ -113,6 +123,8 @@ def make_lists(
         Neighbours that the longest of them can hold.
     pair_steps : PairSteps or SpeciesSteps, optional
         How words name the steps of pairs.
+    window : TiltWindow, optional
+        Tilts of the lattice that the lists are for.
     """
     nobody = n if pair_steps is None else n << pair_steps.bits
     dimension = len(spans)
@@ -134,6 +146,7 @@ def make_lists(
         hits=np.zeros(found_capacity, np.int64),
         counts=filled(n, 0, np.uint16 if longest < 2**16 else np.int32),
         steps=pair_steps,
+        window=window,
     )
 
 
@@ -168,10 +181,10 @@ def link(lists, i, j):
 
 @inner
 def distance_sq(lists, point, other):
-    """Return the squared distance of two reference points."""
+    """Return the squared distance of two reference points, or the least one where the lattice tilts."""
     rr = 0.0
     for axis in range(len(lists.grid_step)):
-        r = grid_difference(lists, point, other, axis)
+        r = least_difference(lists.window, lists, point, other, axis)
         rr += r * r
     return rr
 
@@ -210,7 +223,7 @@ def reference_of(lists, motion, state, i, now):
     size = bits(lists)
     point = np.uint64(0)
     for axis in range(len(lists.grid_step)):
-        x = position(motion, axis, me.x[axis], me.v[axis], now - me.t)
+        x = position_at(motion, axis, me.x, me.v, now - me.t, now)
         whole = np.int64(np.floor(x / lists.grid_step[axis])) & ((np.int64(1) << size) - 1)
         point |= np.uint64(whole) << np.uint64(size * axis)
     return point
@@ -224,12 +237,8 @@ def _(neighbors: Lists, motion, boundary, state, i, now):
     b = found_capacity * rate
     a = -rate * rate
     for axis in range(len(neighbors.grid_step)):
-        v = np.float64(me.v[axis])
-        r = (
-            position(motion, axis, me.x[axis], v, now - me.t)
-            - grid_coordinate(neighbors, neighbors.reference[i], axis) * neighbors.grid_step[axis]
-        )
-        r -= boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
+        r = from_reference(motion, neighbors, boundary, me, neighbors.reference[i], axis, now)
+        v = speed_from_reference(motion, neighbors, boundary, me, neighbors.reference[i], axis, now)
         rr += r * r
         b += r * v
         a += v * v
@@ -241,6 +250,11 @@ def _(neighbors: Lists, motion, boundary, state, i, now):
     if b > 0.0:
         return now + c / (b + root)
     return now + (root - b) / a if a > 0.0 else now
+
+
+@must_renew.register
+def _(neighbors: Lists, motion, length):
+    return ends_with(neighbors.window, motion, length)
 
 
 @cross.register
@@ -434,6 +448,7 @@ def _(neighbors: Lists, motion, boundary, state):
     if standing(neighbors.steps):
         return True
     now = state.clock[0].now
+    open_window(neighbors.window, motion)
     neighbors.members[:] = 0
     neighbors.counts[:] = 0
     neighbors.refs[:] = fresh_word(neighbors.steps, np.uint64(0), len(neighbors.counts))

@@ -158,7 +158,8 @@ def choose(
         if requested == "auto" and cost_model.prefers_everybody(system, side, speed, rate):
             neighbors = "all"
     alone = neighbors == "all"
-    sides = [side * stretch for stretch in system.stretch]
+    stretch = system.listed_stretch if neighbors == "lists" else system.stretch
+    sides = [side * each for each in stretch]
     shape = tuple(
         1 if alone else max(int(edge / side), 1) for edge, side in zip(system.box, sides, strict=True)
     )

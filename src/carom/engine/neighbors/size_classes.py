@@ -31,9 +31,9 @@ def spans_of(system: System, list_range: float) -> list[float]:
     ]
 
 
-def shape_of(spans, side: float) -> tuple[int, ...]:
-    """Return how many cells, no narrower than ``side``, fit along each axis."""
-    return tuple(max(int(span / side), 1) for span in spans)
+def shape_of(spans, side: float, stretch) -> tuple[int, ...]:
+    """Return how many cells, no narrower than ``side`` times the ``stretch`` of each axis, fit along it."""
+    return tuple(max(int(span / (side * each)), 1) for span, each in zip(spans, stretch, strict=True))
 
 
 def bounds_of(system: System, list_range: float) -> np.ndarray:
@@ -47,18 +47,22 @@ def size_classes_of(system: System, list_range: float) -> SizeClasses:
     bound = bounds_of(system, list_range)
     octaves, levels = np.unique(np.floor(np.log2(bound.max() / bound)), return_inverse=True)
     reaches = [float(bound[levels == k].max()) for k in range(len(octaves))]
-    shapes = [shape_of(spans_of(system, list_range), 2.0 * each) for each in reaches]
+    spans = spans_of(system, list_range)
+    shapes = [shape_of(spans, 2.0 * each, system.listed_stretch) for each in reaches]
     members = [np.count_nonzero(levels == k) / math.prod(shapes[k]) for k in range(len(octaves))]
     return SizeClasses(levels, reaches, shapes, max(members))
 
 
-def cells_around(levels: SizeClasses, spans) -> list:
+def cells_around(levels: SizeClasses, spans, stretch) -> list:
     """Return how many cells to look to either side: for one of a level, in the grid of another, by axis."""
     # A hair more than the sum of two bounds, so that rounding does not lose a cell.
     hair = 1.0 + 2.0**-30
     return [
         [
-            [math.ceil((one + other) * hair * size / span) for span, size in zip(spans, shape, strict=True)]
+            [
+                math.ceil((one + other) * hair * size / span * each)
+                for span, size, each in zip(spans, shape, stretch, strict=True)
+            ]
             for other, shape in zip(levels.reaches, levels.shapes, strict=True)
         ]
         for one in levels.reaches

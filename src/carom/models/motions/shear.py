@@ -25,6 +25,9 @@ from carom.models.questions.particles import Particles
 LONGEST_STRAIN = 0.125
 """Strain of an epoch, at most: sectors are wide enough for the tilt at its end."""
 
+LISTED_STRAIN = 0.25
+"""Strain for which neighbour lists are made."""
+
 
 @dataclass(frozen=True)
 class Shear:
@@ -79,9 +82,12 @@ class Shear:
             name = type(scene.interaction).__name__
             raise InputError(f"Shear is for hard cores, and {name} keeps pairs in lists; leave out one.")
 
-    def stretch(self, box: tuple[float, ...]) -> tuple[float, ...]:
-        """Return how much longer a vector may be along each axis of the lattice than it is."""
-        most = 0.5 * box[0] / box[1] + LONGEST_STRAIN
+    def stretch(self, box: tuple[float, ...], strain: float = LONGEST_STRAIN) -> tuple[float, ...]:
+        """Return how much longer a vector may be along each axis of the lattice than it is.
+
+        That holds until the lattice has tilted by ``strain``.
+        """
+        most = 0.5 * box[0] / box[1] + strain
         return (math.hypot(1.0, most), *(1.0,) * (len(box) - 1))
 
     def longest_epoch(self) -> float:

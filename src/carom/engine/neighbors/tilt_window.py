@@ -1,0 +1,168 @@
+"""Lists in a lattice that tilts (``carom.models.motions.shear``): distances over a window of tilts.
+
+Reference points keep their coordinates in the lattice, so that they move with the stream. A component flies
+straight relative to its own, and leaves its bound as in a box at rest. But the points themselves drift apart.
+So two components are listed if their points are near each other at *any* tilt of a window, and all lists are
+made anew before the tilt leaves it.
+
+In a box at rest there is None in the place of the window, and distances are those of the points.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from carom.compiling.registry import inner, optional
+from carom.engine.lattice import position_at, velocity_at
+from carom.engine.neighbors.points import grid_coordinate, grid_difference
+from carom.models.motions.shear import LISTED_STRAIN, Sheared, tilt_at
+
+
+class TiltWindow(NamedTuple):
+    """The tilts that lists are made for."""
+
+    middle: np.ndarray
+    """Of the window, (1,) float64."""
+    half: float
+    """Half of its width."""
+
+
+def make_tilt_window(motion) -> TiltWindow | None:
+    """Return the window of the model of a motion, or None where no lattice tilts."""
+    return TiltWindow(np.zeros(1), 0.5 * LISTED_STRAIN) if isinstance(motion, Sheared) else None
+
+
+@optional
+def open_window(window, motion):
+    """Let the window begin with the tilt at the beginning of the epoch."""
+    return
+
+
+@open_window.register
+def _(window: TiltWindow, motion):
+    window.middle[0] = motion.tilt[0] + math.copysign(window.half, motion.rate)
+
+
+@optional
+def ends_with(window, motion, length):
+    """Tell whether the window ends in the epoch of this length that begins."""
+    return False
+
+
+@ends_with.register
+def _(window: TiltWindow, motion, length):
+    return abs(tilt_at(motion, length) - window.middle[0]) > window.half
+
+
+@optional
+def least_difference(window, lists, to, since, axis):
+    """Return the component along an axis of the way between two reference points, where it is shortest."""
+    return grid_difference(lists, to, since, axis)
+
+
+@least_difference.register
+def _(window: TiltWindow, lists, to, since, axis):
+    r = grid_difference(lists, to, since, axis)
+    if axis == 0:
+        up = grid_difference(lists, to, since, 1)
+        r = max(abs(r + window.middle[0] * up) - window.half * abs(up), 0.0)
+    return r
+
+
+@inner
+def _along_lattice(motion, lists, boundary, me, point, axis, now):
+    x = position_at(motion, axis, me.x, me.v, now - me.t, now)
+    r = x - grid_coordinate(lists, point, axis) * lists.grid_step[axis]
+    return r - boundary.edges[axis] * np.rint(r * boundary.inverse[axis])
+
+
+@optional
+def from_reference(motion, lists, boundary, me, point, axis, now):
+    """Return a coordinate of the way to a component, whose old event is ``me``, from its reference point."""
+    return _along_lattice(motion, lists, boundary, me, point, axis, now)
+
+
+@optional
+def speed_from_reference(motion, lists, boundary, me, point, axis, now):
+    """Return how fast that changes."""
+    return np.float64(me.v[axis])
+
+
+@from_reference.register
+def _(motion: Sheared, lists, boundary, me, point, axis, now):
+    r = _along_lattice(motion, lists, boundary, me, point, axis, now)
+    if axis == 0:
+        r += tilt_at(motion, now) * _along_lattice(motion, lists, boundary, me, point, 1, now)
+    return r
+
+
+@speed_from_reference.register
+def _(motion: Sheared, lists, boundary, me, point, axis, now):
+    v = np.float64(velocity_at(motion, axis, me.v, now - me.t))
+    if axis == 0:
+        v += motion.rate * _along_lattice(motion, lists, boundary, me, point, 1, now)
+    return v
+
+
+@optional
+def half_square(window, lists, to, since, axis):
+    """Return half of the square of a move along an axis, where it is longest."""
+    step = grid_difference(lists, to, since, axis)
+    return 0.5 * step * step
+
+
+@half_square.register
+def _(window: TiltWindow, lists, to, since, axis):
+    step = grid_difference(lists, to, since, axis)
+    if axis == 0:
+        up = grid_difference(lists, to, since, 1)
+        step = abs(step + window.middle[0] * up) + window.half * abs(up)
+    return 0.5 * step * step
+
+
+@optional
+def pull(window, lists, to, since, axis):
+    """Return what a coordinate of a way is multiplied with in its product with a move, in the middle of the
+    window, and by how much that is different elsewhere.
+    """
+    return grid_difference(lists, to, since, axis), 0.0
+
+
+@pull.register
+def _(window: TiltWindow, lists, to, since, axis):
+    step = grid_difference(lists, to, since, axis)
+    spread = 0.0
+    if axis < 2:
+        tilt = window.middle[0]
+        along, up = grid_difference(lists, to, since, 0), grid_difference(lists, to, since, 1)
+        step = along + tilt * up
+        spread = window.half * abs(up)
+        if axis == 1:
+            spread = window.half * (abs(step + tilt * up) + spread)
+            step = up + tilt * step
+    return step, spread
+
+
+@optional
+def reached(window, step, spread, low, high):
+    """Return the largest product of an interval of coordinates with what :func:`pull` returns."""
+    return max(low * step, high * step)
+
+
+@reached.register
+def _(window: TiltWindow, step, spread, low, high):
+    return max(low * step, high * step) + spread * max(abs(low), abs(high))
+
+
+@optional
+def cell_gap(window, axis, low, high):
+    """Return how far a cell from ``low`` to ``high`` along an axis is away, at least."""
+    return max(low, -high, 0.0)
+
+
+@cell_gap.register
+def _(window: TiltWindow, axis, low, high):
+    return max(low, -high, 0.0) if axis > 0 else 0.0
