@@ -13,9 +13,11 @@ from matplotlib.figure import Figure
 import carom
 
 parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-parser.add_argument("--smoke", action="store_true", help="few spheres, thinner, for a short time")
+parser.add_argument("--smoke", action="store_true", help="few spheres, too thin for a gain, for a short time")
 parser.add_argument("--out", type=Path, default=Path("swap-liquid"), help="folder of the picture")
 args = parser.parse_args()
+if args.smoke:
+    print("A packing fraction of 0.5 is too low for swaps to gain anything: run without --smoke to see it.")
 n, eta, longest = (64, 0.5, 5.0) if args.smoke else (500, 0.61, 500.0)
 
 # %% Sizes of a model of glasses, in a polydispersity of 23 %: so many that no crystal forms.

@@ -9,8 +9,9 @@ their mean: the *mean diameter* is 1, so other moments are not. Every function r
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 
@@ -113,6 +114,47 @@ def gaussian(n: int, *, polydispersity: float, seed: int | np.random.Generator =
     width = checks.number(polydispersity, "polydispersity", low=0.0)
     normal = NormalDist()
     return _quantiles(n, lambda p: 1.0 + width * normal.inv_cdf(p), seed)
+
+
+DISTRIBUTIONS: dict[str, tuple[Callable[..., np.ndarray], tuple[str, ...], tuple[str, ...]]] = {
+    "power": (power, ("ratio",), ("exponent",)),
+    "uniform": (uniform, ("polydispersity",), ()),
+    "gaussian": (gaussian, ("polydispersity",), ()),
+}
+"""By the ``type`` of a table: the function, the keys that it needs, and those that have defaults."""
+
+
+def of_table(table: Mapping[str, Any], n: int, seed: int | np.random.Generator = 1) -> np.ndarray:
+    """Return the diameters that a table of a scene file says, (n,) [length].
+
+    Parameters
+    ----------
+    table : mapping
+        Its ``type`` names a function of this module, and its other keys are arguments: ``{"type": "power",
+        "ratio": 0.45}``.
+    n : int
+        Number of particles.
+    seed : int or numpy.random.Generator
+        Source of the order.
+
+    Raises
+    ------
+    InputError
+        If the table has other keys, or an argument is out of range.
+
+    Examples
+    --------
+    >>> import carom
+    >>> carom.sizes.of_table({"type": "uniform", "polydispersity": 0.1}, 500).std().round(3)
+    np.float64(0.1)
+    """
+    given = dict(table)
+    kind = given.pop("type", None)
+    if kind not in DISTRIBUTIONS:
+        raise InputError(f"type must be one of {', '.join(DISTRIBUTIONS)}; found {checks.describe(kind)}.")
+    make, needed, optional = DISTRIBUTIONS[kind]
+    checks.keys(given, f"the type {kind}", (*needed, *optional), needed=needed)
+    return make(n, **given, seed=seed)
 
 
 def _quantiles(n: int, quantile: Callable[[float], float], seed: int | np.random.Generator) -> np.ndarray:

@@ -1,5 +1,6 @@
 """Swaps of diameters: exact distributions, bits that nothing changes, files, and what is refused."""
 
+import dataclasses
 import itertools
 import math
 
@@ -9,8 +10,12 @@ import pytest
 import carom
 from carom.errors import InputError
 from carom.models import Gravity, SquareWell, Wall
+from carom.observables.partial_rdf import partial_rdf
 from carom.observables.statistics import blocking
+from carom.scene_file.scene_file import SceneFile
 from carom.simulation import run_loop, swaps
+from carom.simulation.explanation import explain
+from carom.studies import StudySpec
 from carom.theory import bmcsl
 
 SLOW = pytest.mark.slow
@@ -170,6 +175,82 @@ def test_spheres_of_many_sizes_have_the_pressure_of_theory(fraction, settling, s
     found = sim.measure(carom.Pressure(), time=100.0)
     n = scene.n
     assert found.Z.mean == pytest.approx(bmcsl(fraction, np.full(n, 1.0 / n), scene.diameters), rel=0.01)
+
+
+TOML = """
+[scene]
+n = 20
+packing_fraction = 0.2
+sizes = { type = "power", ratio = 0.5 }
+[run]
+swaps = { interval = 0.5, within = 0.3, seed = 7 }
+collisions_per_particle = 4
+equilibration = 1
+frames = 2
+pictures = false
+write = ["h5md"]
+"""
+
+
+def test_a_scene_file_has_sizes_and_swaps():
+    plan = SceneFile.from_toml(TOML)
+    assert SceneFile.from_toml(plan.to_toml()) == plan
+    assert plan.run.swaps == carom.Swaps(0.5, within=0.3, seed=7)
+    assert (plan.build_scene().diameters == carom.sizes.power(20, ratio=0.5)).all()
+    with pytest.raises(InputError, match="sizes are for carom run"):
+        StudySpec.from_toml(TOML)
+
+
+@SLOW
+def test_a_run_of_a_scene_file_reports_how_many_swaps_were_accepted(tmp_path):
+    plan = SceneFile.from_toml(TOML)
+    found = carom.run(plan, tmp_path / "run").summary["swaps"]
+    alone = carom.Simulation(plan.build_scene(), kT=1.0, swaps=plan.run.swaps)
+    alone.run(time=carom.Simulation.load(tmp_path / "run" / "checkpoint.h5").time)
+    statistics = alone.statistics
+    assert found == {"tried": statistics.swaps_tried, "accepted": statistics.swaps_accepted}
+    assert 0 < found["accepted"] < found["tried"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("interval = 0.5, ", "", "swaps: the table needs interval"),
+        ("interval = 0.5", "interval = 0.0", "interval of Swaps"),
+        ("interval = 0.5", "every = 0.5", "has no 'every'"),
+        ("frames", "event_log = true\nframes", "event_log"),
+        (", ratio = 0.5", "", "needs ratio"),
+        ("power", "powr", "type must be one of power"),
+        ("n = 20", "n = 20\ndiameter = 1.0", "diameter and sizes contradict"),
+        ("n = 20", "n = 32\nlattice = 'fcc'", "sizes has no meaning with lattice"),
+    ],
+)
+def test_swaps_and_sizes_of_no_meaning_in_a_scene_file_are_refused(old, new, said):
+    with pytest.raises(InputError, match=said):
+        SceneFile.from_toml(TOML.replace(old, new))
+
+
+def test_g_of_each_pair_of_sizes_takes_the_diameters_of_each_frame(plain):
+    big = np.array([1.0, 1.0, 0.8, 0.8])
+    scene = carom.Scene([[0.5, 0.5], [1.7, 0.5], [0.5, 2.0], [1.7, 2.0]], box=5.0, diameter=big)
+    frame = carom.Simulation(scene).frame()
+    order = [2, 3, 0, 1]  # the same places and sizes, after which particle has which is exchanged
+    swapped = dataclasses.replace(frame, positions=frame.positions[order], diameters=frame.diameters[order])
+    once, both = (partial_rdf(scene, lambda f=f: f) for f in ([frame], [frame, swapped]))
+    assert set(once) == {"0-0", "0-1", "1-1"}
+    for name, found in both.items():
+        assert (found.counts == 2 * once[name].counts).all()
+    assert once["0-0"].counts.sum() == 1
+
+
+def test_the_page_of_a_run_names_its_swaps(unscheduled):
+    scene = spheres(12, 0.1)
+    text = "10 tried a particle at every 0.5"
+    assert explain(scene, swaps=carom.Swaps(0.5)).models["swaps"] == text
+    assert swapping(scene, interval=0.5).explain().models["swaps"] == text
+    assert "swaps" in explain(scene).absent
+    with pytest.raises(InputError, match="equal diameters"):
+        explain(carom.Scene.crystal(32, 0.3), swaps=carom.Swaps(0.5))
 
 
 def pairs(**more):

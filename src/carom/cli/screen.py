@@ -254,6 +254,8 @@ def _physics(summary: dict[str, Any]) -> Any:
         table.add_row(per_kT, _with_error(pressure))
     if (rate := summary["collision_rate"])["mean"] is not None:
         table.add_row("collision rate of one", _with_error(rate))
+    if (swaps := summary.get("swaps")) and swaps["tried"]:
+        table.add_row("swaps accepted", f"{100.0 * swaps['accepted'] / swaps['tried']:.1f} %")
     for obstacle in summary["obstacles"]:
         for name, unit, factor in _units_of_force(summary):
             # Of what is never hit neither a number nor its error is known.

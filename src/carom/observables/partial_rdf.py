@@ -64,16 +64,26 @@ class PartialRDF:
 
     def __init__(self, scene: Scene):
         self._species = species_of(scene)
+        self._by_size = self._species is not None and self._species is not scene.species
         wanted: dict[str, tuple[tuple[int | str, int | str] | None, float | None]] = {}
         if self._species is not None:
+            self._labels = np.sort(self._species) if self._by_size else self._species
             self._named = scene.species_names if self._species is scene.species else ()
             wanted = _wanted(scene, self._species, self._named)
         self.pairs = list(wanted)
         self._counted = Histograms(wanted)
 
     def update(self, frame: Frame) -> None:
-        """Add the next frame."""
-        self._counted.update(dataclasses.replace(frame, species=self._species, species_names=self._named))
+        """Add the next frame.
+
+        Where each diameter is a species, it is that of the frame: swaps hand diameters on.
+        """
+        if self._by_size:
+            order = np.argsort(-frame.diameters, kind="stable")
+            frame = dataclasses.replace(
+                frame, positions=frame.positions[order], diameters=frame.diameters[order]
+            )
+        self._counted.update(dataclasses.replace(frame, species=self._labels, species_names=self._named))
 
     def result(self) -> dict[str, RDFResult]:
         """Return the g_ij(r) of all frames so far, by the name of the pair."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from carom import seeds
+from carom import seeds, sizes
 from carom.errors import InputError
 from carom.scene import lattices
 from carom.scene.lattices import Lattice
@@ -31,7 +31,8 @@ def build(asked: Any, seed: Any, kT: float | None = None) -> Scene:
     if asked.species:
         words |= {"n": asked.n, "species": list(asked.species), "contact": asked.contact, "seed": seed}
     else:
-        words |= {"diameter": asked.diameter, "mass": asked.mass}
+        diameters = None if asked.sizes is None else sizes.of_table(asked.sizes, asked.n, seed)
+        words |= {"diameter": asked.diameter if diameters is None else diameters, "mass": asked.mass}
     if asked.lattice is None:
         words |= {"n": asked.n, "dimension": asked.dimension, "box": asked.box, "seed": seed}
         scene = Scene.random(**words)

@@ -206,6 +206,67 @@ said(
 )
 
 
+def sizes(value: Any, name: str) -> dict[str, Any]:
+    """Check a distribution of diameters, a table."""
+    from carom import checks
+    from carom import sizes as distributions
+
+    if not isinstance(value, Mapping):
+        raise InputError(
+            f'{name} must be a table such as {{ type = "power", ratio = 0.45 }}, found '
+            f"{checks.describe(value)}."
+        )
+    try:
+        distributions.of_table(value, 1)
+    except InputError as problem:
+        raise InputError(f"{name}: {problem}") from problem
+    return dict(value)
+
+
+said(
+    sizes,
+    type="object",
+    properties={
+        "type": {"enum": ["power", "uniform", "gaussian"]},
+        **{name: {"type": "number"} for name in ("ratio", "exponent", "polydispersity")},
+    },
+    required=["type"],
+    additionalProperties=False,
+)
+
+
+def swaps(value: Any, name: str) -> Any:
+    """Check exchanges of diameters: a :class:`carom.Swaps`, or its table."""
+    from carom import checks
+    from carom.simulation.swaps import Swaps
+
+    if isinstance(value, Swaps):
+        return value
+    if not isinstance(value, Mapping):
+        raise InputError(
+            f"{name} must be a table such as {{ interval = 0.1 }}, found {checks.describe(value)}."
+        )
+    try:
+        checks.keys(value, "the table", ("interval", "attempts", "within", "seed"), needed=("interval",))
+        return Swaps(**value)
+    except InputError as problem:
+        raise InputError(f"{name}: {problem}") from problem
+
+
+said(
+    swaps,
+    type="object",
+    properties={
+        "interval": {"type": "number", "exclusiveMinimum": 0},
+        "attempts": {"type": "integer", "minimum": 1},
+        "within": {"type": "number", "minimum": 0},
+        "seed": {"type": "integer", "minimum": 0},
+    },
+    required=["interval"],
+    additionalProperties=False,
+)
+
+
 def obstacles(value: Any, name: str) -> tuple[Any, ...]:
     """Check obstacles: tables by name, or a list of values or of tables."""
     from carom import checks

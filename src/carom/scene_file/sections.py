@@ -6,7 +6,7 @@ The help of a command reads these fields, so that nothing slow is imported here 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from carom.errors import InputError
@@ -74,7 +74,11 @@ class SceneSpec(Spec):
         "N": "give n",
         "d": "give dimension",
     }
-    rivals: ClassVar[tuple[tuple[str, ...], ...]] = (("cells", "n"), ("packing_fraction", "density", "box"))
+    rivals: ClassVar[tuple[tuple[str, ...], ...]] = (
+        ("cells", "n"),
+        ("packing_fraction", "density", "box"),
+        ("diameter", "sizes"),
+    )
     resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"lattice": ("cells",)}
 
     n: Annotated[
@@ -110,6 +114,11 @@ class SceneSpec(Spec):
     ] = None
     diameter: Annotated[
         float | None, check.positive, Opt("Diameter of all particles [length].", flags=None)
+    ] = None
+    sizes: Annotated[
+        Any,
+        check.sizes,
+        Opt("Or: diameters of many sizes, with the mean 1: power, uniform or gaussian.", flags=None),
     ] = None
     mass: Annotated[float | None, check.positive, Opt("Mass of all particles.", flags=None)] = None
     species: Annotated[
@@ -194,7 +203,8 @@ class SceneSpec(Spec):
         if not self._given("packing_fraction", "density", "box"):
             self._put("packing_fraction", self._usual_fraction())
         if not self.species:
-            self._default("diameter", 1.0)
+            if self.sizes is None:
+                self._default("diameter", 1.0)
             self._default("mass", 1.0)
         if self.walls is not None:
             from carom.models.obstacles import named_walls
@@ -241,7 +251,7 @@ class SceneSpec(Spec):
         elif self.lattice is None:
             where, unused = "without a lattice", ["cells"]
         else:
-            where, unused = f'with lattice = "{self.lattice}"', ["box"]
+            where, unused = f'with lattice = "{self.lattice}"', ["box", "sizes"]
         unused += [] if self.file is not None else ["frame"]
         if extra := self._given(*unused):
             if extra[0] == "cells" and self.file is None:
@@ -265,7 +275,7 @@ class SceneSpec(Spec):
             if self.contact is not None and self.file is None:
                 raise InputError("[scene] contact needs species, found none.")
             return
-        if extra := self._given("diameter", "mass"):
+        if extra := self._given("diameter", "sizes", "mass"):
             raise InputError(f"[scene] {extra[0]} has no meaning with species; give each its own.")
         counts = [each.count is not None for each in self.species]
         fractions = [each.fraction is not None for each in self.species]
@@ -389,19 +399,34 @@ class RunSpec(Spec):
         Opt("How pairs are found: auto, lists, sectors or all.", flags=None),
     ] = "auto"
 
+    swaps: Annotated[
+        Any,
+        check.swaps,
+        Opt("Exchanges of diameters: interval, attempts, within and seed of carom.Swaps.", flags=None),
+    ] = None
+
+    def words(self) -> dict[str, Any]:
+        """Return the fields as JSON values, without those that are None."""
+        words = super().words()
+        return words if self.swaps is None else {**words, "swaps": asdict(self.swaps)}
+
     def complete(self) -> None:
         """Check that one key says how long the run is; by default collisions per particle do.
 
         Raises
         ------
         InputError
-            If several keys do.
+            If several keys do, or an event log is to hold swaps.
         """
         given = [name for name in LENGTHS if getattr(self, name) is not None]
         if len(given) > 1:
             raise InputError(f"[run] has {given[0]} and {given[1]}: each says how long; leave one out.")
         if self.walltime is not None and self.relative_error is None:
             raise InputError("[run] walltime goes with relative_error, which is missing.")
+        if self.swaps is not None and self.event_log:
+            raise InputError(
+                "[run] event_log holds one diameter a particle and goes without swaps; leave one out."
+            )
         if not given:
             self._put("collisions_per_particle", DEFAULT_COLLISIONS)
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.scene.scene import Scene
+from carom.simulation.swaps import checked_swaps
 from carom.simulation.system_of_scene import prepare
 from carom.simulation.tuning import DEFAULT, Requested, Tuning
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.engine.system import System
     from carom.simulation.in_motion import InMotion
+    from carom.simulation.swaps import Swaps
 
 
 @dataclass(frozen=True)
@@ -96,6 +98,7 @@ def explain(
     scene: Scene | InMotion,
     *,
     growth: float | ArrayLike | None = None,
+    swaps: Swaps | None = None,
     tuning: Tuning = DEFAULT,
     event_log: bool = False,
 ) -> Explanation:
@@ -107,7 +110,7 @@ def explain(
     ----------
     scene : Scene or Simulation
         A simulation is described in its present state, and takes no other argument.
-    growth, tuning
+    growth, swaps, tuning
         As in :class:`carom.Simulation`.
     event_log : bool
         Whether collisions go to an event log. Its buffer, of one size for all scenes, is not among the
@@ -135,19 +138,21 @@ def explain(
     if not isinstance(scene, Scene):
         state = scene._state
         parts = scene.scene, state.system, state.scheme, state.engine, state.requested
-        return _explanation(*parts, state.log is not None)
+        swaps = None if state.sweeps is None else state.sweeps.swaps
+        return _explanation(*parts, state.log is not None, swaps)
     from carom.engine.build import build
     from carom.engine.neighbors.plan import choose
 
     at_rest = np.zeros_like(scene.positions)
     velocities = at_rest if scene.velocities is None else scene.velocities
     system = prepare(scene, velocities, growth=growth, tuning=tuning)
+    checked_swaps(swaps, scene, system, event_log or None)
     try:
         chosen = choose(system, 1.0, *tuning.requested)
     except ValueError as error:
         raise InputError(str(error)) from None
     engine = build(chosen, system, scene.positions, at_rest)
-    return _explanation(scene, system, chosen, engine, tuning.requested, event_log)
+    return _explanation(scene, system, chosen, engine, tuning.requested, event_log, swaps)
 
 
 def _explanation(
@@ -157,6 +162,7 @@ def _explanation(
     engine: Engine,
     requested: Requested,
     logged: bool,
+    swaps: Swaps | None,
 ) -> Explanation:
     from carom.engine.observers.own import name_of
 
@@ -165,6 +171,8 @@ def _explanation(
     observers = _observers(engine)
     if observers:
         models["observers"] = ", ".join(map(name_of, observers))
+    if swaps is not None:
+        models["swaps"] = f"{swaps.attempts} tried a particle at every {swaps.interval:g}"
     models["neighbours"] = type(engine.neighbors).__name__
     missing = {
         "diameters of their own": system.radii is None,
@@ -178,6 +186,7 @@ def _explanation(
         "image counts": engine.state.images is None,
         "an event log": not logged,
         "currents": not system.currents,
+        "swaps": swaps is None,
     }
     return Explanation(
         scene=repr(scene),

@@ -193,6 +193,8 @@ class SceneGrid(Spec):
                 raise InputError(
                     f"[scene] {name} is for the section [{self.section}] to say; move or remove it."
                 )
+            if name == "sizes":
+                raise InputError("[scene] sizes are for carom run; remove them, or give species.")
             if name in self.refused:
                 raise InputError(f"[scene] {name} {self.refused[name]}")
         given = {name: value for name, value in self.scene.items() if value is not None}

@@ -324,6 +324,11 @@ def of_plan(plan: SceneFile) -> tuple[System, int]:
     asked = plan.scene
     if asked.file is not None:
         raise InputError("A plan needs [scene] that says what there is, instead of a file to start from.")
+    if asked.sizes is not None:
+        raise InputError(
+            "[scene] sizes are none of a plan, which is of equal particles or of species; use carom run "
+            "--relative-error."
+        )
     made = plan.build_scene()
     words: dict[str, Any] = {
         name: value for name in (*KEPT, *REFUSED) if (value := getattr(asked, name)) not in (None, ())

@@ -42,6 +42,7 @@ from carom.scene.temperature import kept_by_motion
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation import stretches
 from carom.simulation.equipartition import Thermometer
+from carom.simulation.mechanics import Statistics
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
@@ -344,6 +345,7 @@ def _summary(
         "layers": parts.of("layers", lambda: _layers(facts), none),
         "collisions_by_species": _by_species(sim),
         "units": _units(sim),
+        "swaps": _swaps(plan, statistics),
         "spared_contacts": sim.statistics.spared_contacts,
         "phase": None if phase is None else phase.name,
         "phase_note": None if phase is None else _note(phase, scene),
@@ -475,6 +477,13 @@ def _units(sim: Simulation) -> dict[str, int]:
     units, kinds = sim.interaction, sim.scene.interaction.kinds  # type: ignore[attr-defined]
     left = np.bincount(units.kinds[units.present], minlength=len(kinds)).tolist()
     return {kind.name: count for kind, count in zip(kinds, left, strict=True)}
+
+
+def _swaps(plan: SceneFile, statistics: Statistics) -> dict[str, int] | None:
+    """Return how many swaps were tried and accepted since the start; None where there are none."""
+    if plan.run.swaps is None:
+        return None
+    return {"tried": statistics.swaps_tried, "accepted": statistics.swaps_accepted}
 
 
 def _note(phase: Phase, scene: Scene) -> str | None:

@@ -69,6 +69,7 @@ SUMMARY = records.table(
     later={
         "without_trajectory": _TEXT,
         "units": records.mapping(_COUNT),
+        "swaps": records.optional(records.table({"tried": _COUNT, "accepted": _COUNT})),
         **dict.fromkeys(("U", "temperature"), records.optional(_ESTIMATE)),
     },
 )

@@ -95,6 +95,7 @@ class Run:
         settings: dict[str, Any] = {
             "kT": kT,
             "seed": plan.run.seed,
+            "swaps": plan.run.swaps,
             "tuning": Tuning(neighbors=plan.run.neighbors),
             "cores": self.cores,
         }
