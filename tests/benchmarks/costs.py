@@ -4,6 +4,7 @@
     python tests/benchmarks/costs.py million    a million spheres and 4000 in turn
     python tests/benchmarks/costs.py features   rate, bytes a particle and compilation of each feature
     python tests/benchmarks/costs.py start      from nothing to the first event, compiled and from the cache
+    python tests/benchmarks/costs.py peak       peak memory of the command carom run, and of a million spheres
     python tests/benchmarks/costs.py sampling   rate against the interval between frames
     python tests/benchmarks/costs.py threads    two simulations on two cores against one
     python tests/benchmarks/costs.py mixtures   two sizes against one at the same packing fraction
@@ -323,6 +324,35 @@ def start(given: argparse.Namespace) -> None:
             print(f"| {name} | {' | '.join(f'{part:.2f}' for part in [*parts, sum(parts)])} |")
 
 
+PEAK = """
+import atexit, resource, carom
+from carom.cli import main
+atexit.register(lambda: print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024))
+"""
+"""Prints the peak memory of a process [MiB] at its end; Linux counts in KiB."""
+
+
+def peak(given: argparse.Namespace) -> None:
+    """Print the peak memory of whole processes. Each runs twice: what is compiled is in the cache then."""
+    spheres = "carom.Simulation(carom.Scene.crystal(cells={}, packing_fraction=0.49)).run(collisions=4000)"
+    print("| | peak [MiB] |")
+    print("|---|---|")
+    for name, code, words in (
+        ("carom run", "main()", ["run"]),
+        ("carom run --no-pictures", "main()", ["run", "--no-pictures"]),
+        ("256 spheres", spheres.format(4), []),
+        ("1 000 188 spheres", spheres.format(63), []),
+    ):
+        for _ in range(2):
+            with tempfile.TemporaryDirectory() as folder:
+                out = ["--quiet", "--out", str(Path(folder, "out"))] if words else []
+                done = subprocess.run(
+                    [sys.executable, "-c", PEAK + code, *words, *out],
+                    capture_output=True, text=True, check=True,
+                )  # fmt: skip
+        print(f"| {name} | {float(done.stdout.split()[-1]):.0f} |", flush=True)
+
+
 def melted(seed: int) -> carom.Simulation:
     """Return a simulation of 4000 spheres that has left the lattice."""
     sim = carom.Simulation(carom.Scene.crystal(cells=10, packing_fraction=0.49), seed=seed)
@@ -506,6 +536,7 @@ def main() -> None:
     """Print a table."""
     tables = {
         "size": size, "million": million, "thin": thin, "features": features, "start": start,
+        "peak": peak,
         "sampling": sampling, "threads": threads, "mixtures": mixtures, "tasks": tasks,
         "precision": precision, "wells": wells, "ranges": ranges,
         "observables": observables, "counted": counted,

@@ -1,13 +1,13 @@
 """Shaded spheres as an array of pixels, for pictures in 3D and for the frames of a movie.
 
-A depth buffer holds the nearest sphere of each pixel; then all pixels are shaded at once. The light, the
-colors and the haze are those of the viewer (``viewer/shaders.js``).
+A depth buffer holds the nearest sphere of each pixel; then the pixels are shaded, band by band. The light,
+the colors and the haze are those of the viewer (``viewer/shaders.js``).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -21,6 +21,9 @@ from carom.pictures.shapes import Shapes, shapes_of
 
 FINE = 2
 """Pixels of the buffer per pixel of the picture, along each axis; they make edges smooth."""
+
+BAND = 64 * FINE
+"""Rows of the buffer that are shaded at once: what is computed on the way takes little memory then."""
 
 GROUND = np.array([1.0, 1.0, 1.0], dtype=np.float32)
 INK = np.array([0.2, 0.24, 0.29], dtype=np.float32)
@@ -130,8 +133,12 @@ def rendered(
     for ends in shapes.segments:
         _line(image, depth, fine.seen(ends), 1)
     parts = [image[row::FINE, column::FINE] for row in range(FINE) for column in range(FINE)]
-    mean = np.add.reduce(parts) * np.float32(255.0 / FINE**2)
-    return np.clip(mean + np.float32(0.5), 0, 255).astype(np.uint8)
+    mean = parts[0].copy()
+    for part in parts[1:]:
+        mean += part
+    mean *= np.float32(255.0 / FINE**2)
+    mean += np.float32(0.5)
+    return np.clip(mean, 0, 255, out=mean).astype(np.uint8)
 
 
 def _nearest(
@@ -192,6 +199,16 @@ def _shaded(
         far = np.clip(0.5 - near / haze, 0.0, 1.0)
         return shade + (0.62 * far * far)[:, None] * (ground - shade)
 
+    for top in range(0, len(image), BAND):
+        band = slice(top, top + BAND)
+        _shade(image[band], owner[band], depth[band], top, lit)
+    return image
+
+
+def _shade(
+    image: np.ndarray, owner: np.ndarray, depth: np.ndarray, top: int, lit: Callable[..., np.ndarray]
+) -> None:
+    """Color a band of a picture whose first row is ``top``."""
     parts = [owner[row::FINE, column::FINE] for row in range(FINE) for column in range(FINE)]
     whole = parts[0] != NOBODY
     for part in parts[1:]:
@@ -199,7 +216,7 @@ def _shaded(
     rows, columns = np.nonzero(whole)
     middle = np.float32(0.5 * FINE)
     near = depth[::FINE, ::FINE][rows, columns]
-    colour = lit(FINE * rows.astype(np.float32) + middle, FINE * columns.astype(np.float32) + middle,
+    colour = lit(FINE * rows.astype(np.float32) + (top + middle), FINE * columns.astype(np.float32) + middle,
                  parts[0][rows, columns], near)  # fmt: skip
     for row in range(FINE):
         for column in range(FINE):
@@ -208,10 +225,9 @@ def _shaded(
     rows, columns = np.nonzero(rest)
     half = np.float32(0.5)
     image[rows, columns] = lit(
-        rows.astype(np.float32) + half, columns.astype(np.float32) + half, owner[rows, columns],
+        rows.astype(np.float32) + (top + half), columns.astype(np.float32) + half, owner[rows, columns],
         depth[rows, columns],
     )  # fmt: skip
-    return image
 
 
 def _places(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, centres: np.ndarray, radii: np.ndarray):
