@@ -29,7 +29,7 @@ FOUR_ERRORS = 4.0
 
 NAMES = {
     "checkpoint.h5", "pressure.png", "rdf.csv", "rdf.png", "scene.toml", "snapshot.png", "summary.json",
-    "trajectory.extxyz", "trajectory.h5md",
+    "timing.json", "trajectory.extxyz", "trajectory.h5md",
 }  # fmt: skip
 
 
@@ -93,7 +93,8 @@ def test_summary_has_its_numbers(finished):
     assert 0 <= found["momentum_drift"] < 1e-12
     assert 0 <= found["worst_overlap"] < 1e-12
     assert 0 < found["advancement_fraction"] < 0.15
-    assert found["collisions_per_second"] > 0
+    timing = json.loads((out / "timing.json").read_text())
+    assert 0 < found["collisions"] / timing["collisions_per_second"] < timing["seconds"]
 
 
 def test_the_pressure_agrees_with_theory(finished):
