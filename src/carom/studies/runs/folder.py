@@ -188,7 +188,7 @@ def existing_run(path: Path) -> RunFolder:
             missing = "is a file" if path.exists() else "does not exist"
             raise FileError(f"{path} {missing}; expected the folder of a run, as `carom run --out` makes it.")
         if not any(file.is_file() for file in (folder.checkpoint, folder.summary, folder.scene)):
-            raise FileError(f"{path} holds no run of Carom; start one with `carom run --out {path}`.")
+            raise FileError(f"{path} holds nothing of Carom yet; type the command that began there again.")
     except OSError as error:
         raise FileError(f"{path} cannot be read: {reason(error)}.") from error
     return folder
