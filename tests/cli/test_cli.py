@@ -182,6 +182,24 @@ def test_overwrite_replaces_the_run_and_nothing_else(finished, tmp_path):
 # Scenes at the border of what there is.
 
 
+def test_a_run_starts_from_a_data_file_of_lammps(tmp_path):
+    places = [(x, y, z) for x in range(3) for y in range(3) for z in range(3)]
+    rows = [f"{k + 1} 1 0.8 2.0 {1.1 * x} {1.1 * y} {1.1 * z}" for k, (x, y, z) in enumerate(places)]
+    head = "spheres\n\n27 atoms\n1 atom types\n\n0 3.3 xlo xhi\n0 3.3 ylo yhi\n0 3.3 zlo zhi\n"
+    (tmp_path / "sphere.data").write_text(head + "\nAtoms # sphere\n\n" + "\n".join(rows) + "\n")
+    (tmp_path / "scene.toml").write_text(
+        '[scene]\nfile = "sphere.data"\n[run]\nkT = 1.0\nequilibration = 5\n'
+        "collisions_per_particle = 100\nframes = 2\npictures = false\n"
+    )
+    with pytest.warns(library.errors.CaromWarning, match=r"sphere.data \(LAMMPS data\): assumed every axis"):
+        found = library.run(tmp_path / "scene.toml", tmp_path / "out")
+    assert (found.n, found.summary["diameter"], found.summary["box"]) == (27, 0.8, [3.3] * 3)
+    # The mass is that of the density 2 in the file.
+    assert found.summary["mass"] == pytest.approx(2.0 * np.pi / 6.0 * 0.8**3)
+    assert found.Z.mean > 1.0
+    np.testing.assert_array_equal(found.frames[0].diameters, 0.8)
+
+
 @pytest.mark.parametrize(
     ("scene", "z"),
     [
