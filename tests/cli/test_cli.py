@@ -29,7 +29,7 @@ FOUR_ERRORS = 4.0
 
 NAMES = {
     "checkpoint.h5", "pressure.png", "rdf.csv", "rdf.png", "scene.toml", "snapshot.png", "summary.json",
-    "trajectory.extxyz", "trajectory.h5md",
+    "timing.json", "trajectory.extxyz", "trajectory.h5md",
 }  # fmt: skip
 
 
@@ -93,7 +93,8 @@ def test_summary_has_its_numbers(finished):
     assert 0 <= found["momentum_drift"] < 1e-12
     assert 0 <= found["worst_overlap"] < 1e-12
     assert 0 < found["advancement_fraction"] < 0.15
-    assert found["collisions_per_second"] > 0
+    timing = json.loads((out / "timing.json").read_text())
+    assert 0 < found["collisions"] / timing["collisions_per_second"] < timing["seconds"]
 
 
 def test_the_pressure_agrees_with_theory(finished):
@@ -179,6 +180,24 @@ def test_overwrite_replaces_the_run_and_nothing_else(finished, tmp_path):
 
 
 # Scenes at the border of what there is.
+
+
+def test_a_run_starts_from_a_data_file_of_lammps(tmp_path):
+    places = [(x, y, z) for x in range(3) for y in range(3) for z in range(3)]
+    rows = [f"{k + 1} 1 0.8 2.0 {1.1 * x} {1.1 * y} {1.1 * z}" for k, (x, y, z) in enumerate(places)]
+    head = "spheres\n\n27 atoms\n1 atom types\n\n0 3.3 xlo xhi\n0 3.3 ylo yhi\n0 3.3 zlo zhi\n"
+    (tmp_path / "sphere.data").write_text(head + "\nAtoms # sphere\n\n" + "\n".join(rows) + "\n")
+    (tmp_path / "scene.toml").write_text(
+        '[scene]\nfile = "sphere.data"\n[run]\nkT = 1.0\nequilibration = 5\n'
+        "collisions_per_particle = 100\nframes = 2\npictures = false\n"
+    )
+    with pytest.warns(library.errors.CaromWarning, match=r"sphere.data \(LAMMPS data\): assumed every axis"):
+        found = library.run(tmp_path / "scene.toml", tmp_path / "out")
+    assert (found.n, found.summary["diameter"], found.summary["box"]) == (27, 0.8, [3.3] * 3)
+    # The mass is that of the density 2 in the file.
+    assert found.summary["mass"] == pytest.approx(2.0 * np.pi / 6.0 * 0.8**3)
+    assert found.Z.mean > 1.0
+    np.testing.assert_array_equal(found.frames[0].diameters, 0.8)
 
 
 @pytest.mark.parametrize(

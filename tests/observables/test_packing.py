@@ -335,6 +335,17 @@ def test_contacts_that_are_not_distinct_are_nowhere_counted_as_contacts():
         assert "contacts in the backbone" not in text
 
 
+def test_the_line_that_a_packing_prints_counts_contacts_as_the_viewer_does():
+    frame = crystal(2, (5, 4))
+    sizes = frame.diameters * (1.0 - np.geomspace(1e-5, 0.2, frame.n))
+    spread = frame_of(frame.positions, frame.box, diameters=sizes)
+    for one, gap, distinct in ((frame, None, True), (spread, 0.05, False)):
+        packing = Packing(one, np.array([], HISTORY), "", 1, 0.0)
+        packing.__dict__["network"] = packing_network(one, gap=gap)
+        assert packing.network.distinct == distinct
+        assert packing.network.counted in str(packing)
+
+
 def test_without_a_backbone_no_contacts_are_distinct():
     # Two disks touch in a wide box: a void follows, but nothing holds them.
     network = packing_network(frame_of([[1.0, 1.0], [2.0, 1.0], [2.0, 2.2]], (9.0, 9.0)), gap=1e-3)

@@ -3,7 +3,10 @@
 import json
 import re
 import tomllib
+from importlib.metadata import version
 from pathlib import Path
+
+from packaging.requirements import Requirement
 
 import carom
 
@@ -26,15 +29,21 @@ def test_versions_and_descriptions_agree():
 def test_dependencies_agree():
     assert CODEMETA["softwareRequirements"] == PROJECT["dependencies"]
     run = RECIPE.split("  run:\n")[1].split("\ntest:")[0]
-    listed = dict(re.findall(r"- ([\w-]+) >=([\d.]+)", run))
+    listed = dict(re.findall(r"- ([\w-]+) >=([\d.,<]+)", run))
     assert listed.pop("python") == PROJECT["requires-python"].removeprefix(">=")
     # On conda the package without Qt is matplotlib-base.
     listed["matplotlib"] = listed.pop("matplotlib-base")
     assert listed == dict(dependency.lower().split(">=") for dependency in PROJECT["dependencies"])
 
 
+def test_every_dependency_has_bounds_around_what_is_installed():
+    for dependency in map(Requirement, PROJECT["dependencies"]):
+        assert {one.operator for one in dependency.specifier} == {">=", "<"}, dependency
+        assert dependency.specifier.contains(version(dependency.name)), dependency
+
+
 def test_workflows_test_the_floors():
-    floors = dict(dependency.split(">=") for dependency in PROJECT["dependencies"])
+    floors = dict(dependency.partition(",")[0].split(">=") for dependency in PROJECT["dependencies"])
     for workflow in WORKFLOWS:
         text = workflow.read_text(encoding="utf-8")
         assert f"numba=={floors['numba']}.*" in text

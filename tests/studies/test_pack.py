@@ -243,7 +243,7 @@ def test_a_box_too_narrow_is_refused():
 
 
 def test_a_folder_without_a_packing_cannot_go_on(tmp_path):
-    with pytest.raises(FileError, match="no run of Carom"):
+    with pytest.raises(FileError, match="nothing of Carom yet"):
         carom.resume(tmp_path)
 
 

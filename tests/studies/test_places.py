@@ -16,11 +16,13 @@ from carom import cli
 from carom.cli.study import finish, reserve
 from carom.errors import FileError
 from carom.paths import remnants
+from carom.scene_file.sections import SceneSpec
+from carom.studies import executors
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import Folder
 from carom.studies.places import OWN, of_the_user, title
-from carom.studies.saved import STUDIES
+from carom.studies.saved import STUDIES, load
 
 INTO = {
     "run": ("a run", ["--n", "32", "--overwrite"]),
@@ -73,6 +75,42 @@ def test_a_folder_of_a_study_is_not_taken_by_another_kind_of_study(tmp_path, mon
             assert len(said) < 250
         assert {path.name for path in (tmp_path / kind.name).iterdir()} <= {"study.json", "tasks", ".lock"}
         assert (tmp_path / kind.name / "study.json").read_bytes() == before
+
+
+@pytest.mark.parametrize("command", INTO)
+def test_a_folder_is_refused_before_a_scene_is_made(tmp_path, monkeypatch, command):
+    def late(*_):
+        raise AssertionError("a scene is made, which may compile for seconds")
+
+    monkeypatch.setattr(SceneSpec, "build", late)
+    kind, words = INTO[command]
+    scene = tmp_path / "scene.toml"
+    scene.write_text('[scene]\nlattice = "fcc"\ncells = 2\npacking_fraction = 0.3\n')
+    words = words if command == "code" else [str(scene), *({"plan": ["-t", "Z=0.1"]}.get(command, []))]
+    (tmp_path / "plan.json" if kind != "a plan" else tmp_path / "events.h5").write_text("{}")
+    done = CliRunner().invoke(cli.app, [command, *words, "--out", str(tmp_path)])
+    assert (done.exit_code, type(done.exception)) == (2, SystemExit), done.output
+    assert "already" in done.output
+
+
+@pytest.mark.parametrize("command", ["eos", "trade"])
+def test_a_study_stopped_before_its_first_task_has_its_file(tmp_path, monkeypatch, command):
+    def stopped(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(executors, "run", stopped)
+    out = tmp_path / "out"
+    done = CliRunner().invoke(cli.app, [command, *INTO[command][1], "--out", str(out)])
+    assert done.exit_code == 130
+    spec = {kind.name: kind.Spec for kind in STUDIES.values()}[command]
+    assert spec.load(out / "study.toml") == load(out).spec
+
+
+def test_where_nothing_was_written_yet_the_same_command_is_named(tmp_path):
+    done = CliRunner().invoke(cli.app, ["resume", str(tmp_path)])
+    assert done.exit_code == 2
+    assert "type the command that began there again" in " ".join(done.output.split())
+    assert "carom run" not in done.output
 
 
 def test_every_command_with_a_folder_is_looked_at():

@@ -159,7 +159,7 @@ def _shown(result: RunResult, as_json: bool, verbose: bool) -> None:
     show(console, _physics(result.summary))
     if result.summary.get("layers"):
         show(console, _bed(result.summary))
-    show(console, _mechanics(result.summary, verbose))
+    show(console, _mechanics(result, verbose))
     for note in (result.summary["phase_note"], result.summary["note"]):
         if note:
             console.print(note)
@@ -397,10 +397,11 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     ready(console, PackingFolder(folder))
 
 
-def _mechanics(summary: dict[str, Any], verbose: bool) -> Any:
+def _mechanics(result: RunResult, verbose: bool) -> Any:
     """Return the table about the run itself: what was asked for, and if ``verbose`` drifts and the rate."""
     from rich.table import Table
 
+    summary = result.summary
     table = Table.grid(padding=(0, 3, 0, 0))
     asked, spared = summary["relative_error"], summary["spared_contacts"]
     rows = [
@@ -409,14 +410,18 @@ def _mechanics(summary: dict[str, Any], verbose: bool) -> Any:
         *([("elastic contacts", f"{spared}, below elastic_below or within contact_time")] if spared else []),
         *((f"{name} left", str(count)) for name, count in (summary.get("units") or {}).items()),
     ]
+    timing = result.timing if verbose else {}
     engine = [
         ("energy drift", "-" if summary["energy_drift"] is None else f"{summary['energy_drift']:.1e}"),
         ("momentum drift", "-" if summary["momentum_drift"] is None else f"{summary['momentum_drift']:.1e}"),
         ("worst overlap", f"{summary['worst_overlap']:.1e} diameters"),
         ("advancements", f"{100.0 * summary['advancement_fraction']:.1f} % of all events"),
-        ("rate", f"{_rounded(summary['collisions_per_second'])} collisions per second"),
-        ("wall time", f"{summary['seconds']:.1f} s"),
     ]
+    if timing:
+        engine += [
+            ("rate", f"{_rounded(timing['collisions_per_second'])} collisions per second"),
+            ("wall time", f"{timing['seconds']:.1f} s"),
+        ]
     for name, text in [*rows, *(engine if verbose else [])]:
         table.add_row(name, text)
     return table

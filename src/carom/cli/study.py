@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import inspect
 import json
 import shlex
@@ -51,6 +52,7 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
 
         if engine is not None and scheduler is not None:
             raise InputError("--engine and --scheduler contradict each other; give one of them.")
+        refuse_folder(out, name, asked)  # first: to check a scene may compile for seconds
         fields = fields_of(asked)
         values = {key: fields[key].of_option(value) for key, value in given.items() if value is not None}
         carry_out(
@@ -102,9 +104,15 @@ def carry_out(
         show(known, as_json)
         write(known, out, report=report, pictures=pictures)
 
+    described = functools.cache(lambda: describe(study, out))
     reserve(study, out)
     try:
-        with watched(study.unit) as (progress, look), compiling_told():
+        with watched(study.unit) as (bar, look), compiling_told():
+
+            def progress(fraction: float, text: str) -> None:
+                described()  # before the first task, and after the folder was found to be free
+                bar(fraction, text)
+
             study = study.run(
                 executor=executor, cores=number_of(cores), out=out, progress=progress, look=look
             )
@@ -180,6 +188,24 @@ def finish(study: Study[Any]) -> None:
         raise typer.Exit(PARTLY)
 
 
+def refuse_folder(out: Path, name: str, asked: type[Spec]) -> None:
+    """Refuse a folder for a study that holds other results, and a file; change nothing.
+
+    Raises
+    ------
+    FileError
+        If it does, or is one.
+    """
+    from carom.errors import FileError
+    from carom.studies import places
+    from carom.studies.folder import Folder
+
+    if out.suffix in FILES and not out.is_dir():
+        raise FileError(f"--out is a folder, in which {name} writes its files; found the file {out}.")
+    places.refuse_others(out, "a study")
+    Folder(out).check_study(asked.study)
+
+
 def reserve(study: Study[Any], out: Path) -> None:
     """Refuse a folder where :func:`write` would replace files of the user, or mix results; change nothing.
 
@@ -193,9 +219,7 @@ def reserve(study: Study[Any], out: Path) -> None:
     from carom.studies import places
     from carom.studies.folder import SETTINGS
 
-    if out.suffix in FILES and not out.is_dir():
-        raise FileError(f"--out is a folder, in which {study.name} writes its files; found the file {out}.")
-    places.refuse_others(out, "a study")
+    refuse_folder(out, study.name, type(study.spec))
     if not (out / SETTINGS).exists():
         names = (*study.files(), "report.html")
         places.refuse_to_replace([out / name for name in names], "a study")
@@ -217,14 +241,18 @@ def _describes(file: Path, spec: Any) -> bool:
         return False
 
 
-def write(study: Study[Any], out: Path, *, report: bool, pictures: bool) -> None:
-    """Write the study, its table and its pictures to a folder."""
+def describe(study: Study[Any], out: Path) -> None:
+    """Write what is asked for to study.toml in a folder."""
     from carom.paths import write_text
     from carom.studies.places import title
 
     file = out / "study.toml"
     if not _describes(file, study.spec):  # the user's own, with its comments
         write_text(file, f"{title(study.command)}\n\n{study.spec.to_toml()}")
+
+
+def write(study: Study[Any], out: Path, *, report: bool, pictures: bool) -> None:
+    """Write the table of a study and its pictures to a folder."""
     for name, save in study.files().items():
         # Without results there is nothing to draw, unless they are known without a task.
         if name.endswith(".png") and not (pictures and (study.records or not study.tasks)):

@@ -101,6 +101,17 @@ class Folder:
         if before is not None:
             _check_same(before["settings"], settings, self.path)
 
+    def check_study(self, study: str) -> None:
+        """Refuse a folder that holds a study of another kind; no file is changed.
+
+        Raises
+        ------
+        FileError
+            If it does, or its description is damaged.
+        """
+        if (before := self.read()) is not None:
+            _check_same({"study": before["settings"].get("study")}, {"study": study}, self.path)
+
     @contextlib.contextmanager
     def begun(self, settings: dict[str, Any], grid: dict[str, Any]) -> Iterator[None]:
         """Make the folder, keep other processes out while the body runs, and note what is asked for.

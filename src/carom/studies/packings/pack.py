@@ -205,6 +205,10 @@ def packed(
     progress: Progress | None,
 ) -> Packing:
     """Return what is asked for, from a scene or from points; other arguments are as in :func:`pack`."""
+    folder = None if out is None else PackingFolder(Path(out))
+    goes_on = folder is not None and resume and holds_packing(folder.path)
+    if folder is not None and not goes_on:
+        folder.check_free(overwrite)  # first: to make a scene may compile for seconds
     scene = asked.start(asked.seed) if start is None else start
     if isinstance(scene, SceneSpec):
         scene = scene.build(asked.seed)
@@ -216,12 +220,10 @@ def packed(
     compression = Compression.begun(
         scene, plan, asked.collisions, asked.common, asked.seed, asked.neighbors, asked.pictures, progress
     )
-    if out is None:
+    if folder is None:
         return _carried_out(compression, None)
-    folder = PackingFolder(Path(out))
-    if resume and holds_packing(out):
+    if goes_on:
         return _resumed(folder, progress, compression)
-    folder.check_free(overwrite)
     folder.make()
     with folder.owned():
         folder.sweep()

@@ -290,7 +290,7 @@ class Packing(Result):
         summary = self.to_dict()
         if summary["gap"] is not None:
             jams = "" if summary["jamming_fraction"] is None else f"jams at {self.jamming_fraction:.8g}, "
-            lines.append(f"{jams}{summary['rattlers']} rattlers, {summary['contacts']} contacts")
+            lines.append(f"{jams}{summary['rattlers']} rattlers, {self.network.counted}")
         return [*lines, f"ended: {self.note}"]
 
     def _repr_html_(self) -> str:

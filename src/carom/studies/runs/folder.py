@@ -29,9 +29,9 @@ class RunFolder:
 
     Attributes
     ----------
-    scene, checkpoint, summary, events, rdf, start : Path
-        The plan of the run, the state to continue from, the result (written last), the event log, g(r), the
-        scene from which a run began that was given as one.
+    scene, checkpoint, summary, timing, events, rdf, start : Path
+        The plan of the run, the state to continue from, the result (written last), its wall times, the event
+        log, g(r), the scene from which a run began that was given as one.
     """
 
     kind = "a run"
@@ -41,6 +41,7 @@ class RunFolder:
         self.scene = path / "scene.toml"
         self.checkpoint = path / "checkpoint.h5"
         self.summary = path / "summary.json"
+        self.timing = path / "timing.json"
         self.events = path / "events.h5"
         self.rdf = path / "rdf.csv"
         self.start = path / "start.h5md"
@@ -54,7 +55,7 @@ class RunFolder:
         # Without a summary the run is not finished; without a checkpoint it is not under way.
         trajectories = [self.trajectory(form) for form in FORMATS]
         pictures = [self.path / name for name in PICTURES]
-        others = [self.events, self.rdf, self.start, *pictures]
+        others = [self.timing, self.events, self.rdf, self.start, *pictures]
         return [self.summary, self.checkpoint, self.scene, *trajectories, *others]
 
     def check_free(self, overwrite: bool) -> None:
@@ -187,7 +188,7 @@ def existing_run(path: Path) -> RunFolder:
             missing = "is a file" if path.exists() else "does not exist"
             raise FileError(f"{path} {missing}; expected the folder of a run, as `carom run --out` makes it.")
         if not any(file.is_file() for file in (folder.checkpoint, folder.summary, folder.scene)):
-            raise FileError(f"{path} holds no run of Carom; start one with `carom run --out {path}`.")
+            raise FileError(f"{path} holds nothing of Carom yet; type the command that began there again.")
     except OSError as error:
         raise FileError(f"{path} cannot be read: {reason(error)}.") from error
     return folder

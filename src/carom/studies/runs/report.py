@@ -131,7 +131,7 @@ class _Parts:
 
 
 def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None]) -> dict[str, Any]:
-    """Write g(r), the pictures and the summary, in this order, and return the summary.
+    """Write g(r), the pictures, the times and the summary, in this order, and return the summary.
 
     An error of the program in one of its parts is raised when all others are written.
     """
@@ -150,8 +150,10 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
         report("Drawing", 0.0)
         parts.of("pictures", lambda: _draw(folder, facts, pressure, distributions, _lines(compared)), None)
     summary = _summary(facts, pressure, energy, distributions, reason, phase, compared, parts)
-    text = json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
-    write_text(folder.summary, text)
+    # In a file of their own, so that all others depend on the plan alone.
+    timing = {"collisions_per_second": facts.rate, "seconds": clock.perf_counter() - facts.began}
+    for path, found in ((folder.timing, timing), (folder.summary, summary)):
+        write_text(path, json.dumps(found, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
     for sentence in summary["remarks"]:
         warnings.warn(sentence, CaromWarning, stacklevel=3)
     if parts.fault is not None:
@@ -356,8 +358,6 @@ def _summary(
         "advancement_fraction": statistics.advancement_fraction,
         "clamped_roots": statistics.clamped_roots,
         "transits": statistics.transits,
-        "collisions_per_second": facts.rate,
-        "seconds": clock.perf_counter() - facts.began,
     }
 
 

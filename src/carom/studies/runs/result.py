@@ -21,7 +21,7 @@ from carom.observables.statistics import Estimate, value_with_error
 from carom.results import Result
 from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
-from carom.studies.runs.summary import SUMMARY
+from carom.studies.runs.summary import SUMMARY, read_timing
 
 QUANTITIES = ("Z", "Z_infinite", "reduced_pressure", "contact_value", "collision_rate", "U", "temperature")
 """Quantities of a summary with a mean and an error."""
@@ -116,9 +116,20 @@ class RunResult(Result):
             scene = Scene.from_frame(frames[0])
             return RDF().over(frames) if is_equal(scene) else partial_rdf(scene, lambda: iter(frames))
 
+    @property
+    def timing(self) -> dict[str, float]:
+        """``seconds`` of wall time, and ``collisions_per_second`` while measuring; empty if not known.
+
+        Raises
+        ------
+        FileError
+            If ``timing.json`` is damaged.
+        """
+        return read_timing(self.folder / "timing.json")
+
     def _words(self) -> dict[str, Any]:
         """Return numbers by name, each quantity with its error: Z, Z_error, reduced_pressure, ..."""
-        names = ("n", "dimension", "packing_fraction", "kT", "collisions", "time", "seconds")
+        names = ("n", "dimension", "packing_fraction", "kT", "collisions", "time")
         found: dict[str, Any] = {name: self.summary[name] for name in names}
         for name in QUANTITIES:
             value = self.summary.get(name) or {"mean": None, "error": None}
@@ -161,7 +172,7 @@ class RunResult(Result):
         title, rows = self._rows()
         said = [", ".join(f"{name} = {value}" for name, value in rows)] if rows else []
         s = self.summary
-        return [title, *said, f"{s['collisions']} collisions in {s['seconds']:.1f} s; files in {self.folder}"]
+        return [title, *said, f"{s['collisions']} collisions; files in {self.folder}"]
 
     def __repr__(self) -> str:
         return f"<RunResult: {self._lines()[0]}, in {self.folder}>"

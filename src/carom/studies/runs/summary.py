@@ -63,8 +63,6 @@ SUMMARY = records.table(
         "momentum_drift": _NUMBER,
         "worst_overlap": records.number(),
         "advancement_fraction": _POSITIVE,
-        "collisions_per_second": _POSITIVE,
-        "seconds": _POSITIVE,
     },
     later={
         "without_trajectory": _TEXT,
@@ -74,6 +72,8 @@ SUMMARY = records.table(
     },
 )
 """The check of ``summary.json``."""
+
+_TIMING = records.table({"collisions_per_second": _POSITIVE, "seconds": _POSITIVE})
 
 
 def read_summary(path: Path) -> dict[str, Any]:
@@ -87,4 +87,18 @@ def read_summary(path: Path) -> dict[str, Any]:
     found: dict[str, Any] = records.read_json(
         path, SUMMARY, "the summary of a run", "remove it, and `carom resume` makes it anew"
     )
+    return found
+
+
+def read_timing(path: Path) -> dict[str, float]:
+    """Return the rate and the wall time of a finished run; empty if the file is missing.
+
+    Raises
+    ------
+    FileError
+        If the file is damaged.
+    """
+    if not path.is_file():
+        return {}
+    found: dict[str, float] = records.read_json(path, _TIMING, "the times of a run", "remove it")
     return found
