@@ -4,6 +4,7 @@ Compiled code cannot be given back: after all files a worker held gigabytes. A w
 test of a file, the copy runs the tests of that file, and the worker passes on what the copy reports.
 """
 
+import gc
 import os
 import sys
 from multiprocessing import Pipe
@@ -12,6 +13,23 @@ import pytest
 
 POSSIBLE = sys.platform == "linux"
 """Elsewhere a copy of a process in which threads run is not safe."""
+
+
+MANY = 20
+"""Files of tests that are worth kernels compiled beforehand."""
+
+
+def compile_common_kinds():
+    """Compile the most common kernels: what they inline, nearly all kernels inline.
+
+    A copy has it in its memory, and compiles only what is new in a kind of its own. The cache on disk keeps
+    whole kernels, of which no other kernel can use a part.
+    """
+    import carom
+
+    for dimension in (2, 3):
+        scene = carom.Scene.crystal(dimension=dimension, cells=8, packing_fraction=0.3)
+        carom.Simulation(scene, seed=1).run(collisions=1)
 
 
 class Apart:
@@ -31,6 +49,10 @@ class Apart:
         self.places = {item.nodeid: k for k, item in enumerate(session.items)}
         self.config._tmp_path_factory.getbasetemp()
         njit(lambda x: x)(1)
+        if len({item.path for item in session.items}) >= MANY:
+            compile_common_kinds()
+        gc.collect()
+        gc.freeze()  # what is there before the copies is of no interest to their garbage collection
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_protocol(self, item, nextitem):
