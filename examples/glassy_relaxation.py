@@ -44,9 +44,9 @@ class RelaxationSpec(own.Spec):
 
 # %% One run: swaps bring the liquid to equilibrium; from there, with or without them, F_s at the first peak.
 def scattering(sim, length, origins=9):
-    """Return times up to ``length``, and F_s(k, t) of all particles at each, from several starts, (starts, t).
+    """Return times up to ``length``, and F_s(k, t) of all particles at each, (starts, times).
 
-    It is the mean of cos(k . displacement) with k near 2 pi over the mean diameter, the centre being at rest.
+    F_s is the mean of cos(k . displacement) with k near 2 pi over the mean diameter, the centre being at rest.
     """
     k = 2.0 * np.pi / sim.scene.box[0] * round(sim.scene.box[0])
     times = np.unique(np.geomspace(length / 5000, length, 60).round(6))
@@ -101,12 +101,13 @@ def row(eta, swapped, n, results):
     each = curves.mean(axis=1)
     found = np.array([tau(times, curve) for curve in each])
     stays = (each > np.exp(-1.0)).all(axis=1).any()
+    error = np.nan if stays else found.std(ddof=1) / np.sqrt(len(found))
     chi4 = n * curves.var(axis=(0, 1)).max()
     # Starts of one run are not independent: the error is a jackknife over runs.
     without = [n * np.delete(curves, r, axis=0).var(axis=(0, 1)).max() for r in range(len(curves))]
     return Row(
         eta, "with" if swapped else "without", np.mean([each["accepted"] for each in results]),
-        found.mean(), found.std(ddof=1) / np.sqrt(len(found)), "or longer" if stays else "",
+        found.mean(), error, "or longer" if stays else "",
         chi4, np.std(without) * np.sqrt(len(without) - 1),
     )  # fmt: skip
 
@@ -138,5 +139,7 @@ if __name__ == "__main__":
     spec = RelaxationSpec(**(small if args.smoke else {}))
     study = Relaxation(spec).run(out=args.out, cores=2)
     study.save(args.out / "relaxation.csv")
-    study.plot(args.out / "relaxation.png")
+    figure = study.plot()
+    figure.axes[0].set_yscale("log")
+    figure.savefig(args.out / "glassy_relaxation.png", dpi=110)
     print(study.table)

@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from carom.observables.statistics import Estimate as Estimate
     from carom.observables.structure_factor import StructureFactor as StructureFactor
     from carom.observables.wall_pressure import WallPressure as WallPressure
+    from carom.pictures.live import Live as Live
     from carom.pictures.movie import movie as movie
     from carom.pictures.view import view as view
     from carom.scene.scene import Scene as Scene
@@ -117,6 +118,7 @@ _LAZY = {
     "open": "carom.io.trajectory",
     "view": "carom.pictures.view",
     "movie": "carom.pictures.movie",
+    "Live": "carom.pictures.live",
     "CaromError": "carom.errors",
     "InputError": "carom.errors",
     "BusyError": "carom.errors",

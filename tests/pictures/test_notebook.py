@@ -31,6 +31,7 @@ RUN = (
     "sim.run(collisions=2000, progress=True)",
     "sim.measure(carom.Pressure(), collisions=3000, progress=True, blocks=16)",
     "sim.statistics",
+    "sim.run(time=0.3, every=0.1, call=carom.Live());",
 )
 
 
@@ -54,7 +55,10 @@ def test_a_notebook_shows_bars_tables_plots_and_frames_without_a_magic_word():
 
 @pytest.mark.slow
 def test_a_run_in_a_notebook_shows_its_bar_and_results_as_tables():
-    run, pressure, statistics = executed(RUN)
+    run, pressure, statistics, live = executed(RUN)
+    assert len(live) == 1  # updated in its place
+    assert "data:image/png;base64," in live[0]["text/html"]
+    assert "kT" in live[0]["text/html"]
     assert "100 %" in run[0]["text/html"]
     assert "2000" in run[-1]["text/html"]
     assert "Z = PV / NkT" in pressure[-1]["text/html"]
@@ -129,3 +133,14 @@ def test_progress_true_shows_a_bar_and_false_none(capsys):
     seen = []
     assert work(progress=seen.append) is True
     assert seen == [0.5]
+
+
+@pytest.mark.usefixtures("plain")
+def test_live_numbers_are_those_of_the_run_now():
+    sim, live = carom.Simulation(carom.Scene.random(20, 0.3, 2), seed=1), carom.Live()
+    shown = []
+    sim.run(time=1.0, every=0.5, call=[live, lambda sim: shown.append(live.html(sim))])
+    assert len(shown) == 2
+    assert f"<td>{sim.collisions}</td>" in shown[-1]
+    assert "data:image/png;base64," in shown[-1]
+    assert "img" not in carom.Live(picture=False).html(sim)

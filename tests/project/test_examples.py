@@ -22,6 +22,7 @@ LONG = (
     "equation_of_state",
     "finite_size",
     "freezing_of_spheres",
+    "glassy_relaxation",
     "haffs_law",
     "lorentz_gas",
     "melting_of_disks",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -71,22 +71,18 @@ class CSVLog:
                     "function of the simulation is needed."
                 )
         self._columns = dict(given)
-        self._before: Block | None = None
+        self._numbers = Numbers()
         self._open = False
 
     def __call__(self, sim: InMotion) -> None:
         """Write a row."""
         if not self._columns:
-            self._columns = dict.fromkeys(_columns_of(sim))
-        now = stretches.tally(sim)
+            self._columns = dict.fromkeys(columns_of(sim))
         if not self._open:
-            self._begin(now)
-        entries = [
-            self._value(name, sim, now) if function is None else function(sim)
-            for name, function in self._columns.items()
-        ]
-        self._before = now
-        _write(self.path, [entries], "a")
+            self._begin(stretches.tally(sim))
+        found = self._numbers(sim, [name for name, function in self._columns.items() if function is None])
+        entries = [found[n] if function is None else function(sim) for n, function in self._columns.items()]
+        _write(self.path, [["" if entry is None else entry for entry in entries]], "a")
 
     def _begin(self, now: Block) -> None:
         """Begin the file, or go on with it."""
@@ -111,13 +107,26 @@ class CSVLog:
                     raise FileError(
                         f"{self.path} has a row without a time, and was left as it is; choose another name."
                     ) from None
-            self._before = now
+            self._numbers = Numbers(now)
         with replacing(self.path) as whole:  # a full disk leaves the rows that were there
             _write(whole, [head, *earlier_rows], "w")
         self._open = True
 
-    def _value(self, name: str, sim: InMotion, now: Block) -> float | int | str:
-        """Return the value in a column."""
+
+class Numbers:
+    """The columns of a run at the present; Z is that of the time since it was last called."""
+
+    def __init__(self, before: Block | None = None):
+        self._before = before
+
+    def __call__(self, sim: InMotion, names: Iterable[str]) -> dict[str, float | int | None]:
+        """Return the columns of some names; Z is None where no time has passed."""
+        now = stretches.tally(sim)
+        found = {name: self._value(name, sim, now) for name in names}
+        self._before = now
+        return found
+
+    def _value(self, name: str, sim: InMotion, now: Block) -> float | int | None:
         if name == "time":
             return now.duration
         if name == "collisions":
@@ -133,10 +142,10 @@ class CSVLog:
         if now.kT_time is not None:
             heat = now.kT_time - (0.0 if before is None else before.kT_time or 0.0)
         z = 1.0 + virial / (sim.scene.dimension * sim.n * heat) if heat > 0.0 else math.nan
-        return "" if math.isnan(z) else z
+        return None if math.isnan(z) else z
 
 
-def _columns_of(sim: InMotion) -> tuple[str, ...]:
+def columns_of(sim: InMotion) -> tuple[str, ...]:
     """Return the columns that a scene has."""
     from carom.observables.energy import without_potential
     from carom.observables.pressure import without_pressure
