@@ -78,7 +78,7 @@ PAGES = sorted(
 )
 
 LONG = (
-    "gravity.md", "own-study.md", "packings.md", "range-rules.md", "rough.md", "spherical-codes.md",
+    "gravity.md", "own-study.md", "packings.md", "range-rules.md", "driven.md", "spherical-codes.md",
     "transport.md",
 )  # fmt: skip
 """Pages whose blocks take more than a quarter of a minute."""

@@ -70,7 +70,7 @@ class Simulation:
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     swaps : Swaps, optional
-        Pairs of particles exchange their diameters between events (``docs/glasses``), on one core.
+        Pairs of particles exchange their diameters between events (``docs/driven``), on one core.
     event_log : path, optional
         Write every collision to this HDF5 file (see ``docs/layouts``); in double precision only.
     observers : sequence of observers
