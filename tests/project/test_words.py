@@ -32,7 +32,7 @@ FORBIDDEN = re.compile(r"\b(components?|colours?|neighbours?|centres?|max_wallti
 
 ROOT = Path(__file__).parents[2]
 
-OF_THE_ALGORITHM = ("concepts.md", "algorithm.md", "architecture.md", "notation.md")
+OF_THE_ALGORITHM = ("algorithm.md", "benchmarks.md", "architecture.md", "notation.md")
 """Pages in which what moves is a component, as in the article of the algorithm."""
 
 

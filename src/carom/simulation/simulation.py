@@ -77,7 +77,7 @@ class Simulation:
         Observers of your own, which add up something of every event (``docs/models``). They need one core.
         For :meth:`helfand` also :class:`carom.observables.HelfandCurrents`.
     cores : int or "auto"
-        Cores that run this one system together. The bits are those of one core (``docs/parallel``). "auto"
+        Cores that run this one system together. The bits are those of one core (``docs/studies``). "auto"
         takes two where this was measured to be faster: large systems in the plane.
     tuning : Tuning
         What changes the speed or the memory, and not the physics.
