@@ -1,4 +1,4 @@
-"""``{{ options }}`` and ``{{ keys SECTION }}`` in a page: what the commands and scene files take, from the code.
+"""``{{ options }}`` and ``{{ keys SECTION }}`` in a page: what commands and scene files take.
 
 A new option or key appears by itself, with the help that ``carom COMMAND --help`` shows.
 """
@@ -30,7 +30,7 @@ def options() -> str:
         lines += [f":::{{dropdown}} carom {name}", "", plain(command.help.partition("[bold]")[0]), ""]
         lines += ["| option | meaning |", "|---|---|"]
         for each in command.params:
-            if not each.hidden if hasattr(each, "hidden") else True:
+            if not getattr(each, "hidden", False):
                 words = each.opts if each.param_type_name == "option" else [each.name.upper()]
                 said = plain(getattr(each, "help", None) or "")
                 lines.append(f"| {', '.join(f'`{word}`' for word in words)} | {said} |")

@@ -50,7 +50,10 @@ def run_page(tmp_path):
     cells = re.findall(r"```python\n(.*?)```", page, flags=re.DOTALL)
     # A file: Numba's cache on disk names the module of every type, and reads its sources.
     script = tmp_path / "slit.py"
-    script.write_text(BEFORE + "\n".join(cell for cell in cells if "Bar(" in cell or "Bar:" in cell) + AFTER, encoding="utf-8")
+    script.write_text(
+        BEFORE + "\n".join(cell for cell in cells if "Bar(" in cell or "Bar:" in cell) + AFTER,
+        encoding="utf-8",
+    )
     done = subprocess.run(
         [sys.executable, "-W", "ignore::RuntimeWarning", script, tmp_path / "slit.h5"],
         env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
@@ -71,7 +74,9 @@ def test_the_slit_of_the_page(tmp_path):
 
 
 def test_the_first_cell_of_the_page_runs_as_plain_python(tmp_path):
-    cell = re.search(r"```python\n(.*?)```", DOCS.joinpath("obstacles.md").read_text(encoding="utf-8"), flags=re.DOTALL).group(1)
+    cell = re.search(
+        r"```python\n(.*?)```", DOCS.joinpath("obstacles.md").read_text(encoding="utf-8"), flags=re.DOTALL
+    ).group(1)
     done = subprocess.run(
         [sys.executable, "-W", "ignore::RuntimeWarning", "-c", cell],
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
