@@ -36,11 +36,6 @@ carom.equation_of_state = _small
 
 BEFORE = {
     "architecture.md": "from carom.compiling.registry import required\n",
-    "cli.md": """
-from pathlib import Path
-text = "[scene]\\nlattice = 'fcc'\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
-Path("scene.toml").write_text(text + "collisions_per_particle = 20\\nframes = 3\\n")
-""",
     "files.md": FLUID,
     "layouts.md": FLUID
     + """
