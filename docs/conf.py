@@ -25,6 +25,7 @@ extensions = [
     "sphinx_copybutton",
     "sphinx_design",
     "api",
+    "commands",
     "gallery",
 ]
 exclude_patterns = ["_build", "packaging"]

@@ -1,6 +1,14 @@
 """Freezing of hard spheres: fluid and crystal, measured, and the pressure at which they coexist.
 
 python examples/freezing_of_spheres.py [--smoke] [--out DIR]
+
+Equal pressure alone does not determine coexistence: the chemical potentials must be equal as well. That
+of the fluid follows from its equation of state, integrated from zero density. A crystal does not connect
+to zero density, so one free energy comes from the literature: 5.91901 NkT beyond that of the ideal gas,
+at a density of 1.0409 (Schultz and Kofke).
+
+A fluid at 0.49 that starts as a crystal stays one, and its pressure does not drift. Studies therefore
+start fluids at random, and flag a fluid whose particles have not moved.
 """
 
 # %% Arguments: --smoke makes everything small, --out says where the results go.

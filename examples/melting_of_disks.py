@@ -1,6 +1,15 @@
 """Melting of hard disks: the loop of the pressure and the order psi_6, compared with published pressures.
 
 python examples/melting_of_disks.py [--smoke] [--out DIR] [--sides 32 64]
+
+In the plane the liquid and the hexatic phase coexist between packing fractions of about 0.700 and 0.716
+(Bernard and Krauth, Phys. Rev. Lett. 107, 155704 (2011)). In a finite box the interface between them
+costs free energy, and the pressure has a loop that flattens as the box grows. The susceptibility of the
+order is largest where it sets in.
+
+A run near 0.70 forgets its start after tens of thousands of collisions a disk. What is too short or
+drifts is flagged, and drawn hollow. The box of random starts is square, as that of the published runs; no
+perfect crystal fits.
 """
 
 # %% Arguments: --smoke makes everything small, --out says where the results go.

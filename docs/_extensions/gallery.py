@@ -26,6 +26,57 @@ MARK = "{{ gallery }}"
 SUFFIXES = (".gif", ".png", ".webp")
 MADE = "made"
 """Folder of the pictures that this build made, beside the pages."""
+GROUPS = {
+    "Fluids and crystals": {
+        "fluid_in_ten_lines": "A fluid in ten lines",
+        "equation_of_state": "The equation of state of hard spheres",
+        "finite_size": "How many particles are enough",
+        "crystal": "An fcc crystal",
+        "square_well": "Square wells: drops and a chain",
+        "transport": "Transport coefficients and the long-time tail",
+    },
+    "Melting and freezing": {
+        "melting_of_disks": "Melting of hard disks",
+        "order_of_disks": "The order of disks that melt",
+        "freezing_of_spheres": "Freezing of hard spheres",
+    },
+    "Packings and spherical codes": {
+        "disks_27": "27 disks that jam",
+        "disks_2000": "2000 disks: grains, bonds and rattlers",
+        "caps_on_a_sphere": "Caps on a sphere",
+    },
+    "Billiards and obstacles": {
+        "billiard_break": "The break of a billiard game",
+        "billiards": "Four billiard tables",
+        "lorentz_gas": "A Lorentz gas",
+        "four_balls": "The algorithm on four balls",
+        "cushions_160": "160 disks between cushions",
+    },
+    "Gravity and grains": {
+        "barometric_column": "A column of disks in a field",
+        "shaken_ball": "A ball on a shaken floor",
+        "rosato_bed": "A vibrated bed",
+        "brazil_nut": "The Brazil-nut effect",
+        "haffs_law": "Haff's law of cooling",
+    },
+    "Driven and glassy systems": {
+        "sheared_spheres": "Sheared grains, smooth and rough",
+        "brownian_spheres": "Brownian spheres",
+        "active_disks": "Active disks",
+        "swap_liquid": "A dense liquid with swaps",
+        "glassy_relaxation": "Relaxation times of a dense liquid",
+    },
+    "Rules": {"two_armies": "Two armies"},
+    "Recipes": {
+        "export_ovito_ase": "One run for several programs",
+        "rdf_mdanalysis": "g(r) of a file with MDAnalysis",
+        "restart": "Stop, save and continue",
+        "bad_input_tour": "What Carom refuses",
+        "replica_exchange": "Replica exchange",
+        "study_on_a_cluster": "A study on a cluster",
+    },
+}
+"""The examples with their titles, by group, in reading order. Recipes have no picture."""
 BUILT: dict[str, Result] = {}
 """What the examples made in this build."""
 SMALL = [
@@ -56,8 +107,17 @@ def own_pictures(name: str) -> list[Path]:
 
 
 def title(name: str) -> str:
-    """Return the name of a script as words."""
-    return name.replace("_", " ").capitalize()
+    """Return the title of an example.
+
+    Raises
+    ------
+    ExtensionError
+        If the example is in no group.
+    """
+    for group in GROUPS.values():
+        if name in group:
+            return group[name]
+    raise ExtensionError(f"examples/{name}.py is in no group: give it a title in GROUPS.")
 
 
 def summary(text: str) -> str:
@@ -107,7 +167,7 @@ def page(script: Path, made: Result | None) -> str:
             stored = fresh
         else:
             stored += ["## Run when this page was made", "", *SMALL, "", *fresh]
-    lines += [*stored, "## The script", ""]
+    lines += [*stored, "## The script", "", f"[Download the script](path:../../examples/{script.name}).", ""]
     for words, code in cells(text):
         lines += [words, ""]
         if code:
@@ -124,19 +184,19 @@ def card_picture(name: str, made: Result | None) -> str | None:
 
 
 def cards(made: dict[str, Result]) -> str:
-    """Return the grid of all examples, those with a picture first."""
-    pictured = {path: card_picture(path.stem, made.get(path.stem)) for path in EXAMPLES.glob("*.py")}
-    lines = ["::::{grid} 1 2 2 3", ":gutter: 3", ""]
-    for script in sorted(pictured, key=lambda path: (pictured[path] is None, path.stem)):
-        lines += [
-            ":::{grid-item-card} " + title(script.stem),
-            f":link: gallery/{script.stem}",
-            ":link-type: doc",
-        ]
-        lines += [f":img-top: {pictured[script]}"] if pictured[script] else []
-        lines += ["", summary(script.read_text(encoding="utf-8")), ":::", ""]
-    listed = "\n".join(f"gallery/{script.stem}" for script in sorted(pictured))
-    return "\n".join([*lines, "::::", "", "```{toctree}", ":hidden:", "", listed, "```"])
+    """Return a grid of cards for each group, and the hidden list of all pages."""
+    lines = []
+    for group, titles in GROUPS.items():
+        lines += [f"## {group}", "", "::::{grid} 1 2 2 3", ":gutter: 3", ""]
+        for name, heading in titles.items():
+            picture = card_picture(name, made.get(name))
+            about = summary(EXAMPLES.joinpath(f"{name}.py").read_text(encoding="utf-8"))
+            lines += [":::{grid-item-card} " + heading, f":link: gallery/{name}", ":link-type: doc"]
+            lines += [f":img-top: {picture}", f":img-alt: {about}"] if picture else []
+            lines += ["", about, ":::", ""]
+        lines += ["::::", ""]
+    listed = "\n".join(f"gallery/{name}" for titles in GROUPS.values() for name in titles)
+    return "\n".join([*lines, "```{toctree}", ":hidden:", "", listed, "```"])
 
 
 def write_pages(app: Sphinx) -> None:

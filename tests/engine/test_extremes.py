@@ -1,6 +1,6 @@
 """The extremes: no stall, no lost particle, no silent overlap; right physics or a clear refusal.
 
-The limits of docs/validation.md, and more; ``pytest -m slow -s`` adds the long ones. Others stand in
+The limits of docs/how.md, and more; ``pytest -m slow -s`` adds the long ones. Others stand in
 test_engine_limits.py.
 """
 

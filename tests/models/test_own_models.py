@@ -70,7 +70,8 @@ def test_the_page_runs_as_it_stands(tmp_path):
     lines = done.stdout.splitlines()
     assert lines[0] == "True"
     assert sum(line.startswith("holds") for line in lines) == 8
-    assert lines[-6:] == [*4 * ["True"], "False ['V', 'momentum', 'virial']", "UnlikeCores"]
+    assert lines[-12:-8] == 4 * ["True"]  # then the disks that escape, which have a test of their own
+    assert lines[-3:] == ["floor", "False ['V', 'momentum', 'virial']", "UnlikeCores"]
 
 
 LENGTHS = {"UnlikeCores": 12, "Well": 20, "Floor": 8, "OneWay": 12, "Viscoelastic": 12}

@@ -7,6 +7,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "_extensions"))
 from execution import AT_FULL_SIZE, package_digest, result_of
+from gallery import GROUPS, own_pictures
 from pictures import Failed
 
 SCRIPT = '''"""Count the runs, and draw one point."""
@@ -65,3 +66,12 @@ def test_the_digest_of_the_package_is_the_same_in_every_build():
 def test_examples_that_run_at_full_size_exist():
     examples = {path.stem for path in Path(__file__).parents[2].joinpath("examples").glob("*.py")}
     assert examples >= AT_FULL_SIZE
+
+
+def test_every_example_has_a_place_a_title_and_a_picture():
+    examples = sorted(path.stem for path in Path(__file__).parents[2].joinpath("examples").glob("*.py"))
+    assert sorted(name for titles in GROUPS.values() for name in titles) == examples
+    titles = [title for group in GROUPS.values() for title in group.values()]
+    assert len(set(titles)) == len(titles)
+    without = {name for name in examples if not own_pictures(name)}
+    assert without == set(GROUPS["Recipes"])

@@ -1,4 +1,4 @@
-"""The page on a study of one's own: its file is short, and runs as the page says."""
+"""The section on a study of one's own: its file is short, and runs as the page says."""
 
 import csv
 import json
@@ -10,8 +10,12 @@ from pathlib import Path
 import pytest
 from helpers.commands import WAIT
 
-PAGE = Path(__file__).parents[2] / "docs" / "own-study.md"
-SCRIPT = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)[0]
+PAGE = Path(__file__).parents[2] / "docs" / "studies.md"
+(SCRIPT,) = (
+    block
+    for block in re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    if "own.command" in block
+)
 
 
 @pytest.fixture(scope="module")

@@ -4,7 +4,7 @@ It knows the basic functions ``interaction_time``, ``jump`` and ``advance`` (her
 ``velocity``) and no physics. It departs from the paper in one point: both halves of a collision are processed
 in one cycle. If they were processed one at a time, the second would still be pending, with its state from
 before the collision, when the first is scheduled at the same time. The printed cycle then stalls
-(docs/concepts).
+(docs/algorithm).
 """
 
 from __future__ import annotations

@@ -70,14 +70,14 @@ class Simulation:
         Rate at which the diameters grow [length / time], as in the paper's sec. 8. A contact is then elastic
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     swaps : Swaps, optional
-        Pairs of particles exchange their diameters between events (``docs/glasses``), on one core.
+        Pairs of particles exchange their diameters between events (``docs/driven``), on one core.
     event_log : path, optional
         Write every collision to this HDF5 file (see ``docs/layouts``); in double precision only.
     observers : sequence of observers
         Observers of your own, which add up something of every event (``docs/models``). They need one core.
         For :meth:`helfand` also :class:`carom.observables.HelfandCurrents`.
     cores : int or "auto"
-        Cores that run this one system together. The bits are those of one core (``docs/parallel``). "auto"
+        Cores that run this one system together. The bits are those of one core (``docs/studies``). "auto"
         takes two where this was measured to be faster: large systems in the plane.
     tuning : Tuning
         What changes the speed or the memory, and not the physics.

@@ -310,7 +310,7 @@ def check_meetings(system: System, scene: Scene) -> None:
         if bends and not _falls(each):
             raise InputError(
                 f"{value.name} is met in straight flight only: give {type(each).__name__} a method fall "
-                "(docs/gravity.md)."
+                "(docs/models.md)."
             )
 
 

@@ -13,7 +13,7 @@ from carom.engine.neighbors.size_classes import spans_of
 from carom.engine.system import System
 
 NEIGHBORS = (5, 10, 14, 26, 40, 60)
-"""Length of the lists that ran fastest in d = 1 to 6 (docs/performance shows the scan; flat within 20 %).
+"""Length of the lists that ran fastest in d = 1 to 6 (docs/benchmarks shows the scan; flat within 20 %).
 
 In d = 3 nearly all lists of this mean fill two registers of eight and no third: the search takes as long as
 with twelve, and lists are renewed less often.

@@ -1,5 +1,5 @@
 """The neighbour scheme of a scene, and the sizes of its arrays: a rule that was measured
-(docs/performance).
+(docs/benchmarks).
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ def run(
     event_log, pictures : bool, optional
         Whether to write every collision, and to draw pictures.
     swaps : Swaps, optional
-        Exchanges of diameters; see ``docs/glasses``.
+        Exchanges of diameters; see ``docs/driven``.
     seed : int, optional
         Source of all randomness; 1 if left out.
     cores : int or "auto"
