@@ -46,7 +46,7 @@ class RelaxationSpec(own.Spec):
 def scattering(sim, length, origins=9):
     """Return times up to ``length``, and F_s(k, t) of all particles at each, (starts, times).
 
-    F_s is the mean of cos(k . displacement) with k near 2 pi over the mean diameter, the centre being at rest.
+    F_s is the mean of cos(k . displacement), k near 2 pi over the mean diameter, the centre being at rest.
     """
     k = 2.0 * np.pi / sim.scene.box[0] * round(sim.scene.box[0])
     times = np.unique(np.geomspace(length / 5000, length, 60).round(6))
@@ -125,7 +125,8 @@ class Relaxation(own.Study[RelaxationSpec]):
         for each in self.records:
             task = each["task"]
             points.setdefault((task["packing_fraction"], task["swaps"]), []).append(each["result"])
-        rows = [row(*point, self.spec.n, points[point]) for point in sorted(points) if len(points[point]) > 1]
+        done = sorted(point for point in points if len(points[point]) > 1)
+        rows = [row(eta, swapped, self.spec.n, points[eta, swapped]) for eta, swapped in done]
         return own.Table(Row, rows, flagged=lambda each: bool(each.bound))
 
 

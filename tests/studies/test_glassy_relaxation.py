@@ -9,7 +9,7 @@ import pytest
 import carom
 
 FOUR_SIGMA = 4.0
-"""Above the standard error of some hundred means of one run, close to each other: a seed in 100 would fail."""
+"""Above the standard error of some hundred means of one run, which go together: a seed in 100 would fail."""
 
 
 @pytest.fixture(scope="module")
