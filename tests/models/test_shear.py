@@ -335,7 +335,7 @@ def nothing(unit, event):
     (lambda: gas(2, 10, walls="y"), "leave out the walls"),
     (lambda: carom.Scene([[5, 5]], 9.0, motion=Shear(1.0), obstacles=[Ball([1, 1], 0.5)]), "hold the stream"),
     (lambda: carom.Scene([[5, 5]], 9.0, species=[0], motion=Shear(1.0), interaction=Ranges(
-        [Kind("one", (2.0,))], nothing)), "decide theirs"),
+        [Kind("one", (2.0,))], nothing)), "and Shear bends"),
     (lambda: carom.Simulation(gas(2, 4), tuning=carom.Tuning(neighbors="lists")), "use neighbors='sectors'"),
     (lambda: carom.Simulation(gas(2), tuning=carom.Tuning(precision="single")), "is for straight flight"),
     (lambda: carom.Scene.from_frame(next(carom.Simulation(gas(2)).sample(every=0.1))), "sheared box"),

@@ -79,11 +79,6 @@ class Shear:
             raise InputError(
                 "Obstacles and pinned particles would hold the stream; leave them out, or Shear."
             )
-        if getattr(scene.interaction, "decides", False):
-            raise InputError(
-                "Shear is for velocities that collisions change, and rules of units decide theirs; leave out "
-                "one of them."
-            )
 
     def stretch(self, box: tuple[float, ...], strain: float = LONGEST_STRAIN) -> tuple[float, ...]:
         """Return how much longer a vector may be along each axis of the lattice than it is.
