@@ -93,6 +93,70 @@ class Naive:
         return self.v - self.rate * np.outer(self.x[:, 1], np.eye(len(self.box))[0])
 
 
+class NaiveSteps(Naive):
+    """The same of pairs on steps: rising distances, and the energy inside of each.
+
+    ``level`` holds how many of the distances a pair is beyond, of pairs that are not beyond all.
+    """
+
+    def __init__(self, places, peculiar, box, rate, distances, energies):
+        super().__init__(places, peculiar, box, rate)
+        self.diameter = distances[-1]
+        self.distances, self.energies, self.level = distances, [*energies, 0.0], {}
+        for i, j in itertools.combinations(range(len(self.x)), 2):
+            near = [r @ r for _, r, _ in self.relative(i, j, 0.0)]
+            if near and min(near) < distances[-1] ** 2:
+                self.level[i, j] = int(np.searchsorted(distances, math.sqrt(min(near)), side="right"))
+
+    def relative(self, i, j, duration):
+        dx, dv = self.x[j] - self.x[i], self.v[j] - self.v[i]
+        for image in self.images(dx, dv, duration):
+            move, speed = self.shift(image)
+            yield image, dx + move, dv + speed
+
+    @property
+    def energy(self):
+        return 0.5 * (self.peculiar**2).sum() + sum(self.energies[k] for k in self.level.values())
+
+    def next(self, limit):
+        best = None
+        for i, j in itertools.combinations(range(len(self.x)), 2):
+            level = self.level.get((i, j), len(self.distances))
+            near = self.relative(i, j, limit)
+            if level < len(self.distances):  # it is there with one image alone
+                near = [min(near, key=lambda each: each[1] @ each[1])]
+            for image, r, w in near:
+                for inwards in (True, False):
+                    if (level == 0) if inwards else (level == len(self.distances)):
+                        continue
+                    gap = r @ r - self.distances[level - inwards] ** 2
+                    rv, vv = r @ w, w @ w
+                    root = rv * rv - vv * gap
+                    if inwards and (rv >= 0.0 or root < 0.0):
+                        continue
+                    root = math.sqrt(max(root, 0.0))
+                    t = max(gap / (root - rv) if inwards else (root - rv) / vv, 0.0)
+                    if t <= limit and (best is None or (t, i, j) < best[:3]):
+                        best = (t, i, j, image, inwards)
+        return best
+
+    def collide(self, i, j, image, inwards):
+        move, speed = self.shift(image)
+        r, w = self.x[j] + move - self.x[i], self.v[j] + speed - self.v[i]
+        normal = r / math.sqrt(r @ r)
+        before, level = normal @ w, self.level.get((i, j), len(self.distances))
+        target = level - 1 if inwards else level + 1
+        left = before**2 - 4.0 * (self.energies[target] - self.energies[level])
+        after = -before
+        if left >= 0.0:
+            after = math.copysign(math.sqrt(left), before)
+            self.level[i, j] = target
+            if target == len(self.distances):
+                del self.level[i, j]
+        self.v[i] -= 0.5 * (after - before) * normal
+        self.v[j] += 0.5 * (after - before) * normal
+
+
 def growing_as_all_pairs():
     """Compare growing disks in a wide and in a narrow box with the naive ones; return the steps compared."""
     import carom

@@ -14,7 +14,7 @@ from helpers.sheared import Naive
 import carom
 from carom.engine.neighbors.points import coordinate_bits
 from carom.engine.neighbors.skins import list_range_sq
-from carom.models import Andersen, Ball, Rough, Shear
+from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.shear import LONGEST_STRAIN
 from carom.scene.overlaps import Room
@@ -326,12 +326,16 @@ def test_lammps_and_ovito_see_the_tilted_cell(tmp_path):
     assert np.asarray(frame.to_ovito().cell)[:, :3] == pytest.approx(cell.T)
 
 
+def nothing(unit, event):
+    """A rule that changes nothing."""
+
+
 @pytest.mark.parametrize(("change", "said"), [
     (lambda: carom.Scene.random(10, 0.2, 1, motion=Shear(1.0)), "found one dimension"),
     (lambda: gas(2, 10, walls="y"), "leave out the walls"),
     (lambda: carom.Scene([[5, 5]], 9.0, motion=Shear(1.0), obstacles=[Ball([1, 1], 0.5)]), "hold the stream"),
-    (lambda: carom.Scene.random(
-        20, 0.2, 2, motion=Shear(1.0), interaction=carom.models.SquareWell(1.5, 1.0)), "in lists"),
+    (lambda: carom.Scene([[5, 5]], 9.0, species=[0], motion=Shear(1.0), interaction=Ranges(
+        [Kind("one", (2.0,))], nothing)), "and Shear bends"),
     (lambda: carom.Simulation(gas(2, 4), tuning=carom.Tuning(neighbors="lists")), "use neighbors='sectors'"),
     (lambda: carom.Simulation(gas(2), tuning=carom.Tuning(precision="single")), "is for straight flight"),
     (lambda: carom.Scene.from_frame(next(carom.Simulation(gas(2)).sample(every=0.1))), "sheared box"),

@@ -77,7 +77,7 @@ def test_elastic_spheres_are_kept_at_their_temperature_and_are_near_enskog():
         ({"rate": 0.0}, "rate must be"),
         ({"strains": -1}, "strains must be"),
         ({"scene": {"walls": True}}, "walls does not go with a shear flow"),
-        ({"scene": {"interaction": carom.models.SquareWell(1.5)}}, "interaction does not go with"),
+        ({"scene": {"interaction": carom.models.SquareWell(1.5)}}, "interaction is for carom.Simulation"),
         ({"scene": {"motion": carom.models.Gravity((0.0, 0.0, -1.0))}}, "motion is the flow"),
         ({"rates": 1.0}, "no argument 'rates'; did you mean rate"),
     ],

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from carom.scene.fields import Fields
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import room_at_start
 
 
 def first_steps(scene: Fields) -> tuple[np.ndarray, np.ndarray]:
@@ -20,7 +20,7 @@ def first_steps(scene: Fields) -> tuple[np.ndarray, np.ndarray]:
     """
     interaction = scene.interaction
     within = float(interaction.reach(scene)) * (1.0 + 2.0**-30)
-    room = Room(np.asarray(scene.box), np.asarray(scene.periodic))
+    room = room_at_start(scene)
     found: Any = room.near(room.wrapped(scene.positions), within) if scene.n > 1 else []
     pairs = np.sort(np.asarray(found, np.int64).reshape(-1, 2), axis=1)
     pairs = pairs[room.distances(scene.positions, pairs) < within]

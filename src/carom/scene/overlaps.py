@@ -16,10 +16,12 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.cells import wrapped
+from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import Obstacle
 from carom.models.obstacles.cells import CROWD_FROM, cells_of, near
 from carom.models.obstacles.faces import standing_walls
 from carom.models.obstacles.planes import Plane
+from carom.scene.fields import Fields
 from carom.scene.nearby import near_pairs
 from carom.scene.species import Contacts
 
@@ -276,6 +278,12 @@ class Room:
         everything = self.everything()
         for k, who in self.near_obstacles(positions, radii):
             yield everything[k], who, everything[k].gap(positions[who], radii[who], box, periodic)
+
+
+def room_at_start(scene: Fields) -> Room:
+    """Return where the components of a scene start, without its obstacles."""
+    tilt = start_tilt(scene.motion, scene.box)
+    return Room(np.asarray(scene.box), np.asarray(scene.periodic), tilt=tilt)
 
 
 def rounding(box: np.ndarray, epsilon: float = float(np.finfo(np.float64).eps)) -> float:

@@ -16,7 +16,7 @@ from carom.models.interactions.hard_cores import HardCores
 from carom.models.interactions.pinned import Pinned
 from carom.models.interactions.pinned import mask as pinned_mask
 from carom.models.motions.free_flight import FreeFlight
-from carom.models.motions.shear import Shear
+from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import Obstacle, faces, named_walls
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
@@ -198,7 +198,7 @@ class Scene(Fields):
         sides = named_walls.named(walls, dimension)
         repeats = named_walls.periodic_axes(sides, dimension)
         standing = _obstacles.checked(obstacles, edges, repeats, named_walls.standing(sides, edges))
-        tilt = motion.tilt if isinstance(motion, Shear) and dimension > 1 else 0.0
+        tilt = start_tilt(motion, edges) if dimension > 1 else 0.0
         room = Room(np.asarray(edges), np.asarray(repeats), standing, tilt)
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)

@@ -25,7 +25,7 @@ from carom.models.questions.steps import step_bits, step_jump, step_time
 from carom.models.questions.walls import wall_meeting
 from carom.scene import overlaps
 from carom.scene.fields import standing
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import room_at_start
 from carom.simulation import obstacle_trials, probes
 from carom.simulation.drive_trials import try_drive
 from carom.simulation.motion_trials import try_flight, try_images
@@ -419,7 +419,7 @@ def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, system: System) -> N
     This is what ``core_square`` answers, or the distance at which they are thrown back, if they are thrown
     back from where they are, too.
     """
-    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic))
+    geometry = room_at_start(scene)
     speed = float(system.unit.to_kernel(1.0, -1))
     pairs = geometry.near(geometry.wrapped(scene.positions), system.diameter)
     distances = geometry.distances(scene.positions, pairs)

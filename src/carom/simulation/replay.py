@@ -26,6 +26,7 @@ import carom.engine.domains.logical_process  # noqa: F401
 from carom.engine.build import make_model
 from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
+from carom.engine.lattice import in_lattice
 from carom.engine.observers.event_log import make_log
 from carom.engine.observers.interface import Observers
 from carom.engine.obstacles import numbers_of
@@ -90,8 +91,9 @@ class Replay:
             self._clock = Clock(system.unit, system.unit.to_kernel(float(initial["epoch_length"]), 1))
             positions = np.array(initial["positions"], dtype=np.float64)
             speeds = system.unit.to_kernel(velocities, -1)
-            self._arrays = make_state(positions, speeds, self._clock.length, True, np.float64)
             model = make_model(system)
+            places = in_lattice(model.motion, positions)
+            self._arrays = make_state(places, speeds, self._clock.length, True, np.float64)
             shape = np.array(initial["shape"], dtype=np.int64)
             self._words = Words(system, scene, model.pair, shape, int(initial["bits"]))
             self._log = make_log(1)

@@ -145,7 +145,7 @@ def _advance(
             run_state.enlarge_neighbors()
             run_state.schedule()
         elif code == constants.NEEDS_EVENTS:
-            run_state.schedule()
+            run_state.renew_neighbors()
         elif code == constants.NEEDS_LOG:
             run_state.flush_log()
         if progress is not None:

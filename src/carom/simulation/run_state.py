@@ -341,6 +341,11 @@ class RunState:
         if self.system.stepped and self.scheduled:
             self.steps = read_steps(self.engine.neighbors)
 
+    def renew_neighbors(self) -> None:
+        """Build sectors or lists anew, as a lattice that tilts demands, and schedule everything."""
+        self._keep_steps()
+        self.schedule()
+
     def enlarge_neighbors(self, full_cell: bool | None = None, times: int = 1) -> None:
         """Make more room in sectors and cells, or in lists; everything has then to be scheduled anew.
 

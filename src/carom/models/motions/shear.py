@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -78,9 +79,6 @@ class Shear:
             raise InputError(
                 "Obstacles and pinned particles would hold the stream; leave them out, or Shear."
             )
-        if hasattr(scene.interaction, "steps") or getattr(scene.interaction, "decides", False):
-            name = type(scene.interaction).__name__
-            raise InputError(f"Shear is for hard cores, and {name} keeps pairs in lists; leave out one.")
 
     def stretch(self, box: tuple[float, ...], strain: float = LONGEST_STRAIN) -> tuple[float, ...]:
         """Return how much longer a vector may be along each axis of the lattice than it is.
@@ -109,8 +107,18 @@ class Shear:
     def model(self, particles: Particles) -> Sheared:
         """Return the model that the engine compiles."""
         ratio = particles.box[0] / particles.box[1]
-        tilt = self.tilt - ratio * round(self.tilt / ratio)
+        tilt = start_tilt(self, particles.box)
         return Sheared(float(particles.unit.to_kernel(self.rate, -1)), ratio, np.array([tilt]))
+
+
+def start_tilt(motion: Any, box: Sequence[float]) -> float:
+    """Return the tilt of a lattice at the start, less whole boxes: at most half of the ratio of its edges,
+    and 0 where the ``motion`` is no shear.
+    """
+    if not isinstance(motion, Shear):
+        return 0.0
+    ratio = box[0] / box[1]
+    return motion.tilt - ratio * round(motion.tilt / ratio)
 
 
 class Sheared(NamedTuple):

@@ -14,7 +14,7 @@ from carom.studies.grid import LENGTH, SYSTEM, Blocks, Length, Replicas, SceneGr
 FIRST = 20.0
 """Strain after which the error of the viscosity is looked at first."""
 
-REFUSED = ("walls", "obstacles", "pinned", "interaction")
+REFUSED = ("walls", "obstacles", "pinned")
 """Keys of a scene that cannot be sheared."""
 
 
@@ -54,6 +54,7 @@ class ShearSpec(SceneGrid):
     refused: ClassVar[Mapping[str, str]] = {
         "motion": "is the flow, of which [shear] says the rate; remove it.",
         **dict.fromkeys(REFUSED, "does not go with a shear flow; remove it."),
+        "interaction": "is for carom.Simulation: this study starts from Enskog's hard cores; remove it.",
     }
     densities: ClassVar[Mapping[int, tuple[float, ...]]] = {2: (0.4,), 3: (0.25,), 4: (0.1,)}
 
