@@ -24,6 +24,7 @@ from carom.arithmetic import exponential
 from carom.errors import InputError, OverlapError
 from carom.models.motions.free_flight import FreeFlight
 from carom.scene.fields import is_elastic, is_usual, standing
+from carom.scene.temperature import temperature
 
 if TYPE_CHECKING:
     from carom.engine.system import System
@@ -149,9 +150,8 @@ def move_volume(run_state: Any) -> None:
 
 def _moved(run_state: Any, moves: VolumeMoves) -> Scene | None:
     """Return the scene after a move from the present state, None if it is refused."""
-    from carom.simulation.temperature import temperature
-
-    scene, barostat, kT = run_state.scene, moves.barostat, temperature(run_state)
+    scene, barostat = run_state.scene, moves.barostat
+    kT = run_state.unit.to_scene(temperature(scene, run_state.speeds), -2)
     if not kT > 0.0:
         raise InputError("A barostat needs a temperature, and the particles do not move: give kT.")
     rng = np.random.default_rng(seeds.stream(barostat.seed, "volume", moves.tried))
