@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from carom.pictures.view import view as view
     from carom.scene.scene import Scene as Scene
     from carom.scene.species import Species as Species
+    from carom.simulation.barostat import Barostat as Barostat
     from carom.simulation.callbacks import hit as hit
     from carom.simulation.conditions import check as check
     from carom.simulation.csv_log import CSVLog as CSVLog
@@ -86,6 +87,7 @@ _LAZY = {
     "Simulation": "carom.simulation.simulation",
     "Tuning": "carom.simulation.tuning",
     "Swaps": "carom.simulation.swaps",
+    "Barostat": "carom.simulation.barostat",
     "CSVLog": "carom.simulation.csv_log",
     "hit": "carom.simulation.callbacks",
     "Statistics": "carom.simulation.simulation",

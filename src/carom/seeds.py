@@ -16,7 +16,7 @@ from carom import checks
 
 PURPOSES = {
     "places": 0, "velocities": 1, "pinned": 2, "growth": 3, "thermal surfaces": 4, "drives": 5,
-    "directions": 6, "sizes": 7, "swaps": 8,
+    "directions": 6, "sizes": 7, "swaps": 8, "volume": 9,
 }  # fmt: skip
 """The purposes and their numbers, which determine the bits of runs."""
 

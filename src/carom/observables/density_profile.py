@@ -11,7 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.observables.of_frames import OfFrames, refuse_tilted
+from carom.observables.of_frames import OfFrames, refuse_other_box, refuse_tilted
 from carom.observables.statistics import arrays, blocking, shown
 from carom.results import Result
 
@@ -34,8 +34,8 @@ class DensityProfile(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`update`, if there is no such axis, or the frame has no species or not this one; from
-        :meth:`result`, before any frame.
+        From :meth:`update`, if there is no such axis, the frame has no species or not this one, or the box
+        changes; from :meth:`result`, before any frame.
 
     Examples
     --------
@@ -52,6 +52,7 @@ class DensityProfile(OfFrames):
     _counts: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
     _edges: np.ndarray = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
     _slab: float = field(default=0.0, init=False, repr=False)
+    _box: tuple[float, ...] = field(default=(), init=False, repr=False)
 
     def __post_init__(self) -> None:
         checks.integer(self.axis, "axis", low=0)
@@ -73,7 +74,8 @@ class DensityProfile(OfFrames):
         edge = frame.box[self.axis]
         if not self._counts:
             self._edges = np.linspace(0.0, edge, self.bins + 1)
-            self._slab = float(np.prod(frame.box)) / self.bins
+            self._slab, self._box = float(np.prod(frame.box)) / self.bins, tuple(frame.box)
+        refuse_other_box(frame, self._box, "DensityProfile")
         self._counts.append(np.histogram(x, self._edges)[0] / self._slab)
 
     def result(self) -> DensityProfileResult:

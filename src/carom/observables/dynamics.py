@@ -20,7 +20,7 @@ import numpy as np
 from carom import checks, jit
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.observables.of_frames import OfFrames, refuse_tilted
+from carom.observables.of_frames import OfFrames, refuse_other_box, refuse_tilted
 from carom.observables.statistics import Estimate, arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
@@ -90,8 +90,9 @@ class Dynamics(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`update`, if frames have no image counts, or are not equally spaced in time, or if the
-        momentum changes along an axis that was taken. From :meth:`result`, if there are fewer than 9 frames.
+        From :meth:`update`, if frames have no image counts, or are not equally spaced in time, or if the box
+        changes, or the momentum along an axis that was taken. From :meth:`result`, if there are fewer than 9
+        frames.
 
     Examples
     --------
@@ -114,6 +115,7 @@ class Dynamics(OfFrames):
     _momentum: np.ndarray | None = field(default=None, init=False, repr=False)
     _chosen: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64), init=False, repr=False)
     _waves: Waves | None = field(default=None, init=False, repr=False)
+    _box: tuple[float, ...] = field(default=(), init=False, repr=False)
     _structure: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
     _square: list[float] = field(default_factory=list, init=False, repr=False)
 
@@ -172,10 +174,12 @@ class Dynamics(OfFrames):
             chosen = frame.species == self.species
         self._chosen = np.flatnonzero(chosen)
         self._waves = Waves.of(frame.box, self.shells) if self.shells else None
+        self._box = tuple(frame.box)
 
     def _check(self, frame: Frame) -> None:
         if (frame.n, frame.dimension) != self._shape:
             raise InputError(f"A frame has {frame.n} components after one with {self._shape[0]}.")
+        refuse_other_box(frame, self._box, "Dynamics")
         if self._momentum is not None:
             momenta = frame.masses[:, None] * frame.velocities
             change = np.abs(np.sum(momenta, axis=0) - self._momentum)

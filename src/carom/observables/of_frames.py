@@ -53,6 +53,15 @@ class OfFrames:
         return mine.result()
 
 
+def refuse_other_box(frame: Frame, first: tuple[float, ...], what: str) -> None:
+    """Raise InputError if the box of a ``frame`` is not that of the first one, as ``what`` needs."""
+    if tuple(frame.box) != first:
+        raise InputError(
+            f"A frame has the box {list(map(float, frame.box))}, the first {list(map(float, first))}; {what} "
+            "is for a box that does not change."
+        )
+
+
 def refuse_tilted(frame: Frame, what: str) -> None:
     """Raise InputError if a ``frame`` is of a sheared box, as ``what`` needs right angles."""
     if frame.tilt is not None:

@@ -54,7 +54,13 @@ class Live:
             self._shown.update(page)
 
     def html(self, sim: InMotion) -> str:
-        """Return what is shown, as HTML."""
+        """Return what is shown, as HTML.
+
+        Parameters
+        ----------
+        sim : Simulation
+            The run; Z is that of the time since it was last shown.
+        """
         found = self._numbers(sim, columns_of(sim))
         rows = [(name, "" if value is None else f"{value:.6g}") for name, value in found.items()]
         table = notebook.table(f"{sim.n} particles", rows)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +15,7 @@ from carom.paths import reason
 from carom.scene.storage import from_arrays, to_arrays
 from carom.scene.temperature import thermal_of
 from carom.simulation import flying, own_observers
+from carom.simulation.barostat import Barostat, VolumeMoves
 from carom.simulation.clock import LAST_EPOCH
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_state import RunState
@@ -71,6 +72,7 @@ def _save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any])
         "offset": clock.offset,
         "seconds": run_state.seconds,
         "swaps": _table_of(run_state.sweeps),
+        "volume_moves": _table_of(run_state.volume_moves),
         "event_log": "" if run_state.log is None else str(run_state.log.path),
         "logged": None if run_state.log is None else run_state.log.mark(),
         "extra": json.dumps(extra),
@@ -108,24 +110,25 @@ def _arrays(run_state: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]
     return arrays, attributes
 
 
-def _table_of(sweeps: Sweeps | None) -> str:
-    """Return the swaps of a run, and how far they are, as text."""
-    return json.dumps(None if sweeps is None else [dataclasses.asdict(sweeps.swaps), *sweeps[1:]])
+def _table_of(moves: Sweeps | VolumeMoves | None) -> str:
+    """Return the swaps or the moves of the volume of a run, and how far they are, as text."""
+    return json.dumps(None if moves is None else [dataclasses.asdict(moves[0]), *moves[1:]])
 
 
-def _sweeps_of(table: Any) -> Sweeps | None:
-    """Return what was so written.
+def _moves_of(attributes: Mapping[str, Any], name: str, of: type, settings: type) -> Any:
+    """Return what was so written; None where there is nothing, as in earlier files.
 
     Raises
     ------
     ValueError
         If a count is none.
     """
+    table = json.loads(str(attributes.get(name, "null")))
     if table is None:
         return None
     if not all(type(count) is int and 0 <= count < LAST_EPOCH for count in table[1:]):
-        raise ValueError(f"its swaps have the counts {table[1:]}")
-    return Sweeps(Swaps(**table[0]), *table[1:])
+        raise ValueError(f"its {name} have the counts {table[1:]}")
+    return of(settings(**table[0]), *table[1:])
 
 
 def load(
@@ -176,7 +179,7 @@ def load(
             ),
         )
         system = with_thresholds(system, soundness.reals(attributes, "thresholds", 0.0))
-        sweeps = _sweeps_of(json.loads(str(attributes.get("swaps", "null"))))  # none in earlier files
+        sweeps = _moves_of(attributes, "swaps", Sweeps, Swaps)
         if rates is not None or sweeps is not None:
             radii = arrays["contents.radii"]
             soundness.check_exchanged(radii, rates, scene.diameters)
@@ -187,6 +190,7 @@ def load(
         soundness.check_fixed(run_state, arrays)
         restore(run_state.engine, arrays)
         run_state.sweeps = sweeps
+        run_state.volume_moves = _moves_of(attributes, "volume_moves", VolumeMoves, Barostat)
         run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
         clock = run_state.clock
         clock.base = soundness.base_of(attributes)

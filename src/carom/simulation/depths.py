@@ -38,6 +38,8 @@ class State(NamedTuple):
     """Time since the start [time]."""
     positions: np.ndarray
     """Centres in the box, (n, d) [length]."""
+    box: tuple[float, ...]
+    """Edges, which a barostat changes [length]."""
     diameters: np.ndarray
     """(n,) [length]."""
     now: float
@@ -86,9 +88,10 @@ def _present(run_state: Any) -> State:
         rows = run_state.engine.state.rows[: system.n]
         x, v, t = (np.asarray(rows[name], np.float64) for name in ("x", "v", "t"))
         positions = x + v * (now - t)[:, None]
-        return State(run_state.clock.instant, positions, run_state.diameters, now)
+        return State(run_state.clock.instant, positions, run_state.scene.box, run_state.diameters, now)
     frame = run_state.frame()
-    return State(run_state.clock.instant, frame.positions, run_state.diameters, now, frame.tilt or 0.0)
+    present = run_state.clock.instant, frame.positions, run_state.scene.box, run_state.diameters, now
+    return State(*present, frame.tilt or 0.0)
 
 
 def _forgets(run_state: Any) -> bool:
@@ -104,7 +107,7 @@ def _forgets(run_state: Any) -> bool:
 def deepest(run_state: Any, state: State) -> float:
     """Return the deepest overlap of a state beyond rounding: of two cores, or with a wall or an obstacle."""
     scene, system = run_state.scene, run_state.system
-    geometry = Room(np.asarray(scene.box), np.asarray(scene.periodic), standing(scene), state.tilt)
+    geometry = Room(np.asarray(state.box), np.asarray(scene.periodic), standing(scene), state.tilt)
     state = state._replace(positions=geometry.wrapped(state.positions))
     rounded = float(np.finfo(np.float32).eps) if system.single else float(np.finfo(np.float64).eps)
     slack = overlaps.FLIGHTS * overlaps.rounding(geometry.box, rounded)

@@ -13,6 +13,7 @@ from carom.models.active import Active
 from carom.notebook import watchable
 from carom.scene.fields import standing
 from carom.simulation import stretches
+from carom.simulation.barostat import refuse_barostat
 from carom.simulation.keywords import corrected
 from carom.simulation.relaxation import StructuralRelaxation
 
@@ -158,6 +159,7 @@ def equilibrate(
     """
     length = checks.number(collisions_per_particle, "collisions_per_particle", low=0.0)
     collisions = checks.collisions_of(length, sim.n)
+    refuse_barostat(sim._state, "equilibrate()", "call run()")
     if sim._state.system.rates is not None:
         raise InputError("equilibrate() needs diameters that last: leave out growth, or run() instead.")
     if kT is not None:

@@ -139,7 +139,13 @@ def explain(
         state = scene._state
         parts = scene.scene, state.system, state.scheme, state.engine, state.requested
         swaps = None if state.sweeps is None else state.sweeps.swaps
-        return _explanation(*parts, state.log is not None, swaps)
+        found = _explanation(*parts, state.log is not None, swaps)
+        if state.volume_moves is not None:
+            barostat = state.volume_moves.barostat
+            found.models["barostat"] = (
+                f"pressure {barostat.pressure:g}, a move at every {barostat.interval:g}"
+            )
+        return found
     from carom.engine.build import build
     from carom.engine.neighbors.plan import choose
 

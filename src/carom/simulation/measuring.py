@@ -19,6 +19,7 @@ from carom.observables.pressure_profile import PressureProfile
 from carom.observables.pressure_tensor import PressureTensor
 from carom.observables.protocol import outcome, sees
 from carom.simulation import flying, own_observers, stretches
+from carom.simulation.barostat import refuse_barostat
 from carom.simulation.cooling import Blocks, cools
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import StructuralRelaxation
@@ -96,6 +97,7 @@ def measure(
     """
     if not observables:
         raise InputError("measure() needs an observable, such as carom.Pressure(); found none.")
+    refuse_barostat(sim._state, "measure()", "take averages over frames of sample()")
     for each in observables:
         _check_observable(each)
     observables = tuple(each.fresh() if isinstance(each, OfFrames) else each for each in observables)

@@ -63,6 +63,8 @@ class Statistics:
         motion change it. What ``rescale()`` took away is included.
     swaps_tried, swaps_accepted : int
         Pairs whose diameters were to be exchanged, and those where there was room for it.
+    volume_moves_tried, volume_moves_accepted : int
+        Changes of the volume that a barostat tried, and those that were accepted.
 
     Examples
     --------
@@ -87,6 +89,8 @@ class Statistics:
     momentum_drift: float
     swaps_tried: int = 0
     swaps_accepted: int = 0
+    volume_moves_tried: int = 0
+    volume_moves_accepted: int = 0
 
     def __str__(self) -> str:
         return "\n".join(f"{name:<21}  {value}" for name, value in self._rows())
@@ -95,7 +99,7 @@ class Statistics:
         return table("Statistics", self._rows())
 
     def _rows(self) -> list[tuple[str, str]]:
-        tried = self.swaps_tried
+        tried, moves = self.swaps_tried, self.volume_moves_tried
         return [
             ("collisions", str(self.collisions)),
             ("per second", f"{self.collisions_per_second:.3g}"),
@@ -110,6 +114,7 @@ class Statistics:
             ("energy drift", f"{self.energy_drift:.1e}"),
             ("momentum drift", f"{self.momentum_drift:.1e}"),
             *([("swaps accepted", f"{self.swaps_accepted} of {tried}")] if tried else []),
+            *([("volume moves", f"{self.volume_moves_accepted} of {moves}")] if moves else []),
         ]
 
 
@@ -168,6 +173,8 @@ def statistics(run_state: RunState) -> Statistics:
         momentum_drift=math.nan if exchanges_momentum else present.momentum_drift(start),
         swaps_tried=0 if run_state.sweeps is None else run_state.sweeps.tried,
         swaps_accepted=0 if run_state.sweeps is None else run_state.sweeps.accepted,
+        volume_moves_tried=0 if run_state.volume_moves is None else run_state.volume_moves.tried,
+        volume_moves_accepted=0 if run_state.volume_moves is None else run_state.volume_moves.accepted,
     )
 
 

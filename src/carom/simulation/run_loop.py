@@ -16,6 +16,7 @@ from carom.errors import CaromWarning, InputError
 from carom.models.questions.memory import error_message
 from carom.scene.temperature import peculiar
 from carom.simulation.agents import refuse_rule
+from carom.simulation.barostat import move_volume
 from carom.simulation.call_budget import CYCLES, MOST_CYCLES
 from carom.simulation.mechanics import impulses, sizes
 from carom.simulation.stall_detector import StallDetector
@@ -29,9 +30,9 @@ if TYPE_CHECKING:
 MOST_FREE_TIMES = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
 
-END, GROWTH, CALL, SWAPS = "end", "growth", "call", "swaps"
+END, GROWTH, CALL, SWAPS, VOLUME = "end", "growth", "call", "swaps", "volume"
 """Why the engine has to return at a time: the run ends, neighbours are chosen anew, something is called,
-diameters are exchanged.
+diameters are exchanged, the volume is to change.
 """
 
 UNLIMITED = 2**62
@@ -124,6 +125,8 @@ def _advance(
                     break
             elif why == SWAPS:
                 sweep(run_state)
+            elif why == VOLUME:
+                move_volume(run_state)
             elif why == END:
                 break
             else:
@@ -153,7 +156,7 @@ def _advance(
         if now >= deadline:
             break
         left -= cycles - int(unused)
-        called = code == constants.REACHED_TIME and why in (CALL, SWAPS)
+        called = code == constants.REACHED_TIME and why in (CALL, SWAPS, VOLUME)
         if (code == constants.SPENT or called) and left > 0:
             continue
         # What follows happens at the same cycles, however long they take.
@@ -210,6 +213,9 @@ def _next_stop(
         instant, why = upcoming, CALL
     if run_state.sweeps is not None and (instant is None or run_state.sweeps.next <= instant):
         instant, why = run_state.sweeps.next, SWAPS
+    moves = run_state.volume_moves
+    if moves is not None and (instant is None or moves.next <= instant):
+        instant, why = moves.next, VOLUME
     return instant, why
 
 

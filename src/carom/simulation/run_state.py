@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from fractions import Fraction
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -13,6 +14,7 @@ from carom.frame import Frame
 from carom.models.motions.shear import Shear
 from carom.models.questions.steps import start_steps
 from carom.scene.temperature import peculiar
+from carom.simulation.barostat import VolumeMoves
 from carom.simulation.call_budget import MOST_CYCLES, MOST_SCHEDULED, CallBudget
 from carom.simulation.clock import Clock
 from carom.simulation.depths import Depths
@@ -167,6 +169,8 @@ class RunState:
         Workers, where there are several.
     sweeps : Sweeps or None
         Swaps of diameters, where they are asked for.
+    volume_moves : VolumeMoves or None
+        Moves of the volume, where the pressure is constant.
     depths : Depths
         States in which overlaps are looked for when somebody asks.
     """
@@ -194,6 +198,7 @@ class RunState:
         )
         self.clock = Clock(self.unit, self.scheme.epoch)
         self.counted = 0
+        self.volume_moves: VolumeMoves | None = None
         self.sweeps: Sweeps | None = None  # before the start, whose frame in a field has the diameters
         self.start = EnergyMomentum.of(scene.masses, self.speeds, self.unit)
         self.seconds = 0.0
@@ -416,7 +421,12 @@ class RunState:
         self.engine.state.rows["t"] = end[1]
         self.engine.calendar.control.end[0] = self.scheme.epoch
 
-    def refit(self, velocities: np.ndarray | None = None, rates: np.ndarray | None = None) -> None:
+    def refit(
+        self,
+        velocities: np.ndarray | None = None,
+        rates: np.ndarray | None = None,
+        volume_move: tuple[Scene, Fraction, VolumeMoves] | None = None,
+    ) -> None:
         """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything.
 
         Parameters
@@ -425,16 +435,33 @@ class RunState:
             New ones [length / time].
         rates : (n,) array, optional
             New rates at which the radii grow [length / time].
+        volume_move : tuple, optional
+            The scene in another box, when that was due [time], and the moves of the volume after it.
         """
-        names = ("system", "scheme", "engine", "clock", "counted", "steps", "scheduled")
+        names = (
+            "scene",
+            "volume_moves",
+            "system",
+            "scheme",
+            "engine",
+            "clock",
+            "counted",
+            "steps",
+            "scheduled",
+        )
         before = {name: getattr(self, name) for name in names}
         try:
-            self._refit(velocities, rates)
+            self._refit(velocities, rates, volume_move)
         except BaseException:  # Ctrl-C, too: all of it, or nothing
             vars(self).update(before)
             raise
 
-    def _refit(self, velocities: np.ndarray | None, rates: np.ndarray | None) -> None:
+    def _refit(
+        self,
+        velocities: np.ndarray | None,
+        rates: np.ndarray | None,
+        volume_move: tuple[Scene, Fraction, VolumeMoves] | None,
+    ) -> None:
         from carom.engine.build import build, keep_tallies
         from carom.engine.dynamic_obstacles import take_over_all
 
@@ -443,6 +470,11 @@ class RunState:
         rescaled = velocities is not None
         velocities = frame.velocities if velocities is None else velocities
         instant, old, before = self.clock.instant, self.engine, self.unit
+        positions = frame.positions
+        if volume_move is not None:  # the clock may have rounded the instant
+            self.scene, instant, self.volume_moves = volume_move
+            self.system = dataclasses.replace(self.system, box=self.scene.box)
+            positions = self.scene.positions
         self._keep_steps()
         passed_in_epoch = self.in_epoch()
         if self.system.rates is not None and rates is None:
@@ -477,7 +509,7 @@ class RunState:
             self.scheme = self._choose(velocities, self.requested, rate)
         except InputError:  # components have outgrown the lists that were asked for
             self.scheme = self._choose(velocities, ("sectors", None), rate)
-        self.engine = build(self.scheme, self.system, frame.positions, unit.to_kernel(velocities, -1))
+        self.engine = build(self.scheme, self.system, positions, unit.to_kernel(velocities, -1))
         keep_tallies(old, self.engine, unit.exponent - before.exponent)
         present = unit.to_kernel(instant, 1)
         take_over_all(self.engine.model, old.model, present, passed_in_epoch, unit.exponent - before.exponent)

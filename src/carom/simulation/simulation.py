@@ -31,6 +31,7 @@ from carom.simulation import (
     sampling,
     temperature,
 )
+from carom.simulation.barostat import checked_barostat
 from carom.simulation.keywords import corrected
 from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.recorder import Recorder
@@ -49,6 +50,7 @@ if TYPE_CHECKING:
     from carom.models.questions.interaction import Interaction
     from carom.models.questions.motion import Motion
     from carom.models.questions.obstacle import Obstacle
+    from carom.simulation.barostat import Barostat
     from carom.simulation.swaps import Swaps
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
@@ -71,6 +73,8 @@ class Simulation:
         in the frame of the surfaces, so that the energy grows, too; see :meth:`rescale`.
     swaps : Swaps, optional
         Pairs of particles exchange their diameters between events (``docs/driven``), on one core.
+    barostat : Barostat, optional
+        Constant pressure: the volume of the box changes between events (``docs/measuring``), on one core.
     event_log : path, optional
         Write every collision to this HDF5 file (see ``docs/layouts``); in double precision only.
     observers : sequence of observers
@@ -106,6 +110,7 @@ class Simulation:
         seed: int | np.random.Generator = 1,
         growth: float | ArrayLike | None = None,
         swaps: Swaps | None = None,
+        barostat: Barostat | None = None,
         event_log: str | PathLike[str] | None = None,
         observers: Sequence[Any] = (),
         cores: int | str = 1,
@@ -127,6 +132,8 @@ class Simulation:
                 "An event log holds one diameter a particle, but growth is given: leave out one."
             )
         sweeps = checked_swaps(swaps, scene, system, event_log)
+        others = {"swaps": sweeps, "observers": observers, "an event log": event_log}
+        volume_moves = checked_barostat(barostat, scene, system, **others)
         observers, currents = helfand.taken_out(observers)
         if currents:
             helfand.check(system)
@@ -135,7 +142,7 @@ class Simulation:
             user_observers = own_observers.checked(observers, scene, system)
             system = dataclasses.replace(system, observers=user_observers)
         state = RunState(scene, velocities, system, tuning.requested)
-        state.sweeps = sweeps
+        state.sweeps, state.volume_moves = sweeps, volume_moves
         state.executive = executive_of(state, cores)
         state.schedule()
         if event_log is not None:
@@ -144,7 +151,7 @@ class Simulation:
 
     @property
     def scene(self) -> Scene:
-        """What is simulated, as it was at the start."""
+        """What is simulated, as it was at the start, or with a barostat at the last change of the box."""
         return self._state.scene
 
     @property

@@ -45,6 +45,7 @@ def executive_of(run_state: RunState, workers: int | str) -> Executive | None:
         return None
     engine: Any = run_state.engine
     obstacle = obstacle_to_windows(engine) if run_state.sweeps is None else "its swaps"
+    obstacle = obstacle if run_state.volume_moves is None else "its barostat"
     if obstacle is None:
         most = most_slabs(engine.neighbors, run_state.scene.box)
         if most > 1:

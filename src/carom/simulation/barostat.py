@@ -1,0 +1,172 @@
+"""A barostat: the volume of the box changes at times between events, so that the pressure is constant.
+
+Flight with elastic contacts keeps the uniform distribution over places without overlap. A move draws another
+volume V', uniformly in ln V, and scales the box and all positions. Without overlap it is accepted with the
+probability min(1, exp(-P (V' - V) / kT + (N + 1) ln(V' / V))). Both together sample the configurations of the
+isothermal-isobaric ensemble exactly. Eppenga, Frenkel, Mol. Phys. 52 (1984) 1303. Velocities stay as they
+are, and with them kT.
+
+The kernel returns at the time of a move as it does for a frame. After an accepted one neighbours are chosen
+anew and all is scheduled. What is drawn for a move depends on its number alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from carom import checks, seeds
+from carom.arithmetic import exponential
+from carom.errors import InputError, OverlapError
+from carom.models.motions.free_flight import FreeFlight
+from carom.scene.fields import is_elastic, is_usual, standing
+from carom.scene.temperature import temperature
+
+if TYPE_CHECKING:
+    from carom.engine.system import System
+    from carom.scene.scene import Scene
+
+LEAST = -700.0
+"""Logarithm of a probability that no random number is below, and whose exponential is no zero."""
+
+
+@dataclass(frozen=True)
+class Barostat:
+    """Constant pressure: moves of the volume at equal intervals of time, for hard particles.
+
+    The box keeps its shape, and velocities do not change. Pressure and the kT of the run together give the
+    distribution of the volume.
+
+    Parameters
+    ----------
+    pressure : float
+        The pressure P [energy / length^d].
+    interval : float
+        Time between two moves [time]. An accepted one costs as much as tens of collisions of each particle,
+        because neighbors are chosen anew and all events predicted. Some mean free times are a good choice.
+    step : float
+        Largest change of ln V in a move, at most 1. Of N particles with the compressibility factor Z about
+        half of the moves are accepted near 2 / (N (Z - 1)), and few of much larger ones: one overlap refuses
+        a compression.
+    seed : int
+        Seed of the moves.
+
+    Raises
+    ------
+    InputError
+        If a parameter is out of range.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene.random(32, packing_fraction=0.2)
+    >>> sim = carom.Simulation(scene, barostat=carom.Barostat(pressure=1.0, interval=0.5, step=0.1))
+    >>> block = sim.run(time=10.0)
+    >>> 0 < sim.statistics.volume_moves_accepted < sim.statistics.volume_moves_tried == 20
+    True
+    """
+
+    pressure: float
+    interval: float
+    step: float
+    seed: int = 1
+
+    def __post_init__(self) -> None:
+        found: dict[str, Any] = {
+            name: checks.positive(getattr(self, name), f"{name} of Barostat")
+            for name in ("pressure", "interval")
+        }
+        found["step"] = checks.number(self.step, "step of Barostat", low=0.0, open_low=True, high=1.0)
+        found["seed"] = checks.integer(self.seed, "seed of Barostat", low=0, high=2**63 - 1)
+        for name, value in found.items():
+            object.__setattr__(self, name, value)
+
+
+class VolumeMoves(NamedTuple):
+    """The moves of the volume of a run, and how far they are."""
+
+    barostat: Barostat
+    tried: int = 0
+    accepted: int = 0
+
+    @property
+    def next(self) -> Fraction:
+        """When the next move is due [time]."""
+        return (self.tried + 1) * Fraction(self.barostat.interval)
+
+
+def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any) -> VolumeMoves | None:
+    """Return the moves of the volume before the first, or None where no barostat is asked for.
+
+    ``others`` are further arguments of the simulation, by name, which must not be given.
+
+    Raises
+    ------
+    InputError
+        If it is no barostat, or not for such a scene.
+    """
+    if barostat is None:
+        return None
+    if not isinstance(barostat, Barostat):
+        raise InputError(f"barostat must be carom.Barostat(...), found {checks.describe(barostat)}.")
+    for wrong, found in (
+        ("walls", not all(scene.periodic)),
+        ("obstacles", bool(standing(scene))),
+        ("pinned particles", scene.pinned is not None),
+        ("an interaction other than hard cores", not is_usual(scene, "interaction")),
+        ("a motion other than free flight", not isinstance(scene.motion, FreeFlight)),
+        ("contacts that lose energy", not is_elastic(scene)),
+        ("a drive", scene.drive is not None),
+        ("a single particle", scene.n == 1),
+        ("growth", system.rates is not None),
+        ("precision='single'", system.single),
+        *((name, bool(given)) for name, given in others.items()),
+    ):
+        if found:
+            raise InputError(f"A barostat is not defined with {wrong}: leave one of the two out.")
+    return VolumeMoves(barostat)
+
+
+def refuse_barostat(run_state: Any, name: str, instead: str) -> None:
+    """Raise InputError where a method ``name`` needs a box that does not change."""
+    if run_state.volume_moves is not None:
+        raise InputError(f"{name} needs a box that does not change, and there is a barostat: {instead}.")
+
+
+def move_volume(run_state: Any) -> None:
+    """Try the move that is due at the present time; all is scheduled anew if it is accepted."""
+    moves: VolumeMoves = run_state.volume_moves
+    scene = _moved(run_state, moves)
+    after = moves._replace(tried=moves.tried + 1, accepted=moves.accepted + (scene is not None))
+    if scene is None:
+        run_state.volume_moves = after
+        return
+    run_state.refit(volume_move=(scene, moves.next, after))
+
+
+def _moved(run_state: Any, moves: VolumeMoves) -> Scene | None:
+    """Return the scene after a move from the present state, None if it is refused."""
+    scene, barostat = run_state.scene, moves.barostat
+    kT = run_state.unit.to_scene(temperature(scene, run_state.speeds), -2)
+    if not kT > 0.0:
+        raise InputError("A barostat needs a temperature, and the particles do not move: give kT.")
+    rng = np.random.default_rng(seeds.stream(barostat.seed, "volume", moves.tried))
+    change, threshold = barostat.step * (2.0 * rng.random() - 1.0), rng.random()
+    scale = float(exponential(np.array(change / scene.dimension)))
+    box = tuple(edge * scale for edge in scene.box)
+    work = barostat.pressure * (math.prod(box) - scene.volume)
+    logarithm = (scene.n + 1) * change - work / kT
+    chance = exponential(np.array(max(min(logarithm, 0.0), LEAST)))
+    if min(box) <= scene.diameter or threshold >= chance:
+        return None
+    frame = run_state.frame()
+    # A product must not be rounded up to the edge, which is the place 0 of the next image.
+    places = np.minimum(frame.positions * scale, np.nextafter(box, 0.0))
+    try:
+        return scene.replace(positions=places, box=box)
+    except OverlapError:
+        return None
