@@ -46,7 +46,8 @@ def test_the_plain_scene_has_no_array_for_what_it_does_not_have():
         "timing": "FromRows",
         "neighbours": "Lists",
     }
-    assert {*FEATURES, "image counts", "an event log"} == {*found.absent}
+    others = {"image counts", "an event log", "swaps", "a barostat"}
+    assert {*FEATURES, *others} == {*found.absent}
     # Nothing belongs to the pair, to walls, to restitution, to species; nothing counts images.
     assert not any(name.startswith(("model", "observers")) for name in names(found))
     assert "state.images" not in names(found)
