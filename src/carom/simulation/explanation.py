@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.scene.scene import Scene
+from carom.simulation.barostat import checked_barostat
 from carom.simulation.swaps import checked_swaps
 from carom.simulation.system_of_scene import prepare
 from carom.simulation.tuning import DEFAULT, Requested, Tuning
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from carom.engine.build import Engine
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.engine.system import System
+    from carom.simulation.barostat import Barostat
     from carom.simulation.in_motion import InMotion
     from carom.simulation.swaps import Swaps
 
@@ -99,6 +101,7 @@ def explain(
     *,
     growth: float | ArrayLike | None = None,
     swaps: Swaps | None = None,
+    barostat: Barostat | None = None,
     tuning: Tuning = DEFAULT,
     event_log: bool = False,
 ) -> Explanation:
@@ -110,7 +113,7 @@ def explain(
     ----------
     scene : Scene or Simulation
         A simulation is described in its present state, and takes no other argument.
-    growth, swaps, tuning
+    growth, swaps, barostat, tuning
         As in :class:`carom.Simulation`.
     event_log : bool
         Whether collisions go to an event log. Its buffer, of one size for all scenes, is not among the
@@ -139,13 +142,8 @@ def explain(
         state = scene._state
         parts = scene.scene, state.system, state.scheme, state.engine, state.requested
         swaps = None if state.sweeps is None else state.sweeps.swaps
-        found = _explanation(*parts, state.log is not None, swaps)
-        if state.volume_moves is not None:
-            barostat = state.volume_moves.barostat
-            found.models["barostat"] = (
-                f"pressure {barostat.pressure:g}, a move at every {barostat.interval:g}"
-            )
-        return found
+        barostat = None if state.volume_moves is None else state.volume_moves.barostat
+        return _explanation(*parts, state.log is not None, swaps, barostat)
     from carom.engine.build import build
     from carom.engine.neighbors.plan import choose
 
@@ -153,12 +151,13 @@ def explain(
     velocities = at_rest if scene.velocities is None else scene.velocities
     system = prepare(scene, velocities, growth=growth, tuning=tuning)
     checked_swaps(swaps, scene, system, event_log or None)
+    checked_barostat(barostat, scene, system, swaps=swaps, event_log=event_log)
     try:
         chosen = choose(system, 1.0, *tuning.requested)
     except ValueError as error:
         raise InputError(str(error)) from None
     engine = build(chosen, system, scene.positions, at_rest)
-    return _explanation(scene, system, chosen, engine, tuning.requested, event_log, swaps)
+    return _explanation(scene, system, chosen, engine, tuning.requested, event_log, swaps, barostat)
 
 
 def _explanation(
@@ -169,6 +168,7 @@ def _explanation(
     requested: Requested,
     logged: bool,
     swaps: Swaps | None,
+    barostat: Barostat | None,
 ) -> Explanation:
     from carom.engine.observers.own import name_of
 
@@ -179,6 +179,8 @@ def _explanation(
         models["observers"] = ", ".join(map(name_of, observers))
     if swaps is not None:
         models["swaps"] = f"{swaps.attempts} tried a particle at every {swaps.interval:g}"
+    if barostat is not None:
+        models["barostat"] = f"pressure {barostat.pressure:g}, a move at every {barostat.interval:g}"
     models["neighbours"] = type(engine.neighbors).__name__
     missing = {
         "diameters of their own": system.radii is None,
@@ -193,6 +195,7 @@ def _explanation(
         "an event log": not logged,
         "currents": not system.currents,
         "swaps": swaps is None,
+        "a barostat": barostat is None,
     }
     return Explanation(
         scene=repr(scene),
