@@ -1,11 +1,13 @@
 """What catalogues, conda and the workflow files say about the project agrees with pyproject.toml."""
 
+import importlib.util
 import json
 import re
 import tomllib
 from importlib.metadata import version
 from pathlib import Path
 
+import pytest
 from packaging.requirements import Requirement
 
 import carom
@@ -19,11 +21,29 @@ WORKFLOWS = [ROOT / ".github" / "workflows" / "tests.yml", ROOT / ".gitlab-ci.ym
 
 
 def test_versions_and_descriptions_agree():
+    assert f"\nversion: {carom.__version__}\n" in ROOT.joinpath("CITATION.cff").read_text(encoding="utf-8")
     assert CODEMETA["version"] == carom.__version__
     assert f'set version = "{carom.__version__}"' in RECIPE
     assert CODEMETA["description"] == PROJECT["description"]
     assert f"summary: {PROJECT['description']}\n" in RECIPE
     assert CODEMETA["license"].endswith(PROJECT["license"])
+
+
+def release():
+    spec = importlib.util.spec_from_file_location("release", ROOT / "tests" / "release.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_a_release_sets_the_version_everywhere_and_dates_the_changelog():
+    texts = {path.name: text for path, text in release().changed("7.8.9", "2030-01-02").items()}
+    assert set(texts) == {"version.py", "CITATION.cff", "codemeta.json", "meta.yaml", "CHANGELOG.md"}
+    assert all(text.count("7.8.9") == 1 for text in texts.values())
+    assert "## [7.8.9] - 2030-01-02\n" in texts["CHANGELOG.md"]
+    assert json.loads(texts["codemeta.json"])["programmingLanguage"] == CODEMETA["programmingLanguage"]
+    with pytest.raises(SystemExit, match="unreleased"):
+        release().dated(texts["CHANGELOG.md"], "7.8.9", "2030-01-02")
 
 
 def test_dependencies_agree():
