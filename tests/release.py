@@ -44,7 +44,8 @@ def with_version(text: str, pattern: str, version: str) -> str:
 def dated(text: str, version: str, date: str) -> str:
     """Return the changelog with the number and the date of the top section."""
     top = re.search(r"(?m)^## .+$", text)
-    if top is None or not top[0].endswith("unreleased"):
+    again = f"## [{version}] - "  # after a check that failed
+    if top is None or not (top[0].endswith("unreleased") or top[0].startswith(again)):
         raise SystemExit("CHANGELOG.md must begin with a section that ends with 'unreleased'.")
     return f"{text[: top.start()]}## [{version}] - {date}{text[top.end() :]}"
 
@@ -68,7 +69,7 @@ def main() -> None:
     if not re.fullmatch(r"\d+\.\d+\.\d+", args.version):
         parser.error(f"a version is three numbers such as 0.2.0, found {args.version!r}")
     texts = changed(args.version, datetime.date.today().isoformat())
-    steps = [f"git commit -am 'Version {args.version}'", *CHECKS]
+    steps = [f"git diff --quiet HEAD || git commit -am 'Version {args.version}'", *CHECKS]
     print(f"{args.version} into {', '.join(str(path.relative_to(ROOT)) for path in texts)}", flush=True)
     if not args.dry_run:
         if subprocess.run(["git", "status", "--porcelain"], cwd=ROOT, capture_output=True, check=True).stdout:
@@ -79,7 +80,8 @@ def main() -> None:
         print(f"$ {step}", flush=True)
         if not args.dry_run and subprocess.run(step, shell=True, cwd=ROOT).returncode:
             raise SystemExit(f"This failed: {step}. Nothing is tagged or published.")
-    print(f"Left to you: git tag v{args.version} && git push --tags; twine upload dist/*; the conda recipe.")
+    print(f"Left to you: git tag v{args.version} && git push --tags")
+    print(f"             twine upload dist/carom-{args.version}*, and the conda recipe")
 
 
 if __name__ == "__main__":

@@ -150,7 +150,7 @@ def of_table(table: Mapping[str, Any], n: int, seed: int | np.random.Generator =
     """
     given = dict(table)
     kind = given.pop("type", None)
-    if kind not in DISTRIBUTIONS:
+    if not isinstance(kind, str) or kind not in DISTRIBUTIONS:
         raise InputError(f"type must be one of {', '.join(DISTRIBUTIONS)}; found {checks.describe(kind)}.")
     make, needed, optional = DISTRIBUTIONS[kind]
     checks.keys(given, f"the type {kind}", (*needed, *optional), needed=needed)

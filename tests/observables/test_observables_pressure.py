@@ -1,12 +1,11 @@
 """The pressure from tallies: identities, the exact Tonks gas, and too little data."""
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from carom import Scene, theory
+from carom import Scene, Simulation, theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.models.motions.gravity import Gravity
@@ -202,7 +201,7 @@ def test_there_is_no_pressure_where_a_motion_changes_the_momentum():
     with pytest.raises(InputError, match=r"Gravity changes the total momentum.*WallPressure\(\)"):
         Pressure().of_scene(blocks, scene, kT=1.0)
     with pytest.raises(InputError, match="Gravity changes"):  # before the run, not after it
-        measure(SimpleNamespace(scene=scene), Pressure(), time=1.0)
+        measure(Simulation(scene), Pressure(), time=1.0)
     with pytest.raises(InputError, match="GreatCircles bends"):
         Pressure().of_scene(blocks, Scene(places, 8.0, diameter=0.5, motion=GreatCircles()), kT=1.0)
     for motion in (None, Gravity((0.0, 0.0, 0.0)), Drift()):

@@ -2,7 +2,6 @@
 
 import math
 import warnings
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -117,7 +116,7 @@ def test_a_segment_without_a_radius_has_an_area_in_two_dimensions_only():
     with pytest.raises(InputError, match="area of wire is not known"):
         estimate(WallPressure("wire"), scene, blocks([1.0])[0])
     with pytest.raises(InputError, match="area of wire is not known"):  # and before the run
-        measure(SimpleNamespace(scene=scene), WallPressure("wire"), time=1.0)
+        measure(carom.Simulation(scene), WallPressure("wire"), time=1.0)
     assert estimate(WallPressure("wire", area=2.0), scene, blocks([1.0])[0]).area == 2.0
     flat = carom.Scene([[1.0, 1.0]], 6.0, obstacles=[Segment((2.0, 3.0), (4.0, 3.0))])
     assert estimate(WallPressure("segment"), flat, blocks([1.0])[0]).area == pytest.approx(4.0)

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "_extensions"))
+from example_groups import GROUPS, own_pictures
 from execution import AT_FULL_SIZE, package_digest, result_of
-from gallery import GROUPS, own_pictures
 from pictures import Failed
 
 SCRIPT = '''"""Count the runs, and draw one point."""

@@ -42,8 +42,9 @@ def test_a_release_sets_the_version_everywhere_and_dates_the_changelog():
     assert all(text.count("7.8.9") == 1 for text in texts.values())
     assert "## [7.8.9] - 2030-01-02\n" in texts["CHANGELOG.md"]
     assert json.loads(texts["codemeta.json"])["programmingLanguage"] == CODEMETA["programmingLanguage"]
+    assert release().dated(texts["CHANGELOG.md"], "7.8.9", "2030-01-02") == texts["CHANGELOG.md"]
     with pytest.raises(SystemExit, match="unreleased"):
-        release().dated(texts["CHANGELOG.md"], "7.8.9", "2030-01-02")
+        release().dated(texts["CHANGELOG.md"], "7.9.0", "2030-01-02")
 
 
 def test_dependencies_agree():

@@ -94,12 +94,21 @@ def started(command: Any) -> None:
                 sys.stdout.flush()
     except typer.Exit as ended:
         sys.exit(ended.exit_code)
+    finally:
+        try:
+            sys.stderr.flush()
+        except OSError:  # Python would end with a code of its own
+            _lead_nowhere(sys.stderr)
 
 
 def _close_output() -> None:
     """Let all further output go nowhere: what is in the buffer would fail again at the end of the process."""
+    _lead_nowhere(sys.stdout)
+
+
+def _lead_nowhere(stream: Any) -> None:
     with contextlib.suppress(OSError, ValueError):  # no descriptor, as in a test
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def whole_streams() -> None:

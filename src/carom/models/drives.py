@@ -462,7 +462,9 @@ class WhiteNoise:
             self, "seed", checks.integer(self.seed, "seed of WhiteNoise", low=0, high=2**63 - 1)
         )
         if not isinstance(self.pairs, bool):
-            raise InputError(f"pairs of WhiteNoise must be true or false, got {checks.describe(self.pairs)}")
+            raise InputError(
+                f"pairs of WhiteNoise must be true or false, found {checks.describe(self.pairs)}."
+            )
 
     @property
     def conserves_momentum(self) -> bool:

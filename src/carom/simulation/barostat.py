@@ -23,6 +23,7 @@ from carom import checks, seeds
 from carom.arithmetic import exponential
 from carom.errors import InputError, OverlapError
 from carom.models.motions.free_flight import FreeFlight
+from carom.scene.box import LONGEST_EDGE
 from carom.scene.fields import is_elastic, is_usual, standing
 from carom.scene.temperature import temperature
 
@@ -161,7 +162,8 @@ def _moved(run_state: Any, moves: VolumeMoves) -> Scene | None:
     work = barostat.pressure * (math.prod(box) - scene.volume)
     logarithm = (scene.n + 1) * change - work / kT
     chance = exponential(np.array(max(min(logarithm, 0.0), LEAST)))
-    if min(box) <= scene.diameter or threshold >= chance:
+    fits = scene.diameter < min(box) and max(box) <= LONGEST_EDGE * scene.diameters.min()
+    if not fits or threshold >= chance:
         return None
     frame = run_state.frame()
     # A product must not be rounded up to the edge, which is the place 0 of the next image.
