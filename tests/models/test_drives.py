@@ -10,10 +10,11 @@ from helpers.mixtures import mixture
 import carom
 from carom.errors import InputError
 from carom.models import Active, SquareWell, own
-from carom.models.drives import Andersen, Brownian, Langevin, WhiteNoise, kick, next_time, opponent, rounds
+from carom.models.drives import Andersen, Brownian, Langevin, kick, next_time
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.questions.particles import NEVER, Particles
+from carom.models.white_noise import WhiteNoise, opponent, rounds
 from carom.observables import HelfandCurrents
 from carom.observables.statistics import blocking
 from carom.scene_file.scene_file import SceneFile

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import importlib.util
 import json
 import os
 import re
@@ -17,6 +16,7 @@ import numpy as np
 import pytest
 from helpers.browser import browser, shown, where
 from helpers.frames import crystal, frame_of, frames_of, without
+from helpers.scripts import module_of
 from matplotlib.collections import EllipseCollection
 
 import carom
@@ -577,10 +577,7 @@ def own_values(tmp_path_factory):
         env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
         check=True,
     )
-    spec = importlib.util.spec_from_file_location("own_values", folder / "own_values.py")
-    values = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(values)
-    return folder, values
+    return folder, module_of(folder / "own_values.py")
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """What catalogues, conda and the workflow files say about the project agrees with pyproject.toml."""
 
-import importlib.util
 import json
 import re
 import tomllib
@@ -8,6 +7,7 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
+from helpers.scripts import module_of
 from packaging.requirements import Requirement
 
 import carom
@@ -30,10 +30,7 @@ def test_versions_and_descriptions_agree():
 
 
 def release():
-    spec = importlib.util.spec_from_file_location("release", ROOT / "tests" / "release.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_of(ROOT / "tests" / "release.py")
 
 
 def test_a_release_sets_the_version_everywhere_and_dates_the_changelog():

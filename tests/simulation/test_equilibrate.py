@@ -8,7 +8,8 @@ import pytest
 import carom
 from carom.errors import CaromWarning, InputError
 from carom.models import Gravity, SquareWell
-from carom.models.drives import Andersen, WhiteNoise
+from carom.models.drives import Andersen
+from carom.models.white_noise import WhiteNoise
 from carom.simulation.relaxation import StructuralRelaxation
 
 

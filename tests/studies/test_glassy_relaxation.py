@@ -1,10 +1,10 @@
 """The example of relaxation: F_s of points that fly freely, and lower bounds."""
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.scripts import module_of
 
 import carom
 
@@ -14,11 +14,7 @@ FOUR_SIGMA = 4.0
 
 @pytest.fixture(scope="module")
 def example():
-    path = Path(__file__).parents[2] / "examples" / "glassy_relaxation.py"
-    spec = importlib.util.spec_from_file_location("glassy_relaxation", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_of(Path(__file__).parents[2] / "examples" / "glassy_relaxation.py")
 
 
 @pytest.mark.usefixtures("plain")

@@ -1,10 +1,10 @@
 """The example of replica exchange: Boltzmann's probabilities at every temperature, and the same numbers."""
 
-import importlib.util
 import math
 from pathlib import Path
 
 import pytest
+from helpers.scripts import module_of
 
 FOUR_SIGMA = 4.0
 """Above the standard error of five means: one run in 3000 would fail by chance, once."""
@@ -12,11 +12,7 @@ FOUR_SIGMA = 4.0
 
 @pytest.fixture
 def measure():
-    path = Path(__file__).parents[2] / "examples" / "replica_exchange.py"
-    spec = importlib.util.spec_from_file_location("replica_exchange", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.measure
+    return module_of(Path(__file__).parents[2] / "examples" / "replica_exchange.py").measure
 
 
 @pytest.mark.slow

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from carom.models.drives import Andersen as Andersen
     from carom.models.drives import Brownian as Brownian
     from carom.models.drives import Langevin as Langevin
-    from carom.models.drives import WhiteNoise as WhiteNoise
     from carom.models.interactions.bonds import Bonds as Bonds
     from carom.models.interactions.bonds import chains as chains
     from carom.models.interactions.bonds import rings as rings
@@ -54,6 +53,7 @@ if TYPE_CHECKING:
     from carom.models.obstacles.segments import Segment as Segment
     from carom.models.obstacles.segments import polygon as polygon
     from carom.models.obstacles.triangles import Triangle as Triangle
+    from carom.models.white_noise import WhiteNoise as WhiteNoise
 
 # Name -> module below this one; imported when first used, so that `import carom.models` stays fast.
 _SHELF = {
@@ -101,7 +101,7 @@ _SHELF = {
     "Andersen": "drives",
     "Langevin": "drives",
     "Brownian": "drives",
-    "WhiteNoise": "drives",
+    "WhiteNoise": "white_noise",
     "Active": "active",
 }
 

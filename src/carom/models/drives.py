@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from carom import checks, seeds
-from carom.compiling.registry import inner, optional, required
+from carom.compiling.registry import optional, required
 from carom.errors import InputError
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.questions.particles import NEVER, Particles
@@ -116,78 +116,7 @@ def _(drive: Noise, i, mass, x, v, time):
         drive.due[i] = (np.float64(k + 1) + (np.float64(i) + 0.5) / len(drive.due)) * drive.interval
 
 
-class PairNoise(NamedTuple):
-    """In every interval each component meets a random other, and the two are kicked by opposite momenta.
-
-    The two kicks are events of one component each, at one instant. Who meets whom is a round of a round-robin
-    tournament, drawn by counting: each other partner is as likely, and nothing needs to be stored.
-    """
-
-    width: float
-    """Standard deviation of the noise along each axis for equal masses [length / time]."""
-    root_masses: np.ndarray
-    """Square roots of the masses, (n,)."""
-    interval: float
-    """Time from one kick of a component to the next, on average [time]."""
-    seed: int
-    """Seed of the random numbers."""
-    due: np.ndarray
-    """When each component has its next event, (n,) [time]."""
-    drawn: np.ndarray
-    """How many each has had, (n,) int64."""
-
-
-@inner
-def opponent(i, n, r):
-    """Return the opponent of i of n in round r of a tournament; i where it has none."""
-    m = rounds(n)
-    if i == m:  # the last of an even number meets the one who would meet itself
-        return (r * ((m + 1) // 2)) % m
-    j = (r - i) % m
-    return m if j == i and m < n else j
-
-
-@inner
-def rounds(n):
-    """Return in how many rounds each of n meets each other once."""
-    return n - 1 + n % 2
-
-
-@inner
-def partner(drive, i, k):
-    """Return who is kicked together with i in interval k; i itself where nobody is."""
-    n = len(drive.due)
-    m = rounds(n)
-    return opponent(i, n, int(uniform(drive.seed, n, k) * m) % m)
-
-
-@inner
-def due(drive, i, k):
-    """Return when i and its partner are kicked in interval k: a function of the two, the same for both."""
-    first = min(i, partner(drive, i, k))
-    return (np.float64(k) + (np.float64(first) + 0.5) / len(drive.due)) * drive.interval
-
-
-@next_time.register
-def _(drive: PairNoise, i, x, v, time):
-    return drive.due[i]
-
-
-@kick.register
-def _(drive: PairNoise, i, mass, x, v, time):
-    k = drive.drawn[i]
-    j = partner(drive, i, k)
-    if j != i:
-        share = drive.width * drive.root_masses[j] / drive.root_masses[i]
-        if i > j:
-            share = -share
-        for axis in range(len(v)):
-            v[axis] += share * normal(drive.seed, min(i, j), 2 * (k * len(v) + axis))
-    drive.drawn[i] = k + 1
-    drive.due[i] = due(drive, i, k + 1)
-
-
-def _noise(
+def noise_of(
     particles: Particles,
     keep: float,
     variance: float | np.ndarray,
@@ -267,7 +196,7 @@ class Bath:
     ) -> Noise:
         """Return the model of kicks that keep a part of the velocity, and lose one of its variance."""
         variance = of_each(self.kT, particles) * noise_fraction / particles.masses
-        return _noise(particles, keep, variance, interval, random, self.seed)
+        return noise_of(particles, keep, variance, interval, random, self.seed)
 
     def to_table(self) -> dict[str, Any]:
         """Return the arguments, for a file."""
@@ -414,89 +343,3 @@ class Brownian(Bath):
     def model(self, particles: Particles) -> Noise:
         """Return the model that the engine compiles."""
         return self._thermal(particles, 0.0, 1.0, self.step)
-
-
-@dataclass(frozen=True)
-class WhiteNoise:
-    """White noise, which heats: a granular gas comes to rest where it heats as much as contacts lose.
-
-    Parameters
-    ----------
-    power : float
-        Variance that the velocity gains along each axis a time, xi^2 [length^2 / time^3].
-    rate : float
-        Kicks of each particle a time [1 / time]. Take many in a mean free time.
-    seed : int
-        Seed of the random numbers; every particle has its own stream.
-    pairs : bool
-        Whether two particles, drawn anew each time, get opposite momenta, which conserves the total.
-
-    Raises
-    ------
-    InputError
-        If a parameter is out of range.
-
-    Notes
-    -----
-    The energy grows by ``d m power / 2`` a particle and time, m being the mean mass. Without ``pairs`` the
-    total momentum wanders, and the square of the drift, ``power time / n`` along each axis, counts for kT.
-    With ``pairs`` the momentum of a kick has the variance ``m_i m_j power / rate`` along each axis. Van Noije
-    and Ernst, Granular Matter 1 (1998) 57.
-
-    Examples
-    --------
-    >>> WhiteNoise(power=0.1, rate=20.0)
-    WhiteNoise(power=0.1, rate=20.0, seed=1, pairs=False)
-    """
-
-    power: float
-    rate: float
-    seed: int = 1
-    pairs: bool = False
-
-    def __post_init__(self) -> None:
-        for field in ("power", "rate"):
-            value = checks.number(getattr(self, field), f"{field} of WhiteNoise", low=0.0, open_low=True)
-            object.__setattr__(self, field, value)
-        object.__setattr__(
-            self, "seed", checks.integer(self.seed, "seed of WhiteNoise", low=0, high=2**63 - 1)
-        )
-        if not isinstance(self.pairs, bool):
-            raise InputError(
-                f"pairs of WhiteNoise must be true or false, found {checks.describe(self.pairs)}."
-            )
-
-    @property
-    def conserves_momentum(self) -> bool:
-        """Whether the total momentum is conserved: with ``pairs``."""
-        return self.pairs
-
-    def check(self, scene: Any) -> None:
-        """Raise :class:`InputError` if there is nobody to be kicked together with."""
-        if self.pairs and scene.n < 2:
-            raise InputError("WhiteNoise(pairs=True) kicks particles in pairs, but the scene has only one.")
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"type": "white-noise", **asdict(self)}
-
-    def pace(self, scene: Any) -> float:
-        """Return the speed that a particle gains in a kick, in any ``scene`` [length / time]."""
-        return math.sqrt(self.power / self.rate)
-
-    def model(self, particles: Particles) -> Noise | PairNoise:
-        """Return the model that the engine compiles."""
-        if self.pairs:
-            return self._in_pairs(particles)
-        return _noise(particles, 1.0, self.power / self.rate, 1.0 / self.rate, False, self.seed)
-
-    def _in_pairs(self, particles: Particles) -> PairNoise:
-        n = len(particles.radii)
-        heated = n - n % 2  # of an odd number, one gets nothing: the others get more
-        width = math.sqrt(self.power / self.rate * n / heated)
-        key = seeds.word(self.seed, "drives")
-        drive = PairNoise(
-            width, np.sqrt(particles.masses), 1.0 / self.rate, key, np.zeros(n), np.zeros(n, np.int64)
-        )
-        drive.due[:] = [due(drive, i, 0) for i in range(n)]
-        return drive

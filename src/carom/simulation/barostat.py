@@ -22,10 +22,10 @@ import numpy as np
 from carom import checks, seeds
 from carom.arithmetic import exponential
 from carom.errors import InputError, OverlapError
-from carom.models.motions.free_flight import FreeFlight
 from carom.scene.box import LONGEST_EDGE
-from carom.scene.fields import is_elastic, is_usual, standing
+from carom.scene.fields import standing
 from carom.scene.temperature import temperature
+from carom.simulation.swaps import beside_free_hard_cores
 
 if TYPE_CHECKING:
     from carom.engine.system import System
@@ -117,14 +117,10 @@ def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any)
     for wrong, found in (
         ("walls", not all(scene.periodic)),
         ("obstacles", bool(standing(scene))),
-        ("pinned particles", scene.pinned is not None),
-        ("an interaction other than hard cores", not is_usual(scene, "interaction")),
-        ("a motion other than free flight", not isinstance(scene.motion, FreeFlight)),
-        ("contacts that lose energy", not is_elastic(scene)),
+        *beside_free_hard_cores(scene, system),
         ("a drive", scene.drive is not None),
         ("a single particle", scene.n == 1),
         ("growth", system.rates is not None),
-        ("precision='single'", system.single),
         *((name, bool(given)) for name, given in others.items()),
     ):
         if found:

@@ -35,6 +35,9 @@ END, GROWTH, CALL, SWAPS, VOLUME = "end", "growth", "call", "swaps", "volume"
 diameters are exchanged, the volume is to change.
 """
 
+MOVES = {SWAPS: sweep, VOLUME: move_volume}
+"""What happens between events then."""
+
 UNLIMITED = 2**62
 """As a number of collisions or an epoch: never reached."""
 
@@ -123,10 +126,8 @@ def _advance(
                 assert callbacks is not None
                 if callbacks.pause() or instant == end:
                     break
-            elif why == SWAPS:
-                sweep(run_state)
-            elif why == VOLUME:
-                move_volume(run_state)
+            elif why in MOVES:
+                MOVES[why](run_state)
             elif why == END:
                 break
             else:
@@ -156,7 +157,7 @@ def _advance(
         if now >= deadline:
             break
         left -= cycles - int(unused)
-        called = code == constants.REACHED_TIME and why in (CALL, SWAPS, VOLUME)
+        called = code == constants.REACHED_TIME and (why == CALL or why in MOVES)
         if (code == constants.SPENT or called) and left > 0:
             continue
         # What follows happens at the same cycles, however long they take.
@@ -211,11 +212,9 @@ def _next_stop(
     upcoming = None if callbacks is None else callbacks.next
     if upcoming is not None and (instant is None or upcoming <= instant):
         instant, why = upcoming, CALL
-    if run_state.sweeps is not None and (instant is None or run_state.sweeps.next <= instant):
-        instant, why = run_state.sweeps.next, SWAPS
-    moves = run_state.volume_moves
-    if moves is not None and (instant is None or moves.next <= instant):
-        instant, why = moves.next, VOLUME
+    for moves, kind in ((run_state.sweeps, SWAPS), (run_state.volume_moves, VOLUME)):
+        if moves is not None and (instant is None or moves.next <= instant):
+            instant, why = moves.next, kind
     return instant, why
 
 

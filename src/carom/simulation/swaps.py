@@ -97,6 +97,19 @@ class Sweeps(NamedTuple):
         return (self.done + 1) * Fraction(self.swaps.interval)
 
 
+def beside_free_hard_cores(scene: Scene, system: System) -> tuple[tuple[str, bool], ...]:
+    """Return what moves between events cannot go with, and whether a run has it: they keep the distribution
+    of elastic hard cores in free flight.
+    """
+    return (
+        ("pinned particles", scene.pinned is not None),
+        ("an interaction other than hard cores", not is_usual(scene, "interaction")),
+        ("a motion other than free flight", not isinstance(scene.motion, FreeFlight)),
+        ("contacts that lose energy", not is_elastic(scene)),
+        ("precision='single'", system.single),
+    )
+
+
 def checked_swaps(swaps: Any, scene: Scene, system: System, event_log: Any) -> Sweeps | None:
     """Return the swaps of a run before the first, or None where none are asked for.
 
@@ -113,12 +126,8 @@ def checked_swaps(swaps: Any, scene: Scene, system: System, event_log: Any) -> S
     for wrong, found in (
         ("different masses", np.ptp(scene.masses) != 0.0),
         ("species, which would not go with the diameters", scene.species is not None),
-        ("pinned particles", scene.pinned is not None),
-        ("an interaction other than hard cores", not is_usual(scene, "interaction")),
-        ("a motion other than free flight", not isinstance(scene.motion, FreeFlight)),
-        ("contacts that lose energy", not is_elastic(scene)),
+        *beside_free_hard_cores(scene, system),
         ("walls or obstacles that move or lose energy", moves),
-        ("precision='single'", system.single),
         ("an event log, which holds one diameter a particle", event_log is not None),
         ("equal diameters", np.ptp(scene.diameters) == 0.0),
     ):

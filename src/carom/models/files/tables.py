@@ -33,7 +33,7 @@ KINDS: dict[str, dict[str, tuple[str, str]]] = {
         "andersen": ("carom.models.drives", "Andersen"),
         "langevin": ("carom.models.drives", "Langevin"),
         "brownian": ("carom.models.drives", "Brownian"),
-        "white-noise": ("carom.models.drives", "WhiteNoise"),
+        "white-noise": ("carom.models.white_noise", "WhiteNoise"),
         "active": ("carom.models.active", "Active"),
     },
     "path": {
