@@ -12,17 +12,28 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answers, inner
+from carom.compiling.registry import answers, inner, optional
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.skins import EqualBounds
 from carom.engine.obstacles import Chain, soonest_member
 from carom.engine.system import System
 from carom.models.motions.free_flight import FreeFlight
+from carom.models.obstacles.balls import SolidBalls
+from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.cells import cells_of
 from carom.models.questions.interaction import radius
 from carom.models.questions.obstacle import meeting, member
 from carom.models.questions.particles import NEVER
+
+
+class Spheres(NamedTuple):
+    """Spheres around the obstacles of a crowd, a hair larger than needed."""
+
+    centers: np.ndarray
+    """(k, d) [length]."""
+    radii: np.ndarray
+    """(k,) [length]."""
 
 
 class Grid(NamedTuple):
@@ -35,6 +46,8 @@ class Grid(NamedTuple):
     shifts: np.ndarray
     reach: tuple
     """How far a component is followed along each axis, at most [length]."""
+    spheres: Spheres | None
+    """One around each obstacle, or None for balls, which are spheres themselves."""
     cell: np.ndarray
     """Room for the place of a cell, (d,) int64."""
     turns: np.ndarray
@@ -58,8 +71,12 @@ def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any,
         largest += 2.0 * scheme.horizon * float(system.rates.max())
     low, high = chain.head.extent()
     cells = cells_of(low - largest, high + largest, system.box, system.periodic)
+    spheres = None
+    if not isinstance(chain.head, SolidBalls):
+        hair = ROUNDING_MARGIN * max(system.box)
+        spheres = Spheres(0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + hair)
     room = (np.zeros(system.dimension, np.int64) for _ in range(2))
-    return chain._replace(tail=tail, grid=Grid(*cells, _reach(neighbors), *room))
+    return chain._replace(tail=tail, grid=Grid(*cells, _reach(neighbors), spheres, *room))
 
 
 def _reach(neighbors: Any) -> tuple[float, ...]:
@@ -99,6 +116,29 @@ def step_in(grid, boundary, axis, way):
     return boundary.inverse[axis] > 0.0
 
 
+@optional
+def in_reach(spheres, who, x, v, radius, growth, until):
+    """Tell whether a component may touch one of a crowd before a time; by default it may."""
+    return True
+
+
+@in_reach.register
+def _(spheres: Spheres, who, x, v, radius, growth, until):
+    distance = spheres.radii[who] + radius
+    a = -growth * growth
+    b = -growth * distance
+    c = -distance * distance
+    for axis in range(len(x)):
+        r = x[axis] - spheres.centers[who, axis]
+        a += v[axis] * v[axis]
+        b += v[axis] * r
+        c += r * r
+    # The square of the gap is a t^2 + 2 b t + c. Is it 0 now, then, or at its least in between?
+    if c <= 0.0 or a <= 0.0 or (a * until + 2.0 * b) * until + c <= 0.0:
+        return True
+    return b < 0.0 and b * b >= a * c and -b <= a * until
+
+
 @soonest_member.register
 def _(grid: Grid, crowd, obstacles, model, size, rate, every, now, before, sight):
     boundary, x, v = model.boundary, obstacles.x, obstacles.v
@@ -132,6 +172,9 @@ def _(grid: Grid, crowd, obstacles, model, size, rate, every, now, before, sight
                 turns = np.float64(grid.shifts[k, axis] - grid.turns[axis])
                 obstacles.image[axis] = x[axis] + turns * edge
             who = np.int64(grid.members[k])
+            wanted = min(best, before, limit)
+            if not in_reach(grid.spheres, who, obstacles.image, v, size, rate, wanted):
+                continue
             t = meeting(model.motion, member(crowd, who), obstacles.image, v, size, rate, now)
             # Of two at one time, the first: as where all are asked.
             if t < best or (t == best and who < number):
