@@ -1,8 +1,8 @@
 """Run examples at full size and store what the gallery shows: pictures and printed lines.
 
-``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``, or ``viewer`` for its two pictures,
-which Chromium takes. Each picture gets at most 900 pixels and 256 colours, and as many fewer as keep it below
-150 kB.
+``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``, or ``viewer`` for its two
+pictures, which Chromium takes. Each picture gets at most 900 pixels and 256 colours, and as many fewer as
+keep it below 150 kB.
 """
 
 from __future__ import annotations
