@@ -66,7 +66,7 @@ def pictures(name: str) -> list[Path]:
     wanted = name.replace("_", "-")
     found = [path for path in IMAGES.glob("*") if path.suffix in SUFFIXES]
     return sorted(
-        (path for path in found if re.fullmatch(rf"{wanted}(-.*)?", path.stem.replace("_", "-"))),
+        (path for path in found if re.fullmatch(rf"{wanted}(-.*)?", path.stem)),
         key=lambda path: (path.suffix != ".gif", path.stem),
     )
 

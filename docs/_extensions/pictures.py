@@ -1,7 +1,8 @@
 """Run examples at full size and store what the gallery shows: pictures and printed lines.
 
-``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``. Each picture gets at most
-900 pixels and 64 colours, and as many fewer as keep it below 150 kB.
+``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``, or ``viewer`` for its two
+pictures, which Chromium takes. Each picture gets at most 900 pixels and 256 colours, and as many fewer as
+keep it below 150 kB.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from PIL import Image
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
 SUFFIXES = {b"\x89PNG": ".png", b"GIF8": ".gif"}
-SIZES = ((900, 64), (900, 16), (720, 16), (560, 16), (480, 8))
+SIZES = ((900, 256), (900, 64), (900, 16), (720, 16), (560, 16), (480, 8))
 """Widths [pixels] and numbers of colours, the finest first."""
 MOST = 150_000
 """Bytes of a picture."""
@@ -85,7 +86,35 @@ def store(name: str) -> None:
     IMAGES.joinpath(f"{name.replace('_', '-')}.txt").write_text(printed, encoding="utf-8")
 
 
+def store_viewer() -> None:
+    """Store what the viewer shows of a replay of disks, and of a slab of a mixture in the dark theme."""
+    import carom
+
+    disks = carom.Scene.random(100, 0.5, dimension=2, seed=1)
+    kinds = [carom.Species("large", fraction=0.5), carom.Species("small", fraction=0.5, diameter=0.6)]
+    mixture = carom.Simulation(carom.Scene.random(200, 0.25, species=kinds, seed=1), seed=1)
+    frames = list(mixture.sample(every=0.1, count=20))
+    with tempfile.TemporaryDirectory() as folder:
+        log = Path(folder, "events.h5")
+        with carom.Simulation(disks, seed=1, event_log=log) as sim:
+            sim.run(collisions=2000)
+        views = {
+            "viewer": (carom.view(log, title="100 disks"), "time=2.3&chosen=12&dark=0"),
+            "viewer-dark": (
+                carom.view(frames, title="200 spheres of two species"),
+                "frame=8&chosen=20&colour=speed&slab=y&thick=0.7&dark=1",
+            ),
+        }
+        for name, (view, look) in views.items():
+            picture = Path(folder, f"{name}.png")
+            command = ["chromium", "--headless=new", "--no-sandbox", "--use-angle=swiftshader"]
+            command += ["--window-size=900,600", "--virtual-time-budget=4000", f"--screenshot={picture}"]
+            page = view.save(picture.with_suffix(".html")).as_uri()
+            subprocess.run([*command, f"{page}#{look}"], check=True, capture_output=True)
+            shrink(picture, IMAGES / picture.name)
+
+
 if __name__ == "__main__":
     for asked in sys.argv[1:]:
-        store(asked)
+        store_viewer() if asked == "viewer" else store(asked)
         print(asked)

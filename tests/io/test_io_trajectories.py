@@ -33,6 +33,7 @@ def test_frames_come_back_bit_for_bit(tmp_path, dimension, suffix, images):
     path = write(tmp_path / f"a{suffix}", frames)
     with carom.io.open(path) as reader:
         assert len(reader) == len(frames)
+        assert repr(reader) == f"<{path}: 4 frames>"
         for a, b in zip(frames, reader, strict=True):
             assert_same(a, b)
         assert_same(frames[-1], reader[-1])

@@ -106,6 +106,7 @@ def test_the_other_wall_of_an_axis_is_plain():
         ({"periodic": "y"}, "axes without walls are periodic"),
         ({"walls": "y", "periodic": (True, False)}, "give walls='y'"),
         ({"restitution": 0.9}, "it is called impact: impact=0.9"),
+        ({"gravity": (0, -1)}, "it is called motion: motion=models.Gravity"),
         ({"elastic_below": 0.1}, "Restitution"),
     ],
 )

@@ -126,6 +126,14 @@ class Reader(ABC):
         # MDAnalysis sends readers to its workers; each worker opens the file itself.
         return type(self), (self.path,)
 
+    def __repr__(self) -> str:
+        try:
+            count = len(self)
+            holds = "1 frame" if count == 1 else f"{count} frames"
+        except (FileError, OSError, RuntimeError, ValueError):
+            holds = "closed"
+        return f"<{self.path}: {holds}>"
+
     def _repr_html_(self) -> str:
         from carom.notebook import embedded, table
 

@@ -45,6 +45,10 @@ MEANT = {
     "L": "box",
     "wall": "walls",
     "restitution": "impact: impact=0.9 is a restitution",
+    "gravity": "motion: motion=models.Gravity((0, -1))",
+    "shear": "motion: motion=models.Shear(rate)",
+    "thermostat": "drive, as drive=models.Andersen(kT=1.0, rate=1.0)",
+    "kT": "kT of carom.Simulation",
     "elastic_below": "impact: impact=models.Restitution(0.9, elastic_below=...)",
 }
 """What other words, and letters of formulas, are called here."""
