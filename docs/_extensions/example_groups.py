@@ -15,6 +15,7 @@ GROUPS = {
         "finite_size": "How many particles are enough",
         "crystal": "An fcc crystal",
         "square_well": "Square wells: drops and a chain",
+        "depletion": "Depletion: two big disks among small ones",
         "transport": "Transport coefficients and the long-time tail",
     },
     "Melting and freezing": {

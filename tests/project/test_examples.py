@@ -17,6 +17,7 @@ LONG = (
     "brownian_spheres",
     "caps_on_a_sphere",
     "cushions_160",
+    "depletion",
     "disks_2000",
     "disks_27",
     "equation_of_state",

@@ -7,10 +7,36 @@ import pytest
 
 import carom
 from carom.errors import InputError
+from carom.observables.statistics import ratio
+from carom.simulation import stretches
 from carom.studies import ShearFlow, ShearSpec
+from carom.studies.flow.measure import means
+from carom.studies.flow.study import over
+from carom.studies.scenes import simulation_of
 
 FIVE = 5.0
 """Standard errors within which two numbers agree."""
+
+WELL = carom.models.SquareWell(1.5)
+
+BRIDGES = carom.models.StepTable(carom.models.Steps([1.0, 1.3], [math.inf, -0.2], leaving=[math.inf, -0.6]))
+
+WELLS = """
+[scene]
+n = 12
+dimension = 2
+packing_fraction = 0.3
+interaction = { type = "square-well", range = 1.5, depth = 1.0 }
+motion = { type = "shear", rate = 1.0 }
+
+[shear]
+kT = 0.8
+strains = 1
+replicas = 1
+equilibration = 2
+blocks = 16
+"""
+"""A few disks with wells, deep enough that they pull more than they push at times."""
 
 SMALL = {"n": 64, "packing_fraction": 0.2, "replicas": 1, "equilibration": 100, "executor": "serial"}
 
@@ -77,7 +103,11 @@ def test_elastic_spheres_are_kept_at_their_temperature_and_are_near_enskog():
         ({"rate": 0.0}, "rate must be"),
         ({"strains": -1}, "strains must be"),
         ({"scene": {"walls": True}}, "walls does not go with a shear flow"),
-        ({"scene": {"interaction": carom.models.SquareWell(1.5)}}, "interaction is for carom.Simulation"),
+        ({"scene": {"interaction": WELL, "impact": 0.9}}, "does not go with contacts that lose energy"),
+        ({"scene": {"interaction": WELL}, "restitution": 0.9}, "does not go with contacts that lose energy"),
+        ({"scene": {"interaction": WELL}, "thermostat": "none"}, "heats elastic particles without end"),
+        ({"scene": {"interaction": BRIDGES}}, "hysteretic steps"),
+        ({"scene": {"interaction": carom.models.Bonds([(0, 1)], outer=1.5)}}, "has bonds"),
         ({"scene": {"motion": carom.models.Gravity((0.0, 0.0, -1.0))}}, "motion is the flow"),
         ({"rates": 1.0}, "no argument 'rates'; did you mean rate"),
     ],
@@ -103,6 +133,40 @@ def test_a_scene_file_of_a_flow_says_its_rate_and_its_contacts():
     assert "impact" not in elastic.tasks()[0]["scene"]
     assert ShearSpec.from_toml(elastic.to_toml()) == elastic
     assert spec.replaced(relative_error=0.1).strains is None
+
+
+@pytest.mark.usefixtures("plain")
+def test_wells_of_a_scene_file_are_kept_at_their_temperature():
+    study = ShearFlow(ShearSpec.from_toml(WELLS)).run(executor="serial")
+    (row,), series = study.table, study.records[0]["result"]["series"]
+    assert row.kT == pytest.approx(0.8, abs=FIVE * row.kT_error + 0.01 * 0.8)
+    assert row.kT_error < 0.04
+    assert math.isnan(row.enskog)
+    assert min(series["pressure"]) < 0.0
+    assert pytest.approx(math.fsum(series["first"]) / math.fsum(series["pressure"]), rel=1e-12) == row.N1
+    assert row.N1_error > 0.0
+
+
+@pytest.mark.usefixtures("plain")
+def test_the_stress_of_wells_is_the_power_of_the_flow():
+    sim = simulation_of(ShearSpec.from_toml(WELLS).tasks()[0])
+    kinetic, potential = 0.5 * sim.degrees_of_freedom * sim.kT, sim.potential_energy
+    parts = list(stretches.blocks(sim, 0.3, 4))
+    gained = 0.5 * sim.degrees_of_freedom * sim.kT - kinetic + sim.potential_energy - potential
+    assert sim.potential_energy != potential
+    # The stress has a factor n / (n - 1) in the part that particles carry: the center of mass rests here.
+    carried = math.fsum(float(part.momentum_flux.carried[1, 0]) for part in parts)
+    power = means(sim.scene, parts, 1.2)["stress"] * sim.scene.volume + carried / (1.2 * (sim.n - 1.0))
+    assert abs(gained) > 0.1 * kinetic
+    assert gained == pytest.approx(1.2 * power, abs=1e-13 * kinetic * sim.collisions)
+
+
+def test_normal_stresses_are_a_ratio_of_means_with_its_error():
+    rng = np.random.default_rng(1)
+    b = 1.0 + 0.1 * rng.normal(size=256)
+    a = 0.3 * b + 0.1 * rng.normal(size=256)
+    assert over(list(a), list(b)).mean == pytest.approx(ratio(a, b).mean, rel=1e-12)
+    assert over(list(a), list(b)).error == pytest.approx(ratio(a, b).error, rel=1e-9)
 
 
 def test_each_rate_has_random_numbers_of_its_own_and_the_longest_runs_first():
@@ -134,3 +198,17 @@ def test_elastic_spheres_have_the_known_viscosity_at_two_rates():
         mine = row.viscosity_error / row.enskog
         assert row.viscosity / row.enskog == pytest.approx(told, abs=4.0 * math.hypot(err, mine))
         assert abs(row.N1) < 0.05
+
+
+@pytest.mark.slow
+def test_the_viscosity_of_square_wells_is_that_of_their_fluctuations_at_rest():
+    # Helfand's slope at rest, with the same 108 particles, so that the box has the same effect on both. A
+    # tenth of the collision rate of the cores is slow: the flow does not change the fluid yet.
+    given = {"n": 108, "kT": 1.5, "replicas": 1, "scene": {"interaction": WELL}, "executor": "serial"}
+    rest = carom.transport(0.25, relative_error=0.03, **given).shear_viscosity
+    for row in carom.shear([0.2, 0.4], packing_fraction=0.25, relative_error=0.02, **given).table:
+        assert row.kT == pytest.approx(1.5, rel=0.01)
+        # In 1 % of kT this viscosity changes by less than 1 %.
+        error = math.hypot(row.viscosity_error, rest.error)
+        assert error < 0.04 * rest.mean
+        assert row.viscosity == pytest.approx(rest.mean, abs=4.0 * error + 0.01 * rest.mean)

@@ -12,6 +12,7 @@ from numpy.random import default_rng
 
 from carom import checks
 from carom.errors import InputError
+from carom.models.interactions.bonds import Bonds
 from carom.scene import lattices
 from carom.scene.scene import Scene
 from carom.scene.species import Species
@@ -71,13 +72,18 @@ def equilibrate(sim: Simulation, task: Task, look: Callable[[float], object]) ->
 
 
 def refuse_other_interactions(interaction: Any, diameter: float | None) -> None:
-    """Raise InputError if an interaction is none of steps that conserve the energy."""
+    """Raise InputError if an interaction is none of steps, without bonds, that conserve the energy."""
     if interaction is None:
         return
     if not hasattr(interaction, "steps"):
         raise InputError(
             f"[scene] interaction of a study must be of steps, found {checks.describe(interaction)}; "
             "leave it out for hard cores, or use carom run."
+        )
+    if isinstance(interaction, Bonds):
+        raise InputError(
+            "[scene] interaction has bonds, whose particles no study can place beside each other; use carom "
+            "run with a start of your own."
         )
     if not interaction.conserves(diameter or 1.0):
         raise InputError(

@@ -28,6 +28,11 @@ class ShearSpec(SceneGrid):
     InputError
         If a value is out of range, keys contradict each other, the scene cannot be sheared, or nothing takes
         the heat of the flow.
+
+    Notes
+    -----
+    With steps (``scene={"interaction": SquareWell(1.5)}``) packing fractions, and the collisions of the
+    equilibration, are those of hard cores of the scene's diameter.
     """
 
     study: ClassVar[str] = "shear flow"
@@ -54,7 +59,6 @@ class ShearSpec(SceneGrid):
     refused: ClassVar[Mapping[str, str]] = {
         "motion": "is the flow, of which [shear] says the rate; remove it.",
         **dict.fromkeys(REFUSED, "does not go with a shear flow; remove it."),
-        "interaction": "is for carom.Simulation: this study starts from Enskog's hard cores; remove it.",
     }
     densities: ClassVar[Mapping[int, tuple[float, ...]]] = {2: (0.4,), 3: (0.25,), 4: (0.1,)}
 
@@ -111,6 +115,11 @@ class ShearSpec(SceneGrid):
         if self.restitution is not None and isinstance(self.scene, Mapping):
             self._put("scene", {**self.scene, "impact": self.restitution})
         super().complete()
+        if "interaction" in self.scene and "impact" in self.scene:
+            raise InputError(
+                "[scene] interaction of steps does not go with contacts that lose energy; remove it, or the "
+                "impact and restitution."
+            )
         driven = "drive" in self.scene
         if driven and self.thermostat == "rescale":
             raise InputError('[scene] drive and rescaling contradict each other; give thermostat = "none".')

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from carom import theory
 from carom.errors import CaromWarning, InputError
 from carom.observables.drift import drift, drifts
-from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, ratio, value_with_error
+from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, value_with_error
 from carom.studies.documented import documented
 from carom.studies.flow.measure import measure
 from carom.studies.flow.spec import ShearSpec, duration
@@ -43,11 +43,11 @@ class Row:
     kT, kT_error : float
         Temperature of the velocities relative to the stream [energy].
     collision_rate, collision_rate_error : float
-        Collisions of one particle a time [1 / time].
+        Collisions of one particle a time, impulses at steps included [1 / time].
     viscosity, viscosity_error : float
         ``-P_10`` over the shear rate [mass length^(2 - d) / time].
     enskog : float
-        Enskog's viscosity at this kT, of equal elastic particles; else nan.
+        Enskog's viscosity at this kT, of equal elastic hard cores; else nan.
     pressure, pressure_error : float
         A d-th of the trace of the pressure tensor [energy / length^d].
     N1, N1_error, N2, N2_error : float
@@ -189,6 +189,16 @@ class ShearFlow(GridStudy[ShearSpec]):
         return paper.saved(figure, path)
 
 
+def over(stress: list[float], pressure: list[float]) -> Estimate:
+    """Return the ratio of two means over blocks, with the error of the linearised ratio.
+
+    Wells may pull more than the particles push: the pressure of a block may have either sign.
+    """
+    p = math.fsum(pressure) / len(pressure)
+    quotient = math.fsum(stress) / len(stress) / p
+    return blocking([a / p - quotient * (b / p - 1.0) for a, b in zip(stress, pressure, strict=True)])
+
+
 def _row(records: list[Record]) -> Row:
     """Return the row of a point from the records of its replicas."""
     results, task = [record["result"] for record in records], records[0]["task"]
@@ -203,7 +213,7 @@ def _row(records: list[Record]) -> Row:
         kT, collision_rate, stress, pressure = (
             blocking(series(name)) for name in ("kT", "collision_rate", "stress", "pressure")
         )
-        normal = [ratio(series(name), series("pressure")) for name in ("first", "second")[: min(d, 3) - 1]]
+        normal = [over(series(name), series("pressure")) for name in ("first", "second")[: min(d, 3) - 1]]
     viscosity = stress.scaled(1.0 / rate)
     normal.append(Estimate(math.nan, math.nan, 0.0, math.inf, 0))
     enskog = math.nan
