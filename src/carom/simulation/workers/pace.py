@@ -12,19 +12,19 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
-STRETCH = 2.0
+STRETCH = 1.0
 """Collisions a particle after which a rate is known."""
 
 LEAST_SECONDS = 0.1
 """Wall time [s] after which it is known at the earliest: several turns of the system's scheduler."""
 
-COST = 1.0 / 128.0
-"""Part of the wall time that is lost by trials of the slower one, about, in the long run."""
+MOST_COST, COST = 1.0 / 16.0, 1.0 / 128.0
+"""Part of the wall time that is lost by trials of the slower one: at first, and in the long run. After each
+trial that confirms who is faster, the next one comes after twice the time.
+"""
 
 FEWEST_STRETCHES = 16
-"""Stretches until the next trial after who was thought to be slower was faster. After each trial that
-confirms who is faster it takes twice as long, until trials cost no more than ``COST``.
-"""
+"""Stretches between two trials at least, and after one that showed that the other is faster."""
 
 FALL = 0.75
 """The other is tried at once where the rate falls below this part of what it was at the last comparison."""
@@ -59,7 +59,7 @@ class Pace:
         if seconds >= LEAST_SECONDS and count >= 0.5 * STRETCH * self.run_state.scene.n:
             self._rates[self._several != self._trial] = count / seconds
             self._left -= seconds
-            self._decide()
+            self._decide(seconds)
             self._begin()
         return self._several != self._trial
 
@@ -67,16 +67,18 @@ class Pace:
         """Return how long a stretch takes [s]."""
         return max(LEAST_SECONDS, 0.5 * STRETCH * self.run_state.scene.n / rate)
 
-    def _decide(self) -> None:
-        """Choose who runs the next stretch."""
+    def _decide(self, seconds: float) -> None:
+        """Choose who runs the next stretch, after one that took some time [s]."""
         rate, other = self._rates[self._several], self._rates[not self._several]
         if not self._trial:
             self._trial = self._left <= 0.0 or rate < FALL * self._compared
             return
         self._trial = False
         if other > rate:
-            self._several, rate, other, self._wait = not self._several, other, rate, 0.0
+            self._several, self._wait, rate, lost = not self._several, 0.0, other, 0.0
+        else:
+            lost = seconds * (1.0 - other / rate)
         self._compared = rate
-        longest = self._stretch(other) * (1.0 - other / rate) / COST
-        self._wait = max(min(2.0 * self._wait, longest), FEWEST_STRETCHES * self._stretch(rate))
+        least = max(lost / MOST_COST, FEWEST_STRETCHES * self._stretch(rate))
+        self._wait = max(min(2.0 * self._wait, lost / COST), least)
         self._left = self._wait
