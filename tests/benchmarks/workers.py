@@ -6,13 +6,18 @@
     python tests/benchmarks/workers.py 2 0.70 600000 1        # windows of a single part, which has no borders
     python tests/benchmarks/workers.py table                  # two workers, from ten thousand to a million
     python tests/benchmarks/workers.py separate 2 0.70 1e6    # two runs that share nothing but the machine
+    python tests/benchmarks/workers.py 3 0.49 256000 2 6 --busy 1    # beside a process that keeps a core busy
 
-Both runs must come out with the same bits. "One worker" is what happens outside of windows: the last
-collisions before a given number. The last lines of the table are a model, not a measurement.
+With ``--windows`` several workers go on also where one is faster, as in the table. Both runs must come out
+with the same bits. "One worker" is what happens outside of windows: the last collisions before a given
+number, and stretches in which one is faster. The last lines of the table are a model, not a measurement.
 """
 
+import argparse
+import contextlib
 import itertools
 import statistics
+import subprocess
 import sys
 import time
 from concurrent.futures import ThreadPoolExecutor
@@ -24,7 +29,7 @@ from soak import compare
 import carom
 from carom.engine.domains.decomposition import BORDERS, most_slabs, slabs_of
 from carom.simulation.workers.executive import Executive
-from carom.simulation.workers.timings import Timings
+from carom.simulation.workers.timings import Settings, Timings
 
 ROUNDS = 3
 PER_ROUND, LEAST = 24.0, 3_000_000
@@ -69,12 +74,26 @@ class Measured(NamedTuple):
     """Wall time of several [s]."""
 
 
-def measure(scene, workers, rounds=ROUNDS):
-    """Run a scene with one worker and with several in turn, and compare the bits."""
-    one, several = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3, cores=workers)
-    if workers == 1:  # which would be the plain cycle
-        several._state.executive = Executive(several._state, 1)
-    executive = several._state.executive
+@contextlib.contextmanager
+def beside(busy):
+    """Let so many other processes keep a core busy each."""
+    others = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(busy)]
+    try:
+        yield
+    finally:
+        for other in others:
+            other.kill()
+            other.wait()
+
+
+def measure(scene, workers, rounds=ROUNDS, windows=True):
+    """Run a scene with one worker and with several in turn, and compare the bits.
+
+    With ``windows`` the several never leave the run to one of them, as they do where that is faster.
+    """
+    one, several = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3)
+    executive = Executive(several._state, workers, Settings(compare=not windows))
+    several._state.executive = executive
     for sim in (one, several):
         warm_up(sim)
     executive.timings = Timings()
@@ -168,17 +187,28 @@ def row_of(scene, measured):
 
 def main():
     """Print the table, or one row of it."""
-    if sys.argv[1:] == ["table"]:
-        table()
-        return
-    if sys.argv[1:2] == ["separate"]:
-        separate(*map(float, sys.argv[2:]))
-        return
-    given = [float(word) for word in sys.argv[1:]]
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("words", nargs="*", metavar="table | [separate] d packing_fraction n workers rounds")
+    parser.add_argument("--busy", type=int, default=0, help="other processes that keep a core busy each")
+    parser.add_argument("--windows", action="store_true", help="several workers also where one is faster")
+    given = parser.parse_args()
+    with beside(given.busy):
+        if given.words == ["table"]:
+            table()
+        elif given.words[:1] == ["separate"]:
+            separate(*map(float, given.words[1:]))
+        else:
+            one_row([float(word) for word in given.words], given.windows)
+
+
+def one_row(given, windows):
+    """Print the row of a scene, given by numbers, and what became of its windows."""
     defaults = [3, 0.30, 1_000_000, 2, ROUNDS]
     dimension, packing_fraction, n, workers, rounds = (given + defaults[len(given) :])[:5]
     scene = scene_of(int(dimension), packing_fraction, int(n))
-    measured = measure(scene, int(workers), int(rounds))
+    measured = measure(scene, int(workers), int(rounds), windows)
     timings = measured.executive.timings
     print(row_of(scene, measured))
     print(f"median of {len(measured.ratios)} rounds: {statistics.median(measured.ratios):.2f}")

@@ -43,9 +43,8 @@ def alone_and_together(
     """Return a simulation run by one worker, and the same run by several, and what these counted."""
     go = go or (lambda sim: [sim.run(collisions_per_particle=2.3), sim.run(time=0.4)])
     alone, together = (carom.Simulation(scene, seed=3, **settings) for _ in range(2))
-    executive = executive_type(
-        together._state, workers, Settings(collisions=collisions, lookahead=lookahead, least=0.0)
-    )
+    wanted = Settings(collisions=collisions, lookahead=lookahead, least=0.0, compare=False)
+    executive = executive_type(together._state, workers, wanted)
     together._state.executive = executive
     assert go(alone) == go(together)
     executive.close()
@@ -133,7 +132,7 @@ def test_workers_count_what_one_counts():
 
 def test_parts_at_rest_have_told_the_others_that_nothing_is_due():
     sim = carom.Simulation(fluid(), seed=3)
-    executive = Executive(sim._state, 2, Settings(collisions=1.0, least=0.0))
+    executive = Executive(sim._state, 2, Settings(collisions=1.0, least=0.0, compare=False))
     sim._state.executive = executive
     for _ in range(20):
         sim.run(time=0.1)
@@ -279,7 +278,8 @@ def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp
 def test_ctrl_c_leaves_a_true_state(monkeypatch):
     alone = carom.Simulation(fluid(), seed=3)
     alone.run(time=1.0)
-    sim = carom.Simulation(fluid(), seed=3, cores=2)
+    sim = carom.Simulation(fluid(), seed=3)
+    sim._state.executive = Executive(sim._state, 2, Settings(compare=False))
     rest, calls = Executive._wait_for_others, []
 
     def interrupted(self, k):
@@ -387,7 +387,7 @@ def test_windows_become_longer_while_they_are_kept_and_shorter_where_they_are_lo
 
 def test_the_first_window_of_disks_at_random_has_room_for_their_many_collisions():
     sim = carom.Simulation(carom.Scene.random(n=4000, dimension=2, packing_fraction=0.7, seed=1), seed=3)
-    sim._state.executive = Executive(sim._state, 1)
+    sim._state.executive = Executive(sim._state, 1, Settings(compare=False))
     sim.run(collisions_per_particle=12)
     timings = sim._state.executive.timings
     assert timings.windows > 2

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from carom.simulation.workers.pace import Pace
 from carom.simulation.workers.thread_pool import ThreadPool, cores
 from carom.simulation.workers.timings import LOOKAHEAD, MANY, Settings, Timings
 from carom.simulation.workers.window_length import LENGTH, WindowLength
@@ -50,8 +51,9 @@ class Executive:
     workers : int
         How many threads.
     settings : Settings
-        How long windows are, and how far parts may be ahead of each other.
-    shares : Shares
+        How long windows are, how far parts may be ahead of each other, and whether one worker goes on where
+        it is faster.
+    timings : Timings
         Where the time went.
     """
 
@@ -66,6 +68,8 @@ class Executive:
         self._window_length = WindowLength(self.run_state, LENGTH if wanted is None else wanted, least)
         if wanted is not None:
             self._window_length.share = 1.0
+        self._pace = Pace(self.run_state) if self.settings.compare else None
+        self._several = True  # whether windows were wanted last
         lookahead = self.settings.lookahead
         scheme, neighbors = self.run_state.scheme, cast(Any, self.run_state.engine.neighbors)
         if scheme.kind == "lists" and scheme.step == 0 and not neighbors.counts.any():
@@ -93,7 +97,7 @@ class Executive:
     # One window -------------------------------------------------------------------------------------------
 
     def window(self, stop: tuple[np.int64, float], target: int) -> bool:
-        """Run one window, if the run can and it is worth it; False if the plain cycle is to go on.
+        """Run one window, if the run can and it is faster; False if the plain cycle is to go on.
 
         Parameters
         ----------
@@ -103,6 +107,11 @@ class Executive:
             Number of the collision at which it has to end; windows stay short of it.
         """
         run_state = self.run_state
+        before, self._several = self._several, self._pace is None or self._pace.several()
+        if not self._several:
+            return False
+        if not before:
+            self._window_length.restart()
         record = run_state.engine.state.clock[0]
         epoch, start = int(record.epoch), float(record.now)
         if run_state.clock.epoch == epoch:

@@ -26,7 +26,7 @@ class Timings:
         Collisions in windows that were kept.
     wall : float
         Wall time in windows [s].
-    keep, run, merge, turn, lost : float
+    save_state, run, merge, epochs, rolled_back : float
         Of it: keeping the state that a window begins with, running, adding up, going over into the next
         epoch, and windows that were run again.
     busy : float
@@ -47,19 +47,22 @@ class Timings:
 
 @dataclass
 class Settings:
-    """How long windows are, and how far parts may be ahead of each other.
+    """How long windows are, how far parts may be ahead of each other, and whether there must be any.
 
     Attributes
     ----------
     collisions : float or None
         Collisions a particle that a window should hold, or None for what was measured to be good.
-    lead : float or None
+    lookahead : float or None
         Widths of a bucket that a part may be ahead of another at a border, or None for what was measured to
         be good. It becomes half as much where a window is lost by it.
     least : float
         Collisions a particle below which a stretch is left to the plain cycle.
+    compare : bool
+        Whether the plain cycle is timed now and then, and goes on where it is faster.
     """
 
     collisions: float | None = None
     lookahead: float | None = None
     least: float = LEAST_PER_WINDOW
+    compare: bool = True

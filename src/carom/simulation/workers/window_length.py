@@ -127,6 +127,10 @@ class WindowLength:
         """Learn that a window was lost, for whatever reason."""
         self._streak, self.share = 0, max(0.5 * self.share, min(SMALLEST, self.share))
 
+    def restart(self) -> None:
+        """Let the next windows be as short as any."""
+        self._streak, self.share = 0, min(SMALLEST, self.share)
+
     def halve(self, length: float) -> None:
         """Let the next window, which is run again, be half as long as it was."""
         self.length, self.failed = 0.5 * length, self.failed + 1

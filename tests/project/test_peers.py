@@ -1,0 +1,43 @@
+"""Tables that compare Carom with other programs are those of the stored results."""
+
+import json
+from pathlib import Path
+
+import pytest
+from helpers.scripts import module_of
+
+import carom
+
+peers = module_of(Path(__file__).parents[1] / "benchmarks" / "peers.py")
+STORED = json.loads(peers.STORED.read_text())
+
+
+@pytest.mark.parametrize("page", peers.PAGES, ids=lambda page: page.name)
+def test_pages_have_the_table_of_the_stored_results(page):
+    text = page.read_text(encoding="utf-8")
+    assert text.count(peers.BEGIN) == text.count(peers.END) == 1
+    assert peers.with_table(text, STORED) == text
+
+
+def test_another_result_is_another_page():
+    page = f"before\n{peers.BEGIN}\nold\n{peers.END}\nafter\n"
+    found = {**STORED[0], "ratio": 9.87, "date": "2026-01-02", "processor": "abacus", "remark": ""}
+    text = peers.with_table(page, [found])
+    assert "9.87" in text
+    assert "2026-01-02, abacus." in text
+    assert "old" not in text
+    assert text.startswith("before\n")
+    assert text.endswith("\nafter\n")
+
+
+def test_disks_are_written_as_spheres_in_a_plane_and_diameters_as_two_kinds(tmp_path):
+    disks = carom.Scene([(0.5, 0.5), (2.0, 1.5)], (4.0, 4.0), diameter=[1.0, 0.5])
+    peers.write_sph(disks, tmp_path / "start.sph")
+    number, box, *lines = tmp_path.joinpath("start.sph").read_text().splitlines()
+    assert number == "2"
+    assert [float(edge) for edge in box.split()] == [4.0, 4.0, peers.PLANE]
+    assert [line.split()[0] for line in lines] == ["a", "b"]
+    assert [[float(x) for x in line.split()[1:]] for line in lines] == [
+        [0.5, 0.5, 0.5 * peers.PLANE, 0.5],
+        [2.0, 1.5, 0.5 * peers.PLANE, 0.25],
+    ]
