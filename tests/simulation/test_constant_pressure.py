@@ -53,14 +53,14 @@ def test_rods_have_the_length_and_the_pressure_of_the_ensemble(plain):
 
 @SLOW
 def test_error_bars_of_length_and_pressure_cover_the_exact_values():
-    """Of 100 intervals of 95 %, fewer than 87 would cover by chance once in 1000."""
+    """Of 60 intervals of 95 %, fewer than 50 cover by chance three times in 10 000, for each of the two."""
     exact, covered = mean_length(3, 1.5 / 2.0), np.zeros(2)
-    for seed in range(100):
-        found = measured_rods(3, seed, moves=2000)
+    for seed in range(60):
+        found = measured_rods(3, seed, moves=1000)
         for k, (each, value) in enumerate(((found.volume, exact), (found.pressure, 1.5))):
             low, high = each.confidence(0.95)
             covered[k] += low < value < high
-    assert (covered >= 87).all()
+    assert (covered >= 50).all(), covered
 
 
 @SLOW

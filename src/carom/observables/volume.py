@@ -26,10 +26,11 @@ class Volume:
     Examples
     --------
     >>> import carom
-    >>> scene = carom.Scene.random(32, packing_fraction=0.2)
-    >>> barostat = carom.Barostat(pressure=1.0, interval=0.2, step=0.1)
+    >>> scene = carom.Scene.random(8, packing_fraction=0.2)
+    >>> barostat = carom.Barostat(pressure=1.0, interval=0.2, step=0.4)
     >>> sim = carom.Simulation(scene, seed=1, barostat=barostat)
-    >>> found = sim.measure(Volume(), time=100.0)
+    >>> block = sim.run(time=20.0)
+    >>> found = sim.measure(Volume(), time=200.0)
     >>> abs(found.pressure.mean - 1.0) < 5 * found.pressure.error
     True
     """
