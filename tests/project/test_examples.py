@@ -16,6 +16,7 @@ LONG = (
     "brazil_nut",
     "brownian_spheres",
     "caps_on_a_sphere",
+    "constant_pressure",
     "cushions_160",
     "disks_2000",
     "disks_27",
