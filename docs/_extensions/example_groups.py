@@ -22,6 +22,7 @@ GROUPS = {
         "melting_of_disks": "Melting of hard disks",
         "order_of_disks": "The order of disks that melt",
         "freezing_of_spheres": "Freezing of hard spheres",
+        "constant_pressure": "Hard spheres at constant pressure",
     },
     "Packings and spherical codes": {
         "disks_27": "27 disks that jam",

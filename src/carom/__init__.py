@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from carom.observables.pressure_tensor import PressureTensor as PressureTensor
     from carom.observables.statistics import Estimate as Estimate
     from carom.observables.structure_factor import StructureFactor as StructureFactor
+    from carom.observables.volume import Volume as Volume
     from carom.observables.wall_pressure import WallPressure as WallPressure
     from carom.pictures.live import Live as Live
     from carom.pictures.movie import movie as movie
@@ -96,6 +97,7 @@ _LAZY = {
     "Pressure": "carom.observables.pressure",
     "PressureProfile": "carom.observables.pressure_profile",
     "PressureTensor": "carom.observables.pressure_tensor",
+    "Volume": "carom.observables.volume",
     "WallPressure": "carom.observables.wall_pressure",
     "Energy": "carom.observables.energy",
     "RDF": "carom.observables.pair_distribution",

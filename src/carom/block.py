@@ -63,6 +63,32 @@ class MomentumFlux(NamedTuple):
         return MomentumFlux(self.carried + other.carried, self.handed_over + other.handed_over)
 
 
+class VolumeSums(NamedTuple):
+    """What adds up over a stretch in which a barostat changes the volume V.
+
+    Attributes
+    ----------
+    volume : float
+        Integral of V over time [length^d time].
+    inverse : float
+        Integral of 1 / V over time [time / length^d].
+    virial : float
+        Sum of ``r_ij . dp_ij / V`` over collisions [mass length^2 / (time length^d)].
+    """
+
+    volume: float
+    inverse: float
+    virial: float
+
+    def minus(self, other: VolumeSums) -> VolumeSums:
+        """Return what came since another."""
+        return VolumeSums(*(a - b for a, b in zip(self, other, strict=True)))
+
+    def plus(self, other: VolumeSums) -> VolumeSums:
+        """Return the sum with another."""
+        return VolumeSums(*(a + b for a, b in zip(self, other, strict=True)))
+
+
 class Block(NamedTuple):
     """Sums over the collisions of one stretch of time.
 
@@ -94,6 +120,8 @@ class Block(NamedTuple):
         Averages over the stretch, if diameters grow. Not known of sums since the start.
     momentum_flux : MomentumFlux or None
         What makes the pressure tensor of a sheared box; None elsewhere.
+    volumes : VolumeSums or None
+        What makes the mean volume and the pressure where a barostat changes the volume; None elsewhere.
 
     Examples
     --------
@@ -115,6 +143,7 @@ class Block(NamedTuple):
     works: tuple[float, ...] = ()
     energy: Energy | None = None
     momentum_flux: MomentumFlux | None = None
+    volumes: VolumeSums | None = None
 
     def _repr_html_(self) -> str:
         rows = [("duration", f"{self.duration:.6g}"), ("collisions", f"{self.collisions}")]

@@ -16,6 +16,7 @@ LONG = (
     "brazil_nut",
     "brownian_spheres",
     "caps_on_a_sphere",
+    "constant_pressure",
     "cushions_160",
     "depletion",
     "disks_2000",

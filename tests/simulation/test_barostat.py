@@ -175,8 +175,11 @@ def test_what_a_barostat_is_not_for_is_refused_in_a_sentence(unscheduled, scene,
 
 def test_methods_that_need_one_box_are_refused(unscheduled):
     sim = at_pressure(mixture())
-    with pytest.raises(InputError, match=r"measure\(\) needs a box that does not change"):
-        sim.measure(carom.Pressure(), time=1.0)
+    for observable in (carom.Pressure(), carom.PressureTensor(), carom.RDF(), carom.FreeFlights()):
+        with pytest.raises(InputError, match=r"needs a box that does not change.*carom\.Volume"):
+            sim.measure(observable, time=1.0)
+    with pytest.raises(InputError, match="give Simulation a barostat"):
+        carom.Simulation(mixture()).measure(carom.Volume(), time=1.0)
     with pytest.raises(InputError, match=r"equilibrate\(\) needs a box that does not change"):
         sim.equilibrate()
 

@@ -68,7 +68,7 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
     images[:60, 0] = 1
     frame = Frame(0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, images)
     # Most have gone around the box once: 108^(1/3) spacings.
-    assert moved(scene, frame) == pytest.approx(108 ** (1 / 3), rel=1e-12)
+    assert moved(scene.positions, frame) == pytest.approx(108 ** (1 / 3), rel=1e-12)
     phase = phase_of(scene, "fcc", 0.0)
     best = _theory(scene, phase)[-1]
     infinite = theory.almarza(0.55)
@@ -84,7 +84,8 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
         0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, 0 * images
     )
     sim = SimpleNamespace(scene=scene, frame=lambda: still)
-    facts = SimpleNamespace(sim=sim, plan=SimpleNamespace(scene=SimpleNamespace(start="fcc")))
+    plan = SimpleNamespace(scene=SimpleNamespace(start="fcc"))
+    facts = SimpleNamespace(sim=sim, plan=plan, first_places=scene.positions)
     drawn = _lines(_compared(scene, _phase(facts)))
     assert list(drawn) == ["Speedy (fcc)", "Almarza (fcc)"]
     assert drawn["Almarza (fcc)"] == best["Z"]

@@ -72,7 +72,11 @@ def run(
         from carom.simulation.tuning import Tuning
 
         found = explained(
-            plan.build_scene(), tuning=Tuning(neighbors=plan.run.neighbors), event_log=plan.run.event_log
+            plan.build_scene(),
+            swaps=plan.run.swaps,
+            barostat=plan.run.barostat,
+            tuning=Tuning(neighbors=plan.run.neighbors),
+            event_log=plan.run.event_log,
         )
         typer.echo(visible(found, lines=True))
         return

@@ -243,7 +243,7 @@ def _physics(summary: dict[str, Any]) -> Any:
         for row in summary["theory"]:
             cells.append(_beside(row[theoretical], measured, places))
         table.add_row(name, *cells)
-    for name, key in (("U / N", "U"), ("kT", "temperature")):
+    for name, key in (("V", "volume"), ("U / N", "U"), ("kT", "temperature")):
         if (measured := summary.get(key)) and measured["mean"] is not None:
             table.add_row(name, _with_error(measured))
     for name, measured in summary["contact_values_from_rdf"].items():
@@ -252,10 +252,14 @@ def _physics(summary: dict[str, Any]) -> Any:
     per_kT = f"P σ{_superscript(dimension)}/kT"
     if (pressure := summary["reduced_pressure"])["mean"] is not None:
         table.add_row(per_kT, _with_error(pressure))
+    if barostat := summary.get("barostat"):
+        reduced = barostat["pressure"] * summary["diameter"] ** dimension / summary["kT"]
+        table.add_row(f"{per_kT} of the barostat", f"{reduced:.6g}")
+        table.add_row("volume moves accepted", _share(barostat))
     if (rate := summary["collision_rate"])["mean"] is not None:
         table.add_row("collision rate of one", _with_error(rate))
     if (swaps := summary.get("swaps")) and swaps["tried"]:
-        table.add_row("swaps accepted", f"{100.0 * swaps['accepted'] / swaps['tried']:.1f} %")
+        table.add_row("swaps accepted", _share(swaps))
     for obstacle in summary["obstacles"]:
         for name, unit, factor in _units_of_force(summary):
             # Of what is never hit neither a number nor its error is known.
@@ -269,6 +273,11 @@ def _physics(summary: dict[str, Any]) -> Any:
     table.caption = "\n".join(_meaning(summary))
     table.caption_justify = "left"
     return table
+
+
+def _share(moves: dict[str, Any]) -> str:
+    """Return which part of moves was accepted."""
+    return f"{100.0 * moves['accepted'] / moves['tried']:.1f} %" if moves["tried"] else "none tried"
 
 
 _NONE = {"mean": None, "error": None}

@@ -21,6 +21,7 @@ from carom.observables.protocol import Observable, averages
 from carom.observables.radial import RDFResult
 from carom.observables.statistics import Estimate, blocking
 from carom.observables.structure_factor import StructureFactor, StructureFactorResult
+from carom.observables.volume import Volume, VolumeResult
 from carom.observables.wall_pressure import WallPressure, WallPressureResult
 
 __all__ = [
@@ -53,6 +54,8 @@ __all__ = [
     "RDFResult",
     "StructureFactor",
     "StructureFactorResult",
+    "Volume",
+    "VolumeResult",
     "WallPressure",
     "WallPressureResult",
     "averages",

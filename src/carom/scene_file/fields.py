@@ -6,6 +6,7 @@ which keys there are.
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Mapping
 from typing import Any
 
@@ -235,35 +236,58 @@ said(
 )
 
 
-def swaps(value: Any, name: str) -> Any:
-    """Check exchanges of diameters: a :class:`carom.Swaps`, or its table."""
-    from carom import checks
-    from carom.simulation.swaps import Swaps
+def moves(kind: str, example: str, needed: tuple[str, ...], **keys: dict[str, Any]) -> Check:
+    """Return the check of what happens between events: a value such as :class:`carom.Swaps`, or its table.
 
-    if isinstance(value, Swaps):
-        return value
-    if not isinstance(value, Mapping):
-        raise InputError(
-            f"{name} must be a table such as {{ interval = 0.1 }}, found {checks.describe(value)}."
-        )
-    try:
-        checks.keys(value, "the table", ("interval", "attempts", "within", "seed"), needed=("interval",))
-        return Swaps(**value)
-    except InputError as problem:
-        raise InputError(f"{name}: {problem}") from problem
+    Parameters
+    ----------
+    kind : str
+        Name of its class, in lower case that of its module in ``carom.simulation``.
+    example : str
+        Its table in short.
+    needed : tuple of str
+        Keys that the table must have.
+    **keys
+        JSON schema of all keys.
+    """
+
+    def check(value: Any, name: str) -> Any:
+        from carom import checks
+
+        made = getattr(importlib.import_module(f"carom.simulation.{kind.lower()}"), kind)
+        if isinstance(value, made):
+            return value
+        if not isinstance(value, Mapping):
+            raise InputError(f"{name} must be a table such as {example}, found {checks.describe(value)}.")
+        try:
+            checks.keys(value, "the table", tuple(keys), needed=needed)
+            return made(**value)
+        except InputError as problem:
+            raise InputError(f"{name}: {problem}") from problem
+
+    return said(check, type="object", properties=keys, required=[*needed], additionalProperties=False)
 
 
-said(
-    swaps,
-    type="object",
-    properties={
-        "interval": {"type": "number", "exclusiveMinimum": 0},
-        "attempts": {"type": "integer", "minimum": 1},
-        "within": {"type": "number", "minimum": 0},
-        "seed": {"type": "integer", "minimum": 0},
-    },
-    required=["interval"],
-    additionalProperties=False,
+_ABOVE_ZERO = {"type": "number", "exclusiveMinimum": 0}
+_SEED = {"type": "integer", "minimum": 0}
+
+swaps = moves(
+    "Swaps",
+    "{ interval = 0.1 }",
+    ("interval",),
+    interval=_ABOVE_ZERO,
+    attempts={"type": "integer", "minimum": 1},
+    within={"type": "number", "minimum": 0},
+    seed=_SEED,
+)
+barostat = moves(
+    "Barostat",
+    "{ pressure = 5.0, interval = 0.2, step = 0.01 }",
+    ("pressure", "interval", "step"),
+    pressure=_ABOVE_ZERO,
+    interval=_ABOVE_ZERO,
+    step={**_ABOVE_ZERO, "maximum": 1},
+    seed=_SEED,
 )
 
 

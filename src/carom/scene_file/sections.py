@@ -404,11 +404,16 @@ class RunSpec(Spec):
         check.swaps,
         Opt("Exchanges of diameters: interval, attempts, within and seed of carom.Swaps.", flags=None),
     ] = None
+    barostat: Annotated[
+        Any,
+        check.barostat,
+        Opt("Constant pressure: pressure, interval, step and seed of carom.Barostat.", flags=None),
+    ] = None
 
     def words(self) -> dict[str, Any]:
         """Return the fields as JSON values, without those that are None."""
         words = super().words()
-        return words if self.swaps is None else {**words, "swaps": asdict(self.swaps)}
+        return {**words, **{name: asdict(words[name]) for name in ("swaps", "barostat") if name in words}}
 
     def complete(self) -> None:
         """Check that one key says how long the run is; by default collisions per particle do.
@@ -416,7 +421,7 @@ class RunSpec(Spec):
         Raises
         ------
         InputError
-            If several keys do, or an event log is to hold swaps.
+            If several keys do, or an event log is to hold swaps or a box that changes.
         """
         given = [name for name in LENGTHS if getattr(self, name) is not None]
         if len(given) > 1:
@@ -427,6 +432,9 @@ class RunSpec(Spec):
             raise InputError(
                 "[run] event_log holds one diameter a particle and goes without swaps; leave one out."
             )
+        for name in ("event_log", "swaps"):
+            if self.barostat is not None and getattr(self, name):
+                raise InputError(f"[run] {name} goes without a barostat; leave one of the two out.")
         if not given:
             self._put("collisions_per_particle", DEFAULT_COLLISIONS)
 

@@ -8,6 +8,8 @@ are, and with them kT.
 
 The kernel returns at the time of a move as it does for a frame. After an accepted one neighbours are chosen
 anew and all is scheduled. What is drawn for a move depends on its number alone.
+
+What adds up between two changes of the volume, time and virial, is divided by the volume of that time.
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ import numpy as np
 
 from carom import checks, seeds
 from carom.arithmetic import exponential
+from carom.block import VolumeSums
 from carom.errors import InputError, OverlapError
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.fields import standing
@@ -88,16 +91,56 @@ class Barostat:
 
 
 class VolumeMoves(NamedTuple):
-    """The moves of the volume of a run, and how far they are."""
+    """The moves of the volume of a run, how far they are, and what added up.
+
+    Attributes
+    ----------
+    barostat : Barostat
+    tried, accepted : int
+        Moves so far.
+    last : int
+        Number of the last that was accepted.
+    virial : float
+        Sum of ``r_ij . dp_ij`` over all collisions up to that one [mass length^2 / time].
+    volume_time, inverse_time, virial_density : float
+        The sums of :class:`carom.block.VolumeSums` up to that one.
+    """
 
     barostat: Barostat
     tried: int = 0
     accepted: int = 0
+    last: int = 0
+    virial: float = 0.0
+    volume_time: float = 0.0
+    inverse_time: float = 0.0
+    virial_density: float = 0.0
 
     @property
     def next(self) -> Fraction:
         """When the next move is due [time]."""
         return (self.tried + 1) * Fraction(self.barostat.interval)
+
+    def sums(self, instant: Fraction, volume: float, virial: float) -> VolumeSums:
+        """Return what added up until an instant, with the volume and the virial of then."""
+        duration = float(instant - self.last * Fraction(self.barostat.interval))
+        return VolumeSums(
+            self.volume_time + volume * duration,
+            self.inverse_time + duration / volume,
+            self.virial_density + (virial - self.virial) / volume,
+        )
+
+
+def volume_sums(run_state: Any) -> VolumeSums | None:
+    """Return what added up since the start; None without a barostat."""
+    moves: VolumeMoves | None = run_state.volume_moves
+    if moves is None:
+        return None
+    return moves.sums(run_state.clock.instant, run_state.scene.volume, _virial(run_state))
+
+
+def _virial(run_state: Any) -> float:
+    """Return the sum of ``r_ij . dp_ij`` since the start [mass length^2 / time]."""
+    return float(run_state.unit.to_scene(float(run_state.engine.tallies[0].virial), -1))
 
 
 def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any) -> VolumeMoves | None:
@@ -137,11 +180,13 @@ def refuse_barostat(run_state: Any, name: str, instead: str) -> None:
 def move_volume(run_state: Any) -> None:
     """Try the move that is due at the present time; all is scheduled anew if it is accepted."""
     moves: VolumeMoves = run_state.volume_moves
-    scene = _moved(run_state, moves)
-    after = moves._replace(tried=moves.tried + 1, accepted=moves.accepted + (scene is not None))
+    scene, number = _moved(run_state, moves), moves.tried + 1
     if scene is None:
-        run_state.volume_moves = after
+        run_state.volume_moves = moves._replace(tried=number)
         return
+    virial = _virial(run_state)
+    sums = moves.sums(moves.next, run_state.scene.volume, virial)
+    after = VolumeMoves(moves.barostat, number, moves.accepted + 1, number, virial, *sums)
     run_state.refit(volume_move=(scene, moves.next, after))
 
 

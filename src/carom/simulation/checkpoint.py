@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -115,19 +116,21 @@ def _table_of(moves: Sweeps | VolumeMoves | None) -> str:
     return json.dumps(None if moves is None else [dataclasses.asdict(moves[0]), *moves[1:]])
 
 
-def _moves_of(attributes: Mapping[str, Any], name: str, of: type, settings: type) -> Any:
+def _moves_of(attributes: Mapping[str, Any], name: str, of: Any, settings: type) -> Any:
     """Return what was so written; None where there is nothing, as in earlier files.
 
     Raises
     ------
     ValueError
-        If a count is none.
+        If a count or a sum is none.
     """
     table = json.loads(str(attributes.get(name, "null")))
     if table is None:
         return None
-    if not all(type(count) is int and 0 <= count < LAST_EPOCH for count in table[1:]):
-        raise ValueError(f"its {name} have the counts {table[1:]}")
+    for found, zero in zip(table[1:], of._field_defaults.values(), strict=True):
+        below = LAST_EPOCH if type(zero) is int else math.inf
+        if type(found) is not type(zero) or not 0 <= found < below:
+            raise ValueError(f"its {name} have the counts and sums {table[1:]}")
     return of(settings(**table[0]), *table[1:])
 
 

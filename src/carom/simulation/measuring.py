@@ -18,6 +18,7 @@ from carom.observables.precision import Goal, Prediction
 from carom.observables.pressure_profile import PressureProfile
 from carom.observables.pressure_tensor import PressureTensor
 from carom.observables.protocol import outcome, sees
+from carom.observables.volume import Volume
 from carom.simulation import flying, own_observers, stretches
 from carom.simulation.barostat import refuse_barostat
 from carom.simulation.cooling import Blocks, cools
@@ -97,9 +98,9 @@ def measure(
     """
     if not observables:
         raise InputError("measure() needs an observable, such as carom.Pressure(); found none.")
-    refuse_barostat(sim._state, "measure()", "take averages over frames of sample()")
     for each in observables:
         _check_observable(each)
+        _check_box(sim, each)
     observables = tuple(each.fresh() if isinstance(each, OfFrames) else each for each in observables)
     for each in observables:  # before a run that would be in vain
         if callable(getattr(each, "prepare", None)):
@@ -289,6 +290,20 @@ def _check_observable(observable: Any) -> None:
         )
     if not whole:
         sees(observable)
+
+
+def _check_box(sim: InMotion, observable: Any) -> None:
+    """Raise InputError for what needs a box that does not change, or that changes."""
+    if isinstance(observable, Volume):
+        if sim._state.volume_moves is None:
+            raise InputError("Volume needs a box that changes: give Simulation a barostat.")
+    elif (
+        hasattr(observable, "of_scene")
+        or isinstance(observable, (OfFrames, *_TOLD))
+        or own_observers.is_observer(observable)
+    ):
+        name = type(observable).__name__
+        refuse_barostat(sim._state, name, "measure carom.Volume(), or an observable of your own")
 
 
 def _blocks(sim: InMotion, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:

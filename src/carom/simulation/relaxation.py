@@ -32,6 +32,7 @@ class StructuralRelaxation:
         self._run_state = run_state
         followed = run_state.engine.state.images is not None and run_state.system.rates is None
         self._start = run_state.frame().unwrapped if followed else None
+        self._box = np.array(run_state.scene.box)
 
     def doubts(self) -> list[str]:
         """Return a sentence if the arrangement has not relaxed since the beginning (``slow_structure``)."""
@@ -64,7 +65,8 @@ class StructuralRelaxation:
 
     def _square(self) -> float:
         assert self._start is not None
-        return mean_square_displacement(self._start, self._run_state.frame().unwrapped)
+        scale = np.array(self._run_state.scene.box) / self._box  # a barostat moves all places with the box
+        return mean_square_displacement(self._start * scale, self._run_state.frame().unwrapped)
 
 
 def mean_square_displacement(start: np.ndarray, end: np.ndarray) -> float:

@@ -16,7 +16,7 @@ from carom.errors import CaromWarning, InputError
 from carom.models.questions.memory import error_message
 from carom.scene.temperature import peculiar
 from carom.simulation.agents import refuse_rule
-from carom.simulation.barostat import move_volume
+from carom.simulation.barostat import move_volume, volume_sums
 from carom.simulation.call_budget import CYCLES, MOST_CYCLES
 from carom.simulation.mechanics import impulses, sizes
 from carom.simulation.stall_detector import StallDetector
@@ -83,7 +83,7 @@ def _advance(
     before = run_state.engine.tallies[0].copy()
     impulses_before = impulses(run_state)
     diameters, heat = run_state.diameters, kT_time(run_state)
-    flux = momentum_flux(run_state)
+    flux, volumes = momentum_flux(run_state), volume_sums(run_state)
     start = run_state.clock.instant
     target = np.int64(
         UNLIMITED if collisions is None else min(int(before.collisions) + collisions, UNLIMITED)
@@ -187,7 +187,7 @@ def _advance(
     if progress is not None:
         progress(1.0)
     after, later = run_state.engine.tallies[0], kT_time(run_state)
-    flux_after = momentum_flux(run_state)
+    flux_after, volumes_after = momentum_flux(run_state), volume_sums(run_state)
     duration = float(run_state.clock.instant - start)
     return Block(
         duration,
@@ -197,6 +197,7 @@ def _advance(
         kT_time=None if heat is None or later is None else later - heat,
         sizes=sizes(run_state, diameters, duration),
         momentum_flux=None if flux is None or flux_after is None else flux_after.minus(flux),
+        volumes=None if volumes is None or volumes_after is None else volumes_after.minus(volumes),
     )
 
 

@@ -11,6 +11,7 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.scene.temperature import degrees_of_freedom
 from carom.simulation import energy, mechanics, run_loop, temperature
+from carom.simulation.barostat import volume_sums
 from carom.simulation.system_of_scene import driven_speed_of
 
 if TYPE_CHECKING:
@@ -20,13 +21,19 @@ if TYPE_CHECKING:
 def tally(sim: InMotion) -> Block:
     """Return duration, collisions and virial since the start, and the time integral of kT where it changes.
 
-    The sizes of growing diameters are not known of it.
+    Under a barostat also the sums with the volume. The sizes of growing diameters are not known of it.
     """
     state = sim._state
     with state.alone.reading():
         record = state.engine.tallies[0]
         virial = state.unit.to_scene(float(record.virial), -1)
-        return Block(sim.time, int(record.collisions), virial, kT_time=temperature.kT_time(state))
+        return Block(
+            sim.time,
+            int(record.collisions),
+            virial,
+            kT_time=temperature.kT_time(state),
+            volumes=volume_sums(state),
+        )
 
 
 def estimate(sim: InMotion, observable: Any, blocks: Sequence[Block]) -> Any:

@@ -172,6 +172,7 @@ def merged(one: Block, other: Block) -> Block:
         None
         if one.momentum_flux is None or other.momentum_flux is None
         else one.momentum_flux.plus(other.momentum_flux),
+        None if one.volumes is None or other.volumes is None else one.volumes.plus(other.volumes),
     )
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import math
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from carom import theory
 from carom.frame import Frame
 from carom.observables.drift import STUCK
-from carom.scene.scene import Scene
 from carom.theory import Equation
 
 ACCURATE_DISKS = 0.6
@@ -34,18 +34,30 @@ class Phase(NamedTuple):
     note: str
 
 
-def moved(scene: Scene, frame: Frame) -> float:
-    """Return the median distance from the start, in units of the mean spacing ``(V / n)^(1/d)``."""
-    distance = np.sqrt(np.sum((frame.unwrapped - scene.positions) ** 2, axis=1))
-    return float(np.median(distance)) / float((scene.volume / scene.n) ** (1.0 / scene.dimension))
+class Filled(Protocol):
+    """What the phase depends on: of a scene, or of the mean volume at constant pressure."""
+
+    @property
+    def dimension(self) -> int:
+        """Number of dimensions."""
+
+    @property
+    def packing_fraction(self) -> float:
+        """Packing fraction."""
 
 
-def phase_of(scene: Scene, initial: str, distance: float) -> Phase:
+def moved(start: np.ndarray, frame: Frame) -> float:
+    """Return the median distance from the positions ``start`` (n, d), in mean spacings ``(V / n)^(1/d)``."""
+    distance = np.sqrt(np.sum((frame.unwrapped - start) ** 2, axis=1))
+    return float(np.median(distance)) / float((math.prod(frame.box) / frame.n) ** (1.0 / frame.dimension))
+
+
+def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
     """Return the phase of a run.
 
     Parameters
     ----------
-    scene : Scene
+    scene : Scene, or what has its dimension and packing fraction
         Of equal elastic particles in a periodic box.
     initial : str
         The start of the run, as in a scene file.

@@ -26,7 +26,12 @@ from carom.theory.contact import (
     contact_value,
     mean_free_time,
 )
-from carom.theory.finite_size import crystal_finite_size_shift, finite_size_shift, speed_factor
+from carom.theory.finite_size import (
+    constant_pressure_shift,
+    crystal_finite_size_shift,
+    finite_size_shift,
+    speed_factor,
+)
 from carom.theory.fluid import (
     carnahan_starling,
     henderson,
@@ -74,6 +79,7 @@ __all__ = [
     "coexistence",
     "collision_rate",
     "compressibility_factor",
+    "constant_pressure_shift",
     "contact_value",
     "crystal_finite_size_shift",
     "diffusion_shift",

@@ -99,3 +99,31 @@ def crystal_finite_size_shift(packing_fraction: Any, n: int, equation: Equation)
     2e-4``.
     """
     return -(equation(checked(packing_fraction)) - 1.0) / checks.number(n, "n", low=1)
+
+
+def constant_pressure_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
+    """``P <V> / N kT`` at constant pressure less Z_N in a box of that mean volume, to leading order in 1 / N.
+
+    Parameters
+    ----------
+    packing_fraction : float or array
+        eta of the mean volume.
+    n : int
+        Number of particles N.
+    equation : callable
+        Z of infinitely many particles.
+
+    Raises
+    ------
+    InputError
+        If a packing fraction is not in [0, 1), or n is less than 1.
+
+    Notes
+    -----
+    ``1 / N + (1 / 2N) d ln[d(eta Z)/d eta] / d ln eta``. The weight of a volume is ``exp(g)`` with ``g = ln Q
+    - P V / kT``. At its maximum the pressure at fixed volume is P, and the mean lies ``g3 / (2 g2^2)`` beyond
+    it, with the second and third derivative of g. In a fluid this shift and :func:`finite_size_shift` add up
+    to 1 / N, as in an ideal gas, where ``P <V> = (N + 1) kT``.
+    """
+    number = checks.number(n, "n", low=1)
+    return 1.0 / number - finite_size_shift(packing_fraction, n, equation)

@@ -14,6 +14,7 @@ from carom.io import checkpoint
 from carom.notebook import by_stage, watchable
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation.barostat import Barostat
 from carom.simulation.swaps import Swaps
 from carom.studies.arguments import refuse_unknown
 from carom.studies.places import of_the_user
@@ -42,6 +43,7 @@ def run(
     event_log: bool | None = None,
     pictures: bool | None = None,
     swaps: Swaps | None = None,
+    barostat: Barostat | None = None,
     seed: int | None = None,
     cores: int | str = 1,
     trust_code: bool = False,
@@ -81,6 +83,8 @@ def run(
         Whether to write every collision, and to draw pictures.
     swaps : Swaps, optional
         Exchanges of diameters; see ``docs/driven``.
+    barostat : Barostat, optional
+        Constant pressure; see ``docs/measuring``.
     seed : int, optional
         Source of all randomness; 1 if left out.
     cores : int or "auto"
@@ -132,6 +136,7 @@ def run(
         kT=kT, seed=seed, equilibration=equilibration, collisions_per_particle=collisions_per_particle,
         time=time, relative_error=relative_error, walltime=walltime, frames=frames, write=write,
         event_log=event_log, pictures=pictures, swaps=swaps,
+        barostat=barostat,
     )  # fmt: skip
     plan = dataclasses.replace(plan, run=how)
     plan = plan.trusted() if trust_code else plan
@@ -151,8 +156,8 @@ def run(
 
 _ARGUMENTS = (
     "out", "kT", "equilibration", "collisions_per_particle", "time", "relative_error", "walltime", "frames",
-    "write", "event_log", "pictures", "swaps", "seed", "cores", "trust_code", "overwrite", "progress",
-    "predicted",
+    "write", "event_log", "pictures", "swaps", "barostat", "seed", "cores", "trust_code", "overwrite",
+    "progress", "predicted",
 )  # fmt: skip
 """Keywords of :func:`run`."""
 

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import json
 import math
 import time as clock
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -32,6 +34,7 @@ from carom.observables.layers import Layers
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
 from carom.observables.pressure import finite_size_doubt, without_pressure
 from carom.observables.statistics import ratio
+from carom.observables.volume import VolumeResult
 from carom.observables.wall_pressure import obstacle_names
 from carom.paths import replacing, write_text
 from carom.scene.description import kind
@@ -46,6 +49,8 @@ from carom.simulation.mechanics import Statistics
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
+from carom.studies.runs import constant_pressure
+from carom.studies.runs.constant_pressure import MeanBox
 from carom.studies.runs.folder import RunFolder
 from carom.version import __version__
 
@@ -100,6 +105,21 @@ class Facts:
     energy_drift: float | None = None
     without: str | None = None
 
+    @functools.cached_property
+    def first_places(self) -> np.ndarray | None:
+        """Where the particles began, (n, d) [length], scaled to the present box if a barostat changed it.
+
+        None, if the file from which such a run began cannot be read any more.
+        """
+        scene = self.sim.scene
+        if self.plan.run.barostat is None:
+            return scene.positions
+        try:
+            start = self.plan.build_scene()
+        except FileError:
+            return None
+        return start.positions * (np.array(scene.box) / np.array(start.box))
+
 
 class _Parts:
     """Computes the parts of a report. One that fails is left out with a remark, and the run is not lost.
@@ -137,19 +157,20 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
     """
     parts = _Parts()
     pressure = parts.of("pressure", lambda: pressure_of(facts.sim, facts.blocks), None)
+    volume = parts.of("volume", lambda: constant_pressure.volume_of(facts.sim, facts.blocks), None)
     energy = parts.of("potential energy", lambda: energy_of(facts.sim, facts.blocks), None)
-    reason = without_rdf(facts.sim.scene, bool(facts.trajectories or facts.without))
+    reason = without_rdf(facts.sim.scene, bool(facts.trajectories or facts.without), volume is not None)
     distributions: dict[str, RDFResult] = {}
     if reason is None:
         distributions = parts.of("g(r)", lambda: _write_distributions(folder, facts, report), distributions)
         reason = None if distributions else " ".join(parts.remarks[-1:]) or None
-    phase = parts.of("phase", lambda: _phase(facts), None)
+    phase = parts.of("phase", lambda: _phase(facts, volume), None)
     none: list[dict[str, Any]] = []
-    compared = parts.of("theory", lambda: _compared(facts.sim.scene, phase), none)
+    compared = parts.of("theory", lambda: _compared(facts.sim.scene, phase, volume), none)
     if facts.plan.run.pictures:
         report("Drawing", 0.0)
         parts.of("pictures", lambda: _draw(folder, facts, pressure, distributions, _lines(compared)), None)
-    summary = _summary(facts, pressure, energy, distributions, reason, phase, compared, parts)
+    summary = _summary(facts, pressure, volume, energy, distributions, reason, phase, compared, parts)
     # In a file of their own, so that all others depend on the plan alone.
     timing = {"collisions_per_second": facts.rate, "seconds": clock.perf_counter() - facts.began}
     for path, found in ((folder.timing, timing), (folder.summary, summary)):
@@ -163,8 +184,10 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
 
 
 def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureResult | None:
-    """Return the pressure; None where there is none (:func:`no_pressure`), or nothing moves."""
-    without = sim.kT == 0.0 or no_pressure(sim.scene) is not None
+    """Return the pressure in a box that keeps its volume; None where there is none (:func:`no_pressure`), or
+    nothing moves.
+    """
+    without = sim.kT == 0.0 or no_pressure(sim.scene) is not None or sim._state.volume_moves is not None
     return None if without else stretches.estimate(sim, Pressure(), blocks)
 
 
@@ -185,8 +208,10 @@ def _decides(scene: Scene) -> bool:
     return getattr(scene.interaction, "decides", False)
 
 
-def without_rdf(scene: Scene, frames: bool) -> str | None:
+def without_rdf(scene: Scene, frames: bool, barostat: bool = False) -> str | None:
     """Return a sentence on why a run with or without ``frames`` has no g(r); None if it has one."""
+    if barostat:
+        return "No g(r): the barostat gives frames boxes of different volumes."
     if _decides(scene):
         return "No pressure and no g(r): units that decide by rules are in no equilibrium."
     if scene.walls or scene.obstacles:
@@ -270,22 +295,26 @@ def _lines(rows: list[dict[str, Any]]) -> dict[str, float]:
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _phase(facts: Facts) -> Phase | None:
+def _phase(facts: Facts, volume: VolumeResult | None = None) -> Phase | None:
     """Return the phase of equal elastic particles in a periodic box; None for other scenes."""
     scene = facts.sim.scene
-    if not is_simple(scene):
+    if not is_simple(scene) or facts.first_places is None:
         return None
-    return phase_of(scene, facts.plan.scene.start, moved(scene, facts.sim.frame()))
+    filled = scene if volume is None else MeanBox.of(volume)
+    return phase_of(filled, facts.plan.scene.start, moved(facts.first_places, facts.sim.frame()))
 
 
-def _compared(scene: Scene, phase: Phase | None) -> list[dict[str, Any]]:
+def _compared(scene: Scene, phase: Phase | None, volume: VolumeResult | None = None) -> list[dict[str, Any]]:
     """Return Z by every theory that holds for the scene in this phase."""
+    if volume is not None:
+        return [] if phase is None else _theory(MeanBox.of(volume), phase)
     return _mixture_theory(scene) if phase is None else _theory(scene, phase)
 
 
 def _summary(
     facts: Facts,
     pressure: PressureResult | None,
+    volume: VolumeResult | None,
     energy: EnergyResult | None,
     distributions: dict[str, RDFResult],
     reason: str | None,
@@ -298,22 +327,26 @@ def _summary(
     drift = statistics.energy_drift if facts.energy_drift is None else facts.energy_drift
     contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
     whole = contacts.pop("", _number(None))
-    infinite = parts.of("Z of infinite size", lambda: _infinite(pressure, phase), None)
+    moves = sim._state.volume_moves
+    given: dict[str, Estimate] = {}
+    if volume is not None and moves is not None:
+        given = constant_pressure.numbers(volume, moves, scene.diameter)
+    infinite = parts.of("Z of infinite size", lambda: _infinite(pressure, phase, volume, given), None)
     none: list[dict[str, Any]] = []
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
-    doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure, energy), list[str]())
+    doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure, volume, energy), list[str]())
     other = None if energy is None else _other_temperature(facts, energy.kT)
     missing = None if _decides(scene) else no_pressure(scene)
 
     def measured(name: str) -> dict[str, float | None]:
-        return _number(None if pressure is None else getattr(pressure, name))
+        return _number(given.get(name) if pressure is None else getattr(pressure, name))
 
     return {
         "version": __version__,
         "seed": plan.run.seed,
         "n": scene.n,
         "dimension": scene.dimension,
-        "packing_fraction": scene.packing_fraction,
+        "packing_fraction": scene.packing_fraction if volume is None else volume.packing_fraction.mean,
         "box": list(scene.box),
         "diameter": scene.diameter,
         "mass": scene.mass,
@@ -332,6 +365,7 @@ def _summary(
         "without_trajectory": facts.without,
         "relative_error": plan.run.relative_error,
         "U": _number(None if energy is None else energy.U),
+        "volume": _number(given.get("volume")),
         "Z": measured("Z"),
         "Z_from_rate": measured("Z_from_rate"),
         "Z_infinite": _number(infinite),
@@ -348,6 +382,7 @@ def _summary(
         "collisions_by_species": _by_species(sim),
         "units": _units(sim),
         "swaps": _swaps(plan, statistics),
+        "barostat": None if moves is None else constant_pressure.settings(moves),
         "spared_contacts": sim.statistics.spared_contacts,
         "phase": None if phase is None else phase.name,
         "phase_note": None if phase is None else _note(phase, scene),
@@ -374,17 +409,25 @@ def _other_temperature(facts: Facts, kT: Estimate) -> str | None:
     return f"{said} still being exchanged, so equilibrate longer."
 
 
-def _doubts(facts: Facts, pressure: PressureResult | None, energy: EnergyResult | None) -> list[str]:
+def _doubts(
+    facts: Facts,
+    pressure: PressureResult | None,
+    volume: VolumeResult | None,
+    energy: EnergyResult | None,
+) -> list[str]:
     """Return what speaks against the equilibrium of the run."""
     sim, scene = facts.sim, facts.sim.scene
-    said = [sentence for found in (pressure, energy) if found is not None for sentence in doubts_about(found)]
-    if pressure is not None and pressure.steady:
+    main = pressure if volume is None else volume
+    said = [sentence for found in (main, energy) if found is not None for sentence in doubts_about(found)]
+    if main is not None and getattr(main, "steady", True) and facts.first_places is not None:
         # Where the particles were when the stretch began is not kept: they move alike before and in it.
         part = math.fsum(block.duration for block in facts.blocks) / sim.time
-        said += slow_structure(scene, part * mean_square_displacement(scene.positions, sim.frame().unwrapped))
+        said += slow_structure(
+            scene, part * mean_square_displacement(facts.first_places, sim.frame().unwrapped)
+        )
     if _decides(scene):
         return said
-    error = math.inf if pressure is None else pressure.primary.relative_error
+    error = math.inf if main is None else main.primary.relative_error
     return said + facts.thermometer.doubts(error)
 
 
@@ -494,8 +537,15 @@ def _note(phase: Phase, scene: Scene) -> str | None:
     return " ".join(filter(None, (phase.note, small))) or None
 
 
-def _infinite(pressure: PressureResult | None, phase: Phase | None) -> Estimate | None:
+def _infinite(
+    pressure: PressureResult | None,
+    phase: Phase | None,
+    volume: VolumeResult | None = None,
+    given: Mapping[str, Estimate] = MappingProxyType({}),
+) -> Estimate | None:
     """Return Z of infinitely many particles, or None where no theory gives the correction."""
+    if volume is not None:
+        return constant_pressure.infinite(given["Z"], MeanBox.of(volume), phase)
     if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
         return None
     if phase.name == "solid":
@@ -510,17 +560,20 @@ def _infinite(pressure: PressureResult | None, phase: Phase | None) -> Estimate 
         return None
 
 
-def _theory(scene: Scene, phase: Phase) -> list[dict[str, Any]]:
+def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
     """Return Z by the equations of state of the phase, for infinitely many particles and for n."""
     n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
     rows: list[dict[str, Any]] = []
     for name, equation in phase.equations.items():
         try:
             infinite = float(equation(eta))
-            finite = infinite + finite_size_shift(phase, eta, n, equation)
+            if isinstance(scene, MeanBox):
+                finite, contact = infinite + constant_pressure.shift(scene, phase, equation), math.nan
+            else:
+                finite = infinite + finite_size_shift(phase, eta, n, equation)
+                contact = float(theory.contact_value(finite, eta, dimension, n)) if n > 1 else math.nan
         except CaromError:
             continue
-        contact = float(theory.contact_value(finite, eta, dimension, n)) if n > 1 else math.nan
         rows.append(
             {
                 "name": name,

@@ -23,7 +23,9 @@ from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
 from carom.studies.runs.summary import SUMMARY, read_timing
 
-QUANTITIES = ("Z", "Z_infinite", "reduced_pressure", "contact_value", "collision_rate", "U", "temperature")
+QUANTITIES = (
+    "Z", "Z_infinite", "reduced_pressure", "contact_value", "collision_rate", "U", "temperature", "volume",
+)  # fmt: skip
 """Quantities of a summary with a mean and an error."""
 
 
@@ -52,7 +54,7 @@ class RunResult(Result):
 
     @property
     def packing_fraction(self) -> float:
-        """Packing fraction."""
+        """Packing fraction; under a barostat that of the mean volume."""
         return float(self.summary["packing_fraction"])
 
     @property
@@ -69,6 +71,11 @@ class RunResult(Result):
     def reduced_pressure(self) -> Estimate:
         """P sigma^d / kT, with the largest diameter sigma; NaN where there is none."""
         return self._estimate("reduced_pressure")
+
+    @property
+    def volume(self) -> Estimate:
+        """Mean volume under a barostat [length^d]; NaN in a box that keeps its volume."""
+        return self._estimate("volume")
 
     @property
     def contact_value(self) -> Estimate:

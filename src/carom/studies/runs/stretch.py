@@ -10,11 +10,12 @@ run may be interrupted between any two parts.
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from carom.block import Block, Energy
+from carom.block import Block, Energy, VolumeSums
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR
 from carom.simulation import energy, stretches
@@ -59,6 +60,8 @@ class Stretch:
         Temperatures of species at the end of every segment, if their masses differ.
     layers : list
         Sums over layers along a field (``carom.observables.layers``), at the same times.
+    volumes : list of tuple of float
+        Sums under a barostat (:class:`carom.block.VolumeSums`) at the beginning of every segment.
     equilibrated : tuple of int and float, or None
         Collisions and time of the equilibration, once it is over.
     seconds, engine_seconds : float
@@ -75,6 +78,7 @@ class Stretch:
     rounds: list[Any] = field(default_factory=list)
     temperatures: list[Any] = field(default_factory=list)
     layers: list[Any] = field(default_factory=list)
+    volumes: list[Any] = field(default_factory=list)
     equilibrated: tuple[int, float] | None = None
     seconds: float = 0.0
     engine_seconds: float = 0.0
@@ -94,11 +98,20 @@ class Stretch:
             self.marks = [_sums(sim)]
             self.temperatures.clear()
             self.layers.clear()
+            self.volumes.clear()
+            self._mark_volume(sim)
 
     def mark(self, sim: Simulation) -> None:
         """End a segment."""
         self.part = 0
         self.marks.append(_sums(sim))
+        self._mark_volume(sim)
+
+    def _mark_volume(self, sim: Simulation) -> None:
+        """Keep the sums under a barostat, if there is one."""
+        sums = stretches.tally(sim).volumes
+        if sums is not None:
+            self.volumes.append(sums)
 
     @property
     def measured(self) -> int:
@@ -133,6 +146,8 @@ class Stretch:
             )
             first, last = (None if mark[3] is None else Energy(*mark[3]) for mark in (before, after))
             blocks.append(block._replace(energy=energy.mean(first, last, block, sim.degrees_of_freedom)))
+        for k, (before, after) in enumerate(itertools.pairwise(self.volumes)):
+            blocks[k] = blocks[k]._replace(volumes=VolumeSums(*after).minus(VolumeSums(*before)))
         return blocks
 
 

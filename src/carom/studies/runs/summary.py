@@ -68,7 +68,10 @@ SUMMARY = records.table(
         "without_trajectory": _TEXT,
         "units": records.mapping(_COUNT),
         "swaps": records.optional(records.table({"tried": _COUNT, "accepted": _COUNT})),
-        **dict.fromkeys(("U", "temperature"), records.optional(_ESTIMATE)),
+        "barostat": records.optional(
+            records.table({"pressure": _POSITIVE, "tried": _COUNT, "accepted": _COUNT})
+        ),
+        **dict.fromkeys(("U", "temperature", "volume"), records.optional(_ESTIMATE)),
     },
 )
 """The check of ``summary.json``."""

@@ -28,6 +28,7 @@ from carom.simulation.simulation import Simulation
 from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.tuning import Tuning
 from carom.studies.runs import report
+from carom.studies.runs.constant_pressure import volume_of
 from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.storage import amount, holdable, without_trajectory
@@ -96,6 +97,7 @@ class Run:
             "kT": kT,
             "seed": plan.run.seed,
             "swaps": plan.run.swaps,
+            "barostat": plan.run.barostat,
             "tuning": Tuning(neighbors=plan.run.neighbors),
             "cores": self.cores,
         }
@@ -275,11 +277,12 @@ class Run:
             self._predicted(Prediction(found.relative_error, more * collisions, seconds))
 
     def _error_bar(self) -> Estimate | None:
-        """Return Z so far, or None where it never gets an error bar."""
+        """Return Z so far, or the volume under a barostat; None where it never gets an error bar."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # short runs warn, but this one goes on
-            pressure = report.pressure_of(self.sim, self.stretch.blocks(self.sim))
-        return None if pressure is None else pressure.primary
+            blocks = self.stretch.blocks(self.sim)
+            found = volume_of(self.sim, blocks) or report.pressure_of(self.sim, blocks)
+        return None if found is None else found.primary
 
     def _late(self) -> bool:
         """Return whether the wall time is over; a run has at least one frame."""

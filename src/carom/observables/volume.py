@@ -1,0 +1,151 @@
+"""The volume at constant pressure, and the pressure from collisions while it changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from carom.block import Block
+from carom.errors import InputError
+from carom.observables.statistics import Estimate, ratio
+from carom.results import Result
+
+if TYPE_CHECKING:
+    from carom.scene.scene import Scene
+
+
+@dataclass(frozen=True)
+class Volume:
+    """The mean volume under a barostat, and the pressure: an observable of a run.
+
+    Give it to :meth:`carom.Simulation.measure`.
+
+    Examples
+    --------
+    >>> import carom
+    >>> scene = carom.Scene.random(8, packing_fraction=0.2)
+    >>> barostat = carom.Barostat(pressure=1.0, interval=0.2, step=0.4)
+    >>> sim = carom.Simulation(scene, seed=1, barostat=barostat)
+    >>> block = sim.run(time=20.0)
+    >>> found = sim.measure(Volume(), time=200.0)
+    >>> abs(found.pressure.mean - 1.0) < 5 * found.pressure.error
+    True
+    """
+
+    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> VolumeResult:
+        """Return the volume of a scene, from blocks of its run at the temperature ``kT``.
+
+        Parameters
+        ----------
+        blocks : sequence of Block
+            Stretches of the run, with their ``volumes``.
+        scene : Scene
+            The scene of the run, in any of its boxes.
+        kT : float
+            Temperature [energy].
+
+        Raises
+        ------
+        InputError
+            If no block of positive duration holds the volume.
+
+        Warns
+        -----
+        CaromWarning
+            If there are too few independent blocks.
+
+        Notes
+        -----
+        The volume is the mean over time. The pressure is the mean of ``(n kT + W / d) / V`` over time, with
+        the virial W of a time from the collisions and the volume V of the moment. Its expectation is the
+        pressure of the barostat, for any number of particles: the weight of a volume is ``Q(V) exp(-P V /
+        kT)`` with the canonical Q, and the pressure at fixed volume is ``kT d ln Q / dV``. By parts ``<kT d
+        ln Q / dV> = P``, because the weight is zero at both ends. At constant energy and momentum the virial
+        at fixed volume is the canonical one with kT from d (n - 1) degrees of freedom, as in
+        :class:`~carom.Pressure`. Frenkel and Smit, Understanding Molecular Simulation, 2nd ed. (2002), sec.
+        5.4: the virial pressure at constant pressure.
+        """
+        kept = [(block.duration, block.volumes) for block in blocks if block.duration > 0.0]
+        durations = [duration for duration, _ in kept]
+        sums = [volumes for _, volumes in kept if volumes is not None]
+        if not kept or len(sums) < len(kept):
+            raise InputError("No block holds the volume: run with a barostat before measuring it.")
+        volume = ratio([each.volume for each in sums], durations)
+        pressure = ratio(
+            [scene.n * kT * each.inverse + each.virial / scene.dimension for each in sums], durations
+        )
+        fraction = scene.packing_fraction * scene.volume / volume.mean
+        return VolumeResult(
+            volume=volume,
+            packing_fraction=Estimate(
+                fraction, fraction * volume.relative_error, volume.n_eff, volume.tau, volume.blocks
+            ),
+            pressure=pressure,
+            n=scene.n,
+            dimension=scene.dimension,
+            kT=kT,
+            block_values=tuple((np.array([each.volume for each in sums]) / np.array(durations)).tolist()),
+            block_durations=tuple(durations),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class VolumeResult(Result):
+    """Volume and pressure under a barostat, averaged over a stretch of a run.
+
+    Parameters
+    ----------
+    volume : Estimate
+        Mean volume of the box [length^d].
+    packing_fraction : Estimate
+        That of the mean volume.
+    pressure : Estimate
+        Mean pressure from collisions, whose expectation is that of the barostat [energy / length^d].
+    n, dimension : int
+        Number of particles, and of dimensions.
+    kT : float
+        Temperature [energy].
+    block_values, block_durations : tuple of float
+        Mean volume [length^d] and duration [time] of each block.
+    """
+
+    volume: Estimate
+    packing_fraction: Estimate
+    pressure: Estimate
+    n: int
+    dimension: int
+    kT: float
+    block_values: tuple[float, ...] = field(default=(), repr=False)
+    block_durations: tuple[float, ...] = field(default=(), repr=False)
+
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        rows = [
+            ("V [length^d]", self.volume),
+            ("packing fraction", self.packing_fraction),
+            ("P [energy / length^d]", self.pressure),
+        ]
+        return f"{self.n} particles at constant pressure", [(name, e.value_text) for name, e in rows]
+
+    def __str__(self) -> str:
+        return (
+            f"V = {self.volume.value_text} length^{self.dimension}, packing fraction "
+            f"{self.packing_fraction.value_text}\n"
+            f"P = {self.pressure.value_text} energy / length^{self.dimension}"
+        )
+
+    def __float__(self) -> float:
+        """Return the mean of V."""
+        return self.volume.mean
+
+    @property
+    def primary(self) -> Estimate:
+        """The quantity that a ``relative_error`` refers to: V."""
+        return self.volume
+
+    @property
+    def quantity(self) -> str:
+        """Name of the measured quantity, for messages."""
+        return "the volume"
