@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.compiling.registry import inner
 from carom.compiling.simd import make_lanes
 from carom.engine import agents, obstacle_events  # noqa: F401 (they register their events)
 from carom.engine.calendar import Calendar, make_calendar, most_lines
@@ -117,11 +118,20 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     )
 
 
-def stripped(engine: Engine) -> Engine:
-    """Return the engine without observers and contact law: what schedules asks neither, and is then compiled
+@inner
+def bare_model(model):
+    """Return a model without observers and contact law: what schedules asks neither, and is then compiled
     once for all of them.
     """
-    return engine._replace(model=engine.model._replace(observers=None, impact=None))
+    return Model(
+        model.pair, model.lanes, model.motion, model.boundary, None, model.obstacles, model.timing, None,
+        model.rules, model.timers,
+    )  # fmt: skip
+
+
+def stripped(engine: Engine) -> Engine:
+    """Return the engine with its bare model."""
+    return engine._replace(model=bare_model(engine.model))
 
 
 def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> Engine:

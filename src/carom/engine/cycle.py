@@ -15,6 +15,7 @@ from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
 from carom.engine.agents import notify_next
 from carom.engine.boundary import index, lasting, mirror
+from carom.engine.build import bare_model
 from carom.engine.calendar import (
     MOST_NEW_ENTRIES,
     choose_width,
@@ -106,6 +107,7 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
     """
     model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
     calendar, tallies = borrowed(calendar), borrowed(tallies)
+    bare = borrowed(bare_model(model))  # the functions that scheduling has had compiled
     clock = state.clock[0]
     tally = tallies[0]
     control = calendar.control[0]
@@ -181,16 +183,14 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
             pop(calendar)
             prefetch_first(neighbors, model.boundary, state, np.uint64(calendar.component[0]))
             tally.transits += 1
-            schedule_transit(
-                model, state, neighbors, i, now
-            )  # first, so that it does not wait for the search
+            schedule_transit(bare, state, neighbors, i, now)  # first, so that it does not wait for the search
             enqueue(state, calendar, i)
             if lasting(model.boundary):
-                found = earliest_newcomer(neighbors, model, state, i, now, refs, start_index, count)
-                offer_newcomer(model, state, calendar, tally, i, now, found)
-                recheck_one_body(model, state, calendar, i, now)
+                found = earliest_newcomer(neighbors, bare, state, i, now, refs, start_index, count)
+                offer_newcomer(bare, state, calendar, tally, i, now, found)
+                recheck_one_body(bare, state, calendar, i, now)
             else:
-                start_over(model, state, neighbors, calendar, tally, i, now)
+                start_over(bare, state, neighbors, calendar, tally, i, now)
             continue
         pop(calendar)
         prefetch_first(neighbors, model.boundary, state, np.uint64(calendar.component[0]))
@@ -198,10 +198,10 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
         if ref < 0:
             happened = run_one_body(model, state, neighbors, i, ref, now)
             tally.advancements += np.int64(not happened)
-            found = search(model, state, neighbors, i, now, 0, NO_REF)
-            predict(model, state, neighbors, calendar, tally, i, now, NO_REF, found)
+            found = search(bare, state, neighbors, i, now, 0, NO_REF)
+            predict(bare, state, neighbors, calendar, tally, i, now, NO_REF, found)
             if happened:
-                schedule_transit(model, state, neighbors, i, now)
+                schedule_transit(bare, state, neighbors, i, now)
             enqueue(state, calendar, i)
             continue
         j = np.uint64(index(model.boundary, ref))
@@ -211,15 +211,15 @@ def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisi
         collide(model, state, neighbors, tally, i, ref, now)
         rebin(neighbors, model.motion, model.boundary, state, i, now)
         rebin(neighbors, model.motion, model.boundary, state, j, now)
-        schedule_transit(model, state, neighbors, i, now)
-        schedule_transit(model, state, neighbors, j, now)
+        schedule_transit(bare, state, neighbors, i, now)
+        schedule_transit(bare, state, neighbors, j, now)
         # Two searches that do not wait for each other.
-        found = search(model, state, neighbors, i, now, 0, NO_REF)
+        found = search(bare, state, neighbors, i, now, 0, NO_REF)
         prefetch_calendar(calendar, state, model.boundary, found[0])
-        other = search(model, state, neighbors, j, now, 1, NO_REF)
+        other = search(bare, state, neighbors, j, now, 1, NO_REF)
         prefetch_calendar(calendar, state, model.boundary, other[0])
         for _ in range(2):
-            predict(model, state, neighbors, calendar, tally, i, now, ref, found)
+            predict(bare, state, neighbors, calendar, tally, i, now, ref, found)
             enqueue(state, calendar, i)
             ref = np.int64(mirror(model.boundary, np.int64(i), ref))
             i, j, found = j, i, other
