@@ -53,7 +53,8 @@ def executed(script: Path, folder: Path, *arguments: str) -> tuple[dict[str, Pat
     found = {path: _suffix(path) for path in sorted(folder.rglob("*")) if path.is_file()}
     drawn = [path for path, suffix in found.items() if suffix and "tasks" not in path.parts]
     stem = script.stem.replace("_", "-")
-    names = [stem if len(drawn) == 1 else f"{stem}-{path.stem.replace('_', '-')}" for path in drawn]
+    own = [path.stem.replace("_", "-") for path in drawn]
+    names = [stem if len(drawn) == 1 or name == stem else f"{stem}-{name}" for name in own]
     pictures = {f"{name}{found[path]}": path for name, path in zip(names, drawn, strict=True)}
     return pictures, done.stdout.replace(f"{folder}{os.sep}", "").rstrip() + "\n"
 
