@@ -101,12 +101,12 @@ class ConstantPressure(own.Study[PressureSpec]):
     @property
     def table(self):
         n = 4 * self.spec.cells**3
-        expected = {phase: branch(phase, n)[::-1] for phase in PHASES}
+        branches = [branch(phase, n) for phase in PHASES]
         rows = []
         for each in self.records:
             task, result = each["task"], each["result"]
             P = task["pressure"]
-            known = [np.interp(P, *expected[phase], left=np.nan, right=np.nan).item() for phase in PHASES]
+            known = [float(np.interp(P, of_eta, eta, np.nan, np.nan)) for eta, of_eta in branches]
             rows.append(Row(P, task["start"], result["accepted"], *result["P"], *result["eta"], *known))
         return own.Table(Row, sorted(rows, key=lambda row: (row.start, row.pressure)))
 
