@@ -444,12 +444,17 @@ def test_promises_for_wells_and_for_species_hold():
             system = wells(density * math.pi / 6.0, kT)
             plans.append((carom.plan("Z=+-0.005", scene=system, cores=2), z))
     assert len(plans) == 12
+    errors = []
     for plan, z in plans:
         done = plan.run()
         print(f"{plan} {done.value.mean:.4f} error {done.error_ratio:.2f} time {done.time_ratio:.2f}; {z}")
-        assert done.error_ratio <= 1.3
+        errors.append(done.error_ratio)
+        # An error is known to 1 / sqrt(2 n_eff) of itself, and half as well where the correlation time, here
+        # up to five blocks, is found from the same run.
+        assert done.error_ratio <= 1.3 * (1.0 + 2.0 / math.sqrt(2.0 * done.value.n_eff))
         assert done.time_ratio <= 1.5
         assert z is None or done.value.mean == pytest.approx(z, abs=5.0 * done.error + 0.02)
+    assert statistics.geometric_mean(errors) <= 1.15, _spread(errors)
 
 
 def _spread(ratios):

@@ -110,7 +110,7 @@ class Executive:
         before, self._several = self._several, self._pace is None or self._pace.several()
         if not self._several:
             return False
-        if not before:
+        if not before and self._pace is not None and self._pace.trial:
             self._window_length.restart()
         record = run_state.engine.state.clock[0]
         epoch, start = int(record.epoch), float(record.now)

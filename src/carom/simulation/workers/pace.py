@@ -42,7 +42,7 @@ class Pace:
     def __init__(self, run_state: RunState):
         self.run_state = run_state
         self._several = True  # who was faster
-        self._trial = False  # whether the other one runs
+        self.trial = False  # whether the other one runs
         self._rates = {True: 0.0, False: 0.0}  # of several and of one, 0 where it is not known [1/s]
         self._compared = 0.0  # the rate of the faster one when they were compared last
         self._wait = 0.0  # wall time between two trials [s]
@@ -57,11 +57,11 @@ class Pace:
         seconds = self.run_state.seconds - self._seconds
         count = self.run_state.collisions - self._collisions
         if seconds >= LEAST_SECONDS and count >= 0.5 * STRETCH * self.run_state.scene.n:
-            self._rates[self._several != self._trial] = count / seconds
+            self._rates[self._several != self.trial] = count / seconds
             self._left -= seconds
             self._decide(seconds)
             self._begin()
-        return self._several != self._trial
+        return self._several != self.trial
 
     def _stretch(self, rate: float) -> float:
         """Return how long a stretch takes [s]."""
@@ -70,10 +70,10 @@ class Pace:
     def _decide(self, seconds: float) -> None:
         """Choose who runs the next stretch, after one that took some time [s]."""
         rate, other = self._rates[self._several], self._rates[not self._several]
-        if not self._trial:
-            self._trial = self._left <= 0.0 or rate < FALL * self._compared
+        if not self.trial:
+            self.trial = self._left <= 0.0 or rate < FALL * self._compared
             return
-        self._trial = False
+        self.trial = False
         if other > rate:
             self._several, self._wait, rate, lost = not self._several, 0.0, other, 0.0
         else:
