@@ -75,7 +75,7 @@ BAD = [
     ("[[scene]]", r"\[scene\] must be a section, found a list"),
     ("[scene]\nceels = 8", r"\[scene\] ceels is no known key; did you mean cells"),
     ("[run]\nframs = 8", r"\[run\] frams is no known key; did you mean frames"),
-    ("[run]\nzzz = 8", r"\[run\] zzz is no known key \(known: checkpoint_every, collisions_per_particle,"),
+    ("[run]\nzzz = 8", r"\[run\] zzz is no known key \(known: barostat, checkpoint_every,"),
     ("[run]\ntrajectory = ['h5md']", r"trajectory is no known key; give write = "),
     ("[scene]\ninitial = 'fcc'", r'initial is no known key; places are random; give lattice = "fcc"'),
     ("[scene]\nkT = 2.0", r"kT is no known key; the section of a command has it, such as \[run\] kT = 2.0"),

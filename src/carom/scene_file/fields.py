@@ -265,6 +265,8 @@ def moves(kind: str, example: str, needed: tuple[str, ...], **keys: dict[str, An
         except InputError as problem:
             raise InputError(f"{name}: {problem}") from problem
 
+    check.__name__ = kind.lower()
+    check.__doc__ = f"Return a :class:`carom.{kind}` of itself or of a table, such as ``{example}``."
     return said(check, type="object", properties=keys, required=[*needed], additionalProperties=False)
 
 
