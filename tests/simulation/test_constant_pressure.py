@@ -65,10 +65,10 @@ def test_error_bars_of_length_and_pressure_cover_the_exact_values():
 
 @SLOW
 def test_spheres_have_the_pressure_of_their_barostat():
-    barostat = carom.Barostat(pressure=3.0, interval=0.1, step=0.01)
+    barostat = carom.Barostat(pressure=3.0, interval=0.1, step=0.025)
     sim = carom.Simulation(carom.Scene.random(32, 0.33, seed=1), barostat=barostat, seed=1)
     sim.run(time=50.0)
-    found = sim.measure(Volume(), time=1500.0, blocks=1024)
+    found = sim.measure(Volume(), time=4000.0, blocks=2048)
     assert abs(found.pressure.mean - 3.0) < FOUR_SIGMA * found.pressure.error
     assert found.pressure.error < 0.03 * 3.0
 
