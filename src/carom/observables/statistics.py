@@ -275,6 +275,11 @@ def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
         )
     if not (b > 0.0).all():
         raise InputError("A block has a denominator that is not positive; leave blocks of zero length out.")
+    return linear_ratio(a, b)
+
+
+def linear_ratio(a: np.ndarray, b: np.ndarray) -> Estimate:
+    """Return :func:`ratio` of two sums over blocks, of which those in ``b`` may have either sign."""
     units = _unit_of(a), _unit_of(b)
     a, b = a / units[0], b / units[1]
     quotient = float(a.sum() / b.sum())

@@ -80,9 +80,7 @@ class Volume:
         fraction = scene.packing_fraction * scene.volume / volume.mean
         return VolumeResult(
             volume=volume,
-            packing_fraction=Estimate(
-                fraction, fraction * volume.relative_error, volume.n_eff, volume.tau, volume.blocks
-            ),
+            packing_fraction=volume.scaled(fraction / volume.mean),
             pressure=pressure,
             n=scene.n,
             dimension=scene.dimension,

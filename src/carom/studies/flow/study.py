@@ -10,10 +10,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
+import numpy as np
+
 from carom import theory
 from carom.errors import CaromWarning, InputError
 from carom.observables.drift import drift, drifts
-from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, value_with_error
+from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, linear_ratio, value_with_error
 from carom.studies.documented import documented
 from carom.studies.flow.measure import measure
 from carom.studies.flow.spec import ShearSpec, duration
@@ -189,16 +191,6 @@ class ShearFlow(GridStudy[ShearSpec]):
         return paper.saved(figure, path)
 
 
-def over(stress: list[float], pressure: list[float]) -> Estimate:
-    """Return the ratio of two means over blocks, with the error of the linearised ratio.
-
-    Wells may pull more than the particles push: the pressure of a block may have either sign.
-    """
-    p = math.fsum(pressure) / len(pressure)
-    quotient = math.fsum(stress) / len(stress) / p
-    return blocking([a / p - quotient * (b / p - 1.0) for a, b in zip(stress, pressure, strict=True)])
-
-
 def _row(records: list[Record]) -> Row:
     """Return the row of a point from the records of its replicas."""
     results, task = [record["result"] for record in records], records[0]["task"]
@@ -213,7 +205,9 @@ def _row(records: list[Record]) -> Row:
         kT, collision_rate, stress, pressure = (
             blocking(series(name)) for name in ("kT", "collision_rate", "stress", "pressure")
         )
-        normal = [over(series(name), series("pressure")) for name in ("first", "second")[: min(d, 3) - 1]]
+        # Wells may pull more than the particles push: the pressure of a block may have either sign.
+        trace, names = np.array(series("pressure")), ("first", "second")[: min(d, 3) - 1]
+        normal = [linear_ratio(np.array(series(name)), trace) for name in names]
     viscosity = stress.scaled(1.0 / rate)
     normal.append(Estimate(math.nan, math.nan, 0.0, math.inf, 0))
     enskog = math.nan

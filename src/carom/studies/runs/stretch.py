@@ -19,6 +19,7 @@ from carom.block import Block, Energy, VolumeSums
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR
 from carom.simulation import energy, stretches
+from carom.simulation.barostat import volume_sums
 from carom.simulation.simulation import Simulation
 
 SEGMENTS = 1024
@@ -109,7 +110,7 @@ class Stretch:
 
     def _mark_volume(self, sim: Simulation) -> None:
         """Keep the sums under a barostat, if there is one."""
-        sums = stretches.tally(sim).volumes
+        sums = volume_sums(sim._state)
         if sums is not None:
             self.volumes.append(sums)
 
