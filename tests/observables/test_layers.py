@@ -154,7 +154,7 @@ def test_a_block_has_what_each_wall_took_up_and_gave_in_it(monkeypatch):
         tally = carom.Block(1.0, k, 0.5 * k, kT_time=None)
         sim = SimpleNamespace(
             tally=tally, scene=scene, obstacles=walls, frame=lambda: still,
-            _state=SimpleNamespace(scene=scene), degrees_of_freedom=2,
+            _state=SimpleNamespace(scene=scene, volume_moves=None), degrees_of_freedom=2,
         )  # fmt: skip
         stretch.mark(sim)
     (block,) = stretch.blocks(sim)

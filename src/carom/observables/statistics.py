@@ -279,7 +279,18 @@ def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
 
 
 def linear_ratio(a: np.ndarray, b: np.ndarray) -> Estimate:
-    """Return :func:`ratio` of two sums over blocks, of which those in ``b`` may have either sign."""
+    """Return :func:`ratio` of two sums over blocks, of which those below may have either sign.
+
+    Parameters
+    ----------
+    a, b : (n,) array of float
+        What each block adds to the sum above and to the sum below, in order.
+
+    Returns
+    -------
+    Estimate
+        As that of :func:`ratio`.
+    """
     units = _unit_of(a), _unit_of(b)
     a, b = a / units[0], b / units[1]
     quotient = float(a.sum() / b.sum())
