@@ -1,10 +1,12 @@
-"""Whoever is faster runs: several workers, or one."""
+"""Which of two ways to run is faster runs: several workers or one, memory asked for ahead or not."""
 
 from types import SimpleNamespace
 
 import pytest
 
-from carom.simulation.workers.pace import COST, FEWEST_STRETCHES, LEAST_SECONDS, Pace
+import carom
+from carom.engine.neighbors import sectors
+from carom.simulation.pace import COST, FEWEST_STRETCHES, LEAST_SECONDS, Pace
 
 N = 100_000
 CALL = 0.01  # wall time of a call of the run loop [s]
@@ -23,7 +25,7 @@ class Machine:
         calls = round(seconds / CALL)
         counts = {True: 0, False: 0}
         for _ in range(calls):
-            several = self.pace.several()
+            several = self.pace.first()
             counts[several] += 1
             self.run_state.seconds += CALL
             self.run_state.collisions += round(self.rates[several] * CALL)
@@ -55,18 +57,30 @@ def test_two_of_equal_rates_are_not_exchanged_all_the_time():
     changes, before = 0, True
     for _ in range(1000):
         machine.run(CALL)
-        several = machine.pace.several()
+        several = machine.pace.first()
         changes, before = changes + (several != before), several
     assert changes <= 2 * (1 + 1000 * CALL / (FEWEST_STRETCHES * LEAST_SECONDS))
+
+
+def test_only_large_systems_in_sectors_try_whether_memory_is_to_be_asked_for_ahead(plain, monkeypatch):
+    def asked(kind, n):
+        monkeypatch.setattr(sectors, "PREFETCH_FROM", n)
+        sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(neighbors=kind))
+        monkeypatch.setattr(sim._state.pace, "first", lambda: False)
+        sim.run(collisions=1)
+        return sim._state.engine.calendar.control.ahead[0]
+
+    scene = carom.Scene.random(20, 0.1, 2, seed=1)
+    assert [asked(*each) for each in (("sectors", 20), ("sectors", 21), ("lists", 20))] == [0, 1, 1]
 
 
 def test_a_stretch_that_was_disturbed_does_not_decide_for_long():
     machine = Machine(0.45e6, 1e6)
     machine.run(0.2)
-    while machine.pace.several():
+    while machine.pace.first():
         machine.run(CALL)
     machine.rates[False] = 0.2e6  # all the while that one is tried
-    while not machine.pace.several():
+    while not machine.pace.first():
         machine.run(CALL)
     machine.rates[False] = 1e6
     machine.run(20.0)

@@ -61,6 +61,7 @@ CONTROL = np.dtype(
         ("lines", "i8"),
         ("full", "i8"),
         ("cycles", "i8"),
+        ("ahead", "i8"),
     ]
 )
 
@@ -106,6 +107,7 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     control = aligned(1, CONTROL)
     control["width"] = width
     control["cursor"] = buckets - 1
+    control["ahead"] = 1
     return Calendar(
         control.view(np.recarray),
         aligned(16 * (buckets + 1), np.uint32).reshape(-1, 16),

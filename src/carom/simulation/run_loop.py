@@ -100,6 +100,7 @@ def _advance(
         stop = _split(run_state, instant)
         engine = run_state.engine if callbacks is None else callbacks.watched(run_state.engine)
         cycles, unused = min(run_state.budget.count, left), 0
+        _ask_ahead(run_state)
         began = compile_listeners.running()
         several = None if alone else run_state.executive
         if several is not None and several.window(stop, int(target)):
@@ -199,6 +200,14 @@ def _advance(
         momentum_flux=None if flux is None or flux_after is None else flux_after.minus(flux),
         volumes=None if volumes is None or volumes_after is None else volumes_after.minus(volumes),
     )
+
+
+def _ask_ahead(run_state: RunState) -> None:
+    """Set whether the next call asks for memory ahead of time, where one of the two is not always faster."""
+    from carom.engine.neighbors.sectors import PREFETCH_FROM
+
+    if run_state.scheme.kind == "sectors" and run_state.scene.n >= PREFETCH_FROM and not run_state.executive:
+        run_state.engine.calendar.control.ahead[0] = run_state.pace.first()
 
 
 def _next_stop(

@@ -20,6 +20,7 @@ from carom.simulation.clock import Clock
 from carom.simulation.depths import Depths
 from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.own_models import check_copy_state
+from carom.simulation.pace import Pace
 from carom.simulation.run_guard import RunGuard
 from carom.simulation.swaps import Sweeps
 from carom.simulation.system_of_scene import driven_speed_of, losses_at, refuse_steep, slow_speed_of, unit_of
@@ -159,8 +160,10 @@ class RunState:
         Where collisions go.
     alone : Alone
         Who is using it.
-    budget : Pace
+    budget : CallBudget
         Cycles a call of the compiled cycle.
+    pace : Pace
+        Whether memory is asked for ahead.
     steps : tuple of two arrays, or None
         Pairs and their steps, to be written into the next lists; None where there are none.
     scheduled : bool
@@ -205,6 +208,7 @@ class RunState:
         self.log: Log | None = None
         self.alone = RunGuard()
         self.budget = CallBudget(MOST_CYCLES)
+        self.pace = Pace(self)
         self.steps: Steps | None = None
         self.scheduled = True
         self.executive: Workers | None = None

@@ -16,6 +16,7 @@ from carom.engine.neighbors import build
 from carom.engine.neighbors import plan as scheme
 from carom.engine.neighbors.prefetch import HUGE, LARGE
 from carom.scene import lattices
+from carom.simulation.pace import Pace
 
 STEPS = np.int64(1)
 
@@ -192,7 +193,9 @@ def test_room_changes_no_collision(kind, monkeypatch, simulation):
 
 @pytest.mark.parametrize("mixed", [False, slow(True)])
 @pytest.mark.parametrize("n", [LARGE, HUGE])
-def test_looking_ahead_changes_no_collision(n, mixed, tmp_path):
+def test_looking_ahead_changes_no_collision(n, mixed, tmp_path, monkeypatch):
+    ways = itertools.cycle([True, False])  # sectors look ahead in every other call
+    monkeypatch.setattr(Pace, "first", lambda pace: next(ways))
     # Lists and sectors look ahead to other things, and both to more from one size on, and from the next.
     edge = math.ceil(n ** (1 / 3))
     assert edge**3 >= n > (edge - 2) ** 3

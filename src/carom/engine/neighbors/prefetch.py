@@ -92,12 +92,16 @@ def leaves_first(state, i):
 
 @inner
 def prefetch_next(calendar, state, neighbors, boundary, motion):
-    """Ask for what the events of the buckets after the present one will touch."""
+    """Ask for what the events of the buckets after the present one will touch; for their own data alone where
+    the calendar's ``ahead`` is 0.
+    """
     buckets = calendar.buckets
     last = stages(neighbors)
-    for step in range(last):
+    ahead = calendar.control[0].ahead != 0
+    for step in range(last):  # a number that the compiler knows
         bucket_index = calendar.control[0].cursor + last - step
-        if bucket_index < len(buckets) - 1:  # the last one takes what is due beyond the window
+        # The last one takes what is due beyond the window.
+        if bucket_index < len(buckets) - 1 and (ahead or step == 0):
             bucket = np.uint64(bucket_index)
             for k in range(np.uint64(buckets[bucket, 0])):
                 prefetch_event(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from carom.simulation.workers.pace import Pace
+from carom.simulation.pace import Pace
 from carom.simulation.workers.thread_pool import ThreadPool, cores
 from carom.simulation.workers.timings import LOOKAHEAD, MANY, Settings, Timings
 from carom.simulation.workers.window_length import LENGTH, WindowLength
@@ -107,7 +107,7 @@ class Executive:
             Number of the collision at which it has to end; windows stay short of it.
         """
         run_state = self.run_state
-        before, self._several = self._several, self._pace is None or self._pace.several()
+        before, self._several = self._several, self._pace is None or self._pace.first()
         if not self._several:
             return False
         if not before and self._pace is not None and self._pace.trial:

@@ -1,8 +1,12 @@
-"""Whether several workers or one run what comes next: whoever is faster, as both are measured now and then.
+"""Which of two ways runs what comes next: whichever is faster, as both are measured now and then.
 
-Workers wait for each other at borders. Where another process keeps a core busy, all of them go at the pace of
-the one that has just lost its core, and one worker alone is faster. So it is in small systems. Who runs
-changes no bit, so a measurement may decide it.
+Neither changes a bit, so a measurement may decide. There are two such choices:
+
+- Several workers or one. Workers wait for each other at borders. Where another process keeps a core busy, all
+  of them go at the pace of the one that has just lost its core, and one worker alone is faster. So it is in
+  small systems.
+- Whether memory is asked for ahead of time in sectors. From some ten or hundred thousand particles on it
+  gains, below it costs; where the border is depends on the processor.
 """
 
 from __future__ import annotations
@@ -31,7 +35,7 @@ FALL = 0.75
 
 
 class Pace:
-    """The rates of several workers and of one, and who is to go on.
+    """The rates of two ways to run, and which of them is to go on.
 
     Parameters
     ----------
@@ -41,9 +45,9 @@ class Pace:
 
     def __init__(self, run_state: RunState):
         self.run_state = run_state
-        self._several = True  # who was faster
+        self._first = True  # whether the first one was faster
         self.trial = False  # whether the other one runs
-        self._rates = {True: 0.0, False: 0.0}  # of several and of one, 0 where it is not known [1/s]
+        self._rates = {True: 0.0, False: 0.0}  # of the first and the second, 0 where it is not known [1/s]
         self._compared = 0.0  # the rate of the faster one when they were compared last
         self._wait = 0.0  # wall time between two trials [s]
         self._left = 0.0  # and until the next one
@@ -52,30 +56,30 @@ class Pace:
     def _begin(self) -> None:
         self._collisions, self._seconds = self.run_state.collisions, self.run_state.seconds
 
-    def several(self) -> bool:
-        """Return whether several workers are to go on; what ran since the last call was run as it said."""
+    def first(self) -> bool:
+        """Return whether the first way is to go on; what ran since the last call was run as it said."""
         seconds = self.run_state.seconds - self._seconds
         count = self.run_state.collisions - self._collisions
         if seconds >= LEAST_SECONDS and count >= 0.5 * STRETCH * self.run_state.scene.n:
-            self._rates[self._several != self.trial] = count / seconds
+            self._rates[self._first != self.trial] = count / seconds
             self._left -= seconds
             self._decide(seconds)
             self._begin()
-        return self._several != self.trial
+        return self._first != self.trial
 
     def _stretch(self, rate: float) -> float:
         """Return how long a stretch takes [s]."""
         return max(LEAST_SECONDS, 0.5 * STRETCH * self.run_state.scene.n / rate)
 
     def _decide(self, seconds: float) -> None:
-        """Choose who runs the next stretch, after one that took some time [s]."""
-        rate, other = self._rates[self._several], self._rates[not self._several]
+        """Choose what runs the next stretch, after one that took some time [s]."""
+        rate, other = self._rates[self._first], self._rates[not self._first]
         if not self.trial:
             self.trial = self._left <= 0.0 or rate < FALL * self._compared
             return
         self.trial = False
         if other > rate:
-            self._several, self._wait, rate, lost = not self._several, 0.0, other, 0.0
+            self._first, self._wait, rate, lost = not self._first, 0.0, other, 0.0
         else:
             lost = seconds * (1.0 - other / rate)
         self._compared = rate
