@@ -16,7 +16,6 @@ import argparse
 import datetime
 import itertools
 import json
-import platform
 import re
 import resource
 import shutil
@@ -28,14 +27,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from pages import ROOT, processor, write_table
 
 import carom
 from carom.models import SquareWell
 
-ROOT = Path(__file__).parents[2]
 STORED = Path(__file__).parent / "results" / "peers.json"
 PAGES = ROOT / "README.md", ROOT / "docs" / "benchmarks.md"
-BEGIN, END = "<!-- peers: written by tests/benchmarks/peers.py -->", "<!-- end of peers -->"
 
 SIZES = (4000, 32_000)
 FREEZING = 0.545
@@ -246,13 +244,6 @@ def row(state: State, program: str, pairs: list[tuple[float, float]]) -> dict:
     return found
 
 
-def processor() -> str:
-    """Return the kind of processor."""
-    info = Path("/proc/cpuinfo")
-    found = re.search(r"model name\s*:\s*(.+)", info.read_text()) if info.exists() else None
-    return re.sub(r"\((R|TM)\)", "", found[1]).strip() if found else platform.processor()
-
-
 def key(found: dict) -> tuple:
     """Return what a row is about, in the order of the table."""
     order = ("spheres", "disks", "binary", "square wells")
@@ -278,13 +269,6 @@ def table(rows: list[dict]) -> str:
         f"{date}, {kind}" + (f" ({remark})" if remark else "") for date, kind, remark in sorted(when)
     )
     return "\n".join([*lines, "", f"Measured: {measured}."])
-
-
-def with_table(text: str, rows: list[dict]) -> str:
-    """Return a page with the table of today between its two marks."""
-    before, _, rest = text.partition(BEGIN)
-    _, _, after = rest.partition(END)
-    return f"{before}{BEGIN}\n{table(rows)}\n{END}{after}"
 
 
 def draw(rows: list[dict], picture: Path) -> None:
@@ -341,7 +325,7 @@ def main() -> None:
     print(table(found))
     if given.results.resolve() == STORED:
         for page in PAGES:
-            page.write_text(with_table(page.read_text(encoding="utf-8"), found), encoding="utf-8")
+            write_table(page, "peers", table(found))
     if given.picture is not None:
         draw(found, given.picture)
 

@@ -4,19 +4,21 @@
 
 Each point is planned (``carom.plan``), run and corrected to infinite size; a folder that has some of them
 goes on with the rest. Three CPU hours; ``--quick`` asks for errors a hundred times as large. Two rows at the
-end keep the number of disks for which Li et al. published Z. ``table.json`` in the folder holds the rows.
+end keep the number of disks for which Li et al. published Z. The rows go to ``results/pressures.json``, and
+their table to docs/benchmarks.md; quick ones are printed only.
 """
 
 import argparse
 import csv
+import datetime
 import json
 import math
-import platform
 import time
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import numpy as np
+from pages import ROOT, processor, write_table
 
 import carom
 from carom import theory
@@ -35,6 +37,7 @@ SOURCES = {3: "Pieprzyk et al. 2019", 2: "Padé, ten virial coefficients"}
 PUBLISHED = ((72, 0.65, 8.338601, 0.000086), (870, 0.67, 9.362390, 0.000029))
 
 DATA = Path(__file__).parents[1] / "data"
+STORED = Path(__file__).parent / "results" / "pressures.json"
 
 
 def known(d: int, eta: float) -> tuple[float, float]:
@@ -111,22 +114,31 @@ def deviation(row: dict) -> float:
     return (row["Z"] - row["published"]) / math.hypot(row["error"], row["uncertainty"])
 
 
-def show(rows: list[dict]) -> None:
-    """Print the rows as a table of the pages, chi squared of each dimension, and the CPU time."""
-    print("| d | packing fraction | N | Z | error / Z | published | its uncertainty | source | z |")
-    print("|---|---|---|---|---|---|---|---|---|")
+def table(found: dict) -> str:
+    """Return the rows as Markdown, with chi squared of each dimension, the CPU time, and where it was."""
+    rows = found["rows"]
+    lines = [
+        "| d | packing fraction | N | Z | error / Z | published | its uncertainty | source | difference |",
+        "|---|---|---|---|---|---|---|---|---|",
+    ]
     for row in rows:
         size = f"{row['N']} to ∞" if row["infinite"] else f"{row['N']}"
-        print(
+        lines.append(
             f"| {row['d']} | {row['eta']} | {size} | {row['Z']:.6f} | {row['error'] / row['Z']:.1e} | "
             f"{row['published']:.6f} | {row['uncertainty']:.0e} | {row['source']} | {deviation(row):+.1f} |"
         )
+    chi = []
     for d in ETAS:
         away = [deviation(row) for row in rows if row["d"] == d]
-        print(f"d = {d}: chi squared {math.fsum(z * z for z in away):.1f} of {len(away)} points")
+        chi.append(f"{math.fsum(z * z for z in away):.1f} for {len(away)} points in d = {d}")
     kept = max(row["error"] / row["promised"] for row in rows)
     hours = math.fsum(row["cpu_seconds"] for row in rows) / 3600.0
-    print(f"{hours:.2f} CPU hours; reached over promised error at most {kept:.2f}")
+    lines += [
+        "",
+        f"Chi squared: {', '.join(chi)}. {hours:.1f} CPU hours on {found['processor']}, {found['date']}. "
+        f"The error reached is at most {kept:.2f} of the promised one.",
+    ]
+    return "\n".join(lines)
 
 
 def main() -> None:
@@ -148,9 +160,11 @@ def main() -> None:
         rows = sorted(
             (each.result() for each in made), key=lambda row: (-row["d"], not row["infinite"], row["eta"])
         )
-    show(rows)
-    provenance = {"carom": carom.__version__, "processor": platform.processor() or platform.machine()}
-    (given.folder / "table.json").write_text(json.dumps({**provenance, "rows": rows}, indent=1) + "\n")
+    found = {"date": str(datetime.date.today()), "processor": processor(), "rows": rows}
+    print(table(found))
+    if not given.quick:
+        STORED.write_text(json.dumps(found, indent=1) + "\n")
+        write_table(ROOT / "docs" / "benchmarks.md", "pressures", table(found))
 
 
 if __name__ == "__main__":

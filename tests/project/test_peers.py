@@ -8,21 +8,24 @@ from helpers.scripts import module_of
 
 import carom
 
-peers = module_of(Path(__file__).parents[1] / "benchmarks" / "peers.py")
+BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
+peers = module_of(BENCHMARKS / "peers.py")
+with_table = module_of(BENCHMARKS / "pages.py").with_table
 STORED = json.loads(peers.STORED.read_text())
 
 
 @pytest.mark.parametrize("page", peers.PAGES, ids=lambda page: page.name)
 def test_pages_have_the_table_of_the_stored_results(page):
     text = page.read_text(encoding="utf-8")
-    assert text.count(peers.BEGIN) == text.count(peers.END) == 1
-    assert peers.with_table(text, STORED) == text
+    assert text.count("<!-- peers: ") == text.count("<!-- end of peers -->") == 1
+    assert with_table(text, "peers", peers.table(STORED)) == text
 
 
 def test_another_result_is_another_page():
-    page = f"before\n{peers.BEGIN}\nold\n{peers.END}\nafter\n"
+    marks = "<!-- peers: written by tests/benchmarks/peers.py -->", "<!-- end of peers -->"
+    page = "before\n{}\nold\n{}\nafter\n".format(*marks)
     found = {**STORED[0], "ratio": 9.87, "date": "2026-01-02", "processor": "abacus", "remark": ""}
-    text = peers.with_table(page, [found])
+    text = with_table(page, "peers", peers.table([found]))
     assert "9.87" in text
     assert "2026-01-02, abacus." in text
     assert "old" not in text
