@@ -29,7 +29,11 @@ LARGEST_FILE = 64 * 1024
 SECTIONS = ("scene", "run", "study", "transport", "shear", "plan", "pack", "code", "trade")
 """Sections of a scene file: what there is, and what each command does with it. Each reads its own."""
 
-GONE = {"output": 'its keys stand in [run]: write = ["h5md"], event_log and pictures'}
+GONE = {
+    "output": 'its keys stand in [run]: write = ["h5md"], event_log and pictures',
+    "eos": "carom eos reads [study]",
+    "measure": "carom measure has options alone",
+}
 """Sections that are none, and what to write instead."""
 
 Check = Callable[[Any, str], Any]

@@ -67,6 +67,7 @@ BAD = [
         "[colour]",
         r"\[colour\] is no known section \(known: code, pack, plan, run, scene, shear, study, trade",
     ),
+    ("[eos]\nseed = 1", r"\[eos\] is no known section; carom eos reads \[study\]"),
     ("[output]\nevent_log = true", r"\[output\] is no known section; its keys stand in \[run\]"),
     ("[study]\nn = 8", r"\[study\] is for another command; this one reads \[scene\] or \[run\]"),
     ("cells = 8", r"cells stands outside of any section; write it below one, such as \[scene\]"),

@@ -156,6 +156,7 @@ def test_a_study_is_a_toml_file_and_back():
     for text, message in (
         ("[study]\nreplica = 2", "did you mean replicas"),
         ("[run]\nseed = 1", "for another command"),
+        ("[study]\neta = [0.3]", "eta is no known key; give packing_fraction"),
         ("[stdy]\nseed = 1", "no known section; did you mean study"),
         ("study = 1", "must be a section"),
         ("[study", "no valid TOML"),

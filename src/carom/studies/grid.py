@@ -62,7 +62,13 @@ class SceneGrid(Spec):
     """The field that says how long a run measures, instead of the error."""
     refused: ClassVar[Mapping[str, str]]
     """Keys of a scene with which there is nothing to measure, and why."""
-    gone: ClassVar[Mapping[str, str]] = {"initial": 'give lattice = "fcc", "none" or "auto"'}
+    gone: ClassVar[Mapping[str, str]] = {
+        "initial": 'give lattice = "fcc", "none" or "auto"',
+        "eta": "give packing_fraction",
+        "phi": "give packing_fraction",
+        "N": "give n",
+        "d": "give dimension",
+    }
 
     packing_fraction: Annotated[
         tuple[float, ...],
