@@ -14,7 +14,7 @@ from carom.bridges.palette import FACES
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import Disk, HalfPlane
 from carom.models.questions.obstacle import Obstacle
-from carom.pictures.render import Camera, rendered
+from carom.pictures.render import BAND, Camera, rendered
 from carom.pictures.shapes import along, border
 
 if TYPE_CHECKING:
@@ -167,8 +167,11 @@ def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -
     image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles)
     # Pixel by pixel: resampling would take as long as drawing.
     figure: Any = axes.get_figure(root=True)
-    width = round(figure.bbox.width)
-    figure.figimage(image, (width - image.shape[1]) // 2, MARGIN, origin="upper")
+    left = (round(figure.bbox.width) - image.shape[1]) // 2
+    # Band by band, because matplotlib takes 100 bytes and more for each pixel that it copies.
+    for top in range(0, len(image), BAND):
+        band = image[top : top + BAND]
+        figure.figimage(band, left, MARGIN + len(image) - top - len(band), origin="upper")
     axes.set_axis_off()
 
 
