@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from carom.io.claims import Claim, patiently
-from carom.io.inspection import CACHE, FORMAT, opened
+from carom.io.inspection import FORMAT, opened
 from carom.paths import existing, reading, reason
 
 if TYPE_CHECKING:
@@ -255,9 +255,7 @@ class Output:
             self._staged = _Staged(path, mode, claim)
             try:
                 self.file = (
-                    h5py.File(self._staged, "w", libver=FORMAT, rdcc_nbytes=CACHE)
-                    if mode == "w"
-                    else opened(self._staged, mode)
+                    h5py.File(self._staged, "w", libver=FORMAT) if mode == "w" else opened(self._staged, mode)
                 )
             except BaseException:
                 self._staged.close()

@@ -28,10 +28,6 @@ FORMAT = ("v108", "v108")
 """The format of HDF5 files, for ``h5py.File(..., libver=FORMAT)``: the first with checksums of the headers,
 and the last without a mark that a file is open for writing. After a kill, such a mark makes it unreadable."""
 
-CACHE = 1 << 20
-"""Bytes of each data set that HDF5 keeps in memory, as before HDF5 2, which keeps 8 MiB. A frame is written
-or read once, so more is of no use."""
-
 
 def opened(source: Any, mode: str = "r") -> h5py.File:
     """Open an HDF5 file that exists, from a Python file object, and inspect it.
@@ -44,7 +40,7 @@ def opened(source: Any, mode: str = "r") -> h5py.File:
     import h5py
 
     # Objects added to a file have checksums; a file that is only read may be of any format.
-    file = h5py.File(source, mode, libver=None if mode == "r" else FORMAT, rdcc_nbytes=CACHE)
+    file = h5py.File(source, mode, libver=None if mode == "r" else FORMAT)
     try:
         _inspect(file)
     except BaseException:

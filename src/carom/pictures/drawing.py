@@ -14,7 +14,7 @@ from carom.bridges.palette import FACES
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import Disk, HalfPlane
 from carom.models.questions.obstacle import Obstacle
-from carom.pictures.render import BAND, Camera, rendered
+from carom.pictures.render import Camera, rendered
 from carom.pictures.shapes import along, border
 
 if TYPE_CHECKING:
@@ -38,6 +38,9 @@ SIZE = 540
 """Pixels of the longer edge of a picture in 3D."""
 MARGIN = 12
 """Pixels below it."""
+
+STRIP = 16
+"""Rows of it that are copied into a figure at once."""
 
 MOST_OUTLINES = 20_000
 """Largest number of disks with outlines; with more, an outline is as wide as its disk."""
@@ -168,10 +171,10 @@ def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -
     # Pixel by pixel: resampling would take as long as drawing.
     figure: Any = axes.get_figure(root=True)
     left = (round(figure.bbox.width) - image.shape[1]) // 2
-    # Band by band, because matplotlib takes 100 bytes and more for each pixel that it copies.
-    for top in range(0, len(image), BAND):
-        band = image[top : top + BAND]
-        figure.figimage(band, left, MARGIN + len(image) - top - len(band), origin="upper")
+    # Strip by strip, because matplotlib takes 100 bytes and more for each pixel that it copies.
+    for top in range(0, len(image), STRIP):
+        strip = image[top : top + STRIP]
+        figure.figimage(strip, left, MARGIN + len(image) - top - len(strip), origin="upper")
     axes.set_axis_off()
 
 

@@ -1,6 +1,6 @@
 """Shaded spheres as an array of pixels, for pictures in 3D and for the frames of a movie.
 
-A depth buffer holds the nearest sphere of each pixel; then the picture is made band by band: the pixels are
+The picture is made band by band. A depth buffer holds the nearest sphere of each pixel; then the pixels are
 shaded, and faces and lines drawn over them. The light, the colors and the haze are those of the viewer
 (``viewer/shaders.js``).
 """
@@ -24,8 +24,7 @@ FINE = 2
 """Pixels of the buffer per pixel of the picture, along each axis; they make edges smooth."""
 
 BAND = 64 * FINE
-"""Rows of the buffer that are coloured at once: their colours, and what is computed on the way, take little
-memory then."""
+"""Rows of the buffer that are drawn at once: what is computed on the way takes little memory then."""
 
 GROUND = np.array([1.0, 1.0, 1.0], dtype=np.float32)
 INK = np.array([0.2, 0.24, 0.29], dtype=np.float32)
@@ -130,19 +129,23 @@ def rendered(
     tints = np.concatenate([colours, np.tile(STONE, (len(shapes.spheres), 1))]).astype(np.float32)
     centres = fine.seen(places)
     flat = frame.dimension < 3
-    owner, depth = _nearest(centres, radii, fine, flat=flat)
+    order = np.argsort(centres[:, 2], kind="stable")
+    if not flat:
+        order = order[visible(centres[order, :2], radii[order])]
+    # Near spheres come first, so that the pixels that they hide are rejected early.
+    centres, radii, tints = (each[order[::-1]] for each in (centres, radii, tints))
     spheres = centres.astype(np.float32), radii.astype(np.float32), tints
     faces = [fine.seen(corners) for corners in shapes.triangles]
     lines = [(fine.seen(ends), wide) for ends, wide in _edges(frame)]
     lines += [(fine.seen(ends), 1) for ends in shapes.segments]
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
     for top in range(0, fine.height, BAND):
-        near = depth[top : top + BAND]
-        image = _shaded(owner[top : top + BAND], near, top, spheres, fine, ground, flat=flat)
+        owner, depth = _nearest(centres, radii, fine, top)
+        image = _shaded(owner, depth, top, spheres, fine, ground, flat=flat)
         for corners in faces:
-            _face(image, near, top, corners, opacity=0.9 if flat else 0.3)
+            _face(image, depth, top, corners, opacity=0.9 if flat else 0.3)
         for ends, wide in lines:
-            _line(image, near, top, ends, wide)
+            _line(image, depth, top, ends, wide)
         picture[top // FINE : (top + BAND) // FINE] = _mean(image)
     return picture
 
@@ -159,32 +162,33 @@ def _mean(image: np.ndarray) -> np.ndarray:
 
 
 def _nearest(
-    centres: np.ndarray, radii: np.ndarray, camera: Camera, *, flat: bool
+    centres: np.ndarray, radii: np.ndarray, camera: Camera, top: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nearest sphere at each pixel, and its depth; NOBODY and -inf where there is none."""
-    owner = np.full((camera.height, camera.width), NOBODY, dtype=np.int32)
-    depth = np.full((camera.height, camera.width), -np.inf, dtype=np.float32)
-    order = np.argsort(centres[:, 2], kind="stable")
-    if not flat:
-        order = order[visible(centres[order, :2], radii[order])]
+    """Return the nearest sphere at each pixel of the band from the row ``top`` on, and its depth; NOBODY and
+    -inf where there is none.
+    """
+    bottom = min(top + BAND, camera.height)
+    owner = np.full((bottom - top, camera.width), NOBODY, dtype=np.int32)
+    depth = np.full((bottom - top, camera.width), -np.inf, dtype=np.float32)
     columns = np.arange(camera.width, dtype=np.float32) + 0.5
-    rows = np.arange(camera.height, dtype=np.float32) + 0.5
-    low = np.maximum(np.floor(centres[:, :2] - radii[:, None]), 0).astype(np.int64).tolist()
-    high = (np.ceil(centres[:, :2] + radii[:, None]) + 1).astype(np.int64).tolist()
+    rows = np.arange(top, bottom, dtype=np.float32) + 0.5
+    low = np.floor(centres[:, :2] - radii[:, None]) - (0, top)
+    high = np.ceil(centres[:, :2] + radii[:, None]) + 1 - (0, top)
+    here = np.flatnonzero((high[:, 1] > 0) & (low[:, 1] < bottom - top))
+    firsts = np.maximum(low[here], 0).astype(np.int64).tolist()
+    lasts = high[here].astype(np.int64).tolist()
     places, squares = centres.astype(np.float32), (radii**2).astype(np.float32)
-    # Near spheres come first, so that the pixels that they hide are rejected early.
-    for k in order[::-1].tolist():
-        (left, top), (right, bottom) = low[k], high[k]
-        x, y = columns[left:right], rows[top:bottom]
+    for k, (left, upper), (right, lower) in zip(here.tolist(), firsts, lasts, strict=True):
+        x, y = columns[left:right], rows[upper:lower]
         if not len(x) or not len(y):
             continue
-        before = depth[top:bottom, left:right]
+        before = depth[upper:lower, left:right]
         height = squares[k] - ((x - places[k, 0]) ** 2 + ((y - places[k, 1]) ** 2)[:, None])
         inside = height > 0.0
         near = places[k, 2] + np.sqrt(np.maximum(height, 0.0))
         inside &= near > before
         np.copyto(before, near, where=inside)
-        np.copyto(owner[top:bottom, left:right], k, where=inside)
+        np.copyto(owner[upper:lower, left:right], k, where=inside)
     return owner, depth
 
 
