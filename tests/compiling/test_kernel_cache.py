@@ -116,6 +116,16 @@ def test_an_edit_to_a_model_or_to_what_it_uses_is_seen_by_the_next_process(folde
     assert len(list((folder / "cache").rglob("*.nbc"))) == 1
 
 
+def test_what_is_compiled_already_is_loaded_without_what_compiles(folder):
+    """Numba's implementations of Python's types are imported once something is compiled after all."""
+    program = (
+        "import sys; from probe import show; from floor_model import Floor; import numba\n"
+        "show(Floor(2.0)); print('numba.typed.typedlist' in sys.modules, numba.njit(lambda x: [x, x])(1))"
+    )
+    assert run(folder, program) == "compiled 3\nTrue [1, 1]"
+    assert run(folder, program) == "loaded 3\nFalse [1, 1]"
+
+
 @pytest.fixture
 def digest(folder, monkeypatch):
     """Return a function that gives the digest of what a floor is made of, its files read anew."""

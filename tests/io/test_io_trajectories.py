@@ -273,6 +273,23 @@ def test_frames_of_one_file_are_alike(tmp_path, suffix, reopen):
     assert len(carom.io.read(path, ":")) == 1
 
 
+def test_h5md_keeps_one_frame_in_memory(tmp_path):
+    """HDF5 keeps up to eight MiB of each data set by default."""
+    frame = make_frames(3)[0]
+    path = tmp_path / "run.h5md"
+    with carom.io.open(path, "w") as writer:
+        writer.write(frame)
+        kept = [_cache(writer, name) for name in ("position", "velocity")]
+    with carom.io.open(path) as reader:
+        kept += [_cache(reader, name) for name in ("position", "velocity")]
+    assert kept == 2 * [frame.positions.nbytes, frame.velocities.nbytes]
+
+
+def _cache(file, name):
+    """Return how many bytes of a data set HDF5 keeps in memory."""
+    return file._store.columns[name].id.get_access_plist().get_chunk_cache()[1]
+
+
 def test_frames_must_belong_to_the_scene(tmp_path):
     class Scene:
         n, dimension = 5, 3

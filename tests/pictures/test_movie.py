@@ -12,7 +12,7 @@ import carom
 from carom.bridges.palette import FACES, SEQUENTIAL, rgb
 from carom.errors import InputError
 from carom.models import Ball, Plane
-from carom.pictures import plots
+from carom.pictures import plots, render
 from carom.pictures.caption import decimals_of
 from carom.pictures.movie import _caption, _colours
 from carom.pictures.render import Camera, rendered
@@ -50,6 +50,20 @@ def test_obstacles_in_space_are_drawn_before_and_behind_spheres():
     assert np.abs(rendered(frame, camera, obstacles=[Ball(far, 1.0)])[middle] - plain).max() == 0
     floor = rendered(frame, camera, obstacles=[Plane((0.0, 0.0, 1.0), 1.0)])
     assert (np.abs(floor.astype(int) - rendered(frame, camera)).max(axis=2) > 20).mean() > 0.05
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_a_picture_made_in_bands_is_that_made_at_once(dimension, monkeypatch):
+    """Spheres, a ball, a face and the edges of the box cross the borders of bands."""
+    places = np.random.default_rng(1).uniform(0.0, 5.0, (20, dimension))
+    frame = frame_of(places, (5.0,) * dimension, 1.0)
+    obstacles = [Ball((2.5,) * dimension, 1.0), Plane((0.0,) * (dimension - 1) + (1.0,), 1.0)]
+    camera = Camera.on(frame, 300)
+    assert render.FINE * camera.height > 2 * render.BAND
+    pictures = [rendered(frame, camera, obstacles=obstacles)]
+    monkeypatch.setattr(render, "BAND", render.FINE * camera.height)
+    pictures.append(rendered(frame, camera, obstacles=obstacles))
+    np.testing.assert_array_equal(*pictures)
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".mp4"])

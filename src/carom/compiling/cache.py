@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numba
 from numba.core import config
+from numba.core.runtime import rtsys
 
 from carom.compiling import numba_features
 from carom.compiling.code_digest import classes_in, digest_of
@@ -62,7 +63,7 @@ def keep(compiled):
     folder = Path(file._cache_path)
     if not callable(file.load) or not callable(file.save):
         raise AttributeError("load or save")
-    save_all = compiled._cache.save_overload
+    load_one, save_all = compiled._cache._load_overload, compiled._cache.save_overload
 
     def read(name):
         content = (folder / name).read_bytes()
@@ -74,6 +75,15 @@ def keep(compiled):
         content = pickled(data)
         with opened(str(folder / name)) as target:
             target.write(hashlib.sha256(content).digest() + content)
+
+    def load_overload(signature, target):
+        # Numba's own would first load all that it compiles with, which takes 11 MiB. Code that is compiled
+        # already needs Numba's runtime alone.
+        rtsys.initialize(target)
+        try:
+            return load_one(signature, target)
+        except OSError:
+            return None
 
     def save_overload(signature, data):
         with suppress(OSError):  # a full disk, or a folder that is gone, is no reason to stop
@@ -115,7 +125,8 @@ def keep(compiled):
         except Exception as error:
             numba_features.leave_out(KEEPING, error)
 
-    file.load, file.save, compiled._cache.save_overload = load, save, save_overload
+    file.load, file.save = load, save
+    compiled._cache.load_overload, compiled._cache.save_overload = load_overload, save_overload
     return compiled
 
 

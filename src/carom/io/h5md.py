@@ -9,6 +9,7 @@ scene's own units. Frames of one and two dimensions are padded to three columns 
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,20 +41,20 @@ class _Store:
     def __init__(self, file: h5py.File):
         group, notes = file[_GROUP], file["parameters/carom"].attrs
         self.columns = {
-            "step": group["position/step"],
-            "time": group["position/time"],
-            "edges": group["box/edges/value"],
-            "velocity": group["velocity/value"],
+            "step": _growing(group, "position/step"),
+            "time": _growing(group, "position/time"),
+            "edges": _growing(group, "box/edges/value"),
+            "velocity": _growing(group, "velocity/value"),
         }
         for name in ("image", "angular_velocity", "box/tilt"):
             if name in group:
-                self.columns[name] = group[f"{name}/value"]
+                self.columns[name] = _growing(group, f"{name}/value")
         # Not `"value" in ...`: on a data set, this compares every element, each in its own call.
         fixed = file.get(f"{_GROUP}/diameter", getclass=True) is not type(file[_GROUP])
         if not fixed:
-            self.columns["diameter"] = group["diameter/value"]
+            self.columns["diameter"] = _growing(group, "diameter/value")
         # Last: MDAnalysis counts positions, which must never be longer than the other data sets.
-        self.columns["position"] = group["position/value"]
+        self.columns["position"] = _growing(group, "position/value")
         self.dimension = int(notes["dimension"])
         self.n = int(self.columns["position"].shape[1])
         self._check_shapes()
@@ -137,6 +138,22 @@ class _Store:
 def _is(dtype: np.dtype, kind: str) -> bool:
     """Tell whether a type is `kind`, in any order of bytes."""
     return bool(dtype.newbyteorder("=") == np.dtype(kind))
+
+
+def _growing(group: h5py.Group, name: str) -> h5py.Dataset:
+    """Return a data set that grows, of which HDF5 keeps one chunk in memory.
+
+    By default it keeps up to 8 MiB of frames, which nobody reads again.
+    """
+    import h5py
+
+    data = group[name]
+    chunk = math.prod(data.chunks or ()) * data.dtype.itemsize
+    access = h5py.h5p.create(h5py.h5p.DATASET_ACCESS)
+    slots, most, preference = access.get_chunk_cache()
+    access.set_chunk_cache(slots, min(chunk, most), preference)
+    del data  # HDF5 takes the size of the cache when a data set is opened for the first time
+    return h5py.Dataset(h5py.h5d.open(group.id, name.encode(), access))
 
 
 def _fixed(group: h5py.Group, name: str, kind: str, n: int) -> np.ndarray:

@@ -39,6 +39,9 @@ SIZE = 540
 MARGIN = 12
 """Pixels below it."""
 
+STRIP = 16
+"""Rows of it that are copied into a figure at once."""
+
 MOST_OUTLINES = 20_000
 """Largest number of disks with outlines; with more, an outline is as wide as its disk."""
 
@@ -167,8 +170,11 @@ def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -
     image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles)
     # Pixel by pixel: resampling would take as long as drawing.
     figure: Any = axes.get_figure(root=True)
-    width = round(figure.bbox.width)
-    figure.figimage(image, (width - image.shape[1]) // 2, MARGIN, origin="upper")
+    left = (round(figure.bbox.width) - image.shape[1]) // 2
+    # Strip by strip, because matplotlib takes 100 bytes and more for each pixel that it copies.
+    for top in range(0, len(image), STRIP):
+        strip = image[top : top + STRIP]
+        figure.figimage(strip, left, MARGIN + len(image) - top - len(strip), origin="upper")
     axes.set_axis_off()
 
 

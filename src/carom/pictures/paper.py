@@ -7,8 +7,6 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from carom.errors import FileError
 
 if TYPE_CHECKING:
@@ -80,6 +78,8 @@ def _write_png(figure: Figure, path: Path) -> None:
 
     canvas = FigureCanvasAgg(figure)
     canvas.draw()
-    paper = np.ascontiguousarray(np.asarray(canvas.buffer_rgba())[..., :3])
+    pixels = canvas.buffer_rgba()
+    height, width, _ = pixels.shape
+    paper = Image.frombuffer("RGBA", (width, height), pixels, "raw", "RGBA", 0, 1)
     resolution = (figure.dpi, figure.dpi)
-    Image.fromarray(paper).save(path, format="png", compress_level=PNG_LEVEL, dpi=resolution)
+    paper.convert("RGB").save(path, format="png", compress_level=PNG_LEVEL, dpi=resolution)

@@ -1,13 +1,14 @@
 """Shaded spheres as an array of pixels, for pictures in 3D and for the frames of a movie.
 
-A depth buffer holds the nearest sphere of each pixel; then the pixels are shaded, band by band. The light,
-the colors and the haze are those of the viewer (``viewer/shaders.js``).
+The picture is made band by band. A depth buffer holds the nearest sphere of each pixel; then the pixels are
+shaded, and faces and lines drawn over them. The light, the colors and the haze are those of the viewer
+(``viewer/shaders.js``).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,7 +24,7 @@ FINE = 2
 """Pixels of the buffer per pixel of the picture, along each axis; they make edges smooth."""
 
 BAND = 64 * FINE
-"""Rows of the buffer that are shaded at once: what is computed on the way takes little memory then."""
+"""Rows of the buffer that are drawn at once: what is computed on the way takes little memory then."""
 
 GROUND = np.array([1.0, 1.0, 1.0], dtype=np.float32)
 INK = np.array([0.2, 0.24, 0.29], dtype=np.float32)
@@ -34,6 +35,9 @@ LIGHT = (-0.4381, 0.6133, 0.6572)
 HALF = (-0.2406, 0.3369, 0.9103)
 
 NOBODY = -1
+
+Spheres = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Centres (n, 3), radii (n,) and colours (n, 3) of spheres, as float32."""
 
 
 @dataclass(frozen=True)
@@ -124,14 +128,30 @@ def rendered(
     radii = np.concatenate([0.5 * frame.diameters, shapes.spheres[:, 3]]) * fine.scale
     tints = np.concatenate([colours, np.tile(STONE, (len(shapes.spheres), 1))]).astype(np.float32)
     centres = fine.seen(places)
-    owner, depth = _nearest(centres, radii, fine, flat=frame.dimension < 3)
-    image = _shaded(owner, depth, centres, radii, tints, fine, ground, flat=frame.dimension < 3)
-    for corners in shapes.triangles:
-        _face(image, depth, fine.seen(corners), opacity=0.9 if frame.dimension < 3 else 0.3)
-    for ends, wide in _edges(frame):
-        _line(image, depth, fine.seen(ends), wide)
-    for ends in shapes.segments:
-        _line(image, depth, fine.seen(ends), 1)
+    flat = frame.dimension < 3
+    order = np.argsort(centres[:, 2], kind="stable")
+    if not flat:
+        order = order[visible(centres[order, :2], radii[order])]
+    # Near spheres come first, so that the pixels that they hide are rejected early.
+    centres, radii, tints = (each[order[::-1]] for each in (centres, radii, tints))
+    spheres = centres.astype(np.float32), radii.astype(np.float32), tints
+    faces = [fine.seen(corners) for corners in shapes.triangles]
+    lines = [(fine.seen(ends), wide) for ends, wide in _edges(frame)]
+    lines += [(fine.seen(ends), 1) for ends in shapes.segments]
+    picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
+    for top in range(0, fine.height, BAND):
+        owner, depth = _nearest(centres, radii, fine, top)
+        image = _shaded(owner, depth, top, spheres, fine, ground, flat=flat)
+        for corners in faces:
+            _face(image, depth, top, corners, opacity=0.9 if flat else 0.3)
+        for ends, wide in lines:
+            _line(image, depth, top, ends, wide)
+        picture[top // FINE : (top + BAND) // FINE] = _mean(image)
+    return picture
+
+
+def _mean(image: np.ndarray) -> np.ndarray:
+    """Return the pixels (rows, columns, 3) uint8 of a band of the buffer."""
     parts = [image[row::FINE, column::FINE] for row in range(FINE) for column in range(FINE)]
     mean = parts[0].copy()
     for part in parts[1:]:
@@ -142,53 +162,52 @@ def rendered(
 
 
 def _nearest(
-    centres: np.ndarray, radii: np.ndarray, camera: Camera, *, flat: bool
+    centres: np.ndarray, radii: np.ndarray, camera: Camera, top: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nearest sphere at each pixel, and its depth; NOBODY and -inf where there is none."""
-    owner = np.full((camera.height, camera.width), NOBODY, dtype=np.int32)
-    depth = np.full((camera.height, camera.width), -np.inf, dtype=np.float32)
-    order = np.argsort(centres[:, 2], kind="stable")
-    if not flat:
-        order = order[visible(centres[order, :2], radii[order])]
+    """Return the nearest sphere at each pixel of the band from the row ``top`` on, and its depth; NOBODY and
+    -inf where there is none.
+    """
+    bottom = min(top + BAND, camera.height)
+    owner = np.full((bottom - top, camera.width), NOBODY, dtype=np.int32)
+    depth = np.full((bottom - top, camera.width), -np.inf, dtype=np.float32)
     columns = np.arange(camera.width, dtype=np.float32) + 0.5
-    rows = np.arange(camera.height, dtype=np.float32) + 0.5
-    low = np.maximum(np.floor(centres[:, :2] - radii[:, None]), 0).astype(np.int64).tolist()
-    high = (np.ceil(centres[:, :2] + radii[:, None]) + 1).astype(np.int64).tolist()
+    rows = np.arange(top, bottom, dtype=np.float32) + 0.5
+    low = np.floor(centres[:, :2] - radii[:, None]) - (0, top)
+    high = np.ceil(centres[:, :2] + radii[:, None]) + 1 - (0, top)
+    here = np.flatnonzero((high[:, 1] > 0) & (low[:, 1] < bottom - top))
+    firsts = np.maximum(low[here], 0).astype(np.int64).tolist()
+    lasts = high[here].astype(np.int64).tolist()
     places, squares = centres.astype(np.float32), (radii**2).astype(np.float32)
-    # Near spheres come first, so that the pixels that they hide are rejected early.
-    for k in order[::-1].tolist():
-        (left, top), (right, bottom) = low[k], high[k]
-        x, y = columns[left:right], rows[top:bottom]
+    for k, (left, upper), (right, lower) in zip(here.tolist(), firsts, lasts, strict=True):
+        x, y = columns[left:right], rows[upper:lower]
         if not len(x) or not len(y):
             continue
-        before = depth[top:bottom, left:right]
+        before = depth[upper:lower, left:right]
         height = squares[k] - ((x - places[k, 0]) ** 2 + ((y - places[k, 1]) ** 2)[:, None])
         inside = height > 0.0
         near = places[k, 2] + np.sqrt(np.maximum(height, 0.0))
         inside &= near > before
         np.copyto(before, near, where=inside)
-        np.copyto(owner[top:bottom, left:right], k, where=inside)
+        np.copyto(owner[upper:lower, left:right], k, where=inside)
     return owner, depth
 
 
 def _shaded(
     owner: np.ndarray,
     depth: np.ndarray,
-    centres: np.ndarray,
-    radii: np.ndarray,
-    tints: np.ndarray,
+    top: int,
+    spheres: Spheres,
     camera: Camera,
     ground: np.ndarray,
     *,
     flat: bool,
 ) -> np.ndarray:
-    """Return the picture (height, width, 3) of lit spheres; far ones are in haze.
+    """Return a band (rows, columns, 3) of lit spheres, from the row ``top`` on; far ones are in haze.
 
     If all points of a pixel belong to one sphere, they get the color of their middle.
     """
     image = np.empty((*owner.shape, 3), dtype=np.float32)
     image[:] = ground
-    spheres = centres.astype(np.float32), radii.astype(np.float32), tints
     haze = float(2.0 * camera.depth * camera.scale)
 
     def lit(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, near: np.ndarray) -> np.ndarray:
@@ -199,16 +218,6 @@ def _shaded(
         far = np.clip(0.5 - near / haze, 0.0, 1.0)
         return shade + (0.62 * far * far)[:, None] * (ground - shade)
 
-    for top in range(0, len(image), BAND):
-        band = slice(top, top + BAND)
-        _shade(image[band], owner[band], depth[band], top, lit)
-    return image
-
-
-def _shade(
-    image: np.ndarray, owner: np.ndarray, depth: np.ndarray, top: int, lit: Callable[..., np.ndarray]
-) -> None:
-    """Color a band of a picture whose first row is ``top``."""
     parts = [owner[row::FINE, column::FINE] for row in range(FINE) for column in range(FINE)]
     whole = parts[0] != NOBODY
     for part in parts[1:]:
@@ -228,6 +237,7 @@ def _shade(
         rows.astype(np.float32) + (top + half), columns.astype(np.float32) + half, owner[rows, columns],
         depth[rows, columns],
     )  # fmt: skip
+    return image
 
 
 def _places(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, centres: np.ndarray, radii: np.ndarray):
@@ -285,30 +295,36 @@ def _edges(frame: Frame) -> list[tuple[np.ndarray, int]]:
     return result
 
 
-def _line(image: np.ndarray, depth: np.ndarray, ends: np.ndarray, wide: int) -> None:
-    """Draw a line (2, 3) of the width ``wide`` [pixels of the picture], where nothing hides it."""
+def _line(image: np.ndarray, depth: np.ndarray, top: int, ends: np.ndarray, wide: int) -> None:
+    """Draw a line (2, 3) of the width ``wide`` [pixels of the picture] in a band, where nothing hides it."""
+    reach = range(-(wide * FINE) // 2 + 1, (wide * FINE) // 2 + 1)
+    first, last = sorted(ends[:, 1].tolist())
+    if last + reach[-1] < top or first + reach[0] >= top + len(image):
+        return
     count = int(np.abs(ends[1] - ends[0])[:2].max()) + 2
     points = ends[0] + np.linspace(0.0, 1.0, count)[:, None] * (ends[1] - ends[0])
-    reach = range(-(wide * FINE) // 2 + 1, (wide * FINE) // 2 + 1)
     columns, rows = (np.floor(points[:, axis]).astype(np.int64) for axis in (0, 1))
     for right in reach:
         for down in reach:
-            x, y = columns + right, rows + down
+            x, y = columns + right, rows + (down - top)
             kept = (x >= 0) & (x < image.shape[1]) & (y >= 0) & (y < image.shape[0])
             x, y, z = x[kept], y[kept], points[kept, 2]
             free = z >= depth[y, x] - (1.0 if np.isfinite(z).all() else 0.0)
             image[y[free], x[free]] = INK
 
 
-def _face(image: np.ndarray, depth: np.ndarray, corners: np.ndarray, opacity: float) -> None:
-    """Draw a translucent triangle (3, 3) where nothing hides it."""
-    left, top = np.maximum(np.floor(corners[:, :2].min(axis=0)).astype(int), 0)
-    right, bottom = np.ceil(corners[:, :2].max(axis=0)).astype(int) + 1
-    part, near = image[top:bottom, left:right], depth[top:bottom, left:right]
-    rows, columns = np.mgrid[top : top + part.shape[0], left : left + part.shape[1]] + 0.5
+def _face(image: np.ndarray, depth: np.ndarray, top: int, corners: np.ndarray, opacity: float) -> None:
+    """Draw a translucent triangle (3, 3) in a band, where nothing hides it."""
+    low, high = np.floor(corners[:, :2].min(axis=0)), np.ceil(corners[:, :2].max(axis=0)) + 1.0
+    left, first = max(int(low[0]), 0), max(int(low[1]), top)
+    right, last = min(int(high[0]), image.shape[1]), min(int(high[1]), top + len(image))
+    if left >= right or first >= last:
+        return
+    part, near = image[first - top : last - top, left:right], depth[first - top : last - top, left:right]
+    rows, columns = np.mgrid[first:last, left:right] + 0.5
     (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corners
     area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay)
-    if area == 0.0 or not part.size:  # seen from its edge
+    if area == 0.0:  # seen from its edge
         return
     b = ((columns - ax) * (cy - ay) - (cx - ax) * (rows - ay)) / area
     c = ((bx - ax) * (rows - ay) - (columns - ax) * (by - ay)) / area

@@ -276,6 +276,9 @@ def _draw(
     from carom.pictures import plots
 
     implied = None if pressure is None else pressure.contact_value
+    # First, because what it takes in memory is free again for the others.
+    with replacing(folder.path / "snapshot.png") as temporary:
+        plots.snapshot(facts.sim.frame(), obstacles=standing(facts.sim.scene), path=temporary)
     if pressure is not None:
         with replacing(folder.path / "pressure.png") as temporary:
             plots.pressure(pressure, equations=lines, path=temporary)
@@ -285,8 +288,6 @@ def _draw(
                 plots.rdf(distributions[""], contact_value=implied, path=temporary)
             else:
                 plots.partial_rdf(distributions, path=temporary)
-    with replacing(folder.path / "snapshot.png") as temporary:
-        plots.snapshot(facts.sim.frame(), obstacles=standing(facts.sim.scene), path=temporary)
 
 
 def _lines(rows: list[dict[str, Any]]) -> dict[str, float]:
