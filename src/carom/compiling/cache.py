@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numba
 from numba.core import config
-from numba.core.runtime import rtsys
 
 from carom.compiling import numba_features
 from carom.compiling.code_digest import classes_in, digest_of
@@ -58,6 +57,8 @@ def keep(compiled):
     AttributeError
         If this Numba keeps its files in another way.
     """
+    from numba.core.runtime import rtsys
+
     file = compiled._cache._cache_file
     pattern, pickled, opened = file._data_name_pattern, file._dump, file._open_for_write
     folder = Path(file._cache_path)
