@@ -156,6 +156,8 @@ class ForeignReader(Reader):
         if self._box is None and first.periodic is None:
             assumed.append("every axis periodic")
         self._check_box(first)
+        if first.time is None and len(self) > 1:
+            assumed.append("times 0, 1, 2 and so on")
         #: Whether particles leave the box and are not put back: one is far outside at the end.
         last = first if len(self) == 1 else self._source.read(len(self) - 1)
         self._unwrapped = first.unwrapped or (first.images is None and self._strays(last))
@@ -170,7 +172,7 @@ class ForeignReader(Reader):
 
     def _is_flat(self, snapshot: Snapshot, axis: int) -> bool:
         """Tell whether all coordinates along an axis are equal, and the box has no room for another layer."""
-        if len(snapshot.positions) < 2 or np.ptp(snapshot.positions[:, axis]) > 0.0:
+        if len(snapshot.positions) < 2 or np.ptp(snapshot.positions[:, axis]) != 0.0:  # NaN is not flat
             return False
         if snapshot.cell is None or (snapshot.periodic is not None and not snapshot.periodic[axis]):
             return True

@@ -6,6 +6,7 @@ offsets beside what they read.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import warnings
 from pathlib import Path
@@ -132,6 +133,10 @@ class Pdb(_OfMDAnalysis):
                 self._box = None if edges[:3] == [1.0] * 3 else np.array(edges)  # which stands for none
                 break
         return self._world.trajectory
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k, which has no time: that of MDAnalysis is its number."""
+        return dataclasses.replace(super().read(k), time=None)
 
     def _kinds(self) -> np.ndarray:
         elements = getattr(self._world.atoms, "elements", None)
