@@ -218,7 +218,7 @@ class ForeignReader(Reader):
         edges, _ = self._check_box(snapshot)
         places = self._from_corner(snapshot) / edges
         outside = np.maximum(-places, places - 1.0)[:, self._periodic(snapshot)]
-        return bool(outside.max(initial=0.0) > 0.5)
+        return bool(outside[np.isfinite(outside)].max(initial=0.0) > 0.5)
 
     def _periodic(self, snapshot: Snapshot) -> np.ndarray:
         flags = (True,) * 3 if self._box is not None or snapshot.periodic is None else snapshot.periodic
@@ -253,6 +253,10 @@ class ForeignReader(Reader):
         edges, tilt = self._check_box(found)
         periodic = self._periodic(found)
         places = self._from_corner(found)
+        if not np.isfinite(places).all():  # which no image count can follow
+            raise FileError(
+                f"{self.path} {self._stranger}: in frame {k} the positions hold NaN or infinite values."
+            )
         if tilt:
             places[:, 0] -= tilt * places[:, 1]
         counts = np.zeros((n, d), np.int64)

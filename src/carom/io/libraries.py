@@ -127,7 +127,10 @@ class Pdb(_OfMDAnalysis):
         import MDAnalysis
 
         self._world = MDAnalysis.Universe(str(self.path), format="PDB")
-        for line in text_of(self.path):  # MDAnalysis passes over a box before the first MODEL
+        lines = text_of(self.path)
+        if lines[-1].startswith(("ATOM", "HETATM")) and len(lines[-1]) < 54:
+            raise ValueError("its last line ends before the coordinates do")
+        for line in lines:  # MDAnalysis passes over a box before the first MODEL
             if line.startswith("CRYST1"):
                 edges = [float(line[m:n]) for m, n in itertools.pairwise((6, 15, 24, 33, 40, 47, 54))]
                 self._box = None if edges[:3] == [1.0] * 3 else np.array(edges)  # which stands for none
