@@ -1,5 +1,6 @@
 """Files that other programs wrote, in odd but legal variants: as frames and as a start."""
 
+import dataclasses
 import gzip
 import json
 import warnings
@@ -507,6 +508,21 @@ def test_empty_cut_and_wrong_files_are_one_sentence_of_every_command(tmp_path, n
 
 
 # ------------------------------------------------------------------------------------------- measuring
+
+
+@pytest.mark.parametrize("kinds", [2, 5])
+def test_g_of_points_is_that_of_each_pair_of_a_few_species(tmp_path, kinds):
+    path = dump(tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i} {i % kinds} {wrapped(i, k)}")
+    with pytest.warns(CaromWarning):
+        found = carom.measure(path, "rdf")["rdf"]
+    names = ["0-0", "0-1", "1-1"] if kinds == 2 else None
+    counts = [each.counts for each in found.values()] if names else [found.counts]
+    assert names is None or list(found) == names
+    with pytest.warns(CaromWarning):
+        every = carom.RDF().over(
+            dataclasses.replace(frame, diameters=np.zeros(N)) for frame in carom.open(path)
+        )
+    np.testing.assert_array_equal(sum(counts), every.counts)
 
 
 def test_frames_of_others_are_measured_as_points_where_nobody_knows_their_size(tmp_path):
