@@ -235,6 +235,10 @@ CASES = {
             without(DRY, "--packing-fraction"), ("--density", "0.6"),
             lambda done: "packing_fraction=0.314159)" in done.printed, True,
         ),
+        "--box": added(
+            ("--dry-run", "--n", "20"), ("--box", "4,5,6"), lambda done: "box=(4, 5, 6)" in done.printed, True
+        ),
+        "--diameter": added(("--dry-run",), ("--diameter", "2"), in_brackets("diameter"), "2"),
         "--equilibration": added(
             without((*RUN, *OUT), "--equilibration"), ("--equilibration", "30"),
             lambda done: done.summary["equilibration"]["collisions"], close(54 * 30, 8),

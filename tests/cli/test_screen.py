@@ -12,8 +12,9 @@ import pytest
 from helpers.frames import crystal, frame_of
 from helpers.screens import printed, summary
 from rich.console import Console
+from rich.table import Table
 
-from carom.cli import heartbeat, screen
+from carom.cli import heartbeat, screen, tables
 from carom.observables.packing import DISTINCT, packing_network
 
 
@@ -65,6 +66,12 @@ def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
     numbers = re.findall(r"\d+\.\d+", wide)
     assert sorted(re.findall(r"\d+\.\d+", shown)) == sorted(numbers)
     assert len(printed(table, 400).splitlines()) < len(shown.splitlines())
+
+
+def test_a_table_without_rows_is_its_title_and_caption_as_wide_as_the_terminal():
+    table = Table(title="40 units at packing fraction 0.000349066", caption="There is no one kT.")
+    table.add_column("measured")
+    assert tables.fitted(Console(width=60), table).splitlines() == [table.title, table.caption]
 
 
 def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(monkeypatch, capsys):

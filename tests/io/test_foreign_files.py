@@ -1,5 +1,6 @@
 """Files that other programs wrote, in odd but legal variants: as frames and as a start."""
 
+import dataclasses
 import gzip
 import json
 import warnings
@@ -202,9 +203,53 @@ def test_a_data_file_that_hides_its_style_or_lacks_rows_is_refused(tmp_path):
         (tmp_path / "a.data").write_bytes(data(style, rows))
         with pytest.raises(FileError, match=text):
             carom.open(tmp_path / "a.data")
-    (tmp_path / "a.data").write_bytes(data(" # sphere", rows[:3]))
-    with pytest.raises(FileError, match="has 3 rows, and 4 atoms were announced"):
-        carom.open(tmp_path / "a.data")
+    whole = data(" # sphere", rows)
+    for changed, text in (
+        (data(" # sphere", rows[:3]), "has 3 rows, and 4 atoms were announced"),
+        (whole.replace(b"2 1 0 0\n", b""), "Velocities lacks 1 atoms, such as 2"),
+        (whole.replace(b"-2 2 xlo xhi", b""), "holds no box"),
+        (whole.replace(b"0 4 zlo zhi", b""), "holds no box"),
+    ):
+        (tmp_path / "a.data").write_bytes(changed)
+        with pytest.raises(FileError, match=text):
+            carom.open(tmp_path / "a.data")
+
+
+def test_a_dump_that_announces_another_number_names_the_frame(tmp_path):
+    path = dump(tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i + 1} 1 {wrapped(i, k)}")
+    for number, text in (("28", "frame 0 ends after 27 of 28"), ("26", "where an ITEM was expected")):
+        path.write_text(path.read_text().replace("ATOMS\n27", f"ATOMS\n{number}", 1))
+        with pytest.raises(FileError, match=text):
+            carom.open(path)
+        path.write_text(path.read_text().replace(f"ATOMS\n{number}", "ATOMS\n27", 1))
+
+
+def test_an_atom_that_is_cut_off_within_its_coordinates_is_refused(tmp_path):
+    by_ase(tmp_path / "a.pdb", count=1)
+    text = (tmp_path / "a.pdb").read_text()
+    last = text.index("ENDMDL")
+    (tmp_path / "a.pdb").write_text(text[: text.rindex("ATOM", 0, last) + 52])
+    with pytest.raises(FileError, match="its last line ends before the coordinates do"):
+        carom.open(tmp_path / "a.pdb")
+
+
+@pytest.mark.parametrize("value", ["inf", "nan"])
+def test_coordinates_that_are_no_numbers_are_named(tmp_path, value):
+    path = dump(tmp_path / "a.dump", "id type x y z ix iy iz", lambda i, k: f"{i + 1} 1 {value} 1 {i} 0 0 0")
+    with (
+        pytest.warns(CaromWarning, match="a mass of 1; no velocities"),
+        pytest.raises(FileError, match="in frame 0 the positions hold NaN or infinite values"),
+    ):
+        carom.io.read(path, 0)
+
+
+def test_coordinates_that_are_no_numbers_are_not_taken_for_equal_ones(tmp_path):
+    path = dump(
+        tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i + 1} 1 1 2 nan", box=("0 6",) * 2 + ("0 1",)
+    )
+    with pytest.warns(CaromWarning) as told, pytest.raises(FileError, match="frame 0 the positions hold NaN"):
+        carom.io.read(path, 0)
+    assert "dimensions" not in str(told[0].message)
 
 
 # ------------------------------------------------------------------------ ASE, MDAnalysis, HOOMD-blue, H5MD
@@ -326,6 +371,24 @@ def test_a_gsd_file_of_hoomd_has_sizes_of_its_shapes_and_two_dimensions(tmp_path
     assert "diameter" not in told
 
 
+def test_what_gsd_leaves_out_has_its_default(tmp_path):
+    """HOOMD-blue does not write what all particles have by default, such as images at first."""
+    with gsd.open(str(tmp_path / "a.gsd"), "w") as file:
+        for k in range(2):
+            frame = gsd.Frame()
+            frame.configuration.box, frame.configuration.step = [4, 4, 4, 0, 0, 0], k
+            frame.particles.N, frame.particles.position = 2, [[-1, -1, -1], [1, 1, 1]]
+            frame.particles.velocity, frame.particles.image = [[k, 0, 0]] * 2, [[k, 0, 0]] * 2
+            file.append(frame)
+    frames, told = read(tmp_path / "a.gsd")
+    assert "velocities" not in told
+    for k, frame in enumerate(frames):
+        np.testing.assert_array_equal(frame.images, [[k, 0, 0]] * 2)
+        np.testing.assert_array_equal(frame.velocities, [[k, 0, 0]] * 2)
+    with pytest.warns(CaromWarning):
+        assert carom.io.convert(tmp_path / "a.gsd", tmp_path / "b.h5md") == 2
+
+
 def test_h5md_with_a_box_in_time_rare_velocities_and_a_wall_is_read(tmp_path):
     with h5py.File(tmp_path / "a.h5", "w") as file:
         group = file.create_group("particles/disks")
@@ -380,6 +443,46 @@ def test_extended_xyz_with_an_origin_radii_and_no_time_is_read(tmp_path):
     assert told.endswith("assumed a mass of 1; no velocities; left out q.")
 
 
+def test_extended_xyz_of_disks_has_two_dimensions_and_names_in_any_letters(tmp_path):
+    head = (
+        '2\nLattice="4 0 0 0 4 0 0 0 1" Properties=Species:S:1:pos:R:3:Velocity:R:3:Radius:R:1 pbc="T T F"\n'
+    )
+    (tmp_path / "a.xyz").write_text((head + "A 1 1 0 1 2 0 0.5\nB 3 3 0 3 4 0 0.25\n") * 2)
+    (found, _), told = read(tmp_path / "a.xyz")
+    assert (found.dimension, found.periodic, found.species_names) == (2, (True, True), ("A", "B"))
+    np.testing.assert_array_equal(found.velocities, [[1, 2], [3, 4]])
+    np.testing.assert_array_equal(found.diameters, [1.0, 0.5])
+    assert "2 dimensions, as the other coordinates are all equal, times 0, 1, 2 and so on." in told
+
+
+# -------------------------------------------------------------------------------- as a start, and as a source
+
+
+def test_a_run_starts_from_a_file_of_frames(tmp_path):
+    path = tmp_path / "a.xyz"
+    path.write_text("2\n\nA 1 1 1\nA 3 3 3\n")
+    done = CliRunner().invoke(app, ["run", str(path), "--box", "4,4,5", "--diameter", "0.5", "--dry-run"])
+    assert done.exit_code == 0, done.output
+    assert "Scene(n=2, dimension=3, box=(4, 4, 5), diameter=0.5" in done.output
+    for more, text in (
+        ([], "holds no box"),
+        (["--box", "4,4"], "coordinates beyond the 2 dimensions"),
+        (["--n", "3"], "n has no meaning"),
+    ):
+        done = CliRunner().invoke(app, ["run", str(path), *more, "--out", str(tmp_path / "r")])
+        assert (done.exit_code, text in done.output) == (2, True), done.output
+    assert not (tmp_path / "r").exists()
+
+
+def test_what_a_format_cannot_hold_is_said_of_the_file_that_was_asked_for(tmp_path):
+    path = dump(tmp_path / "a.dump", "type x y z", lambda i, k: f"{KINDS[i]} {wrapped(i, k)}")
+    with (
+        pytest.warns(CaromWarning),
+        pytest.raises(InputError, match=r"differ from those of \S*/b\.h5md, where"),
+    ):
+        carom.io.convert(path, tmp_path / "b.h5md")
+
+
 # ------------------------------------------------------------------------------------- what cannot be read
 
 
@@ -405,6 +508,21 @@ def test_empty_cut_and_wrong_files_are_one_sentence_of_every_command(tmp_path, n
 
 
 # ------------------------------------------------------------------------------------------- measuring
+
+
+@pytest.mark.parametrize("kinds", [2, 5])
+def test_g_of_points_is_that_of_each_pair_of_a_few_species(tmp_path, kinds):
+    path = dump(tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i} {i % kinds} {wrapped(i, k)}")
+    with pytest.warns(CaromWarning):
+        found = carom.measure(path, "rdf")["rdf"]
+    names = ["0-0", "0-1", "1-1"] if kinds == 2 else None
+    counts = [each.counts for each in found.values()] if names else [found.counts]
+    assert names is None or list(found) == names
+    with pytest.warns(CaromWarning):
+        every = carom.RDF().over(
+            dataclasses.replace(frame, diameters=np.zeros(N)) for frame in carom.open(path)
+        )
+    np.testing.assert_array_equal(sum(counts), every.counts)
 
 
 def test_frames_of_others_are_measured_as_points_where_nobody_knows_their_size(tmp_path):

@@ -67,11 +67,9 @@ Box = Annotated[
 def lacking(diameter: str | None, box: str | None) -> dict[str, Any]:
     """Return the options --diameter and --box as keywords of ``carom.open``."""
     from carom.errors import InputError
+    from carom.spec import edges_of
 
-    try:
-        edges = None if box is None else [float(word) for word in box.split(",")]
-    except ValueError:
-        raise InputError(f"--box takes edges such as 10,10,10, found {box!r}.") from None
+    edges = None if box is None else edges_of("--box")(box)
     try:
         if diameter is None or ":" not in diameter:
             return {"diameter": None if diameter is None else float(diameter), "box": edges}

@@ -16,7 +16,8 @@ from carom.spec import Spec, fields_of
 from carom.texts import visible
 
 _ARGUMENT = (
-    "Scene file (TOML), as `carom init` writes it, or the folder of a run. Without: 2048 hard spheres."
+    "Scene file (TOML), as `carom init` writes it, a file with frames to start from (start.data), or the "
+    "folder of a run. Without: 2048 hard spheres."
 )
 
 
@@ -51,6 +52,7 @@ def run(
     carom run fluid -c 50000 --out longer
     carom run fluid.toml --out fluid --resume --json > summary.json
     carom run fluid.toml --dry-run
+    carom run start.data --diameter 0.9 --out melt
     carom run battle.toml --trust-code
     """
     from carom.cli.compiling import compiling_told

@@ -32,13 +32,14 @@ def show(console: Console, table: Table) -> None:
 def fitted(console: Console, table: Table) -> Any:
     """Return a table if it fits, or else its rows one below the other.
 
-    The title and the caption are wrapped, so they do not count for the width.
+    The title and the caption are wrapped, so they do not count for the width. Of a table without rows they
+    are all there is.
     """
     title, caption = table.title, table.caption
     table.title = table.caption = None
     wide = Measurement.get(console, console.options.update(max_width=10_000), table).maximum
     table.title, table.caption = title, caption
-    if wide <= console.width:
+    if wide <= console.width and table.row_count:
         return table
     columns = [(str(column.header), [str(cell) for cell in column.cells]) for column in table.columns]
     lines = [str(title)] if title else []

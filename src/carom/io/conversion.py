@@ -90,6 +90,7 @@ def rebuild(source: str | os.PathLike[str], target: str | os.PathLike[str], keep
 
 def _copy(reader: Reader, target: Path, count: int, progress: Callable[[int, int], object] | None) -> int:
     with replacing(target) as temporary, open_writer(temporary) as writer:
+        writer.path = target  # which errors name
         for k in range(count):
             writer.write(reader[k])
             if progress is not None:

@@ -160,7 +160,7 @@ class Index:
                 if not first.strip():
                     while block := file.read(LONGEST):
                         if block.strip():
-                            raise ValueError(f"an empty line follows frame {len(self.offsets) - 1}")
+                            raise ValueError(f"an empty line follows frame {len(self) - 1}")
                     break
                 complete = first.endswith(b"\n")
                 n, second = self._number(first), b""

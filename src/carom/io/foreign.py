@@ -156,6 +156,8 @@ class ForeignReader(Reader):
         if self._box is None and first.periodic is None:
             assumed.append("every axis periodic")
         self._check_box(first)
+        if first.time is None and len(self) > 1:
+            assumed.append("times 0, 1, 2 and so on")
         #: Whether particles leave the box and are not put back: one is far outside at the end.
         last = first if len(self) == 1 else self._source.read(len(self) - 1)
         self._unwrapped = first.unwrapped or (first.images is None and self._strays(last))
@@ -170,7 +172,7 @@ class ForeignReader(Reader):
 
     def _is_flat(self, snapshot: Snapshot, axis: int) -> bool:
         """Tell whether all coordinates along an axis are equal, and the box has no room for another layer."""
-        if len(snapshot.positions) < 2 or np.ptp(snapshot.positions[:, axis]) > 0.0:
+        if len(snapshot.positions) < 2 or np.ptp(snapshot.positions[:, axis]) != 0.0:  # NaN is not flat
             return False
         if snapshot.cell is None or (snapshot.periodic is not None and not snapshot.periodic[axis]):
             return True
@@ -216,7 +218,7 @@ class ForeignReader(Reader):
         edges, _ = self._check_box(snapshot)
         places = self._from_corner(snapshot) / edges
         outside = np.maximum(-places, places - 1.0)[:, self._periodic(snapshot)]
-        return bool(outside.max(initial=0.0) > 0.5)
+        return bool(outside[np.isfinite(outside)].max(initial=0.0) > 0.5)
 
     def _periodic(self, snapshot: Snapshot) -> np.ndarray:
         flags = (True,) * 3 if self._box is not None or snapshot.periodic is None else snapshot.periodic
@@ -251,6 +253,10 @@ class ForeignReader(Reader):
         edges, tilt = self._check_box(found)
         periodic = self._periodic(found)
         places = self._from_corner(found)
+        if not np.isfinite(places).all():  # which no image count can follow
+            raise FileError(
+                f"{self.path} {self._stranger}: in frame {k} the positions hold NaN or infinite values."
+            )
         if tilt:
             places[:, 0] -= tilt * places[:, 1]
         counts = np.zeros((n, d), np.int64)

@@ -36,7 +36,8 @@ class Dump(Source):
                 self._starts.append(self._at)
                 _, n, _, _ = self._head()
                 for k in range(n):
-                    if not line_of(self._file).strip():
+                    line = line_of(self._file)
+                    if not line.strip() or line.startswith(b"ITEM:"):
                         raise ValueError(f"frame {len(self) - 1} ends after {k} of {n} particles")
         except BaseException:
             self._file.close()
@@ -220,8 +221,8 @@ class Data(Source):
         ids = integers(table["id"])
         diameters = table.get("diameter")
         images = vectors(table, "ix", "iy", "iz")
-        cell, origin = self._cell(head)
         positions = np.column_stack([table["x"], table["y"], table["z"]])
+        cell, origin = self._cell(head, flat=not positions[:, 2].any())
         return Snapshot(
             positions, cell, origin, dimension=_dimension(positions, cell, origin),
             velocities=_velocities(sections.get("Velocities"), ids), diameters=diameters,
@@ -253,9 +254,10 @@ class Data(Source):
                 head[" ".join(words[count:])] = words[:count]
         return head, sections, style
 
-    def _cell(self, head: dict[str, list[str]]) -> tuple[np.ndarray, np.ndarray]:
-        """Return the cell and its corner."""
-        bounds = np.array([[float(w) for w in head.get(f"{a}lo {a}hi", ("-0.5", "0.5"))] for a in "xyz"])
+    def _cell(self, head: dict[str, list[str]], *, flat: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Return the cell and its corner; edges that are not there are 0, but that of z in a flat system."""
+        missing = {"x": ("0", "0"), "y": ("0", "0"), "z": ("-0.5", "0.5") if flat else ("0", "0")}
+        bounds = np.array([[float(w) for w in head.get(f"{a}lo {a}hi", missing[a])] for a in "xyz"])
         tilts = [float(word) for word in head.get("xy xz yz", ("0", "0", "0"))]
         if "avec" in head:
             rows = [[float(word) for word in head[name]] for name in ("avec", "bvec", "cvec")]
@@ -268,6 +270,8 @@ def _velocities(rows: list[list[str]] | None, ids: np.ndarray) -> np.ndarray | N
     if not rows:
         return None
     of = {int(row[0]): [float(word) for word in row[1:4]] for row in rows}
+    if lacking := [number for number in ids.tolist() if number not in of]:
+        raise ValueError(f"its section Velocities lacks {len(lacking)} atoms, such as {lacking[0]}")
     return np.array([of[number] for number in ids.tolist()])
 
 
@@ -281,4 +285,6 @@ def _masses(
     if not rows:
         return None
     of = {labels.get(row[0], row[0]): float(row[1]) for row in rows}
+    if lacking := sorted({*kinds} - {*of}):
+        raise ValueError(f"its section Masses lacks the type {lacking[0]}")
     return np.array([of[kind] for kind in kinds])

@@ -6,6 +6,7 @@ offsets beside what they read.
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import warnings
 from pathlib import Path
@@ -126,12 +127,19 @@ class Pdb(_OfMDAnalysis):
         import MDAnalysis
 
         self._world = MDAnalysis.Universe(str(self.path), format="PDB")
-        for line in text_of(self.path):  # MDAnalysis passes over a box before the first MODEL
+        lines = text_of(self.path)
+        if lines[-1].startswith(("ATOM", "HETATM")) and len(lines[-1]) < 54:
+            raise ValueError("its last line ends before the coordinates do")
+        for line in lines:  # MDAnalysis passes over a box before the first MODEL
             if line.startswith("CRYST1"):
                 edges = [float(line[m:n]) for m, n in itertools.pairwise((6, 15, 24, 33, 40, 47, 54))]
                 self._box = None if edges[:3] == [1.0] * 3 else np.array(edges)  # which stands for none
                 break
         return self._world.trajectory
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k, which has no time: that of MDAnalysis is its number."""
+        return dataclasses.replace(super().read(k), time=None)
 
     def _kinds(self) -> np.ndarray:
         elements = getattr(self._world.atoms, "elements", None)

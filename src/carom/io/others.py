@@ -37,6 +37,7 @@ class Xyz(Source):
     def read(self, k: int) -> Snapshot:
         """Return snapshot k."""
         info, columns = parse(self.path, self._index.offsets[k], self._index.offsets[k + 1])
+        columns = {name.lower(): values for name, values in columns.items()}
         if "pos" not in columns:
             raise ValueError("it has no column 'pos'")
         extended = "Properties" in info or "Lattice" in info
@@ -54,7 +55,7 @@ class Xyz(Source):
         masses = next((columns[name] for name in ("masses", "mass") if name in columns), None)
         velocities = next((columns[name] for name in _VELOCITIES if name in columns), None)
         used = {"pos", "radius", "radii", "diameter", "masses", "mass", *_VELOCITIES}
-        used |= {"momenta", "species", "id", "images", "kind", "color", "Z"}
+        used |= {"momenta", "species", "id", "images", "kind", "color", "z"}
         if velocities is None and "momenta" in columns:
             if masses is None:
                 masses = _of_elements(columns.get("species"), len(places))
@@ -65,9 +66,14 @@ class Xyz(Source):
             velocities=None if velocities is None else velocities.reshape(len(places), -1),
             diameters=2.0 * radii if radii is not None else columns.get("diameter"),
             masses=masses, images=columns.get("images"), kinds=columns.get("species"), ids=ids_of(columns),
-            time=time, dimension=number_of(info, "dimension", int, width) if extended else None,
+            time=time, dimension=_said_dimension(info, width) if extended else None,
             dropped=tuple(name for name in columns if name not in used),
         )  # fmt: skip
+
+
+def _said_dimension(info: dict[str, str], width: int) -> int | None:
+    """Return the dimension that a frame says, or that of fewer than three coordinates."""
+    return number_of(info, "dimension", int, width) if "dimension" in info or width < 3 else None
 
 
 def _is_number(word: str) -> bool:
@@ -145,12 +151,14 @@ class Gsd(Source):
 
         super().__init__(path)
         self._file = gsd.hoomd.open(str(path), "r")
+        self._held = {*self._file.file.find_matching_chunk_names("particles/")}
 
     def __len__(self) -> int:
         return len(self._file)
 
-    def _has(self, k: int, name: str) -> bool:
-        return any(self._file.file.chunk_exists(frame=m, name=f"particles/{name}") for m in {0, k})
+    def _of(self, particles: Any, name: str) -> Any:
+        """Return a property, or None if no frame holds it: HOOMD-blue leaves out what has its default."""
+        return getattr(particles, name) if f"particles/{name}" in self._held else None
 
     def read(self, k: int) -> Snapshot:
         """Return snapshot k."""
@@ -166,14 +174,13 @@ class Gsd(Source):
         d = int(stored.configuration.dimensions)
         names = np.array(particles.types)
         shapes = [shape.get("diameter") for shape in particles.type_shapes or ()]
-        diameters = particles.diameter if self._has(k, "diameter") else None
+        diameters = self._of(particles, "diameter")
         if diameters is None and len(shapes) == len(names) and None not in shapes:
             diameters = np.array(shapes, dtype=np.float64)[particles.typeid]
         return Snapshot(
             particles.position, cell, -0.5 * cell.sum(axis=0), (True,) * 3,
-            velocities=particles.velocity if self._has(k, "velocity") else None,
-            diameters=diameters, masses=particles.mass if self._has(k, "mass") else None,
-            images=particles.image if self._has(k, "image") else None,
+            velocities=self._of(particles, "velocity"), diameters=diameters,
+            masses=self._of(particles, "mass"), images=self._of(particles, "image"),
             kinds=names[particles.typeid], time=float(stored.configuration.step), dimension=d,
         )  # fmt: skip
 

@@ -79,11 +79,13 @@ def open_reader(
         from carom.io.foreign import ForeignReader
 
         return ForeignReader(path, form, diameter, box)
+    reader, _ = _classes(path)
+    frames = reader(path, torn=torn)  # first of all a file must be whole
     for name, given in (("diameter", diameter), ("box", box)):
         if given is not None:
+            frames.close()
             raise InputError(f"{path} was written by Carom and holds its {name}; leave {name} out.")
-    reader, _ = _classes(path)
-    return reader(path, torn=torn)
+    return frames
 
 
 def form_of(path: Path) -> str | None:

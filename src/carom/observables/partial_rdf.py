@@ -105,7 +105,7 @@ def _wanted(
         if (a == b and counts[a] < 2) or 2.0 * contact >= min(scene.box):
             continue
         name = pair_name(*(named[k] if named else k for k in (i, j)))
-        wanted[name] = ((i, j), contact)
+        wanted[name] = ((i, j), None if scene.contact is None else contact)  # of points it is 0
     return wanted
 
 

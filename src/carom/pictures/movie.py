@@ -112,8 +112,12 @@ def movie(
     if len(source) == 0:
         raise InputError("There are no frames to make a movie of; expected at least one.")
     first = source[0]
-    if first.dimension > 3 or (color == "psi_6" and first.dimension != 2):
-        raise InputError(f"A movie colored by {color} has no frames of {first.dimension} dimensions.")
+    if first.dimension > 3:
+        raise InputError(f"A movie shows up to three dimensions, and these frames have {first.dimension}.")
+    if color == "psi_6" and first.dimension != 2:
+        raise InputError(
+            f"psi_6 colors frames of two dimensions, and these have {first.dimension}; take another color."
+        )
     camera = Camera.on(first, size)
     top = _top(source) if color == "speed" else 1.0
     decimals = decimals_of(first.time, source[len(source) - 1].time, len(source))

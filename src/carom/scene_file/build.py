@@ -57,7 +57,7 @@ def _of_frame(asked: Any, seed: Any, kT: float | None) -> Scene:
     """Return the scene that starts from a frame of a file."""
     from carom.io.trajectory import open_reader
 
-    with open_reader(asked.file or "") as reader:
+    with open_reader(asked.file or "", diameter=asked.diameter, box=asked.box) as reader:
         frame = reader.frame(-1 if asked.frame is None else asked.frame)
     drawn = kT is not None or "velocities" in reader.lacks
     if drawn:  # a pinned one may have flown in the file

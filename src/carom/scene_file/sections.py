@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from carom.errors import InputError
 from carom.scene_file import fields as check
 from carom.scene_file.fields import FORMATS, LATTICES
-from carom.spec import Opt, Spec, described, fields_of, integer, number, switch, word
+from carom.spec import Opt, Spec, described, edges_of, fields_of, integer, number, switch, word
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -40,7 +40,7 @@ DEFAULT_COLLISIONS = 10000.0
 MOST_COLLISIONS = 1e10
 """More collisions per particle than any run reaches; their total still fits an integer of 64 bits."""
 
-WITH_FILE = ("file", "frame", *ADDED)
+WITH_FILE = ("file", "frame", "diameter", "box", *ADDED)
 """Keys of [scene] that go with a start from a file."""
 
 LENGTHS = ("collisions_per_particle", "time", "relative_error")
@@ -95,7 +95,9 @@ class SceneSpec(Spec):
         Opt("Or: number density, N diameter^d / V.", SYSTEM),
     ] = None
     box: Annotated[
-        tuple[float, ...] | None, check.edges, Opt("Or: edges of the box [length].", flags=None)
+        tuple[float, ...] | None,
+        check.edges,
+        Opt("Or: edges of the box [length], also of a file that holds none.", SYSTEM, read=edges_of("--box")),
     ] = None
     dimension: Annotated[
         int | None,
@@ -113,7 +115,9 @@ class SceneSpec(Spec):
         Opt("Cells of the lattice along each axis, instead of n.", SYSTEM),
     ] = None
     diameter: Annotated[
-        float | None, check.positive, Opt("Diameter of all particles [length].", flags=None)
+        float | None,
+        check.positive,
+        Opt("Diameter of all particles [length], also of a file of another program.", SYSTEM),
     ] = None
     sizes: Annotated[
         Any,

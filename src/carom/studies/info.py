@@ -378,7 +378,7 @@ def _frame(found: Info, frame: Frame) -> None:
         d = frame.dimension
         filled = ball_volume(d) * float(np.sum(power(frame.diameters, d)))
         _system(found, frame.n, d, None, filled / math.prod(frame.box))
-    _box(found, list(frame.box), frame.periodic)
+    _box(found, list(frame.box), frame.periodic, frame.tilt)
 
 
 def _system(found: Info, n: int, dimension: int, system: str | None, eta: float | None) -> None:
@@ -392,12 +392,15 @@ def _system(found: Info, n: int, dimension: int, system: str | None, eta: float 
     found.add("particles", text, **values)
 
 
-def _box(found: Info, box: list[float], periodic: tuple[bool, ...] | None) -> None:
-    """Add the edges of the box, and which axes have walls."""
+def _box(found: Info, box: list[float], periodic: tuple[bool, ...] | None, tilt: float | None = None) -> None:
+    """Add the edges of the box, its tilt, and which axes have walls."""
     text = " x ".join(f"{edge:.6g}" for edge in box)
     values: dict[str, Any] = {"box": box}
     if periodic is not None:
         walls = [axis_name(k) for k, wraps in enumerate(periodic) if not wraps]
         text += f", walls along {', '.join(walls)}" if walls else ", periodic"
         values["periodic"] = [bool(each) for each in periodic]
+    if tilt is not None:
+        text += f", tilt {tilt:.6g}"
+        values["tilt"] = tilt
     found.add("box", text, **values)

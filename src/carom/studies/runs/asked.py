@@ -11,8 +11,9 @@ import numpy as np
 from carom import checks, io
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.io.formats import foreign_format_of
 from carom.models.obstacles import Wall
-from carom.paths import replacing
+from carom.paths import existing, replacing
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
@@ -25,6 +26,8 @@ MODELS = ("interaction", "motion", "impact")
 
 def plan_of(asked: Any) -> SceneFile:
     """Return the scene file that a file, a folder of a run or a value describes; without one the default.
+
+    A file with frames, also of another program, is the start of a scene that says nothing else.
 
     Raises
     ------
@@ -39,9 +42,12 @@ def plan_of(asked: Any) -> SceneFile:
         return asked.beside(Path())
     if isinstance(asked, str | PathLike):
         path = Path(asked)
+        if path.suffix.lower() != ".toml" and foreign_format_of(path) is not None:
+            return SceneFile(SceneSpec(file=str(existing(path)))).beside(Path())
         return SceneFile.load(path / RunFolder(path).scene.name if path.is_dir() else path)
     raise InputError(
-        f"run() takes a Scene, a scene file (TOML) or the folder of a run, found {checks.describe(asked)}."
+        "run() takes a Scene, a scene file (TOML), a file with frames or the folder of a run, found "
+        f"{checks.describe(asked)}."
     )
 
 

@@ -57,8 +57,9 @@ def run(
     Parameters
     ----------
     scene : Scene, SceneFile or path, optional
-        The scene; or a scene file (TOML), or the folder of a run, which also say how to run it. By default
-        2048 hard spheres at packing fraction 0.45.
+        The scene; or a scene file (TOML), or the folder of a run, which also say how to run it; or a file
+        with frames, also of another program, to start from. By default 2048 hard spheres at packing fraction
+        0.45.
     out : path
         The folder; made if needed.
     kT : float, optional
