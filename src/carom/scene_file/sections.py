@@ -117,7 +117,7 @@ class SceneSpec(Spec):
     diameter: Annotated[
         float | None,
         check.positive,
-        Opt("Diameter of all particles [length], also of a file of another program.", SYSTEM),
+        Opt("Diameter of all particles [length], also for a file without any.", SYSTEM),
     ] = None
     sizes: Annotated[
         Any,
