@@ -133,7 +133,8 @@ def rendered(
     if not flat:
         order = order[visible(centres[order, :2], radii[order])]
     # Near spheres come first, so that the pixels that they hide are rejected early.
-    centres, radii, tints = (each[order[::-1]] for each in (centres, radii, tints))
+    order = order[::-1]
+    centres, radii, tints = centres[order], radii[order], tints[order]
     spheres = centres.astype(np.float32), radii.astype(np.float32), tints
     faces = [fine.seen(corners) for corners in shapes.triangles]
     lines = [(fine.seen(ends), wide) for ends, wide in _edges(frame)]

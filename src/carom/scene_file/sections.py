@@ -97,7 +97,7 @@ class SceneSpec(Spec):
     box: Annotated[
         tuple[float, ...] | None,
         check.edges,
-        Opt("Or: edges of the box [length], also of a file that holds none.", SYSTEM, read=edges_of("--box")),
+        Opt("Or: edges of the box, also for a file that holds none.", SYSTEM, read=edges_of("--box")),
     ] = None
     dimension: Annotated[
         int | None,
@@ -117,7 +117,7 @@ class SceneSpec(Spec):
     diameter: Annotated[
         float | None,
         check.positive,
-        Opt("Diameter of all particles [length], also for a file without any.", SYSTEM),
+        Opt("Diameter of all particles, also for a file without any.", SYSTEM),
     ] = None
     sizes: Annotated[
         Any,
