@@ -1,4 +1,4 @@
-"""Tables that compare Carom with other programs are those of the stored results."""
+"""Tables of other programs' rates and of published pressures are those of the stored results."""
 
 import json
 from pathlib import Path
@@ -10,6 +10,7 @@ import carom
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 peers = module_of(BENCHMARKS / "peers.py")
+pressures = module_of(BENCHMARKS / "pressures.py")
 with_table = module_of(BENCHMARKS / "pages.py").with_table
 STORED = json.loads(peers.STORED.read_text())
 
@@ -19,6 +20,21 @@ def test_pages_have_the_table_of_the_stored_results(page):
     text = page.read_text(encoding="utf-8")
     assert text.count("<!-- peers: ") == text.count("<!-- end of peers -->") == 1
     assert with_table(text, "peers", peers.table(STORED)) == text
+
+
+def test_the_page_has_the_stored_pressures_and_they_agree_with_what_is_published():
+    found = json.loads(pressures.STORED.read_text())
+    text = (pressures.ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    assert text.count("<!-- pressures: ") == text.count("<!-- end of pressures -->") == 1
+    assert with_table(text, "pressures", pressures.table(found)) == text
+    assert [row["eta"] for row in found["rows"] if row["infinite"]] == [
+        eta for d in (3, 2) for eta in pressures.ETAS[d]
+    ]
+    assert [row["N"] for row in found["rows"] if not row["infinite"]] == [n for n, *_ in pressures.PUBLISHED]
+    for row in found["rows"]:
+        assert row["error"] < 1.3 * row["promised"], row
+        assert row["promised"] < 1.001 * pressures.ERRORS[row["d"]] * row["Z"], row
+        assert abs(pressures.deviation(row)) < 3.0, row
 
 
 def test_another_result_is_another_page():
