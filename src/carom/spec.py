@@ -491,16 +491,12 @@ def numbers_of(flag: str) -> Callable[[str], list[float]]:
     return read
 
 
-def edges_of(flag: str) -> Callable[[str], list[float]]:
-    """Return what reads the text of an option: edges of a box with commas."""
-
-    def read(text: str) -> list[float]:
-        try:
-            return [float(word) for word in text.split(",")]
-        except ValueError:
-            raise InputError(f"{flag} takes edges such as 10,10,10, found {text!r}.") from None
-
-    return read
+def edges_in(text: str) -> list[float]:
+    """Return the edges of a box from the text of the option --box: numbers with commas."""
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        raise InputError(f"--box takes edges such as 10,10,10, found {text!r}.") from None
 
 
 def integers_of(flag: str) -> Callable[[str], list[int]]:

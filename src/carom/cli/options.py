@@ -67,9 +67,9 @@ Box = Annotated[
 def lacking(diameter: str | None, box: str | None) -> dict[str, Any]:
     """Return the options --diameter and --box as keywords of ``carom.open``."""
     from carom.errors import InputError
-    from carom.spec import edges_of
+    from carom.spec import edges_in
 
-    edges = None if box is None else edges_of("--box")(box)
+    edges = None if box is None else edges_in(box)
     try:
         if diameter is None or ":" not in diameter:
             return {"diameter": None if diameter is None else float(diameter), "box": edges}

@@ -39,6 +39,9 @@ NOBODY = -1
 Spheres = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Centres (n, 3), radii (n,) and colours (n, 3) of spheres, as float32."""
 
+Extents = tuple[np.ndarray, np.ndarray]
+"""First column and row (n, 2) of each sphere in the buffer, and those after its last."""
+
 
 @dataclass(frozen=True)
 class Camera:
@@ -136,12 +139,14 @@ def rendered(
     order = order[::-1]
     centres, radii, tints = centres[order], radii[order], tints[order]
     spheres = centres.astype(np.float32), radii.astype(np.float32), tints
+    squares = (radii**2).astype(np.float32)
+    extents = np.floor(centres[:, :2] - radii[:, None]), np.ceil(centres[:, :2] + radii[:, None]) + 1
     faces = [fine.seen(corners) for corners in shapes.triangles]
     lines = [(fine.seen(ends), wide) for ends, wide in _edges(frame)]
     lines += [(fine.seen(ends), 1) for ends in shapes.segments]
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
     for top in range(0, fine.height, BAND):
-        owner, depth = _nearest(centres, radii, fine, top)
+        owner, depth = _nearest(spheres[0], squares, extents, fine, top)
         image = _shaded(owner, depth, top, spheres, fine, ground, flat=flat)
         for corners in faces:
             _face(image, depth, top, corners, opacity=0.9 if flat else 0.3)
@@ -163,7 +168,7 @@ def _mean(image: np.ndarray) -> np.ndarray:
 
 
 def _nearest(
-    centres: np.ndarray, radii: np.ndarray, camera: Camera, top: int
+    centres: np.ndarray, squares: np.ndarray, extents: Extents, camera: Camera, top: int
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the nearest sphere at each pixel of the band from the row ``top`` on, and its depth; NOBODY and
     -inf where there is none.
@@ -173,20 +178,18 @@ def _nearest(
     depth = np.full((bottom - top, camera.width), -np.inf, dtype=np.float32)
     columns = np.arange(camera.width, dtype=np.float32) + 0.5
     rows = np.arange(top, bottom, dtype=np.float32) + 0.5
-    low = np.floor(centres[:, :2] - radii[:, None]) - (0, top)
-    high = np.ceil(centres[:, :2] + radii[:, None]) + 1 - (0, top)
-    here = np.flatnonzero((high[:, 1] > 0) & (low[:, 1] < bottom - top))
-    firsts = np.maximum(low[here], 0).astype(np.int64).tolist()
-    lasts = high[here].astype(np.int64).tolist()
-    places, squares = centres.astype(np.float32), (radii**2).astype(np.float32)
+    low, high = extents
+    here = np.flatnonzero((high[:, 1] > top) & (low[:, 1] < bottom))
+    firsts = np.maximum(low[here] - (0, top), 0).astype(np.int64).tolist()
+    lasts = (high[here] - (0, top)).astype(np.int64).tolist()
     for k, (left, upper), (right, lower) in zip(here.tolist(), firsts, lasts, strict=True):
         x, y = columns[left:right], rows[upper:lower]
         if not len(x) or not len(y):
             continue
         before = depth[upper:lower, left:right]
-        height = squares[k] - ((x - places[k, 0]) ** 2 + ((y - places[k, 1]) ** 2)[:, None])
+        height = squares[k] - ((x - centres[k, 0]) ** 2 + ((y - centres[k, 1]) ** 2)[:, None])
         inside = height > 0.0
-        near = places[k, 2] + np.sqrt(np.maximum(height, 0.0))
+        near = centres[k, 2] + np.sqrt(np.maximum(height, 0.0))
         inside &= near > before
         np.copyto(before, near, where=inside)
         np.copyto(owner[upper:lower, left:right], k, where=inside)

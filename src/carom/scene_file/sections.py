@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 from carom.errors import InputError
 from carom.scene_file import fields as check
 from carom.scene_file.fields import FORMATS, LATTICES
-from carom.spec import Opt, Spec, described, edges_of, fields_of, integer, number, switch, word
+from carom.spec import Opt, Spec, described, edges_in, fields_of, integer, number, switch, word
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -97,7 +97,7 @@ class SceneSpec(Spec):
     box: Annotated[
         tuple[float, ...] | None,
         check.edges,
-        Opt("Or: edges of the box, also for a file that holds none.", SYSTEM, read=edges_of("--box")),
+        Opt("Or: edges of the box, also for a file that holds none.", SYSTEM, read=edges_in),
     ] = None
     dimension: Annotated[
         int | None,

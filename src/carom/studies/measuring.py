@@ -75,7 +75,10 @@ class _System:
 
     @property
     def equal(self) -> bool:
-        """Whether all particles are alike."""
+        """Whether all particles are alike: points, if their species are one, or too many to tell apart."""
+        if not self.frame.diameters.any():
+            kinds = 1 if self.frame.species is None else np.unique(self.frame.species).size
+            return not 1 < kinds <= MOST_SPECIES
         if self.scene is not None:
             return is_equal(self.scene)
         return bool(np.ptp(self.frame.diameters) == 0.0 and np.ptp(self.frame.masses) == 0.0)
@@ -105,9 +108,7 @@ def _rdf(system: _System) -> Any:
         )
     if frame.n < 2:
         raise InputError("it needs two particles")
-    points = not frame.diameters.any()  # which differ by the names of a few species
-    kinds = 1 if frame.species is None else np.unique(frame.species).size
-    if not 1 < kinds <= MOST_SPECIES if points else system.equal:
+    if system.equal:
         return RDF()
     pairs = PartialRDF(cast("Scene", _Mixture(frame)) if system.scene is None else system.scene)
     if not pairs.pairs:
