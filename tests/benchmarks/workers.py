@@ -5,12 +5,14 @@
     python tests/benchmarks/workers.py 2 0.70 600000 2 12     # in twelve rounds, and their median
     python tests/benchmarks/workers.py 2 0.70 600000 1        # windows of a single part, which has no borders
     python tests/benchmarks/workers.py table                  # two workers, from ten thousand to a million
+    python tests/benchmarks/workers.py scaling 2 0.70 1e6     # 2, 4, 8, ... workers: a row
     python tests/benchmarks/workers.py separate 2 0.70 1e6    # two runs that share nothing but the machine
+    python tests/benchmarks/workers.py separate 2 0.70 1e6 16 # sixteen
     python tests/benchmarks/workers.py 3 0.49 256000 2 6 --busy 1    # beside a process that keeps a core busy
 
 With ``--windows`` several workers go on also where one is faster, as in the table. Both runs must come out
 with the same bits. "One worker" is what happens outside of windows: the last collisions before a given
-number, and stretches in which one is faster. The last lines of the table are a model, not a measurement.
+number, and stretches in which one is faster.
 """
 
 import argparse
@@ -23,20 +25,17 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
-import numpy as np
 from soak import compare
 
 import carom
-from carom.engine.domains.decomposition import BORDERS, most_slabs, slabs_of
+from carom.engine.domains.decomposition import most_slabs
 from carom.simulation.workers.executive import Executive
+from carom.simulation.workers.thread_pool import cores
 from carom.simulation.workers.timings import Settings, Timings
 
 ROUNDS = 3
 PER_ROUND, LEAST = 24.0, 3_000_000
 """Collisions for each particle in a round, and in all at least."""
-
-FITTED = 90_000
-"""Components from which on a scene counts for the model."""
 
 SCENES = ((2, 0.40), (2, 0.70), (3, 0.30), (3, 0.49))
 SIZES = (10_000, 30_000, 100_000, 300_000, 1_000_000)
@@ -86,14 +85,17 @@ def beside(busy):
             other.wait()
 
 
-def measure(scene, workers, rounds=ROUNDS, windows=True):
-    """Run a scene with one worker and with several in turn, and compare the bits.
+def several_of(scene, workers, windows=True):
+    """Return a run with several workers; with ``windows`` they go on also where one is faster."""
+    sim = carom.Simulation(scene, seed=3)
+    sim._state.executive = Executive(sim._state, workers, Settings(compare=not windows))
+    return sim
 
-    With ``windows`` the several never leave the run to one of them, as they do where that is faster.
-    """
-    one, several = carom.Simulation(scene, seed=3), carom.Simulation(scene, seed=3)
-    executive = Executive(several._state, workers, Settings(compare=not windows))
-    several._state.executive = executive
+
+def measure(scene, workers, rounds=ROUNDS, windows=True):
+    """Run a scene with one worker and with several in turn, and compare the bits."""
+    one, several = carom.Simulation(scene, seed=3), several_of(scene, workers, windows)
+    executive = several._state.executive
     for sim in (one, several):
         warm_up(sim)
     executive.timings = Timings()
@@ -108,62 +110,50 @@ def measure(scene, workers, rounds=ROUNDS, windows=True):
     return Measured(executive, ratios, passed)
 
 
-def zone_of(machine, workers):
-    """Return the part of the box that is in zones of borders, or None where there is no room for so many."""
-    neighbors, scene = machine.engine.neighbors, machine.scene
-    if workers > most_slabs(neighbors, scene.box):
-        return None
-    masks = slabs_of(neighbors, scene.box, scene.periodic, workers).masks
-    return float(np.mean(np.bitwise_or.reduce(masks) & BORDERS != 0))
-
-
 def table():
-    """Print a row for each scene and size, for two workers, and the model."""
+    """Print a row for each scene and size, for two workers."""
     print("| d | packing fraction | N | ratio, each round | " + " | ".join(COLUMNS) + " |")
     print("|---" * (4 + len(COLUMNS)) + "|")
-    zones, costs = [], []
     for (dimension, packing_fraction), n in itertools.product(SCENES, SIZES):
         scene = scene_of(dimension, packing_fraction, n)
-        measured = measure(scene, 2)
-        print(row_of(scene, measured), flush=True)
-        if scene.n >= FITTED:
-            zones.append(zone_of(measured.executive._state, 2))
-            costs.append(2.0 / statistics.median(measured.ratios))
-    model(zones, costs)
+        print(row_of(scene, measure(scene, 2)), flush=True)
 
 
-def model(zones, costs):
-    """Print what more workers would do, if all of them together cost what two did for the same zones.
-
-    Parameters
-    ----------
-    zones, costs : lists of floats
-        Part of the box in zones, and wall time of two workers times two over that of one.
-    """
-    slope, base = np.polyfit(zones, costs, 1)
-    print(f"model: workers times wall time = {base:.2f} + {slope:.2f} zones")
-    for (dimension, packing_fraction), n in itertools.product(SCENES, (1_000_000, 10_000_000)):
-        small = carom.Simulation(scene_of(dimension, packing_fraction, 30_000), seed=3)._state
-        edge = (n / small.scene.n) ** (1 / dimension)
-        ratios = []
-        for workers in (4, 16, 64):  # zones are as deep in a larger box
-            zone = min(zone_of(small, 2) * workers / 2 / edge, 1.0)
-            ratios.append(f"{workers} workers {workers / (base + slope * zone):.1f}" if zone < 1.0 else "-")
-        print(f"model: d = {dimension}, {packing_fraction:.2f}, N = {n}: " + ", ".join(ratios))
-
-
-def separate(dimension, packing_fraction, n):
-    """Print the rate of two separate runs at once, over that of one of them alone."""
+def scaling(dimension, packing_fraction, n, rounds=ROUNDS):
+    """Print a row: the ratios of 2, 4, 8, ... workers to one, all in turn, as far as cores and slabs go."""
     scene = scene_of(int(dimension), packing_fraction, int(n))
-    sims = [carom.Simulation(scene, seed=seed) for seed in (3, 4)]
-    for sim in sims:
-        warm_up(sim)
-    with ThreadPoolExecutor(2) as pool:
+    one = carom.Simulation(scene, seed=3)
+    most = min(cores(), most_slabs(one._state.engine.neighbors, scene.box))
+    counts = [2**k for k in range(1, most.bit_length())]
+    sims = [one] + [several_of(scene, count) for count in counts]
+    with ThreadPoolExecutor(len(sims)) as pool:
+        list(pool.map(warm_up, sims))
+    ratios = []
+    for _ in range(int(rounds)):
+        alone, *together = [wall(sim) for sim in sims]
+        ratios.append([alone / passed for passed in together])
+        print(f"one {alone:.2f} s, ratios {ratios[-1]}", file=sys.stderr)
+    for sim in sims[1:]:
+        compare(one, sim)
+        sim.close()
+    cells = [f"{scene.dimension}", f"{packing_fraction:.2f}", f"{scene.n}"]
+    cells += [", ".join(f"{ratio:.2f}" for ratio in column) for column in zip(*ratios, strict=True)]
+    print("| " + " | ".join(cells) + " |", flush=True)
+
+
+def separate(dimension, packing_fraction, n, runs=2):
+    """Print the rate of separate runs at once, over that of one of them alone."""
+    scene, runs = scene_of(int(dimension), packing_fraction, int(n)), int(runs)
+    sims = [carom.Simulation(scene, seed=3 + k) for k in range(runs)]
+    warm_up(sims[0])
+    with ThreadPoolExecutor(runs) as pool:
+        list(pool.map(warm_up, sims[1:]))
         for _ in range(ROUNDS):
             alone, began = wall(sims[0]), time.perf_counter()
             list(pool.map(wall, sims))
             both = time.perf_counter() - began
-            print(f"one {alone:.2f} s, two at once {both:.2f} s, ratio {2.0 * alone / both:.2f}", flush=True)
+            ratio = runs * alone / both
+            print(f"one {alone:.2f} s, {runs} at once {both:.2f} s, ratio {ratio:.2f}", flush=True)
 
 
 COLUMNS = ("running", "state kept", "adding up", "new epochs", "run again", "one worker")
@@ -190,15 +180,15 @@ def main():
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
-    parser.add_argument("words", nargs="*", metavar="table | [separate] d packing_fraction n workers rounds")
+    parser.add_argument("words", nargs="*", metavar="table | [scaling | separate] d packing_fraction n ...")
     parser.add_argument("--busy", type=int, default=0, help="other processes that keep a core busy each")
     parser.add_argument("--windows", action="store_true", help="several workers also where one is faster")
     given = parser.parse_args()
     with beside(given.busy):
         if given.words == ["table"]:
             table()
-        elif given.words[:1] == ["separate"]:
-            separate(*map(float, given.words[1:]))
+        elif given.words[:1] in (["separate"], ["scaling"]):
+            {"separate": separate, "scaling": scaling}[given.words[0]](*map(float, given.words[1:]))
         else:
             one_row([float(word) for word in given.words], given.windows)
 

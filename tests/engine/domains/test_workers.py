@@ -23,7 +23,7 @@ from carom.engine.domains.synchronization import no_straggler, no_straggler_at_b
 from carom.errors import InputError
 from carom.io.events import read_events
 from carom.simulation import mechanics, stretches
-from carom.simulation.workers import window_length
+from carom.simulation.workers import choose_workers, window_length
 from carom.simulation.workers.executive import COMMITS_IN_A_ROW, Executive
 from carom.simulation.workers.timings import Settings
 
@@ -328,6 +328,27 @@ def test_boxes_without_room_for_two_slabs_have_one_worker_and_long_ones_as_many_
         carom.Simulation(fluid(6), cores=2, seed=0)
     assert carom.Simulation(fluid(6), cores="auto", seed=0)._state.executive is None
     assert carom.Simulation(tube(), cores=100, seed=0)._state.executive.workers == 24
+
+
+@pytest.mark.parametrize(
+    ("n", "dimension", "most", "there", "chosen"),
+    [
+        (99_999, 2, 50, 16, 1),
+        (100_000, 2, 50, 16, 2),
+        (1_000_000, 2, 180, 16, 16),
+        (1_000_000, 2, 180, 1, 1),
+        (289_999, 3, 11, 16, 1),
+        (290_000, 3, 11, 16, 2),
+        (1_000_000, 3, 16, 16, 6),
+        (4_000_000, 3, 26, 16, 13),
+        (4_000_000, 3, 3, 16, 2),  # spheres in a flat box, or some of them large
+        (4_000_000, 3, 1, 16, 1),
+        (10_000_000, 4, 50, 16, 1),  # never measured
+    ],
+)
+def test_as_many_workers_are_chosen_as_were_measured_to_pay(monkeypatch, n, dimension, most, there, chosen):
+    monkeypatch.setattr(choose_workers, "cores", lambda: there)
+    assert choose_workers.automatic(n, dimension, most) == chosen
 
 
 def test_workers_go_over_into_the_next_epoch_themselves():

@@ -22,10 +22,6 @@ DETAIL = np.dtype([("impulse", "f8"), ("ref", "i8")])
 """The magnitude of the momentum exchanged, and the word of the other, or ``OBSTACLE - k``."""
 
 
-STRETCH = 256
-"""Collisions that are put in order in one go, four times, before they are added up."""
-
-
 class LpEvents(NamedTuple):
     """The collisions of one process."""
 
@@ -46,14 +42,12 @@ class AllEvents(NamedTuple):
     """How many collisions each has, in the first column, (processes, 8) int64: a cache line for each."""
     entries: Any
     """(processes, room) of type ENTRY."""
-    stamps: np.ndarray
-    """The bits of times and virials, a view of them, (processes, room, 2) int64."""
     component: np.ndarray
     """(processes, room) int32."""
     details: Any
     """(processes, room) of type DETAIL, or None."""
-    ordered: np.ndarray
-    """Bits of virials in the order of time, room for adding up, (4, STRETCH) int64."""
+    order: np.ndarray
+    """The process of each collision in the order of time, (processes * room,) uint16."""
 
 
 def make_all_events(processes: int, capacity: int, detailed: bool) -> AllEvents:
@@ -63,11 +57,9 @@ def make_all_events(processes: int, capacity: int, detailed: bool) -> AllEvents:
         return aligned(processes * capacity, kind).reshape(processes, capacity)
 
     used = aligned(8 * processes, np.int64).reshape(processes, 8)
-    entries = rows(ENTRY)
-    stamps = entries.view(np.int64).reshape(processes, capacity, 2)
     details = rows(DETAIL).view(np.recarray) if detailed else None
-    ordered = aligned(4 * STRETCH, np.int64).reshape(4, STRETCH)
-    return AllEvents(used, entries.view(np.recarray), stamps, rows(np.int32), details, ordered)
+    order = np.empty(processes * capacity, np.uint16)
+    return AllEvents(used, rows(ENTRY).view(np.recarray), rows(np.int32), details, order)
 
 
 def lp_events_of(all_events: AllEvents, process: int) -> LpEvents:
@@ -154,72 +146,72 @@ def put_in_order(lp_events: LpEvents) -> None:
             values[:] = values[order]
 
 
-@inner
-def of_left(left, right, a, b, count):
-    """Return how many of the next ``count`` collisions are of the left process, from the a-th and b-th on."""
-    low, high = np.int64(0), np.int64(count)
-    while low < high:
-        middle = (low + high) // 2
-        if right[np.uint64(b + count - 1 - middle), 0] < left[np.uint64(a + middle), 0]:
-            high = middle
-        else:
-            low = middle + 1
-    return low
+def order_tasks(all_events: AllEvents) -> list[tuple[Any, ...]]:
+    """Divide the window's time among the processes, and return the arguments of ``find_order`` for each."""
+    counts, rows = all_events.used[:, 0], all_events.entries.view(np.ndarray)
+    pages = [page["time"][:count] for page, count in zip(rows, counts, strict=True)]
+    longest = max(pages, key=len) if counts.any() else np.zeros(1)
+    borders = longest[len(longest) * np.arange(1, len(pages)) // len(pages)]
+    inside = np.array([np.searchsorted(page, borders) for page in pages])
+    bounds = np.vstack([np.zeros(len(pages), np.int64), inside.T, counts])
+    totals = bounds.sum(axis=1)
+    return [
+        (all_events, bounds[k].copy(), bounds[k + 1], all_events.order[totals[k] : totals[k + 1]])
+        for k in range(len(pages))
+    ]
 
 
 @inner
-def next_of_two(left, right, a, b):
-    """Return the virial of the next collision, the a-th or the b-th, what is next then, and whether both are
-    at the same time.
+def next_after(process, time, component, losers, times, components):
+    """Let the next collision of a process play against those that lost before; return who comes first."""
+    one = np.uint64(1)
+    node = (np.uint64(len(losers)) + process) >> one
+    while node > 0:
+        other, at, who = losers[node], times[node], components[node]
+        wins = (at < time) | ((at == time) & (who < component))  # a jump would hang on the toss of a coin
+        losers[node], process = process if wins else other, other if wins else process
+        times[node], time = time if wins else at, at if wins else time
+        components[node], component = component if wins else who, who if wins else component
+        node >>= one
+    return process
+
+
+@entry
+def find_order(all_events, heads, ends, order):
+    """Find the order of collisions, by a tournament of processes: who has the earliest, and who has the next.
+
+    Parameters
+    ----------
+    heads, ends : (processes,) int64 arrays
+        Of the collisions of each process, the first, and the first that no longer belongs to them.
+    order : (collisions,) uint16 array
+        Becomes the process of each.
     """
-    at_left, at_right = left[a, 0], right[b, 0]
-    of_a, of_b = left[a, 1], right[b, 1]
-    is_right = at_right < at_left
-    step = np.uint64(is_right)
-    return of_b if is_right else of_a, a + np.uint64(1) - step, b + step, at_left == at_right
-
-
-@inner
-def add_two(all_events, heads, tally):
-    """Add up what two processes have, until one of them has little left, or two collisions are at the same
-    time.
-
-    Which comes first is a coin tossed for each collision, and the next question hangs on the answer. So four
-    stretches are put in order at a time, and without a jump: positive numbers are in the order of their bits.
-    A stretch holds if the one before ended where it began. Then they are added up.
-    """
-    left, right, ordered = all_events.stamps[0], all_events.stamps[1], all_events.ordered
-    virials = ordered.view(np.float64)
-    a, b = heads[0], heads[1]
-    virial = tally.virial
-    while min(all_events.used[0, 0] - a, all_events.used[1, 0] - b) >= 4 * STRETCH:
-        begin1 = a + of_left(left, right, a, b, STRETCH)
-        begin2 = a + of_left(left, right, a, b, 2 * STRETCH)
-        begin3 = a + of_left(left, right, a, b, 3 * STRETCH)
-        a0, a1, a2, a3 = np.uint64(a), np.uint64(begin1), np.uint64(begin2), np.uint64(begin3)
-        b0, b1 = np.uint64(b), np.uint64(a + b + STRETCH - begin1)
-        b2, b3 = np.uint64(a + b + 2 * STRETCH - begin2), np.uint64(a + b + 3 * STRETCH - begin3)
-        tied = False
-        for k in range(np.uint64(STRETCH)):
-            ordered[0, k], a0, b0, tied0 = next_of_two(left, right, a0, b0)
-            ordered[1, k], a1, b1, tied1 = next_of_two(left, right, a1, b1)
-            ordered[2, k], a2, b2, tied2 = next_of_two(left, right, a2, b2)
-            ordered[3, k], a3, b3, tied3 = next_of_two(left, right, a3, b3)
-            tied |= tied0 | tied1 | tied2 | tied3
-        if tied or np.int64(a0) != begin1 or np.int64(a1) != begin2 or np.int64(a2) != begin3:
-            break
-        for stretch in range(4):
-            for k in range(np.uint64(STRETCH)):
-                virial += virials[stretch, k]
-        a, b = np.int64(a3), np.int64(b3)
-    tally.collisions += a + b - heads[0] - heads[1]
-    tally.virial = virial
-    heads[0], heads[1] = a, b
+    entries, component = all_events.entries, all_events.component
+    leaves = 1
+    while leaves < len(heads):
+        leaves *= 2
+    losers = np.zeros(leaves, np.uint64)
+    times, components = np.full(leaves, -np.inf), np.zeros(leaves, np.int32)  # whom nobody beats: not begun
+    process = np.uint64(0)
+    for k in range(np.uint64(leaves)):
+        time, who = np.inf, np.int32(0)
+        if k < len(heads) and heads[k] < ends[k]:
+            time, who = entries[k, heads[k]].time, component[k, heads[k]]
+        process = next_after(k, time, who, losers, times, components)
+    for k in range(np.uint64(len(order))):
+        order[k] = process
+        head = np.uint64(heads[process] + 1)
+        heads[process] = head
+        time, who = np.inf, np.int32(0)
+        if head < np.uint64(ends[process]):
+            time, who = entries[process, head].time, component[process, head]
+        process = next_after(process, time, who, losers, times, components)
 
 
 @entry
 def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
-    """Add up the collisions of all processes in the order of time, as one cycle would have.
+    """Add up the collisions of all processes in the order that was found, as one cycle would have.
 
     Parameters
     ----------
@@ -233,31 +225,13 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
     """
     all_events, obstacles, observers = borrowed(all_events), borrowed(obstacles), borrowed(observers)
     tally = tallies[0]
-    entries = all_events.entries
-    processes = len(heads)
-    if processes == 2 and all_events.details is None:
-        add_two(all_events, heads, tally)
-    while True:
-        process = np.int64(-1)
-        for k in range(processes):
-            h = heads[k]
-            if h == all_events.used[k, 0]:
-                continue
-            if process < 0 or entries[k, h].time < entries[process, heads[process]].time:
-                process = np.int64(k)
-            elif entries[k, h].time == entries[process, heads[process]].time:
-                process = (
-                    np.int64(k)
-                    if all_events.component[k, h] < all_events.component[process, heads[process]]
-                    else process
-                )
-        if process < 0:
-            return True
+    for k in range(heads.sum(), all_events.used[:, 0].sum()):
         if is_full(observers):
             return False
-        h = heads[process]
-        heads[process] = h + 1
-        entry = entries[process, h]
+        process = np.uint64(all_events.order[np.uint64(k)])
+        h = np.uint64(heads[process])
+        heads[process] += 1
+        entry = all_events.entries[process, h]
         i = np.int64(all_events.component[process, h])
         ref, impulse = detail(all_events.details, process, h)
         clock[0].now = entry.time
@@ -268,3 +242,4 @@ def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
             tally.virial += entry.virial
             count_pair(observers, i, np.int64(index(boundary, ref)), entry.virial)
         record(observers, clock[0], i, ref, impulse)
+    return True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from carom import checks
@@ -13,14 +12,24 @@ from carom.simulation.workers.thread_pool import cores
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
-TWO_WORKERS_FROM: dict[int, int] = {2: 100_000, 3: 290_000}
-"""Components from which on two workers were measured to be faster than one, by dimension."""
+FEWEST_EACH: dict[int, int] = {2: 50_000, 3: 145_000}
+"""Components for each worker from which on several were measured to be faster than one, by dimension."""
 
-AT_MOST = 2
-"""Workers that are chosen without being asked for: the speed of more has not been measured."""
+SLABS_EACH = 2
+"""Of the slabs that there can be, for each worker. With fewer the zones of borders overlap, and more workers
+were measured to gain nothing.
+"""
 
 MOST = 1024
 """Workers that may be asked for: beyond any machine that shares its memory."""
+
+
+def automatic(n: int, dimension: int, most: int) -> int:
+    """Return how many workers pay: of n components, in a box with room for so many slabs."""
+    if dimension not in FEWEST_EACH:
+        return 1
+    room = max(most // SLABS_EACH, min(most, 2))
+    return max(min(cores(), room, n // FEWEST_EACH[dimension]), 1)
 
 
 def executive_of(run_state: RunState, workers: int | str) -> Executive | None:
@@ -35,22 +44,20 @@ def executive_of(run_state: RunState, workers: int | str) -> Executive | None:
     from carom.engine.domains.decomposition import most_slabs
     from carom.engine.domains.logical_process import obstacle_to_windows
 
-    automatic = workers == "auto"
-    if isinstance(workers, str) and not automatic:
+    if isinstance(workers, str) and workers != "auto":
         raise InputError(f"cores is {workers!r}; expected a number or 'auto'.")
-    count = cores() if automatic else checks.integer(workers, "cores", low=1, high=MOST)
-    if automatic and run_state.scene.n < TWO_WORKERS_FROM.get(run_state.scene.dimension, math.inf):
-        return None
-    if count == 1:
+    asked = None if isinstance(workers, str) else checks.integer(workers, "cores", low=1, high=MOST)
+    if asked == 1:
         return None
     engine: Any = run_state.engine
     obstacle = obstacle_to_windows(engine) if run_state.sweeps is None else "its swaps"
     obstacle = obstacle if run_state.volume_moves is None else "its barostat"
     if obstacle is None:
-        most = most_slabs(engine.neighbors, run_state.scene.box)
-        if most > 1:
-            return Executive(run_state, min(count, most, AT_MOST if automatic else MOST))
+        scene, most = run_state.scene, most_slabs(engine.neighbors, run_state.scene.box)
+        count = automatic(scene.n, scene.dimension, most) if asked is None else min(asked, most)
+        if count > 1:
+            return Executive(run_state, count)
         obstacle = "its small box"
-    if automatic:
+    if asked is None:
         return None
     raise InputError(f"This scene runs on one core only, because of {obstacle}: leave out cores.")

@@ -328,7 +328,7 @@ class Executive:
         return True
 
     def _merge(self) -> None:
-        from carom.engine.domains.event_log_merge import merge, put_in_order
+        from carom.engine.domains.event_log_merge import merge, order_tasks
 
         run_state, engine = self.run_state, self.run_state.engine
         heads = np.zeros(self.workers, np.int64)
@@ -338,8 +338,9 @@ class Executive:
             for name in ("advancements", "transits", "returns", "clamped"):
                 total[name] += tally[name]
             total.depth = max(total.depth, tally.depth)
-            if process.engine.calendar.lp[0].stragglers != 0:
-                put_in_order(process.recorder.lp_events)
+        self._pool.each(self._put_in_order)
+        tasks = order_tasks(self._all_events)
+        self._pool.each(self._find_order, tasks)
         while not merge(
             self._all_events,
             heads,
@@ -350,6 +351,20 @@ class Executive:
             engine.model.boundary,
         ):
             run_state.flush_log()
+
+    def _put_in_order(self, k: int) -> None:
+        """Sort what part k has noted, where something came late."""
+        from carom.engine.domains.event_log_merge import put_in_order
+
+        process = self._processes[k]
+        if process.engine.calendar.lp[0].stragglers != 0:
+            put_in_order(process.recorder.lp_events)
+
+    def _find_order(self, k: int, tasks: list[tuple[Any, ...]]) -> None:
+        """Find the order of all collisions in a part of the window's time."""
+        from carom.engine.domains.event_log_merge import find_order
+
+        find_order(*tasks[k])
 
     # What windows teach -----------------------------------------------------------------------------------
 
