@@ -33,6 +33,7 @@ GONE = {
     "output": 'its keys stand in [run]: write = ["h5md"], event_log and pictures',
     "eos": "carom eos reads [study]",
     "measure": "carom measure has options alone",
+    "model": 'a potential stands in [scene]: interaction = { type = "square-well", range = 1.5 }',
 }
 """Sections that are none, and what to write instead."""
 

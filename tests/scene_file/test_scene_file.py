@@ -79,6 +79,11 @@ BAD = [
     ("[run]\nzzz = 8", r"\[run\] zzz is no known key \(known: barostat, checkpoint_every,"),
     ("[run]\ntrajectory = ['h5md']", r"trajectory is no known key; give write = "),
     ("[scene]\ninitial = 'fcc'", r'initial is no known key; places are random; give lattice = "fcc"'),
+    (
+        "[model]\nkind = 'square-well'",
+        r"\[model\] is no known section; a potential stands in \[scene\]: interaction",
+    ),
+    ("[scene]\nseed = 2", r"seed is no known key; the section of a command has it, such as \[run\] seed = 2"),
     ("[scene]\nkT = 2.0", r"kT is no known key; the section of a command has it, such as \[run\] kT = 2.0"),
     ("[scene]\nphi = 0.3", "phi is no known key; give packing_fraction"),
     ("[scene]\ncells = ", "line 2|end of document"),

@@ -66,6 +66,7 @@ class SceneSpec(Spec):
     gone: ClassVar[Mapping[str, str]] = {
         "initial": 'places are random; give lattice = "fcc" for a crystal, or file = "run1/trajectory.h5md"',
         "kT": "the section of a command has it, such as [run] kT = 2.0",
+        "seed": "the section of a command has it, such as [run] seed = 2",
         "periodic": 'axes without walls are periodic: give walls = "y", say',
         "restitution": "give impact = 0.9, say",
         "elastic_below": "give impact = { restitution = 0.9, elastic_below = 0.01 }, say",
