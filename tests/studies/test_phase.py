@@ -15,7 +15,8 @@ from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.table import phase
 from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
 from carom.studies.planner.system import System
-from carom.studies.runs.report import _compared, _infinite, _lines, _phase, _theory
+from carom.studies.runs.beside_theory import _theory, compared, lines, of_infinite_size
+from carom.studies.runs.report import _phase
 
 CRYSTAL, GONE = 0.15, 2.0
 
@@ -78,7 +79,7 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
         [Block(1.0, 100, 3 * 108 * (best["Z"] - 1))] * 32,
         n=108, dimension=3, volume=scene.volume, diameter=1.0, kT=1.0,
     )  # fmt: skip
-    assert _infinite(measured, phase).mean == pytest.approx(infinite, rel=1e-12)
+    assert of_infinite_size(measured, phase).mean == pytest.approx(infinite, rel=1e-12)
     # The picture of the pressure draws what the table shows.
     still = Frame(
         0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses, 0 * images
@@ -86,7 +87,7 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
     sim = SimpleNamespace(scene=scene, frame=lambda: still)
     plan = SimpleNamespace(scene=SimpleNamespace(start="fcc"))
     facts = SimpleNamespace(sim=sim, plan=plan, first_places=scene.positions)
-    drawn = _lines(_compared(scene, _phase(facts)))
+    drawn = lines(compared(scene, _phase(facts)))
     assert list(drawn) == ["Speedy (fcc)", "Almarza (fcc)"]
     assert drawn["Almarza (fcc)"] == best["Z"]
 
@@ -103,5 +104,5 @@ def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off
     measured = Pressure.estimate(
         [Block(1.0, 100, virial)] * 32, n=6, dimension=1, volume=10.0, diameter=1.0, kT=1.0
     )
-    assert _infinite(measured, phase_of(scene, "file", 9.0)).mean == pytest.approx(2.5, rel=1e-6)
+    assert of_infinite_size(measured, phase_of(scene, "file", 9.0)).mean == pytest.approx(2.5, rel=1e-6)
     assert math.isclose(row["contact_value"], 2.5, rel_tol=1e-6)

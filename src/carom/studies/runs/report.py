@@ -8,19 +8,17 @@ import json
 import math
 import time as clock
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, TypeVar
 
 import numpy as np
 
-from carom import io, theory
+from carom import io
 from carom.block import Block
 from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
-from carom.models import model_checks
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
 from carom.observables import RDF, Estimate, Pressure, PressureResult, RDFResult, WallPressure
@@ -32,13 +30,13 @@ from carom.observables.energy import (
 from carom.observables.equilibrium import doubts_about, slow_structure
 from carom.observables.layers import Layers
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
-from carom.observables.pressure import finite_size_doubt, without_pressure
+from carom.observables.pressure import without_pressure
 from carom.observables.statistics import ratio
 from carom.observables.volume import VolumeResult
 from carom.observables.wall_pressure import obstacle_names
 from carom.paths import replacing, write_text
 from carom.scene.description import kind
-from carom.scene.fields import is_elastic, is_equal, is_simple, is_usual, standing
+from carom.scene.fields import is_equal, is_simple, is_usual, standing
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
@@ -48,8 +46,9 @@ from carom.simulation.equipartition import Thermometer
 from carom.simulation.mechanics import Statistics
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
-from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
-from carom.studies.runs import constant_pressure
+from carom.studies.phase import Phase, moved, phase_of
+from carom.studies.runs import beside_theory, constant_pressure
+from carom.studies.runs.beside_theory import finite
 from carom.studies.runs.constant_pressure import MeanBox
 from carom.studies.runs.folder import RunFolder
 from carom.version import __version__
@@ -166,10 +165,14 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
         reason = None if distributions else " ".join(parts.remarks[-1:]) or None
     phase = parts.of("phase", lambda: _phase(facts, volume), None)
     none: list[dict[str, Any]] = []
-    compared = parts.of("theory", lambda: _compared(facts.sim.scene, phase, volume), none)
+    compared = parts.of("theory", lambda: beside_theory.compared(facts.sim.scene, phase, volume), none)
     if facts.plan.run.pictures:
         report("Drawing", 0.0)
-        parts.of("pictures", lambda: _draw(folder, facts, pressure, distributions, _lines(compared)), None)
+        parts.of(
+            "pictures",
+            lambda: _draw(folder, facts, pressure, distributions, beside_theory.lines(compared)),
+            None,
+        )
     summary = _summary(facts, pressure, volume, energy, distributions, reason, phase, compared, parts)
     # In a file of their own, so that all others depend on the plan alone.
     timing = {"collisions_per_second": facts.rate, "seconds": clock.perf_counter() - facts.began}
@@ -290,12 +293,6 @@ def _draw(
                 plots.partial_rdf(distributions, path=temporary)
 
 
-def _lines(rows: list[dict[str, Any]]) -> dict[str, float]:
-    """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
-    values = {row["name"]: row["Z"] for row in rows}
-    return {name: value for name, value in values.items() if value is not None}
-
-
 def _phase(facts: Facts, volume: VolumeResult | None = None) -> Phase | None:
     """Return the phase of equal elastic particles in a periodic box; None for other scenes."""
     scene = facts.sim.scene
@@ -303,13 +300,6 @@ def _phase(facts: Facts, volume: VolumeResult | None = None) -> Phase | None:
         return None
     filled = scene if volume is None else MeanBox.of(volume)
     return phase_of(filled, facts.plan.scene.start, moved(facts.first_places, facts.sim.frame()))
-
-
-def _compared(scene: Scene, phase: Phase | None, volume: VolumeResult | None = None) -> list[dict[str, Any]]:
-    """Return Z by every theory that holds for the scene in this phase."""
-    if volume is not None:
-        return [] if phase is None else _theory(MeanBox.of(volume), phase)
-    return _mixture_theory(scene) if phase is None else _theory(scene, phase)
 
 
 def _summary(
@@ -332,7 +322,9 @@ def _summary(
     given: dict[str, Estimate] = {}
     if volume is not None and moves is not None:
         given = constant_pressure.numbers(volume, moves, scene.diameter)
-    infinite = parts.of("Z of infinite size", lambda: _infinite(pressure, phase, volume, given), None)
+    infinite = parts.of(
+        "Z of infinite size", lambda: beside_theory.of_infinite_size(pressure, phase, volume, given), None
+    )
     none: list[dict[str, Any]] = []
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
     doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure, volume, energy), list[str]())
@@ -386,10 +378,10 @@ def _summary(
         "barostat": None if moves is None else constant_pressure.settings(moves),
         "spared_contacts": sim.statistics.spared_contacts,
         "phase": None if phase is None else phase.name,
-        "phase_note": None if phase is None else _note(phase, scene),
+        "phase_note": None if phase is None else beside_theory.note(phase, scene),
         "theory": compared,
-        "energy_drift": _finite(drift),
-        "momentum_drift": _finite(statistics.momentum_drift),
+        "energy_drift": finite(drift),
+        "momentum_drift": finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
         "advancement_fraction": statistics.advancement_fraction,
         "clamped_roots": statistics.clamped_roots,
@@ -530,100 +522,6 @@ def _swaps(plan: SceneFile, statistics: Statistics) -> dict[str, int] | None:
     return {"tried": statistics.swaps_tried, "accepted": statistics.swaps_accepted}
 
 
-def _note(phase: Phase, scene: Scene) -> str | None:
-    """Return the caveats on the phase and on the size of the box."""
-    small = ""
-    if phase.name == "fluid":
-        small = finite_size_doubt(scene.packing_fraction, scene.n, scene.dimension)
-    return " ".join(filter(None, (phase.note, small))) or None
-
-
-def _infinite(
-    pressure: PressureResult | None,
-    phase: Phase | None,
-    volume: VolumeResult | None = None,
-    given: Mapping[str, Estimate] = MappingProxyType({}),
-) -> Estimate | None:
-    """Return Z of infinitely many particles, or None where no theory gives the correction."""
-    if volume is not None:
-        return constant_pressure.infinite(given["Z"], MeanBox.of(volume), phase)
-    if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
-        return None
-    if phase.name == "solid":
-        # For a crystal the correction follows from its own Z: Z - 1 is that of n - 1 vibrating particles.
-        factor = pressure.n / (pressure.n - 1.0)
-        return pressure.Z.scaled(factor, offset=1.0 - factor)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # the note on the phase has the same text
-            return pressure.infinite_size()
-    except InputError:
-        return None
-
-
-def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
-    """Return Z by the equations of state of the phase, for infinitely many particles and for n."""
-    n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
-    rows: list[dict[str, Any]] = []
-    for name, equation in phase.equations.items():
-        try:
-            infinite = float(equation(eta))
-            if isinstance(scene, MeanBox):
-                finite, contact = infinite + constant_pressure.shift(scene, phase, equation), math.nan
-            else:
-                finite = infinite + finite_size_shift(phase, eta, n, equation)
-                contact = float(theory.contact_value(finite, eta, dimension, n)) if n > 1 else math.nan
-        except CaromError:
-            continue
-        rows.append(
-            {
-                "name": name,
-                "Z": _finite(finite),
-                "Z_infinite": _finite(infinite),
-                "contact_value": _finite(contact),
-            }
-        )
-    return rows
-
-
-def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
-    """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
-    usual = all(is_usual(scene, kind) for kind in model_checks.USUAL) and scene.pinned is None
-    if scene.walls or scene.obstacles or scene.contact is not None or not is_elastic(scene) or not usual:
-        return []
-    d, eta = scene.dimension, scene.packing_fraction
-    diameters, counts = np.unique(scene.diameters, return_counts=True)
-    fractions = counts / scene.n
-    equations: dict[str, Callable[[], Any]] = {}
-    if d == 3:
-        equations["BMCSL"] = lambda: theory.bmcsl(eta, fractions, diameters)
-    # It rests on an equation of equal particles, which holds up to their freezing only.
-    if eta < theory.FREEZING.get(d, 1.0):
-        equations["Santos-Yuste-Lopez de Haro"] = lambda: theory.santos_yuste_lopez_de_haro(
-            eta, fractions, diameters, d
-        )
-    rows: list[dict[str, Any]] = []
-    for name, equation in equations.items():
-        try:
-            value = float(equation())
-        except CaromError:
-            continue
-        # The effect of N on Z of a mixture is left out; it is small where N is large.
-        rows.append(
-            {
-                "name": f"{name}, infinite N",
-                "Z": _finite(value),
-                "Z_infinite": _finite(value),
-                "contact_value": None,
-            }
-        )
-    return rows
-
-
 def _number(estimate: Estimate | None) -> dict[str, float | None]:
     """Return an estimate as JSON values; NaN and infinity become None."""
-    return {name: _finite(getattr(estimate, name, math.nan)) for name in ("mean", "error", "n_eff")}
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
+    return {name: finite(getattr(estimate, name, math.nan)) for name in ("mean", "error", "n_eff")}
