@@ -1,18 +1,24 @@
-"""Every file of tests in a process of its own, whose memory goes with it.
+"""Files of tests in copies of the worker, which end when they have grown large.
 
-Compiled code cannot be given back: after all files a worker held gigabytes. A worker forks before the first
-test of a file, the copy runs the tests of that file, and the worker passes on what the copy reports.
+Compiled code cannot be given back: after all files a worker held gigabytes. A worker forks, the copy runs the
+tests of one file after the other, as many as its memory allows, and the worker passes on what the copy
+reports. What one file has compiled the next need not compile again.
 """
 
 import gc
 import os
 import sys
 from multiprocessing import Pipe
+from pathlib import Path
 
 import pytest
 
 POSSIBLE = sys.platform == "linux"
 """Elsewhere a copy of a process in which threads run is not safe."""
+
+
+LARGE = 1.25 * 2**30
+"""Memory [bytes] of a copy that takes no further file."""
 
 
 MANY = 20
@@ -61,7 +67,7 @@ class Apart:
             return None
         if not self.pid:
             self.fork(item.session)
-        goes_on = nextitem is not None and nextitem.path == item.path
+        goes_on = nextitem is not None and (nextitem.path == item.path or self.size() < LARGE)
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         try:
             self.pipe.send((self.places[item.nodeid], self.places[nextitem.nodeid] if goes_on else None))
@@ -86,6 +92,11 @@ class Apart:
 
     def log(self, item, report):
         item.ihook.pytest_runtest_logreport(report=report)
+
+    def size(self):
+        """Return the memory [bytes] of the copy."""
+        pages = int(Path(f"/proc/{self.pid}/statm").read_text().split()[1])
+        return pages * os.sysconf("SC_PAGE_SIZE")
 
     def fork(self, session):
         """Start the copy."""
