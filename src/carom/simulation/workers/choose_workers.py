@@ -12,7 +12,7 @@ from carom.simulation.workers.thread_pool import cores
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
-FEWEST_EACH: dict[int, int] = {2: 50_000, 3: 145_000}
+FEWEST_EACH: dict[int, int] = {2: 50_000, 3: 125_000}
 """Components for each worker from which on several were measured to be faster than one, by dimension."""
 
 SLABS_EACH = 2
