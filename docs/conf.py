@@ -53,6 +53,9 @@ napoleon_use_ivar = True
 # "n" in a type means a length, not one of the attributes of that name.
 suppress_warnings = ["ref.python"]
 
+# Quotes are set; two hyphens stay as they are, since they begin options.
+smartquotes_action = "qe"
+
 html_theme = "furo"
 html_static_path = ["_static"]
 html_css_files = ["carom.css"]

@@ -129,6 +129,18 @@ def test_of_more_frames_than_fit_evenly_spaced_ones_are_kept(monkeypatch):
     assert data["times"] == pytest.approx([0.0, 0.3, 0.6, 0.9])
 
 
+def test_velocities_that_nobody_has_are_not_shown():
+    frame = frames_of(2)[0]
+    assert carom.view(frame).data["velocities"]
+    still = carom.Frame(**{**vars(frame), "velocities": np.zeros_like(frame.velocities)})
+    assert carom.view(still).data["velocities"] is None
+
+
+def test_frames_of_different_dimensions_are_refused():
+    with pytest.raises(InputError, match="in their dimension"):
+        carom.view([dot([0], [[1.0] * d], (4.0,) * d) for d in (2, 3)])
+
+
 def test_what_cannot_be_shown_is_refused(tmp_path):
     with pytest.raises(InputError, match="one to three dimensions"):
         carom.view(frames_of(4))
@@ -425,6 +437,30 @@ def test_frames_of_one_time_are_stepped_through_one_by_one(tmp_path):
     )
     numbers = [int(re.search(r"frame (\d) of 4", text)[1]) for text in seen]
     assert numbers == [1, 2, 3, 4, 3, 2]
+
+
+def test_each_frame_is_shown_in_its_own_box_and_a_path_in_the_one_that_is_shown(tmp_path):
+    """Two disks at the same parts of the edges of a box that shrinks to half; one leaves by a face."""
+    parts = [[[0.25, 0.75], [0.9, 0.25]], [[0.25, 0.75], [0.1, 0.25]]]
+    frames = [
+        dot([0, 1], edge * np.array(places), (edge, edge))
+        for edge, places in zip((8.0, 4.0), parts, strict=True)
+    ]
+    page = carom.view(frames).save(tmp_path / "page.html")
+    browser().open(page, "frame=1")
+    one, first = (where(browser().picture(), rgb(FACES[k])) for k in (0, 1))
+    browser().open(page, "frame=2&chosen=1")
+    picture = browser().picture()
+    other, second = (where(picture, rgb(FACES[k])) for k in (0, 1))
+    assert one[2] == pytest.approx(other[2], rel=0.05)  # the disks keep their size
+    # About the middle of the box, at which both look: twice as near.
+    assert 0.5 * (one[1] - first[1]) == pytest.approx(other[1] - second[1], rel=0.03)
+    middle = (first[0] - one[0]) / 0.65 * 0.25 + one[0]
+    assert middle - other[0] == pytest.approx(0.5 * (middle - one[0]), rel=0.05)
+    # From 0.9 of the edge to 1.1 of it: a fifth of 4 to the left, not four fifths to the right.
+    pink = np.abs(picture - np.array([0.91, 0.27, 0.55])).max(axis=2) < 0.1
+    pixels = (second[0] - other[0]) / ((0.1 - 0.25) * 4.0)  # of a length
+    assert np.nonzero(pink)[1].min() == pytest.approx(second[0] - 0.2 * 4.0 * pixels, abs=3.0)
 
 
 @pytest.mark.slow

@@ -65,6 +65,7 @@ def _common(frame: Frame, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
         "n": frame.n,
         "dimension": frame.dimension,
         "box": [*frame.box.tolist(), *[0.0] * (3 - frame.dimension)],
+        "boxes": None,
         "periodic": [*frame.periodic, *[False] * (3 - frame.dimension)],
         "reach": reach,
         "radii": _packed(0.5 * frame.diameters, "f4"),
@@ -97,7 +98,7 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
     Raises
     ------
     InputError
-        If there are no frames, or their numbers of particles or boxes differ.
+        If there are no frames, or their numbers of particles differ.
     """
     if len(frames) == 0:
         raise InputError("There are no frames to show; expected at least one.")
@@ -106,9 +107,13 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
     stride = math.ceil(len(frames) / most)
     kept = [frames[k] for k in range(0, len(frames), stride)]
     for frame in kept:
-        if frame.n != first.n or not np.array_equal(frame.box, first.box):
-            raise InputError("The frames to show differ in their number of components or in their box.")
+        if frame.n != first.n or frame.dimension != first.dimension:
+            raise InputError("The frames to show differ in their number of particles or in their dimension.")
     data = _common(first, obstacles)
+    boxes = np.array([frame.box for frame in kept])
+    if (boxes != boxes[0]).any():
+        data["boxes"], data["box"] = embed(boxes).tolist(), embed(boxes.max(axis=0)[None])[0].tolist()
+        data["notes"].append("the box changes")
     velocities = np.array([frame.velocities for frame in kept])
     diameters = np.array([frame.diameters for frame in kept])
     if (diameters != diameters[0]).any():
@@ -119,7 +124,8 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
     data["positions"] = _packed([embed(upright(frame)) for frame in kept], "f4")
     data["times"] = [float(frame.time) for frame in kept]
     data["top"] = FAST * math.sqrt(float(np.mean(np.sum(velocities**2, axis=2)))) or 1.0
-    data["velocities"] = _packed([embed(each) for each in velocities], "f4")
+    if velocities.any():  # a start has none yet, nor have many files
+        data["velocities"] = _packed([embed(each) for each in velocities], "f4")
     if first.dimension == 2 and first.n > SIX:
         data["psi_6"] = _packed([psi_6(frame) for frame in kept], "f4")
     return data

@@ -1,5 +1,5 @@
 // The eye: from places in the box to points of the canvas, and back to the particle under a finger.
-const halfBox = Math.hypot(...box) / 2;
+const halfEdges = box.map((edge) => edge / 2), halfBox = Math.hypot(...halfEdges);  // of the largest box
 
 function rotation() {
   if (flat) return [1, 0, 0, 0, 1, 0, 0, 0, 1];
@@ -26,9 +26,9 @@ function shifts() {
 function camera() {
   const width = canvas.clientWidth, height = canvas.clientHeight;
   const foot = document.querySelector("footer").offsetHeight, head = 56, room = Math.max(height - foot - head, 40);
-  const margin = look.images ? 1.6 : 1.12;
-  const wide = flat ? box[0] / 2 + data.reach : halfBox;
-  const high = flat ? Math.max(box[1] / 2, data.reach) + data.reach : halfBox;
+  const copied = look.images && periodic.some(Boolean), margin = copied ? 1.6 : 1.12;
+  const wide = flat ? halfEdges[0] + data.reach : halfBox;
+  const high = flat ? Math.max(halfEdges[1], data.reach) + data.reach : halfBox;
   // The whole scene fits into what header and footer leave, whatever the shape of the window.
   const lensY = 4, across = Math.max(high * (height / room), wide * height / width) * margin;
   const distance = lensY * across / look.zoom, raise = (foot - head) / height * distance / lensY;
@@ -37,7 +37,7 @@ function camera() {
     : [box[0] / 2, box[1] / 2, flat ? 0 : box[2] / 2];
   return {
     width, height, distance, turn: rotation(), centre, lensX: lensY * height / width, lensY,
-    depth: halfBox * (look.images ? 3.2 : 1.05), pan: [look.right, look.up + raise],
+    depth: halfBox * (copied ? 3.2 : 1.05), pan: [look.right, look.up + raise],
     unit: height * lensY / distance / 2,  // pixels of a length in the plane of the centre
   };
 }

@@ -9,6 +9,7 @@ function decoded(text, Kind) {
   return new Kind(bytes.buffer);
 }
 
+const boxes = data.boxes;  // of frames whose boxes differ; then `box`, the largest at first, is that of the frame shown
 const n = data.n, flat = data.dimension < 3, box = data.box, periodic = data.periodic, replay = data.replay;
 const AXES = ["x", "y", "z"].slice(0, data.dimension);
 const radii = decoded(data.radii, Float32Array), kinds = decoded(data.kinds, Uint8Array);

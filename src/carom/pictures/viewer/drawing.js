@@ -88,8 +88,9 @@ if (panes) panes.fill({place: obstacles.triangles.flat(2)});
 const ringArrays = units && arrays(loops, {corner: [2, 0], centre: [3, 1], radius: [1, 1], colour: [3, 1]});
 if (units) ringArrays.fill({corner: QUAD});
 
+const openEdges = lines([]), wallEdges = lines([]);
 // Edges of the box. In the plane an edge is a wall if the axis across it is not periodic; in space if both are.
-function edges() {
+function fillEdges() {
   const open = [], walls = [], corners = [];
   for (let k = 0; k < (flat ? 4 : 8); k++) corners.push([0, 1, 2].map((axis) => (k >> axis) & 1));
   corners.forEach((a, i) => corners.slice(i + 1).forEach((b) => {
@@ -99,9 +100,9 @@ function edges() {
     const walled = across.length > 0 && across.some((axis) => !periodic[axis]);
     (walled ? walls : open).push([a, b].map((c) => c.map((bit, axis) => bit * box[axis])));
   }));
-  return [lines(open), lines(walls)];
+  openEdges.fill(open);
+  wallEdges.fill(walls);
 }
-const [openEdges, wallEdges] = edges();
 const standing = lines(obstacles.lines), trail = lines([]), bars = lines([]);
 
 function fillBars() {

@@ -76,7 +76,7 @@ byId("bonds").parentElement.hidden = !bonds;
 byId("rings").parentElement.hidden = !units;
 byId("parallel").parentElement.hidden = flat;
 byId("images").parentElement.hidden = !periodic.some(Boolean);
-const boxes = names.length < 2 ? [] : names.slice(0, 20).map((name, kind) => {
+const checks = names.length < 2 ? [] : names.slice(0, 20).map((name, kind) => {
   const label = document.createElement("label"), check = document.createElement("input");
   check.type = "checkbox";
   check.onchange = () => {
@@ -89,12 +89,12 @@ const boxes = names.length < 2 ? [] : names.slice(0, 20).map((name, kind) => {
   byId("species").append(label);
   return check;
 });
-byId("species").hidden = !boxes.length;
+byId("species").hidden = !checks.length;
 function tellPanel() {
   for (const id of SWITCHES) byId(id).checked = look[id];
   for (const id of [...CHOICES, ...SLIDERS]) byId(id).value = look[id];
   for (const id of SLIDERS) byId(id).parentElement.hidden = !look.slab;
-  boxes.forEach((check, kind) => { check.checked = !hiddenKinds().has(kind); });
+  checks.forEach((check, kind) => { check.checked = !hiddenKinds().has(kind); });
   for (const [button, id] of [["more", "panel"], ["ask", "help"]]) byId(button).setAttribute("aria-expanded", !byId(id).hidden);
 }
 

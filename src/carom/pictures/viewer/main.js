@@ -42,7 +42,7 @@ function tell() {
 // After a change of the camera alone.
 function turned() { dirty = true; writeLink(); }
 function changed() {
-  move(); paint(); choose(); fillBars(); fillTrail(); tell(); turned();
+  move(); paint(); choose(); fillEdges(); fillBars(); fillTrail(); tell(); turned();
 }
 
 function loop(now) {

@@ -27,6 +27,7 @@ function move() {
     const k = look.frame - 1;
     centres.set(positions.subarray(3 * n * k, 3 * n * (k + 1)));
     if (velocities) motion.set(velocities.subarray(3 * n * k, 3 * n * (k + 1)));
+    if (boxes) box.splice(0, 3, ...boxes[k]);
     if (grows) radius.set(radii.subarray(n * k, n * (k + 1)));
     return;
   }
@@ -99,7 +100,9 @@ function pathOf(k) {
       until = records.times[r];
     }
   } else {
-    const at = (f, axis) => positions[3 * (n * f + k) + axis];
+    // In parts of the edge of the box of that frame, drawn in the box that is shown.
+    const part = (f, axis) => boxes ? box[axis] / (boxes[f][axis] || 1) : 1;
+    const at = (f, axis) => positions[3 * (n * f + k) + axis] * part(f, axis);
     for (let f = look.frame - 1; f > 0; f--) back((axis) => nearest(at(f, axis) - at(f - 1, axis), axis));
   }
   return points;

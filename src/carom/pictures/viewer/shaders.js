@@ -58,10 +58,10 @@ void main() {
   float edge = 1.0, z = c.z;
   vec3 shade, base = mix(tint, vec3(1.0, 0.78, 0.2), 0.85 * lit.x);
   if (plane) {
-    float d = length(q), w = fwidth(d);
+    float d = length(q), w = fwidth(q.x);  // of a pixel, the same in all directions
     edge = 1.0 - smoothstep(1.0 - w, 1.0 + w, d);
     if (edge <= 0.0) discard;
-    float rim = smoothstep(1.0 - 3.0 * w - 0.06, 1.0 - w, d);
+    float rim = smoothstep(0.94 - min(3.0 * w, 0.3), 1.0 - min(w, 0.1), d);
     vec2 s = q + vec2(0.3, -0.35);
     shade = mix(base * (1.06 - 0.13 * dot(s, s)), base * 0.45, 0.75 * rim);
   } else {
