@@ -266,3 +266,27 @@ def test_a_script_of_a_batch_system_starts_or_goes_on_by_one_line(folder, tmp_pa
     assert other.exit_code == 2
     assert "another run than is asked for" in " ".join(other.stderr.split())
     assert "contradict" in typed(*line, "--overwrite").stderr
+
+
+@pytest.mark.parametrize("words", [["measure"], ["view", "--no-open"], ["run"], ["export"]])
+@pytest.mark.parametrize(
+    ("name", "after"),
+    [("run1/checkpoint.h5", "`carom resume run1` continues it"), ("state.h5", "carom.load('state.h5')"),
+     ("events.h5", "`carom view events.h5` replays it")],
+)  # fmt: skip
+def test_a_state_or_a_log_is_not_taken_for_a_damaged_trajectory(folder, words, name, after, monkeypatch):
+    monkeypatch.chdir(folder)
+    if (words[0], name) == ("view", "events.h5"):
+        return
+    done = typed(words[0], name, *words[1:], *(["new.gsd"] if words[0] == "export" else []))
+    assert done.exit_code == 2
+    assert "holds no frames" in done.stderr
+    assert after in done.stderr.replace(f"{folder}/", "")
+
+
+def test_resume_of_a_file_of_a_run_names_the_folder(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    for name in ("run1/checkpoint.h5", "run1/trajectory.h5md"):
+        done = typed("resume", name)
+        assert done.exit_code == 2
+        assert "expected its folder: `carom resume run1`" in done.stderr

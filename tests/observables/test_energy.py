@@ -192,10 +192,13 @@ def test_a_segment_has_the_mean_energy_of_both_of_its_ends(heat):
     assert stretch.energy_drift(SimpleNamespace(degrees_of_freedom=12)) == pytest.approx(4.0 / 6.0)
 
 
-@pytest.mark.parametrize(("kT", "told"), [(1.98, True), (1.995, False), (2.005, False), (2.02, True)])
-def test_a_temperature_that_is_missed_either_way_is_told(kT, told):
+@pytest.mark.parametrize(
+    ("kT", "impact", "told"),
+    [(1.98, None, True), (1.995, None, False), (2.005, None, False), (2.02, None, True), (1.0, 0.9, False)],
+)
+def test_a_temperature_that_is_missed_either_way_is_told_unless_contacts_decide_it(kT, impact, told):
     plan = SimpleNamespace(run=SimpleNamespace(kT=2.0, event_log=False))
-    sim = SimpleNamespace(scene=SimpleNamespace(velocities=None))
+    sim = carom.Simulation(carom.Scene.crystal(32, 0.3, impact=impact), seed=0)
     said = _other_temperature(SimpleNamespace(plan=plan, sim=sim, energy_drift=1e-15), Estimate.exact(kT))
     assert (said is not None) == told
     assert not told or f"its mean is {kT}" in said

@@ -164,7 +164,8 @@ def test_the_error_names_the_pair_the_distance_and_the_depth():
     with pytest.raises(OverlapError) as caught:
         Scene(positions, (40.0, 5.0))
     assert str(caught.value).startswith(
-        "spheres 3 and 17 overlap by 0.013 (distance 0.98700, contact 1.0000). Start from Scene.random(...)"
+        "spheres 3 and 17 overlap by 0.013 (distance 0.98700, contact 1.0000). Take smaller diameters "
+        "(these two touch if the largest is 0.986995, now 1)"
     )
 
 

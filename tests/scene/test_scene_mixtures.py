@@ -171,7 +171,8 @@ def test_the_error_names_a_pair_of_unequal_spheres():
     with pytest.raises(OverlapError) as caught:
         Scene(positions, 8.0, diameter=[1.0, 1.0, 0.5])
     assert str(caught.value).startswith(
-        "spheres 1 and 2 overlap by 0.05 (distance 0.70000, contact 0.75000). Start from Scene.random(...)"
+        "spheres 1 and 2 overlap by 0.05 (distance 0.70000, contact 0.75000). Take smaller diameters "
+        "(these two touch if the largest is 0.933329, now 1)"
     )
 
 

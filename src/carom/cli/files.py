@@ -188,4 +188,5 @@ def init(
         with replacing(file) as temporary, writing(file):
             temporary.write_text(text, encoding="utf-8")
     run = texts[path].removeprefix("# ").partition(":")[0].replace(path.name, str(path))
-    typer.echo(visible(f"{' and '.join(map(str, texts))} written; edit it, then `{run}`."))
+    it = "it" if len(texts) == 1 else "them"
+    typer.echo(visible(f"{' and '.join(map(str, texts))} written; edit {it}, then `{run}`."))

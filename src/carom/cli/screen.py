@@ -167,7 +167,7 @@ def _shown(result: RunResult, as_json: bool, verbose: bool) -> None:
         if reason:
             console.print(reason)
     console.print(_health(result.summary))
-    ready(console, RunFolder(result.folder), _longer(result))
+    ready(console, RunFolder(result.folder), _longer(result), trusted=result._rules_logged)
 
 
 def _health(summary: dict[str, Any]) -> str:
@@ -189,13 +189,14 @@ def _health(summary: dict[str, Any]) -> str:
     return f"{line[0].upper()}{line[1:]}."
 
 
-def ready(console: Any, folder: RunFolder, *more: str) -> None:
-    """Print the files of a folder, and the commands that may come next."""
+def ready(console: Any, folder: RunFolder, *more: str, trusted: bool = False) -> None:
+    """Print the files of a folder, and the commands that may come next; ``trusted`` to call rules again."""
     names = [path.name for path in folder._files() if path.is_file()]
     where = shlex.quote(str(folder.path))
     # Not wrapped, so that a line can be copied.
     console.print(f"{folder.path}: {'  '.join(names)}", soft_wrap=True)
-    console.print("    ".join([f"Look: carom view {where}", *filter(None, more)]), soft_wrap=True)
+    look = f"Look: carom view {where}{' --trust-code' if trusted else ''}"
+    console.print("    ".join([look, *filter(None, more)]), soft_wrap=True)
 
 
 def _longer(result: RunResult) -> str:

@@ -75,6 +75,8 @@ def template(name: str, path: str = "") -> str:
         if key and section in SPECS and key[1] not in told:
             told.add(key[1])
             line = _told(line, fields_of(SPECS[section])[key[1]])
+            if not line.startswith("# "):  # the first choice, not another one
+                line = line.replace(" # or: ", " # ")
         done.append(line)
     stem = path.removesuffix(".toml") or name
     text = "\n".join([first.replace(f"{name}.toml", f"{stem}.toml"), f"#:schema ./{SCHEMA}", *done]) + "\n"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
@@ -11,6 +12,7 @@ from typing import Any, overload
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.io import checkpoint, events
 from carom.io.claims import under_way
 from carom.io.formats import FOREIGN, SUFFIXES, Reader, Writer, foreign_format_of, format_of
 from carom.paths import PARSE_ERRORS, existing, writable
@@ -19,6 +21,9 @@ FRAMES = (
     "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd", "packing.h5md", "packing.extxyz",
 )  # fmt: skip
 """Trajectories in the folder of a run or of a packing; the first that exists is read."""
+
+STATES = ("checkpoint.h5", "compression.h5")
+"""Checkpoints in the folder of a run and of a packing, which `carom resume` continues."""
 
 
 def trajectory_of(path: str | os.PathLike[str]) -> Path:
@@ -75,6 +80,7 @@ def open_reader(
     if form is None:
         raise InputError(f"{path} has a name that tells no format; expected one of {', '.join(FOREIGN)}.")
     existing(path)
+    _refuse_states(path)
     if path.suffix.lower() not in SUFFIXES or _is_foreign(path):
         from carom.io.foreign import ForeignReader
 
@@ -95,6 +101,21 @@ def form_of(path: Path) -> str | None:
         with existing(path).open("rb") as file:  # a folder or file that is not there has no format
             return "LAMMPS dump" if file.read(5) == b"ITEM:" else None
     return form
+
+
+def _refuse_states(path: Path) -> None:
+    """Raise FileError for a checkpoint or an event log: their names end as a trajectory's may."""
+    if path.suffix.lower() not in (".h5", ".h5md"):
+        return
+    if checkpoint.is_one(path):
+        kind, after = "a checkpoint, the state of a simulation", f"carom.load({str(path)!r}) in Python"
+        if path.name in STATES:
+            after = f"`carom resume {shlex.quote(str(path.parent))}`"
+        raise FileError(f"{path} is {kind}, and holds no frames; {after} continues it.")
+    if events.is_log(path):
+        raise FileError(
+            f"{path} is an event log, and holds no frames; `carom view {shlex.quote(str(path))}` replays it."
+        )
 
 
 def _is_foreign(path: Path) -> bool:

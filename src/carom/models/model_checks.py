@@ -167,9 +167,11 @@ def recalled(kind: str, stored: Any, given: Any) -> Any:
     if stored is not None and given is None and "type" in stored:
         return tables.from_table(stored, kind)
     if stored is not None and given is None:
+        rules = " On the command line, read the file of the rule and say `--trust-code`."
         raise InputError(
             f"The {kind} of this scene is of the class {stored.get('class')}, which no file holds; "
             f"give the value, {kind}=..., where the file is loaded."
+            f"{rules if stored.get('class') == 'Ranges' else ''}"
         )
     if stored is not None and "class" in stored:
         other = parameters.difference(stored, given)

@@ -14,6 +14,7 @@ from carom.frame import Frame
 from carom.observables.of_frames import OfFrames, refuse_other_box, refuse_tilted
 from carom.observables.statistics import arrays, blocking, shown
 from carom.results import Result
+from carom.texts import axis_name
 
 
 @dataclass
@@ -122,7 +123,7 @@ class DensityProfileResult(Result):
             ("lowest", shown(self.density, self.error, int(np.argmin(self.density)))),
             ("highest", shown(self.density, self.error, int(np.argmax(self.density)))),
         ]
-        return f"Density along axis {self.axis} [1 / length^d], {self.frames} frames", rows
+        return f"Number density along {axis_name(self.axis)} [1 / length^d], {self.frames} frames", rows
 
     def _columns(self) -> dict[str, Any]:
         return {

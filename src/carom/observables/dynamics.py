@@ -360,10 +360,14 @@ class DynamicsResult(Result):
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
-            ("mean square displacement [length^2]", self.mean_square, self.mean_square_error),
-            ("running diffusion [length^2 / time]", self.running_diffusion, self.running_diffusion_error),
+            ("last mean square displacement [length^2]", self.mean_square, self.mean_square_error),
+            (
+                "last running diffusion [length^2 / time]",
+                self.running_diffusion,
+                self.running_diffusion_error,
+            ),
         ]
-        title = f"{len(self.times)} times from {self.times[0]:g} to {self.times[-1]:g}; at the last"
+        title = f"Displacements at {len(self.times)} times, the last {self.times[-1]:g}"
         return title, [(name, shown(values, errors, -1)) for name, values, errors in rows]
 
     def _columns(self) -> dict[str, Any]:

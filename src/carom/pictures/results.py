@@ -11,6 +11,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.pictures import plots
 from carom.pictures.paper import GREY, INK, PALE, TITLE, TOP, WARM, lay_out, saved, sheet
+from carom.texts import axis_name
 from carom.texts import label as label_of
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ def _pressure_profile(axes: Axes, result: PressureProfileResult) -> None:
     for k, a in enumerate((result.axis, *across)):
         label, color = f"$P_{{{a}{a}}}$", COLORS[k % len(COLORS)]
         _curve(axes, result.middle, result.tensor[:, a, a], result.error[:, a, a], label, color)
-    axes.set_xlabel(f"axis {result.axis}")
+    axes.set_xlabel(axis_name(result.axis))
     axes.set_ylabel("pressure tensor $P_{aa}$")
 
 
@@ -173,7 +174,7 @@ def _density_profile(axes: Axes, result: DensityProfileResult) -> None:
     errors = np.where(np.isfinite(result.error), result.error, 0.0)
     axes.errorbar(result.middle, result.density, errors, fmt="none", color=INK, linewidth=0.9)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel(f"axis {result.axis}")
+    axes.set_xlabel(axis_name(result.axis))
     axes.set_ylabel("number density")
 
 

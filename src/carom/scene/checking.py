@@ -11,7 +11,7 @@ from carom import checks
 from carom.errors import InputError, OverlapError
 from carom.models.contacts.rough import Rough, spin_axes
 from carom.models.questions.obstacle import is_periodic
-from carom.scene import box, overlaps
+from carom.scene import overlaps
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts
 from carom.texts import axis_name
@@ -146,10 +146,12 @@ def refuse_overlap(
         return
     # Enough digits to show the depth with three of them.
     digits = min(17, max(4, 3 - math.floor(math.log10(overlap.depth / overlap.contact))))
-    start = "Scene.random(...)"
+    largest = float(contacts.diameters.max())
+    # Rounded to six digits, and not up: this diameter is to be typed.
+    touching = largest * overlap.distance / overlap.contact * (1.0 - 5e-6)
+    smaller = f"smaller diameters (these two touch if the largest is {touching:.6g}, now {largest:.6g}), "
     raise OverlapError(
         f"spheres {overlap.i} and {overlap.j} overlap by {overlap.depth:.3g} "
         f"(distance {overlap.distance:#.{digits}g}, contact {overlap.contact:#.{digits}g}). "
-        f"Start from {start} or a lattice, or lower packing_fraction "
-        f"(now {box.packing_fraction(contacts.diameters, tuple(room.box)):.3f})."
+        f"Take {smaller if touching else ''}other positions, or a start from Scene.random(...) or a lattice."
     )

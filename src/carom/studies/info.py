@@ -19,7 +19,7 @@ from carom.frame import Frame
 from carom.io import checkpoint, events, records
 from carom.io.formats import FOREIGN, SUFFIXES, Reader
 from carom.io.records import toml_tables
-from carom.io.trajectory import FRAMES, form_of, open_reader
+from carom.io.trajectory import FRAMES, STATES, form_of, open_reader
 from carom.models.interactions.rule_files import RuleFile
 from carom.observables.statistics import value_with_error
 from carom.scene.description import particles
@@ -140,9 +140,6 @@ _REACHED = records.table(
     }
 )
 
-_STATES = ("checkpoint.h5", "compression.h5")
-"""Checkpoints of folders, which go on."""
-
 _OF_FOLDER = ("summary.json", "study.json", "plan.json", "outcome.json")
 
 
@@ -168,6 +165,7 @@ def _run(path: Path) -> Info:
         result = RunResult(path, read_summary(folder.summary))
         s = result.summary
         found = Info(path, "a run", "finished", next=_typed("carom view", path))
+        found.next += " --trust-code" if result._rules_logged else ""
         _system(found, s["n"], s["dimension"], s.get("system"), s["packing_fraction"])
         _trajectory(found, path)
         _, rows = result._rows()
@@ -322,7 +320,7 @@ def _saved(path: Path) -> Info:
 def _checkpoint(path: Path) -> Info:
     found = Info(path, "a checkpoint")
     _state(found, path)
-    beside = path.name in _STATES
+    beside = path.name in STATES
     found.next = _typed("carom resume", path.parent) if beside else f"carom.load({str(path)!r})   (in Python)"
     return found
 
@@ -394,6 +392,7 @@ def _system(found: Info, n: int, dimension: int, system: str | None, eta: float 
 
 def _box(found: Info, box: list[float], periodic: tuple[bool, ...] | None, tilt: float | None = None) -> None:
     """Add the edges of the box, its tilt, and which axes have walls."""
+    found.lines = [line for line in found.lines if line[0] != "box"]  # frames know more than a checkpoint
     text = " x ".join(f"{edge:.6g}" for edge in box)
     values: dict[str, Any] = {"box": box}
     if periodic is not None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import shlex
 from collections.abc import Callable
 from pathlib import Path
 
@@ -14,7 +15,7 @@ from carom.paths import reason, remnants, write_text, writing
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import FORMATS
 from carom.studies.lock import owned
-from carom.studies.places import TABLES, is_table, of_the_user, refuse_others, title
+from carom.studies.places import TABLES, is_table, kind_of, of_the_user, refuse_others, title
 
 PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
 
@@ -185,8 +186,11 @@ def existing_run(path: Path) -> RunFolder:
     folder = RunFolder(path)
     try:
         if not path.is_dir():
+            expected = "the folder of a run, as `carom run --out` makes it"
+            if path.exists() and kind_of(path.parent) is not None:
+                expected = f"its folder: `carom resume {shlex.quote(str(path.parent))}`"
             missing = "is a file" if path.exists() else "does not exist"
-            raise FileError(f"{path} {missing}; expected the folder of a run, as `carom run --out` makes it.")
+            raise FileError(f"{path} {missing}; expected {expected}.")
         if not any(file.is_file() for file in (folder.checkpoint, folder.summary, folder.scene)):
             raise FileError(f"{path} holds nothing of Carom yet; type the command that began there again.")
     except OSError as error:

@@ -42,6 +42,7 @@ from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation import stretches
+from carom.simulation.equilibration import drifts
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.mechanics import Statistics
 from carom.simulation.relaxation import mean_square_displacement
@@ -394,6 +395,8 @@ def _other_temperature(facts: Facts, kT: Estimate) -> str | None:
     asked, scene = facts.plan.run.kT, facts.sim.scene
     if asked is None or scene.velocities is not None or not abs(kT.mean - asked) > OTHER * asked:
         return None
+    if scene.drive is not None or drifts(facts.sim) is not None:
+        return None  # contacts, surfaces or a drive decide, and no equilibration brings kT back
     said = f"kT = {asked:g} was asked for, and its mean is {kT.mean:.4g}: kinetic and potential energy are"
     if facts.plan.run.event_log:
         return f"{said} exchanged, and velocities are not scaled where an event log is written."
@@ -461,13 +464,15 @@ def _obstacles(facts: Facts) -> list[dict[str, Any]]:
     scene = facts.sim.scene
     gone = stand_ins(standing(scene), scene.box, scene.periodic)
     walls = sides(scene.periodic)
+    rubbed = not is_usual(scene, "impact")
+    working = [*(rubbed for _ in walls), *(rubbed or hasattr(each, "live") for each in standing(scene))]
     # The area of a plane inside the box is not known, so it has only a force.
     return [
         {
             "name": name,
             "force": _borne(facts, k, 1.0),
             "pressure": _borne(facts, k, None),
-            "power": _number(_power(facts, k)),
+            "power": _number(_power(facts, k) if working[k] else None),
         }
         for k, name in enumerate(obstacle_names(scene))
         if k >= len(walls) or walls[k] not in gone

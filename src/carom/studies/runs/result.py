@@ -87,6 +87,11 @@ class RunResult(Result):
         """Potential energy per particle; NaN where there is none."""
         return self._estimate("U")
 
+    @property
+    def _rules_logged(self) -> bool:
+        """Whether to show the run is to call the rules of its units again, which is code."""
+        return bool(self.summary.get("units")) and (self.folder / "events.h5").is_file()
+
     def _estimate(self, name: str) -> Estimate:
         found = self.summary[name]
         if found["mean"] is None:
