@@ -350,7 +350,7 @@ CASES = {
         "--pair": added(MEASURE, ("--pair", "0,1"), lambda done: done.table["g"].sum(), None),
         "--axis": added(
             ("two.extxyz", "profile", *OUT), ("--axis", "z"),
-            lambda done: "axis 2" in done.printed, True,
+            lambda done: "along z" in done.printed, True,
         ),
         "--pictures": added((*MEASURE, "--no-pictures"), ("--pictures",), made("out/rdf.png"), True),
         "--no-pictures": added(MEASURE, ("--no-pictures",), made("out/rdf.png"), False),

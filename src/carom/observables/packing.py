@@ -169,8 +169,8 @@ class PackingNetwork:
         return (
             "Contacts cannot be told from near contacts yet: no void separates their gaps, and "
             f"{self.contacts} is the number of pairs in the backbone with a gap below {self.gap:.1e}. "
-            "Compress more slowly and to a higher pressure, at a rate of 1e-3 to 1e10 at least; disks of one "
-            "size, which crystallize, may need more."
+            "Compress more slowly, at a tenth of the rate, and to Z = 1e10 at least; disks of one size, "
+            "which crystallize, may need more."
         )
 
     @property
