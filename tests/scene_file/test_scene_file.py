@@ -78,6 +78,7 @@ BAD = [
     ("[run]\nframs = 8", r"\[run\] frams is no known key; did you mean frames"),
     ("[run]\nzzz = 8", r"\[run\] zzz is no known key \(known: barostat, checkpoint_every,"),
     ("[run]\ntrajectory = ['h5md']", r"trajectory is no known key; give write = "),
+    ("[run]\npressure = 10.0", r"pressure is no known key; give barostat = \{ pressure = 10.0"),
     ("[scene]\ninitial = 'fcc'", r'initial is no known key; places are random; give lattice = "fcc"'),
     (
         "[model]\nkind = 'square-well'",

@@ -346,6 +346,7 @@ class RunSpec(Spec):
     within: ClassVar[str] = "[run] "
     gone: ClassVar[Mapping[str, str]] = {
         "trajectory": 'give write = ["h5md"], say',
+        "pressure": "give barostat = { pressure = 10.0, interval = 0.2, step = 0.4 }, say",
         "initial": "what the run starts from stands in [scene]",
     }
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = (LENGTHS,)
