@@ -8,38 +8,27 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from carom import above
 from carom.version import __version__
 
 if TYPE_CHECKING:
     from carom import (
         io as io,
-    )
-    from carom import (
         models as models,
-    )
-    from carom import (
         observables as observables,
-    )
-    from carom import (
         reference as reference,
-    )
-    from carom import (
         results as results,
-    )
-    from carom import (
         sizes as sizes,
-    )
-    from carom import (
         theory as theory,
     )
     from carom.block import Block as Block
-    from carom.errors import BusyError as BusyError
-    from carom.errors import CaromError as CaromError
-    from carom.errors import CaromWarning as CaromWarning
-    from carom.errors import FileError as FileError
-    from carom.errors import InputError as InputError
-    from carom.errors import OverlapError as OverlapError
+    from carom.errors import (
+        BusyError as BusyError,
+        CaromError as CaromError,
+        CaromWarning as CaromWarning,
+        FileError as FileError,
+        InputError as InputError,
+        OverlapError as OverlapError,
+    )
     from carom.frame import Frame as Frame
     from carom.io.trajectory import open as open
     from carom.observables.bond_order import BondOrder as BondOrder
@@ -64,8 +53,7 @@ if TYPE_CHECKING:
     from carom.simulation.callbacks import hit as hit
     from carom.simulation.conditions import check as check
     from carom.simulation.csv_log import CSVLog as CSVLog
-    from carom.simulation.simulation import Simulation as Simulation
-    from carom.simulation.simulation import Statistics as Statistics
+    from carom.simulation.simulation import Simulation as Simulation, Statistics as Statistics
     from carom.simulation.swaps import Swaps as Swaps
     from carom.simulation.tuning import Tuning as Tuning
     from carom.studies.codes.study import spherical_code as spherical_code
@@ -77,59 +65,55 @@ if TYPE_CHECKING:
     from carom.studies.packings.study import packings as packings
     from carom.studies.planner.plan import plan as plan
     from carom.studies.runs.execution import run as run
-    from carom.studies.saved import load as load
-    from carom.studies.saved import resume as resume
+    from carom.studies.saved import load as load, resume as resume
     from carom.studies.signals import Interrupted as Interrupted
 
 # Name -> module; imported when first used, so that `import carom` and `carom --help` stay fast.
 _LAZY = {
-    "Scene": "carom.scene.scene",
-    "Species": "carom.scene.species",
-    "Simulation": "carom.simulation.simulation",
-    "Tuning": "carom.simulation.tuning",
-    "Swaps": "carom.simulation.swaps",
-    "Barostat": "carom.simulation.barostat",
-    "CSVLog": "carom.simulation.csv_log",
-    "hit": "carom.simulation.callbacks",
-    "Statistics": "carom.simulation.simulation",
-    "Frame": "carom.frame",
-    "Block": "carom.block",
-    "Pressure": "carom.observables.pressure",
-    "PressureProfile": "carom.observables.pressure_profile",
-    "PressureTensor": "carom.observables.pressure_tensor",
-    "Volume": "carom.observables.volume",
-    "WallPressure": "carom.observables.wall_pressure",
-    "Energy": "carom.observables.energy",
-    "RDF": "carom.observables.pair_distribution",
-    "StructureFactor": "carom.observables.structure_factor",
-    "Dynamics": "carom.observables.dynamics",
-    "BondOrder": "carom.observables.bond_order",
-    "DensityProfile": "carom.observables.density_profile",
-    "FreeFlights": "carom.observables.flights",
-    "Estimate": "carom.observables.statistics",
-    "check": "carom.simulation.conditions",
-    "run": "carom.studies.runs.execution",
-    "pack": "carom.studies.packings.pack",
-    "packings": "carom.studies.packings.study",
-    "spherical_code": "carom.studies.codes.study",
-    "equation_of_state": "carom.studies.eos.study",
-    "transport": "carom.studies.coefficients.study",
-    "shear": "carom.studies.flow.study",
-    "plan": "carom.studies.planner.plan",
-    "measure": "carom.studies.measuring",
-    "resume": "carom.studies.saved",
-    "load": "carom.studies.saved",
-    "open": "carom.io.trajectory",
-    "view": "carom.pictures.view",
-    "movie": "carom.pictures.movie",
-    "Live": "carom.pictures.live",
-    "CaromError": "carom.errors",
-    "InputError": "carom.errors",
-    "BusyError": "carom.errors",
-    "OverlapError": "carom.errors",
-    "FileError": "carom.errors",
-    "CaromWarning": "carom.errors",
-    "Interrupted": "carom.studies.signals",
+    name: home
+    for home, names in {
+        "carom.scene.scene": "Scene",
+        "carom.scene.species": "Species",
+        "carom.simulation.simulation": "Simulation Statistics",
+        "carom.simulation.tuning": "Tuning",
+        "carom.simulation.swaps": "Swaps",
+        "carom.simulation.barostat": "Barostat",
+        "carom.simulation.csv_log": "CSVLog",
+        "carom.simulation.callbacks": "hit",
+        "carom.frame": "Frame",
+        "carom.block": "Block",
+        "carom.observables.pressure": "Pressure",
+        "carom.observables.pressure_profile": "PressureProfile",
+        "carom.observables.pressure_tensor": "PressureTensor",
+        "carom.observables.volume": "Volume",
+        "carom.observables.wall_pressure": "WallPressure",
+        "carom.observables.energy": "Energy",
+        "carom.observables.pair_distribution": "RDF",
+        "carom.observables.structure_factor": "StructureFactor",
+        "carom.observables.dynamics": "Dynamics",
+        "carom.observables.bond_order": "BondOrder",
+        "carom.observables.density_profile": "DensityProfile",
+        "carom.observables.flights": "FreeFlights",
+        "carom.observables.statistics": "Estimate",
+        "carom.simulation.conditions": "check",
+        "carom.studies.runs.execution": "run",
+        "carom.studies.packings.pack": "pack",
+        "carom.studies.packings.study": "packings",
+        "carom.studies.codes.study": "spherical_code",
+        "carom.studies.eos.study": "equation_of_state",
+        "carom.studies.coefficients.study": "transport",
+        "carom.studies.flow.study": "shear",
+        "carom.studies.planner.plan": "plan",
+        "carom.studies.measuring": "measure",
+        "carom.studies.saved": "resume load",
+        "carom.io.trajectory": "open",
+        "carom.pictures.view": "view",
+        "carom.pictures.movie": "movie",
+        "carom.pictures.live": "Live",
+        "carom.errors": "CaromError InputError BusyError OverlapError FileError CaromWarning",
+        "carom.studies.signals": "Interrupted",
+    }.items()
+    for name in names.split()
 }
 _MODULES = {
     "io": "carom.io",
@@ -146,65 +130,6 @@ _MEANT = {
     "plots": "the method plot() of a result, or carom.pictures.plots",
     "rdf": 'carom.measure(frames, "rdf") or carom.RDF().over(frames)',
 }
-
-
-def _grown() -> Any:
-    from carom.simulation.growth import grown
-
-    return grown
-
-
-def _viewed() -> Any:
-    from carom.pictures.view import view
-
-    return view
-
-
-def _command() -> Any:
-    from carom.cli.study import command
-
-    return command
-
-
-def _drawn() -> Any:
-    from carom.pictures.results import draw
-
-    return draw
-
-
-def _name_results() -> Any:
-    for name in ("carom.observables", "carom.studies.saved"):
-        importlib.import_module(name)
-    return lambda: None
-
-
-def _opened() -> Any:
-    from carom.io.places import open_frames
-
-    return open_frames
-
-
-def _plotted() -> Any:
-    from carom.pictures.plots import snapshot
-
-    return snapshot
-
-
-def _picture() -> Any:
-    from carom.pictures.plots import picture
-
-    return picture
-
-
-# Functions that subpackages need from subpackages above them.
-above.install("command", _command)
-above.install("drawn", _drawn)
-above.install("grown", _grown)
-above.install("name_results", _name_results)
-above.install("opened", _opened)
-above.install("viewed", _viewed)
-above.install("plotted", _plotted)
-above.install("picture", _picture)
 
 __all__ = [*_LAZY, *_MODULES, "__version__"]
 

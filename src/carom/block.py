@@ -54,14 +54,6 @@ class MomentumFlux(NamedTuple):
     carried: Any
     handed_over: Any
 
-    def minus(self, other: MomentumFlux) -> MomentumFlux:
-        """Return what came since another."""
-        return MomentumFlux(self.carried - other.carried, self.handed_over - other.handed_over)
-
-    def plus(self, other: MomentumFlux) -> MomentumFlux:
-        """Return the sum with another."""
-        return MomentumFlux(self.carried + other.carried, self.handed_over + other.handed_over)
-
 
 class VolumeSums(NamedTuple):
     """What adds up over a stretch in which a barostat changes the volume V.
@@ -80,13 +72,15 @@ class VolumeSums(NamedTuple):
     inverse: float
     virial: float
 
-    def minus(self, other: VolumeSums) -> VolumeSums:
-        """Return what came since another."""
-        return VolumeSums(*(a - b for a, b in zip(self, other, strict=True)))
 
-    def plus(self, other: VolumeSums) -> VolumeSums:
-        """Return the sum with another."""
-        return VolumeSums(*(a + b for a, b in zip(self, other, strict=True)))
+def combined(one: Any, other: Any, sign: int = 1) -> Any:
+    """Return the sum of two sums or tuples of them, or with sign -1 the difference; None for None."""
+    if one is None or other is None:
+        return None
+    if not isinstance(one, tuple):
+        return one + sign * other
+    parts = [combined(a, b, sign) for a, b in zip(one, other, strict=True)]
+    return type(one)(*parts) if hasattr(one, "_fields") else tuple(parts)
 
 
 class Block(NamedTuple):

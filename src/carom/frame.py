@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.configuration import Configuration
-from carom.texts import axis_name, visible
+from carom.texts import axis_name, span, visible
 
 if TYPE_CHECKING:
     import ase
@@ -17,7 +17,8 @@ if TYPE_CHECKING:
     import xarray
 
 
-class Frame(Configuration):
+@dataclass(frozen=True, eq=False, repr=False)
+class Frame:
     """All particles at one time: in the paper's words, a global state.
 
     Parameters
@@ -56,6 +57,53 @@ class Frame(Configuration):
     (64, 0.0, (64, 2))
     """
 
+    time: float
+    step: int
+    positions: np.ndarray
+    velocities: np.ndarray
+    box: Any  # given as any sequence of edges, kept as an array
+    diameters: np.ndarray
+    masses: np.ndarray
+    images: np.ndarray | None = None
+    species: np.ndarray | None = None
+    species_names: tuple[str, ...] = ()
+    periodic: tuple[bool, ...] = ()
+    spins: np.ndarray | None = None
+    tilt: float | None = None
+
+    def __post_init__(self) -> None:
+        box = np.array(self.box, dtype=np.float64)
+        box.setflags(write=False)
+        object.__setattr__(self, "box", box)
+        if not self.periodic:
+            object.__setattr__(self, "periodic", (True,) * len(self.box))
+
+    @property
+    def n(self) -> int:
+        """Number of particles."""
+        return self.positions.shape[0]
+
+    @property
+    def dimension(self) -> int:
+        """Number of dimensions, d."""
+        return self.positions.shape[1]
+
+    @property
+    def unwrapped(self) -> np.ndarray:
+        """Positions (n, d) without wrapping: ``positions + images * box``.
+
+        Raises
+        ------
+        ValueError
+            If this frame holds no images.
+        """
+        if self.images is None:
+            raise ValueError("This frame holds no image counts; sample with carom.Tuning(images=True).")
+        moved = self.positions + self.images * self.box
+        if self.tilt:
+            moved[:, 0] += self.tilt * self.images[:, 1] * self.box[1]
+        return moved
+
     def __repr__(self) -> str:
         return f"Frame({', '.join(f'{name}={text}' for name, text in self._facts().items())})"
 
@@ -72,8 +120,8 @@ class Frame(Configuration):
             "time": f"{self.time:.8g}",
             "step": str(self.step),
             "box": "(" + ", ".join(f"{edge:.6g}" for edge in self.box) + ")",
-            "diameters": _span(self.diameters),
-            "masses": _span(self.masses),
+            "diameters": span(self.diameters),
+            "masses": span(self.masses),
         }
         if self.species is not None:
             counts = np.bincount(self.species, minlength=len(self.species_names))
@@ -146,9 +194,3 @@ class Frame(Configuration):
         from carom.bridges.memory import to_xarray
 
         return to_xarray([self]).isel(time=0)
-
-
-def _span(values: np.ndarray) -> str:
-    """Return the smallest and the largest value as text, or one if they are equal."""
-    low, high = float(values.min()), float(values.max())
-    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"

@@ -8,7 +8,6 @@ import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from carom import above
 from carom.texts import html
 
 if TYPE_CHECKING:
@@ -44,7 +43,9 @@ def embedded(frames: Any) -> str | None:
     several = [frames] if hasattr(frames, "positions") else frames
     if not len(several) or several[0].dimension > 3 or len(several) * several[0].n > LARGEST:
         return None
-    page: str = above.view(frames)._repr_html_()
+    from carom.pictures.view import view
+
+    page: str = view(frames)._repr_html_()
     return page
 
 

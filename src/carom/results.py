@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
-from carom import above, checks
+from carom import checks
 from carom.errors import FileError, InputError
 from carom.notebook import table
 from carom.paths import replacing, writing
@@ -196,7 +196,9 @@ class Result:
         FileError
             If the picture cannot be saved.
         """
-        return above.drawn(self, path)
+        from carom.pictures.results import draw
+
+        return draw(self, path)
 
 
 def from_dict(values: Mapping[str, Any]) -> Any:
@@ -211,7 +213,8 @@ def from_dict(values: Mapping[str, Any]) -> Any:
     """
     name = str(values.get("kind"))
     if name not in KINDS:
-        above.name_results()
+        import carom.observables
+        import carom.studies.saved  # noqa: F401 (they name every kind)
     if name not in KINDS:
         raise InputError(f"No kind of result is called {values.get('kind')!r}.")
     kind = KINDS[name]

@@ -1,25 +1,14 @@
-"""What is asked for, said once: a frozen value that is also a file, options of a command, and arguments.
-
-A field of a specification is annotated with its check and its :class:`Opt`::
-
-    replicas: Annotated[int, integer(low=1), Opt("Independent runs of each point.")] = 2
-
-The check gets a value and the name of the field, and returns the value as it is used, or raises InputError.
-
-The help of a command reads these fields, so that nothing slow is imported here before a value is checked.
-"""
+"""What is asked for: a declared value that is also a section of a file, options and arguments."""
 
 from __future__ import annotations
 
-import dataclasses
-import inspect
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from types import UnionType
-from typing import Any, ClassVar, Self, TypeVar, Union, get_args, get_origin, get_type_hints
+from typing import Any, ClassVar, Self
 
+from carom.declared import Declared, fields_of
 from carom.errors import InputError
 from carom.version import __version__
 
@@ -37,33 +26,9 @@ GONE = {
 }
 """Sections that are none, and what to write instead."""
 
-Check = Callable[[Any, str], Any]
-
 
 @dataclass(frozen=True)
-class Opt:
-    """How a field is set.
-
-    Attributes
-    ----------
-    help : str
-        What it is, in a file, on the command line and in the docstring of the function.
-    panel : str
-        Heading of the option in the help of the command.
-    flags : tuple of str or None
-        Names of the option, by default that of the field; None if only files and arguments set it.
-    read : callable or None
-        Returns the value from the text of the option.
-    """
-
-    help: str
-    panel: str = ""
-    flags: tuple[str, ...] | None = ()
-    read: Callable[[str], Any] | None = None
-
-
-@dataclass(frozen=True)
-class Spec:
+class Spec(Declared):
     """Base of specifications: frozen dataclasses whose fields have checks.
 
     Raises
@@ -87,8 +52,6 @@ class Spec:
     tables: ClassVar[tuple[str, ...]] = ()
     serial: ClassVar[bool] = False
     """Whether tasks run one after the other, because they measure CPU time."""
-    within: ClassVar[str] = ""
-    """What stands before the name of a field in an error."""
     gone: ClassVar[Mapping[str, str]] = {}
     """Words that are no fields, and what to write instead."""
     grid: ClassVar[tuple[str, ...]] = ()
@@ -97,21 +60,6 @@ class Spec:
     """Groups of fields of which one that is given takes the place of the others."""
     resets: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Fields whose new value makes others meaningless."""
-
-    def __post_init__(self) -> None:
-        for name, field in fields_of(type(self)).items():
-            value = getattr(self, name)
-            if value is None and field.default is not dataclasses.MISSING:  # as if it were left out
-                self._put(name, value := field.default)
-            if value is not None:
-                self._put(name, checked(type(self), name, value))
-        self.complete()
-
-    def _put(self, name: str, value: Any) -> None:
-        object.__setattr__(self, name, value)
-
-    def complete(self) -> None:
-        """Check what concerns several fields, and set those whose default depends on others."""
 
     def tasks(self) -> list[dict[str, Any]]:
         """Return the tasks: plain values, each of which determines every bit of its result."""
@@ -243,86 +191,6 @@ class Spec:
         return "\n".join(lines) + "\n"
 
 
-S = TypeVar("S", bound=Spec)
-
-
-@dataclass(frozen=True)
-class SpecField:
-    """A field of a specification: its name, type, check and option, and whether it has no default."""
-
-    name: str
-    kind: Any
-    default: Any
-    check: Check | None
-    opt: Opt | None
-
-    @property
-    def needed(self) -> bool:
-        """Whether a value must be given."""
-        return self.default is dataclasses.MISSING
-
-    @property
-    def is_option(self) -> bool:
-        """Whether an option of the command sets it."""
-        return self.opt is not None and self.opt.flags is not None
-
-    def of_option(self, value: Any) -> Any:
-        """Return the value of the option, of which some are texts that a field reads in its own way."""
-        return value if self.opt is None or self.opt.read is None else self.opt.read(value)
-
-
-def described(kind: type[S]) -> type[S]:
-    """Add the fields to the docstring of a class of specifications, as its parameters."""
-    lines = ["Parameters", "----------"]
-    for field in fields_of(kind).values():
-        assert field.opt is not None
-        lines += [f"{field.name} : {_words(field.kind)}", f"    {field.opt.help}"]
-    head, mark, rest = inspect.cleandoc(kind.__doc__ or "").partition("Raises\n")
-    kind.__doc__ = "\n".join([head + lines[0], *lines[1:], "", mark + rest])
-    return kind
-
-
-def _words(hint: Any) -> str:
-    """Return a type as docstrings have it."""
-    kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
-    names = ["tuple" if get_origin(kind) is tuple else getattr(kind, "__name__", "value") for kind in kinds]
-    words = ["value" if name == "Any" else name for name in names if name != "NoneType"]
-    return " or ".join(words) + (", optional" if "NoneType" in names or hint is Any else "")
-
-
-def checked(kind: type[Spec], name: str, value: Any) -> Any:
-    """Return a value as a field of a specification has it."""
-    check = fields_of(kind)[name].check
-    return value if check is None else check(value, kind.within + name)
-
-
-def helps(kind: type) -> dict[str, str]:
-    """Return what the fields of a specification are, by name."""
-    return {name: field.opt.help for name, field in fields_of(kind).items() if field.opt is not None}
-
-
-_FIELDS: dict[type, dict[str, SpecField]] = {}
-
-
-def fields_of(kind: type) -> dict[str, SpecField]:
-    """Return the fields of a class of specifications by name."""
-    if kind in _FIELDS:
-        return _FIELDS[kind]
-    hints = get_type_hints(kind, include_extras=True)
-    found = {}
-    for field in dataclasses.fields(kind):
-        hint = hints[field.name]
-        marks = getattr(hint, "__metadata__", ())
-        check = next((mark for mark in marks if callable(mark)), None)
-        opt = next((mark for mark in marks if isinstance(mark, Opt)), None)
-        default = field.default
-        if field.default_factory is not dataclasses.MISSING:
-            default = field.default_factory()
-        found[field.name] = SpecField(field.name, get_args(hint)[0] if marks else hint, default, check, opt)
-    _FIELDS[kind] = found
-    return found
-
-
 def file_of(path: Path) -> Path:
     """Return the study file or scene file in the folder of a study or a run; any other path as it is."""
     if not path.is_dir():
@@ -382,87 +250,6 @@ def shown(name: str) -> str:
     """Return a name for a message: short and printable."""
     short = name if len(name) <= 40 else name[:37] + "..."
     return short if short.isprintable() and short else repr(short)
-
-
-def said(check: Check, **schema: Any) -> Check:
-    """Return a check that says, in the words of JSON schemas, which values it accepts."""
-    check.schema = schema  # type: ignore[attr-defined]
-    return check
-
-
-def schema_of(check: Check | None) -> dict[str, Any]:
-    """Return what a check says about the values that it accepts; nothing where it says nothing."""
-    return dict(getattr(check, "schema", {}))
-
-
-def _bounds(limits: Mapping[str, Any]) -> dict[str, Any]:
-    """Return limits of a number in the words of JSON schemas."""
-    lowest = "exclusiveMinimum" if limits.get("open_low") else "minimum"
-    return {word: limits[name] for name, word in (("low", lowest), ("high", "maximum")) if name in limits}
-
-
-def number(**limits: Any) -> Check:
-    """Return the check of a number; see :func:`carom.checks.number`."""
-
-    def test(value: Any, name: str) -> float:
-        from carom import checks
-
-        return checks.number(value, name, **limits)
-
-    return said(test, type="number", **_bounds(limits))
-
-
-def integer(**limits: Any) -> Check:
-    """Return the check of an integer; see :func:`carom.checks.integer`."""
-
-    def test(value: Any, name: str) -> int:
-        from carom import checks
-
-        return checks.integer(value, name, **limits)
-
-    return said(test, type="integer", **_bounds(limits))
-
-
-def word(*known: str) -> Check:
-    """Return the check of a word that is one of those known."""
-
-    def test(value: Any, name: str) -> str:
-        from carom import checks
-
-        if isinstance(value, str) and value in known:
-            return value
-        hint = checks.suggestion(value, known, listed=True) if isinstance(value, str) else ""
-        raise InputError(f"{name} must be one of {', '.join(known)}; found {checks.describe(value)}{hint}.")
-
-    return said(test, enum=list(known))
-
-
-def switch(value: Any, name: str) -> bool:
-    """Check true or false."""
-    from carom import checks
-
-    if not isinstance(value, bool):
-        raise InputError(f"{name} must be true or false, found {checks.describe(value)}.")
-    return value
-
-
-said(switch, type="boolean")
-
-
-def several(one: Check) -> Check:
-    """Return the check of one value or of several different ones, which are sorted."""
-
-    def test(value: Any, name: str) -> tuple[Any, ...]:
-        listed = isinstance(value, Iterable) and not isinstance(value, str | Mapping)
-        many = list(value) if listed else [value]
-        found = [one(each.item() if hasattr(each, "item") else each, name) for each in many]
-        if not found:
-            raise InputError(f"{name} must hold at least one value, found none.")
-        if len(set(found)) < len(found):
-            raise InputError(f"{name} names a value twice; replicas= repeats a point.")
-        return tuple(sorted(found))
-
-    return said(test, anyOf=[schema_of(one), {"type": "array", "items": schema_of(one), "minItems": 1}])
 
 
 MOST_POINTS = 10_000

@@ -54,3 +54,9 @@ def label(text: Any) -> str:
 def axis_name(axis: int) -> str:
     """Return the name of an axis: x, y, z, and axis3 from the fourth on."""
     return "xyz"[axis] if axis < 3 else f"axis{axis}"
+
+
+def span(values: Any) -> str:
+    """Return the smallest and the largest value of an array as text, or one if they are equal."""
+    low, high = float(values.min()), float(values.max())
+    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"

@@ -21,10 +21,10 @@ from carom import cli, io
 from carom.cli import heartbeat, meant, screen, study
 from carom.cli.meant import OPTIONS
 from carom.cli.templates import SPECS
+from carom.declared import fields_of, schema_of
 from carom.frame import Frame
 from carom.scene_file.commands import PlanSpec
 from carom.scene_file.sections import RunSpec
-from carom.spec import fields_of, schema_of
 from carom.studies import CodeSpec, PackSpec, ShearSpec, StudySpec, TradeSpec, TransportSpec
 from carom.studies.study import Study
 

@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 
 from carom import cli
 from carom.cli import templates
+from carom.declared import fields_of
 from carom.scene_file.scene_file import SceneFile
-from carom.spec import fields_of
 
 SMALL_RUN = ("--n", "30", "--equilibration", "1", "--frames", "2", "--no-pictures")
 SMALL_STUDY = ("--n", "32", "--replicas", "1", "-c", "60", "--equilibration", "5", "--engine", "serial",

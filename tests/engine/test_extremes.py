@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from helpers.marks import slow
 from helpers.oracle import EPS, moving
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import carom
 from carom.errors import CaromError, CaromWarning, OverlapError

@@ -217,7 +217,7 @@ def test_what_cannot_be_is_refused_in_a_sentence(make, words):
 def test_timers_are_the_time_that_is_left_in_the_unit_of_the_scene():
     from types import SimpleNamespace
 
-    from carom.simulation import agents
+    from carom.simulation import readings
     from carom.units import TimeUnit
 
     nobody = np.zeros(3, np.int64)
@@ -228,4 +228,4 @@ def test_timers_are_the_time_that_is_left_in_the_unit_of_the_scene():
     machine = SimpleNamespace(
         engine=SimpleNamespace(model=SimpleNamespace(rules=rules)), unit=TimeUnit(3), in_epoch=lambda: 2.0
     )
-    assert agents.present(machine).timers.tolist() == [4.0, np.inf]
+    assert readings.units_now(machine).timers.tolist() == [4.0, np.inf]

@@ -18,8 +18,8 @@ from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.shear import LONGEST_STRAIN
 from carom.scene.overlaps import Room
+from carom.simulation.readings import momentum_flux
 from carom.simulation.replay import Replay
-from carom.simulation.temperature import momentum_flux
 
 
 def flux(sim):

@@ -7,15 +7,15 @@ import string
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import carom.io
+from carom.declared import fields_of
 from carom.errors import FileError, InputError, OverlapError
 from carom.frame import Frame
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import RunSpec, SceneFile, SceneSpec
-from carom.spec import LARGEST_FILE, fields_of
+from carom.spec import LARGEST_FILE
 
 
 def test_an_empty_file_is_the_default_plan():

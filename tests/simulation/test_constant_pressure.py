@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 import carom
 from carom import theory
+from carom.block import combined
 from carom.cli import app
 from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
@@ -95,7 +96,7 @@ def test_blocks_add_up_to_the_whole_however_the_run_is_cut(plain):
         parts.append(sim.run(time=length).volumes)
     together = parts[0]
     for part in parts[1:]:
-        together = together.plus(part)
+        together = combined(together, part)
     assert together == pytest.approx(whole, rel=1e-12)
     assert sim.statistics.volume_moves_accepted > 5
     assert carom.Simulation(rods(3)).run(time=0.1).volumes is None

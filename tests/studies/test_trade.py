@@ -8,8 +8,7 @@ import signal
 
 import numpy as np
 import pytest
-from helpers.commands import carom as command
-from helpers.commands import complaints
+from helpers.commands import carom as command, complaints
 from rich.console import Console
 
 import carom

@@ -20,13 +20,14 @@ from carom.bridges.embedding import (
     symbols_of,
 )
 from carom.bridges.palette import colours_of
-from carom.configuration import Configuration
 
 if TYPE_CHECKING:
     import ase
 
+    from carom.frame import Frame
 
-def to_ase(frame: Configuration) -> ase.Atoms:
+
+def to_ase(frame: Frame) -> ase.Atoms:
     """Return a frame as an ``ase.Atoms``, with the symbol X or species' names that are chemical symbols.
 
     Parameters

@@ -6,12 +6,15 @@ that is not periodic.
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
 from urllib.parse import quote, unquote
 
 import numpy as np
 
-from carom.configuration import Configuration
 from carom.errors import InputError
+
+if TYPE_CHECKING:
+    from carom.frame import Frame
 
 _ELEMENTS = """
 H He Li Be B C N O F Ne Na Mg Al Si P S Cl Ar K Ca Sc Ti V Cr Mn Fe Co Ni Cu Zn Ga Ge As Se Br Kr Rb Sr Y Zr
@@ -48,7 +51,7 @@ def edges(box: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(box) + (max(box),) * (3 - len(box))
 
 
-def cell_of(frame: Configuration) -> np.ndarray:
+def cell_of(frame: Frame) -> np.ndarray:
     """Return the edges of the cell, a vector a row: (3, 3), or (d, d) of more dimensions. Those of a sheared
     box have no right angles.
     """
@@ -58,7 +61,7 @@ def cell_of(frame: Configuration) -> np.ndarray:
     return cell
 
 
-def upright(frame: Configuration) -> np.ndarray:
+def upright(frame: Frame) -> np.ndarray:
     """Return positions (n, d) in the box with right angles, which is a cell of a sheared lattice as well."""
     if not frame.tilt:
         return frame.positions
@@ -72,14 +75,14 @@ def periodic(flags: tuple[bool, ...]) -> tuple[bool, ...]:
     return (*flags, *(False,) * (3 - len(flags)))
 
 
-def names_of(frame: Configuration) -> tuple[str, ...]:
+def names_of(frame: Frame) -> tuple[str, ...]:
     """Return the names of a frame's species: by default their numbers, or X for a frame without species."""
     if frame.species is None:
         return ("X",)
     return frame.species_names or tuple(str(k) for k in range(int(frame.species.max()) + 1))
 
 
-def symbols_of(frame: Configuration) -> list[str]:
+def symbols_of(frame: Frame) -> list[str]:
     """Return the chemical symbols of the species: their names if all are symbols, or else X for each.
 
     X is no element. ASE fails with names that are no symbols, and takes B for boron.

@@ -10,7 +10,6 @@ import numpy as np
 
 from carom.bridges.embedding import about_axes, cell_of, embed, names_of, periodic, require_at_most_three
 from carom.bridges.palette import colours_of
-from carom.configuration import Configuration
 from carom.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,6 +17,8 @@ if TYPE_CHECKING:
     import ovito
     import pandas
     import xarray
+
+    from carom.frame import Frame
 
 AXES = "xyz"
 
@@ -32,7 +33,7 @@ def _needed(module: str, package: str) -> Any:
         ) from None
 
 
-def to_freud(frame: Configuration) -> tuple[freud.box.Box, np.ndarray]:
+def to_freud(frame: Frame) -> tuple[freud.box.Box, np.ndarray]:
     """Return freud's box, periodic where the frame is, and centred float32 positions (n, 3)."""
     if frame.dimension not in (2, 3):
         raise InputError(f"freud knows two and three dimensions, and this frame has {frame.dimension}.")
@@ -46,7 +47,7 @@ def to_freud(frame: Configuration) -> tuple[freud.box.Box, np.ndarray]:
     return result, embed((frame.positions - middle).astype(np.float32))
 
 
-def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
+def to_ovito(frame: Frame) -> ovito.data.DataCollection:
     """Return OVITO's data collection of a frame."""
     require_at_most_three(frame.dimension, "OVITO")
     data = _needed("ovito.data", "ovito")
@@ -74,7 +75,7 @@ def to_ovito(frame: Configuration) -> ovito.data.DataCollection:
     return result
 
 
-def to_pandas(frame: Configuration) -> pandas.DataFrame:
+def to_pandas(frame: Frame) -> pandas.DataFrame:
     """Return a row for each component."""
     pandas = _needed("pandas", "pandas")
     axes = AXES[: frame.dimension] if frame.dimension <= 3 else [f"x{k}" for k in range(frame.dimension)]
@@ -89,7 +90,7 @@ def to_pandas(frame: Configuration) -> pandas.DataFrame:
     return pandas.DataFrame(columns)
 
 
-def to_xarray(frames: Sequence[Configuration]) -> xarray.Dataset:
+def to_xarray(frames: Sequence[Frame]) -> xarray.Dataset:
     """Return positions and velocities (time, component, axis) of frames, and the other fields."""
     xarray = _needed("xarray", "xarray")
     first = frames[0]

@@ -78,8 +78,7 @@ def view(
     carom view run/events.h5 --collisions 5000
     """
     from carom.errors import InputError
-    from carom.pictures.view import is_page, rules_beside
-    from carom.pictures.view import view as shown
+    from carom.pictures.view import is_page, rules_beside, view as shown
     from carom.studies.places import kind_of
     from carom.studies.saved import load
 

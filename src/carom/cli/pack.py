@@ -10,7 +10,7 @@ import typer
 from carom.cli.options import FLAGS, GoOn, Json, Quiet
 from carom.cli.study import carry_out
 from carom.cli.trouble import friendly
-from carom.spec import helps
+from carom.declared import helps
 from carom.studies.packings.spec import PackSpec
 
 _SAYS = helps(PackSpec)
@@ -124,8 +124,7 @@ def pack(
         "seeds": seeds, "seed": seed, "rate": rate, "until_Z": until_Z, "collisions": collisions,
         "stages": _pairs(stage, "--stage", "RATE:Z") or None, "common": common, "pictures": pictures,
     }  # fmt: skip
-    from carom.studies.packings.pack import asked_of
-    from carom.studies.packings.pack import packed as compressed
+    from carom.studies.packings.pack import asked_of, packed as compressed
 
     asked, start = asked_of(scene, given)
     if asked.seeds is not None:

@@ -11,8 +11,8 @@ import typer
 
 from carom.cli.options import FLAGS, Json, Quiet, number_of
 from carom.cli.trouble import friendly
+from carom.declared import helps
 from carom.scene_file.commands import PlanSpec
-from carom.spec import helps
 
 if TYPE_CHECKING:
     from carom.studies.planner.plan import RunPlan

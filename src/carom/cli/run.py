@@ -11,8 +11,9 @@ import typer
 from carom.cli.options import FLAGS, Cores, GoOn, Json, Quiet, Trusted, number_of
 from carom.cli.study import _of_field, _option
 from carom.cli.trouble import friendly
+from carom.declared import fields_of
 from carom.scene_file.sections import RunSpec, SceneSpec
-from carom.spec import Spec, fields_of
+from carom.spec import Spec
 from carom.texts import visible
 
 _ARGUMENT = (
@@ -83,8 +84,7 @@ def run(
         typer.echo(visible(found, lines=True))
         return
     with watched() as progress, compiling_told():
-        from carom.studies.runs.execution import go_on as continued
-        from carom.studies.runs.execution import run as carry_out
+        from carom.studies.runs.execution import go_on as continued, run as carry_out
 
         how: dict[str, Any] = {"progress": progress, "predicted": predicted, "cores": number_of(cores)}
         if go_on:

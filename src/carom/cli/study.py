@@ -21,7 +21,8 @@ from carom.cli.trouble import PARTLY, friendly, started
 from carom.texts import visible
 
 if TYPE_CHECKING:
-    from carom.spec import Spec, SpecField
+    from carom.declared import SpecField
+    from carom.spec import Spec
     from carom.studies.study import Study
 
 WHERE, OUTPUT = "Where it runs", "What to write"
@@ -42,7 +43,7 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
     kind : callable
         Returns the class of the study when the command runs: its import takes longer than the help.
     """
-    from carom.spec import fields_of
+    from carom.declared import fields_of
 
     def run(
         study: Path | None, out: Path, report: bool, pictures: bool, as_json: bool, quiet: bool = False,

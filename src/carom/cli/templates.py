@@ -11,9 +11,10 @@ from collections.abc import Mapping
 from importlib.resources import files
 from typing import Any, get_args, get_origin
 
+from carom.declared import SpecField, fields_of, schema_of
 from carom.scene_file.commands import PlanSpec
 from carom.scene_file.sections import RunSpec, SceneSpec
-from carom.spec import Spec, SpecField, fields_of, schema_of
+from carom.spec import Spec
 from carom.studies.accuracy.spec import TradeSpec
 from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec

@@ -19,24 +19,23 @@ if TYPE_CHECKING:
     from carom.models.contacts.losses import Loss as Loss
     from carom.models.contacts.restitution import Restitution as Restitution
     from carom.models.contacts.rough import Rough as Rough
-    from carom.models.drives import Andersen as Andersen
-    from carom.models.drives import Brownian as Brownian
-    from carom.models.drives import Langevin as Langevin
-    from carom.models.interactions.bonds import Bonds as Bonds
-    from carom.models.interactions.bonds import chains as chains
-    from carom.models.interactions.bonds import rings as rings
+    from carom.models.drives import Andersen as Andersen, Brownian as Brownian, Langevin as Langevin
+    from carom.models.interactions.bonds import Bonds as Bonds, chains as chains, rings as rings
     from carom.models.interactions.hard_cores import HardCores as HardCores
-    from carom.models.interactions.ranges import Kind as Kind
-    from carom.models.interactions.ranges import Ranges as Ranges
+    from carom.models.interactions.ranges import Kind as Kind, Ranges as Ranges
     from carom.models.interactions.steps import Steps as Steps
-    from carom.models.interactions.units import CHANGED as CHANGED
-    from carom.models.interactions.units import ENTERED as ENTERED
-    from carom.models.interactions.units import LEFT as LEFT
-    from carom.models.interactions.units import TIMER as TIMER
-    from carom.models.interactions.units import draw as draw
-    from carom.models.interactions.wells import SquareWell as SquareWell
-    from carom.models.interactions.wells import StepTable as StepTable
-    from carom.models.interactions.wells import from_potential as from_potential
+    from carom.models.interactions.units import (
+        CHANGED as CHANGED,
+        ENTERED as ENTERED,
+        LEFT as LEFT,
+        TIMER as TIMER,
+        draw as draw,
+    )
+    from carom.models.interactions.wells import (
+        SquareWell as SquareWell,
+        StepTable as StepTable,
+        from_potential as from_potential,
+    )
     from carom.models.motions.free_flight import FreeFlight as FreeFlight
     from carom.models.motions.gravity import Gravity as Gravity
     from carom.models.motions.great_circles import GreatCircles as GreatCircles
@@ -44,14 +43,14 @@ if TYPE_CHECKING:
     from carom.models.obstacles.arcs import Arc as Arc
     from carom.models.obstacles.balls import Ball as Ball
     from carom.models.obstacles.blocks import Cuboid as Cuboid
-    from carom.models.obstacles.containers import CylindricalContainer as CylindricalContainer
-    from carom.models.obstacles.containers import SphericalContainer as SphericalContainer
+    from carom.models.obstacles.containers import (
+        CylindricalContainer as CylindricalContainer,
+        SphericalContainer as SphericalContainer,
+    )
     from carom.models.obstacles.named_walls import Wall as Wall
-    from carom.models.obstacles.paths import Parabolas as Parabolas
-    from carom.models.obstacles.paths import Sine as Sine
+    from carom.models.obstacles.paths import Parabolas as Parabolas, Sine as Sine
     from carom.models.obstacles.planes import Plane as Plane
-    from carom.models.obstacles.segments import Segment as Segment
-    from carom.models.obstacles.segments import polygon as polygon
+    from carom.models.obstacles.segments import Segment as Segment, polygon as polygon
     from carom.models.obstacles.triangles import Triangle as Triangle
     from carom.models.white_noise import WhiteNoise as WhiteNoise
 

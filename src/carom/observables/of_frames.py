@@ -8,7 +8,7 @@ import os
 from collections.abc import Iterable
 from typing import Any, Self
 
-from carom import above, checks
+from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
 
@@ -38,7 +38,9 @@ class OfFrames:
         """
         mine: Any = self.fresh()
         if isinstance(frames, str | os.PathLike):
-            opened = above.opened(frames)
+            from carom.io.places import open_frames
+
+            opened: Any = open_frames(frames)
         elif isinstance(frames, Frame) or not isinstance(frames, Iterable):
             raise InputError(
                 f"frames must be a list or an iterator of frames, or a path, found {checks.describe(frames)}."

@@ -10,7 +10,7 @@ from carom import notebook
 from carom.simulation.csv_log import Numbers, columns_of
 
 if TYPE_CHECKING:
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
 
 DPI = 50
 """A picture of 300 pixels."""
@@ -41,7 +41,7 @@ class Live:
         self._numbers = Numbers()
         self._shown: Any = None
 
-    def __call__(self, sim: InMotion) -> None:
+    def __call__(self, sim: Simulation) -> None:
         """Show what the run has now, in the place of what it had."""
         if not notebook.in_notebook():
             return
@@ -53,7 +53,7 @@ class Live:
         else:
             self._shown.update(page)
 
-    def html(self, sim: InMotion) -> str:
+    def html(self, sim: Simulation) -> str:
         """Return what is shown, as HTML.
 
         Parameters
@@ -69,7 +69,7 @@ class Live:
         return f'<div style="display:flex;gap:1em">{table}{_image(sim)}</div>'
 
 
-def _image(sim: InMotion) -> str:
+def _image(sim: Simulation) -> str:
     from carom.pictures import plots
 
     file = io.BytesIO()

@@ -11,8 +11,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.pictures import plots
 from carom.pictures.paper import GREY, INK, PALE, TITLE, TOP, WARM, lay_out, saved, sheet
-from carom.texts import axis_name
-from carom.texts import label as label_of
+from carom.texts import axis_name, label as label_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,20 +10,18 @@ from warnings import warn
 
 import numpy as np
 
-from carom import above, checks
+from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.models import obstacles as _obstacles
 from carom.models.contacts.rough import Rough
 from carom.models.interactions.hard_cores import HardCores
-from carom.models.interactions.pinned import Pinned
-from carom.models.interactions.pinned import mask as pinned_mask
+from carom.models.interactions.pinned import Pinned, mask as pinned_mask
 from carom.models.motions.shear import Shear
 from carom.models.obstacles import named_walls
 from carom.scene import box, overlaps
 from carom.scene.fields import Fields, S
 from carom.scene.keywords import KNOWN, refuse_unknown
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import Room, room_of
 from carom.scene.species import Contacts, contact_matrix, labels, per_component
 
 if TYPE_CHECKING:
@@ -73,11 +71,8 @@ def from_frame(
     if frame.positions.size and not frame.tilt and not getattr(interaction, "penetrable", False):
         sizes = per_component(arguments["diameter"], "diameter", frame.n)
         edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
-        walls = named_walls.named(keywords.get("walls", arguments["walls"]), frame.dimension)
-        periodic = named_walls.periodic_axes(walls, frame.dimension)
-        stood_for = named_walls.standing(walls, edges)
-        standing = _obstacles.checked(keywords.get("obstacles", ()), edges, periodic, stood_for)
-        room = Room(np.asarray(edges), np.asarray(periodic), standing)
+        sides = named_walls.named(keywords.get("walls", arguments["walls"]), frame.dimension)
+        room = room_of(edges, sides, keywords.get("obstacles", ()))
         kinds = labels(frame.species, frame.n)
         given = interaction.contact if isinstance(interaction, HardCores) else keywords.get("contact")
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
@@ -181,7 +176,9 @@ def from_file(
     CaromWarning
         As :func:`carom.open` and :meth:`carom.Scene.from_frame` do.
     """
-    with above.opened(path, diameter=diameter, box=box) as frames:
+    from carom.io.places import open_frames
+
+    with open_frames(path, diameter=diameter, box=box) as frames:
         found = frames.frame(frame)
         drawn = {"velocities": None} if "velocities" in frames.lacks else {}
         return from_frame(lambda **words: cls(**{**words, **drawn}), found, **keywords)

@@ -11,7 +11,7 @@ from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import wall_name
 from carom.models.species import species_count
 from carom.scene.fields import Fields, is_elastic, standing
-from carom.texts import axis_name, html, visible
+from carom.texts import axis_name, html, span, visible
 
 
 def particles(dimension: int, number: int = 2) -> str:
@@ -44,8 +44,8 @@ def facts(scene: Fields) -> dict[str, str]:
         "n": str(scene.n),
         "dimension": str(scene.dimension),
         "box": "(" + ", ".join(f"{x:.6g}" for x in scene.box) + ("," if scene.dimension == 1 else "") + ")",
-        "diameter": _span(scene.diameters),
-        "mass": _span(scene.masses),
+        "diameter": span(scene.diameters),
+        "mass": span(scene.masses),
         "packing_fraction": f"{scene.packing_fraction:.6g}",
     }
     if scene.species is not None:
@@ -96,9 +96,3 @@ def table(scene: Fields) -> str:
         f"<tr><th>{html(k.replace('_', ' '))}</th><td>{html(v)}</td></tr>" for k, v in facts(scene).items()
     )
     return f"<table><caption>carom.Scene</caption>{rows}</table>"
-
-
-def _span(values: np.ndarray) -> str:
-    """Return the smallest and the largest value as text, or one if they are equal."""
-    low, high = float(values.min()), float(values.max())
-    return f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"

@@ -8,7 +8,7 @@ image, because :class:`carom.Scene` requires edge > diameter.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -17,7 +17,7 @@ import numpy as np
 
 from carom.cells import wrapped
 from carom.models.motions.shear import start_tilt
-from carom.models.obstacles import Obstacle
+from carom.models.obstacles import Obstacle, Wall, checked, named_walls
 from carom.models.obstacles.cells import CROWD_FROM, cells_of, near
 from carom.models.obstacles.faces import standing_walls
 from carom.models.obstacles.planes import Plane
@@ -278,6 +278,15 @@ class Room:
         everything = self.everything()
         for k, who in self.near_obstacles(positions, radii):
             yield everything[k], who, everything[k].gap(positions[who], radii[who], box, periodic)
+
+
+def room_of(
+    edges: Sequence[float], sides: Mapping[str, Wall], obstacles: Sequence[Obstacle], tilt: float = 0.0
+) -> Room:
+    """Return the room that a box with walls by name and with obstacles is, checked."""
+    repeats = named_walls.periodic_axes(sides, len(edges))
+    standing = checked(obstacles, edges, repeats, named_walls.standing(sides, edges))
+    return Room(np.asarray(edges), np.asarray(repeats), standing, tilt)
 
 
 def room_at_start(scene: Fields) -> Room:

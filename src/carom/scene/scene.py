@@ -7,27 +7,23 @@ from typing import TYPE_CHECKING, Any, Never, NoReturn, Self
 
 import numpy as np
 
-from carom import above, checks
+from carom import checks
 from carom.errors import InputError
 from carom.models import model_checks
-from carom.models import obstacles as _obstacles
 from carom.models.contacts.restitution import Restitution, as_impact
 from carom.models.interactions.hard_cores import HardCores
-from carom.models.interactions.pinned import Pinned
-from carom.models.interactions.pinned import mask as pinned_mask
+from carom.models.interactions.pinned import Pinned, mask as pinned_mask
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import Obstacle, faces, named_walls
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
-from carom.scene import box as _box
-from carom.scene import checking, conversion, description, starts
-from carom.scene import species as _species
+from carom.scene import box as _box, checking, conversion, description, species as _species, starts
 from carom.scene.fields import Fields, Maker, is_usual
 from carom.scene.first_steps import first_steps
 from carom.scene.keywords import refuse_unknown
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import room_of
 from carom.scene.species import Contacts
 
 if TYPE_CHECKING:
@@ -196,10 +192,8 @@ class Scene(Fields):
         matrix = _species.contact_matrix(contact, kinds, diameters)
         edges = _box.edges(box, dimension, float(diameters.max()), float(diameters.min()))
         sides = named_walls.named(walls, dimension)
-        repeats = named_walls.periodic_axes(sides, dimension)
-        standing = _obstacles.checked(obstacles, edges, repeats, named_walls.standing(sides, edges))
-        tilt = start_tilt(motion, edges) if dimension > 1 else 0.0
-        room = Room(np.asarray(edges), np.asarray(repeats), standing, tilt)
+        room = room_of(edges, sides, obstacles, start_tilt(motion, edges) if dimension > 1 else 0.0)
+        standing, repeats = room.obstacles, tuple(room.periodic.tolist())
         places = room.wrapped(places)
         checking.refuse_tight(room, diameters)
         faces.refuse_hidden(standing, edges, repeats, 0.5 * float(diameters.min()))
@@ -280,7 +274,9 @@ class Scene(Fields):
         InputError
             If the scene has more than three dimensions.
         """
-        return above.view(self, **options)
+        from carom.pictures.view import view
+
+        return view(self, **options)
 
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
         """Draw the particles, to scale, in their box.
@@ -299,7 +295,9 @@ class Scene(Fields):
         FileError
             If the picture cannot be saved.
         """
-        return above.picture(self, path)
+        from carom.pictures.plots import picture
+
+        return picture(self, path)
 
     # Constructors: at random, on a lattice, from a frame, ASE or a file, each in another module.
     random = Maker(starts.random)

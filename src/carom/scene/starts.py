@@ -8,16 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import above, checks, densities, seeds
+from carom import checks, densities, seeds
 from carom.errors import InputError
-from carom.models import obstacles as _obstacles
 from carom.models.obstacles import named_walls
-from carom.scene import box as _box
-from carom.scene import lattices, placement
-from carom.scene import species as _species
+from carom.scene import box as _box, lattices, placement, species as _species
 from carom.scene.fields import S
 from carom.scene.keywords import refuse_unknown
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import room_of
 from carom.scene.species import Contacts, Species
 
 if TYPE_CHECKING:
@@ -123,20 +120,20 @@ def random(
         if packing_fraction is None and density is None:
             packing_fraction = placement.default_fraction(d)
         edges = _box.filled(what.diameters, d, (1.0,) * d, packing_fraction=packing_fraction, density=density)
-    sides = named_walls.named(walls, d)
-    repeats = named_walls.periodic_axes(sides, d)
-    standing = _obstacles.checked(obstacles, edges, repeats, named_walls.standing(sides, edges))
+    room = room_of(edges, named_walls.named(walls, d), obstacles)
     matrix = _species.contact_matrix(keywords.get("contact"), what.species, what.diameters)
-    room = Room(np.asarray(edges), np.asarray(repeats), standing)
     final: dict[str, Any] = {"mass": what.masses, "walls": walls, "obstacles": obstacles}
     fraction = _box.packing_fraction(what.diameters, edges)
     kinds = _exchangeable(what) if len(what.diameters) >= placement.MANY else None
     if matrix is None and placement.to_grow(fraction, d):
+        from carom.simulation.growth import grown
+
         smaller = what.diameters * (placement.growth_start(d) / fraction) ** (1.0 / d)
 
         def grow() -> tuple[np.ndarray | None, float]:
             loose = placement.random_positions(room, Contacts(smaller), rng, kinds)
-            return above.grown(cls(loose, edges, diameter=smaller, **final), what.diameters, rng)
+            start: Any = cls(loose, edges, diameter=smaller, **final)
+            return grown(start, what.diameters, rng)
 
         positions = _first_that_does_not_jam(grow, fraction, len(smaller))
     else:

@@ -18,37 +18,34 @@ from carom.models.questions.motion import Motion
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 
+ARRAYS = ("positions", "velocities", "spins", "species", "contact")
+"""Fields that are arrays, where they are given."""
+
+MODELS = (*model_checks.USUAL, "drive")
+"""Fields that are models."""
+
 
 def to_arrays(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Return a scene as arrays and as values that JSON holds, by name, for :func:`from_arrays`."""
-    arrays = {"positions": scene.positions}
+    arrays = {name: value for name in ARRAYS if (value := getattr(scene, name)) is not None}
     attributes: dict[str, Any] = {
         "box": list(scene.box),
         "walls": to_tables.walls_to_table(scene.walls),
         "obstacles": [to_tables.obstacle_to_table(o) for o in scene.obstacles],
         "species_names": list(scene.species_names),
     }
-    for kind in model_checks.USUAL:
-        if not (is_elastic(scene) if kind == "impact" else is_usual(scene, kind)):
-            value = getattr(scene, kind)  # files hold no code
-            attributes[kind] = (
-                value.to_table() if to_tables.holds(value) else parameters.class_and_parameters(value)
-            )
-    if scene.drive is not None:
-        holds = to_tables.holds(scene.drive)
-        attributes["drive"] = (
-            to_tables.to_table(scene.drive, "drive")
-            if holds
-            else parameters.class_and_parameters(scene.drive)
-        )
+    usual = {"interaction": is_usual(scene, "interaction"), "motion": is_usual(scene, "motion"),
+             "impact": is_elastic(scene), "drive": scene.drive is None}  # fmt: skip
+    for kind in MODELS:
+        value = getattr(scene, kind)
+        if not usual[kind]:  # files hold no code
+            holds = to_tables.holds(value)
+            attributes[kind] = dict(value.to_table()) if holds else parameters.class_and_parameters(value)
     for name, values in (("diameter", scene.diameters), ("mass", scene.masses)):
         if np.ptp(values) == 0:
             attributes[name] = float(values[0])
         else:
             arrays[name] = values
-    for name in ("velocities", "spins", "species", "contact"):
-        if getattr(scene, name) is not None:
-            arrays[name] = getattr(scene, name)
     if scene.pinned is not None:
         arrays["pinned"] = np.flatnonzero(scene.pinned)
     return arrays, attributes
@@ -86,23 +83,19 @@ def from_arrays(
             obstacles = tuple(tables.obstacle_from_table(each) for each in kept)
         elif len(obstacles) != len(kept):
             raise InputError(f"The scene has {len(kept)} obstacles, found {len(obstacles)}.")
+        models = {"interaction": interaction, "motion": motion, "impact": impact, "drive": drive}
+        both, given = {**attributes, **arrays}, dict[str, Any](positions=arrays["positions"])
+        given |= {name: arrays[name] for name in ARRAYS if name in arrays}
         return Scene(
-            arrays["positions"],
-            tuple(attributes["box"]),
-            diameter=arrays["diameter"] if "diameter" in arrays else attributes["diameter"],
-            mass=arrays["mass"] if "mass" in arrays else attributes["mass"],
-            velocities=arrays.get("velocities"),
-            spins=arrays.get("spins"),
-            species=arrays.get("species"),
-            contact=arrays.get("contact"),
-            walls=tables.walls_from_table(attributes["walls"]),
+            box=tuple(both["box"]),
+            diameter=both["diameter"],
+            mass=both["mass"],
+            walls=tables.walls_from_table(both["walls"]),
             obstacles=obstacles,
-            species_names=tuple(attributes["species_names"]),
+            species_names=tuple(both["species_names"]),
             pinned=arrays.get("pinned"),
-            interaction=model_checks.recalled("interaction", attributes.get("interaction"), interaction),
-            motion=model_checks.recalled("motion", attributes.get("motion"), motion),
-            impact=model_checks.recalled("impact", attributes.get("impact"), impact),
-            drive=model_checks.recalled("drive", attributes.get("drive"), drive),
+            **given,
+            **{kind: model_checks.recalled(kind, attributes.get(kind), models[kind]) for kind in MODELS},
         )
     except (KeyError, TypeError) as problem:
         raise InputError(f"These arrays and attributes are no scene: {problem}.") from None

@@ -13,7 +13,6 @@ import numpy as np
 from carom import seeds, sizes
 from carom.errors import InputError
 from carom.scene import lattices
-from carom.scene.lattices import Lattice
 from carom.scene.scene import Scene
 
 MODELS = ("interaction", "motion", "impact", "drive")
@@ -37,20 +36,12 @@ def build(asked: Any, seed: Any, kT: float | None = None) -> Scene:
         words |= {"n": asked.n, "dimension": asked.dimension, "box": asked.box, "seed": seed}
         scene = Scene.random(**words)
     else:
-        lattice, cells = lattice_of(asked), asked.cells
+        lattice, cells = lattices.named(asked.lattice, asked.dimension), asked.cells
         if cells is None and not asked.species:
             cells = lattices.cells_for(lattice, asked.n)
         scene = Scene.crystal(lattice=lattice, cells=cells, **words)
     added = _added(asked, scene.n, seed)
     return scene.replace(**added) if added else scene
-
-
-def lattice_of(asked: Any) -> Lattice:
-    """Return the lattice of a scene that starts from one."""
-    if asked.lattice == "triangular":
-        return lattices.triangular()
-    dimension = asked.dimension or 3
-    return lattices.cubic(dimension) if asked.lattice == "cubic" else lattices.dn(dimension)
 
 
 def _of_frame(asked: Any, seed: Any, kT: float | None) -> Scene:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
+from carom.declared import SEED, described, integer, number, option, said
 from carom.errors import InputError
-from carom.spec import Opt, Spec, described, integer, number, said
-
-SEED = integer(low=0, high=2**63 - 1)
+from carom.spec import Spec
 
 
 @dataclass(frozen=True)
@@ -62,23 +61,15 @@ class PlanSpec(Beside):
 
     section: ClassVar[str] = "plan"
 
-    target: Annotated[
-        str,
-        _target,
-        Opt("Z=1e-4: relative error of Z, P, g(contact) or D; Z=+-0.002: absolute."),
-    ] = "Z=1e-3"
-    n: Annotated[int | None, integer(low=8, high=10**7), Opt("Plan with this number of particles only.")] = (
-        None
+    target: str = option(
+        _target, "Z=1e-4: relative error of Z, P, g(contact) or D; Z=+-0.002: absolute.", default="Z=1e-3"
     )
-    seed: Annotated[int | None, SEED, Opt("Seed of all random numbers; 1.")] = None
-    cores: Annotated[int | str | None, _cores, Opt("Number of cores; by default all of this machine.")] = None
-    walltime: Annotated[
-        float | None,
-        number(low=0, open_low=True),
-        Opt("Available wall time in seconds; by default no limit."),
-    ] = None
-    pilot: Annotated[
-        float | None,
-        number(low=0, open_low=True),
-        Opt("CPU seconds that each of two pilots may take; 15."),
-    ] = None
+    n: int | None = option(integer(low=8, high=10**7), "Plan with this number of particles only.")
+    seed: int | None = option(SEED, "Seed of all random numbers; 1.")
+    cores: int | str | None = option(_cores, "Number of cores; by default all of this machine.")
+    walltime: float | None = option(
+        number(low=0, open_low=True), "Available wall time in seconds; by default no limit."
+    )
+    pilot: float | None = option(
+        number(low=0, open_low=True), "CPU seconds that each of two pilots may take; 15."
+    )

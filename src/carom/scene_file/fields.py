@@ -10,8 +10,8 @@ import importlib
 from collections.abc import Mapping
 from typing import Any
 
+from carom.declared import Check, fields_of, integer, positive, said, schema_of, schema_of_table, word
 from carom.errors import InputError
-from carom.spec import Check, integer, said, schema_of, word
 
 LATTICES = ("fcc", "triangular", "cubic", "dn")
 FORMATS = ("h5md", "extxyz", "gsd")
@@ -34,16 +34,6 @@ def tuples(value: Any) -> Any:
     if type(value) is dict:
         return {key: tuples(each) for key, each in value.items()}
     return value
-
-
-def positive(value: Any, name: str) -> float:
-    """Check a length or a mass."""
-    from carom import checks
-
-    return checks.positive(value, name)
-
-
-said(positive, type="number", exclusiveMinimum=0)
 
 
 def each_axis(one: Check) -> Check:
@@ -209,8 +199,7 @@ said(
 
 def sizes(value: Any, name: str) -> dict[str, Any]:
     """Check a distribution of diameters, a table."""
-    from carom import checks
-    from carom import sizes as distributions
+    from carom import checks, sizes as distributions
 
     if not isinstance(value, Mapping):
         raise InputError(
@@ -236,61 +225,34 @@ said(
 )
 
 
-def moves(kind: str, example: str, needed: tuple[str, ...], **keys: dict[str, Any]) -> Check:
-    """Return the check of what happens between events: a value such as :class:`carom.Swaps`, or its table.
+def moves(name: str) -> Check:
+    """Return the check of what happens between events: a value such as :class:`carom.Swaps`, or its table."""
 
-    Parameters
-    ----------
-    kind : str
-        Name of its class, in lower case that of its module in ``carom.simulation``.
-    example : str
-        Its table in short.
-    needed : tuple of str
-        Keys that the table must have.
-    **keys
-        JSON schema of all keys.
-    """
+    def kind() -> Any:
+        return getattr(importlib.import_module(f"carom.simulation.{name.lower()}"), name)
 
-    def check(value: Any, name: str) -> Any:
+    def check(value: Any, what: str) -> Any:
         from carom import checks
 
-        made = getattr(importlib.import_module(f"carom.simulation.{kind.lower()}"), kind)
-        if isinstance(value, made):
+        if isinstance(value, kind()):
             return value
+        fields = fields_of(kind())
+        needed = [each for each, field in fields.items() if field.needed]
         if not isinstance(value, Mapping):
-            raise InputError(f"{name} must be a table such as {example}, found {checks.describe(value)}.")
+            raise InputError(
+                f"{what} must be a table with {', '.join(needed)}, found {checks.describe(value)}."
+            )
         try:
-            checks.keys(value, "the table", tuple(keys), needed=needed)
-            return made(**value)
+            checks.keys(value, "the table", fields, needed=needed)
+            return kind()(**value)
         except InputError as problem:
-            raise InputError(f"{name}: {problem}") from problem
+            raise InputError(f"{what}: {problem}") from problem
 
-    check.__name__ = kind.lower()
-    check.__doc__ = f"Return a :class:`carom.{kind}` of itself or of a table, such as ``{example}``."
-    return said(check, type="object", properties=keys, required=[*needed], additionalProperties=False)
+    check.schema = lambda: schema_of_table(kind())  # type: ignore[attr-defined]
+    return check
 
 
-_ABOVE_ZERO = {"type": "number", "exclusiveMinimum": 0}
-_SEED = {"type": "integer", "minimum": 0}
-
-swaps = moves(
-    "Swaps",
-    "{ interval = 0.1 }",
-    ("interval",),
-    interval=_ABOVE_ZERO,
-    attempts={"type": "integer", "minimum": 1},
-    within={"type": "number", "minimum": 0},
-    seed=_SEED,
-)
-barostat = moves(
-    "Barostat",
-    "{ pressure = 5.0, interval = 0.2, step = 0.01 }",
-    ("pressure", "interval", "step"),
-    pressure=_ABOVE_ZERO,
-    interval=_ABOVE_ZERO,
-    step={**_ABOVE_ZERO, "maximum": 1},
-    seed=_SEED,
-)
+swaps, barostat = moves("Swaps"), moves("Barostat")
 
 
 def obstacles(value: Any, name: str) -> tuple[Any, ...]:

@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from carom.declared import described, fields_of, integer, number, option, positive, switch, word
 from carom.errors import InputError
 from carom.scene_file import fields as check
 from carom.scene_file.fields import FORMATS, LATTICES
-from carom.spec import Opt, Spec, described, edges_in, fields_of, integer, number, switch, word
+from carom.spec import Spec, edges_in
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -62,7 +63,7 @@ class SceneSpec(Spec):
     """
 
     section: ClassVar[str] = "scene"
-    within: ClassVar[str] = "[scene] "
+    before: ClassVar[str] = "[scene] "
     gone: ClassVar[Mapping[str, str]] = {
         "initial": 'places are random; give lattice = "fcc" for a crystal, or file = "run1/trajectory.h5md"',
         "kT": "the section of a command has it, such as [run] kT = 2.0",
@@ -82,89 +83,57 @@ class SceneSpec(Spec):
     )
     resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"lattice": ("cells",)}
 
-    n: Annotated[
-        int | None, integer(low=1, high=check.MOST), Opt("Number of particles.", SYSTEM, ("--n",))
-    ] = None
-    packing_fraction: Annotated[
-        float | None,
-        number(low=0, high=1, open_low=True),
-        Opt("Fraction of the volume that particles fill.", SYSTEM),
-    ] = None
-    density: Annotated[
-        float | None,
-        number(low=0, open_low=True),
-        Opt("Or: number density, N diameter^d / V.", SYSTEM),
-    ] = None
-    box: Annotated[
-        tuple[float, ...] | None,
-        check.edges,
-        Opt("Or: edges of the box, also for a file that holds none.", SYSTEM, read=edges_in),
-    ] = None
-    dimension: Annotated[
-        int | None,
-        integer(low=1, high=check.MOST_DIMENSIONS),
-        Opt("Dimension of space, 1 to 12.", SYSTEM),
-    ] = None
-    lattice: Annotated[
-        str | None,
-        word("none", *LATTICES),
-        Opt("Start from a crystal: fcc, triangular, cubic or dn.", SYSTEM),
-    ] = None
-    cells: Annotated[
-        int | tuple[int, ...] | None,
-        check.each_axis(integer(low=1, high=check.MOST)),
-        Opt("Cells of the lattice along each axis, instead of n.", SYSTEM),
-    ] = None
-    diameter: Annotated[
-        float | None,
-        check.positive,
-        Opt("Diameter of all particles, also for a file without any.", SYSTEM),
-    ] = None
-    sizes: Annotated[
-        Any,
-        check.sizes,
-        Opt("Or: diameters of many sizes, with the mean 1: power, uniform or gaussian.", flags=None),
-    ] = None
-    mass: Annotated[float | None, check.positive, Opt("Mass of all particles.", flags=None)] = None
-    species: Annotated[
-        tuple[Any, ...],
-        check.species,
-        Opt("Species by name: fraction of n (or count), diameter, mass.", flags=None),
-    ] = ()
-    contact: Annotated[
-        tuple[tuple[float, ...], ...] | None,
-        check.contact,
-        Opt("Contact distances of species [length], by default mean diameters.", flags=None),
-    ] = None
-    file: Annotated[
-        str | None, check.file_name, Opt("Trajectory to start from, seen from this file.", flags=None)
-    ] = None
-    frame: Annotated[
-        int | None, integer(low=-(2**31), high=2**31), Opt("Frame of file to start from.", flags=None)
-    ] = None
-    walls: Annotated[
-        Any, check.walls, Opt('Axes with walls, "xz" or true, or walls by name.', flags=None)
-    ] = None
-    obstacles: Annotated[
-        tuple[Any, ...], check.obstacles, Opt("Obstacles by name: type and geometry.", flags=None)
-    ] = ()
-    interaction: Annotated[
-        Any, check.model("interaction"), Opt("What pairs feel besides hard cores.", flags=None)
-    ] = None
-    motion: Annotated[Any, check.model("motion"), Opt("How particles move between events.", flags=None)] = (
-        None
+    n: int | None = option(integer(low=1, high=check.MOST), "Number of particles.", SYSTEM, ("--n",))
+    packing_fraction: float | None = option(
+        number(low=0, high=1, open_low=True), "Fraction of the volume that particles fill.", SYSTEM
     )
-    impact: Annotated[
-        Any,
+    density: float | None = option(
+        number(low=0, open_low=True), "Or: number density, N diameter^d / V.", SYSTEM
+    )
+    box: tuple[float, ...] | None = option(
+        check.edges, "Or: edges of the box, also for a file that holds none.", SYSTEM, read=edges_in
+    )
+    dimension: int | None = option(
+        integer(low=1, high=check.MOST_DIMENSIONS), "Dimension of space, 1 to 12.", SYSTEM
+    )
+    lattice: str | None = option(
+        word("none", *LATTICES), "Start from a crystal: fcc, triangular, cubic or dn.", SYSTEM
+    )
+    cells: int | tuple[int, ...] | None = option(
+        check.each_axis(integer(low=1, high=check.MOST)),
+        "Cells of the lattice along each axis, instead of n.",
+        SYSTEM,
+    )
+    diameter: float | None = option(
+        positive, "Diameter of all particles, also for a file without any.", SYSTEM
+    )
+    sizes: Any = option(
+        check.sizes, "Or: diameters of many sizes, with the mean 1: power, uniform or gaussian.", flags=None
+    )
+    mass: float | None = option(positive, "Mass of all particles.", flags=None)
+    species: tuple[Any, ...] = option(
+        check.species, "Species by name: fraction of n (or count), diameter, mass.", flags=None, default=()
+    )
+    contact: tuple[tuple[float, ...], ...] | None = option(
+        check.contact, "Contact distances of species [length], by default mean diameters.", flags=None
+    )
+    file: str | None = option(check.file_name, "Trajectory to start from, seen from this file.", flags=None)
+    frame: int | None = option(integer(low=-(2**31), high=2**31), "Frame of file to start from.", flags=None)
+    walls: Any = option(check.walls, 'Axes with walls, "xz" or true, or walls by name.', flags=None)
+    obstacles: tuple[Any, ...] = option(
+        check.obstacles, "Obstacles by name: type and geometry.", flags=None, default=()
+    )
+    interaction: Any = option(check.model("interaction"), "What pairs feel besides hard cores.", flags=None)
+    motion: Any = option(check.model("motion"), "How particles move between events.", flags=None)
+    impact: Any = option(
         check.model("impact", {"type": "number", "exclusiveMinimum": 0, "maximum": 1}),
-        Opt("What contacts lose: a restitution, or a table.", flags=None),
-    ] = None
-    drive: Annotated[Any, check.model("drive"), Opt("What kicks single particles.", flags=None)] = None
-    pinned: Annotated[
-        int | tuple[int, ...] | None,
-        check.indices,
-        Opt("Particles that stay in place: how many, or their indices.", flags=None),
-    ] = None
+        "What contacts lose: a restitution, or a table.",
+        flags=None,
+    )
+    drive: Any = option(check.model("drive"), "What kicks single particles.", flags=None)
+    pinned: int | tuple[int, ...] | None = option(
+        check.indices, "Particles that stay in place: how many, or their indices.", flags=None
+    )
 
     @classmethod
     def check_file(cls, words: Mapping[str, Any]) -> None:
@@ -343,7 +312,7 @@ class RunSpec(Spec):
     """
 
     section: ClassVar[str] = "run"
-    within: ClassVar[str] = "[run] "
+    before: ClassVar[str] = "[run] "
     gone: ClassVar[Mapping[str, str]] = {
         "trajectory": 'give write = ["h5md"], say',
         "pressure": "give barostat = { pressure = 10.0, interval = 0.2, step = 0.4 }, say",
@@ -351,70 +320,59 @@ class RunSpec(Spec):
     }
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = (LENGTHS,)
 
-    kT: Annotated[
-        float | None,
+    kT: float | None = option(
         number(low=0, high=1e304),
-        Opt("Temperature kT, an energy; with wells held until equilibration ends.", SYSTEM, ("--kT",)),
-    ] = None
-    seed: Annotated[int, integer(low=0, high=2**63 - 1), Opt("Seed of all random numbers.")] = 1
-    equilibration: Annotated[
-        float,
+        "Temperature kT, an energy; with wells held until equilibration ends.",
+        SYSTEM,
+        ("--kT",),
+    )
+    seed: int = option(integer(low=0, high=2**63 - 1), "Seed of all random numbers.", default=1)
+    equilibration: float = option(
         number(low=0, high=MOST_COLLISIONS),
-        Opt("Collisions per particle before anything is measured.", LENGTH),
-    ] = 200.0
-    collisions_per_particle: Annotated[
-        float | None,
+        "Collisions per particle before anything is measured.",
+        LENGTH,
+        default=200.0,
+    )
+    collisions_per_particle: float | None = option(
         number(low=0, high=MOST_COLLISIONS, open_low=True),
-        Opt("Collisions per particle in the measurement.", LENGTH),
-    ] = None
-    time: Annotated[
-        float | None,
-        number(low=0, high=1e300, open_low=True),
-        Opt("Or: duration of the measurement, a time.", LENGTH),
-    ] = None
-    relative_error: Annotated[
-        float | None,
-        number(low=1e-9, high=1),
-        Opt("Or: measure until Z has this relative error.", LENGTH),
-    ] = None
-    walltime: Annotated[
-        float | None,
-        number(low=0, high=1e9, open_low=True),
-        Opt("Limit of wall time for this, in seconds.", LENGTH),
-    ] = None
-    frames: Annotated[
-        int | None,
-        integer(low=1, high=10**9),
-        Opt("Number of frames; 100, or fewer within 200 MB of files.", LENGTH),
-    ] = None
-    write: Annotated[
-        tuple[str, ...] | None,
-        check.formats,
-        Opt("Trajectories: h5md, extxyz, gsd; large runs h5md alone.", OUTPUT, (), formats_of),
-    ] = None
-    event_log: Annotated[
-        bool, switch, Opt("Write every collision to events.h5.", OUTPUT, ("--event-log/--no-event-log",))
-    ] = False
-    pictures: Annotated[bool, switch, Opt("Three PNG files.", OUTPUT, ("--pictures/--no-pictures",))] = True
-    checkpoint_every: Annotated[
-        float, number(low=0, high=1e9, open_low=True), Opt("Seconds between checkpoints.", OUTPUT)
-    ] = 10.0
-    neighbors: Annotated[
-        str,
+        "Collisions per particle in the measurement.",
+        LENGTH,
+    )
+    time: float | None = option(
+        number(low=0, high=1e300, open_low=True), "Or: duration of the measurement, a time.", LENGTH
+    )
+    relative_error: float | None = option(
+        number(low=1e-9, high=1), "Or: measure until Z has this relative error.", LENGTH
+    )
+    walltime: float | None = option(
+        number(low=0, high=1e9, open_low=True), "Limit of wall time for this, in seconds.", LENGTH
+    )
+    frames: int | None = option(
+        integer(low=1, high=10**9), "Number of frames; 100, or fewer within 200 MB of files.", LENGTH
+    )
+    write: tuple[str, ...] | None = option(
+        check.formats, "Trajectories: h5md, extxyz, gsd; large runs h5md alone.", OUTPUT, (), formats_of
+    )
+    event_log: bool = option(
+        switch, "Write every collision to events.h5.", OUTPUT, ("--event-log/--no-event-log",), default=False
+    )
+    pictures: bool = option(switch, "Three PNG files.", OUTPUT, ("--pictures/--no-pictures",), default=True)
+    checkpoint_every: float = option(
+        number(low=0, high=1e9, open_low=True), "Seconds between checkpoints.", OUTPUT, default=10.0
+    )
+    neighbors: str = option(
         word("auto", "sectors", "lists", "all"),
-        Opt("How pairs are found: auto, lists, sectors or all.", flags=None),
-    ] = "auto"
+        "How pairs are found: auto, lists, sectors or all.",
+        flags=None,
+        default="auto",
+    )
 
-    swaps: Annotated[
-        Any,
-        check.swaps,
-        Opt("Exchanges of diameters: interval, attempts, within and seed of carom.Swaps.", flags=None),
-    ] = None
-    barostat: Annotated[
-        Any,
-        check.barostat,
-        Opt("Constant pressure: pressure, interval, step and seed of carom.Barostat.", flags=None),
-    ] = None
+    swaps: Any = option(
+        check.swaps, "Exchanges of diameters: interval, attempts, within and seed of carom.Swaps.", flags=None
+    )
+    barostat: Any = option(
+        check.barostat, "Constant pressure: pressure, interval, step and seed of carom.Barostat.", flags=None
+    )
 
     def words(self) -> dict[str, Any]:
         """Return the fields as JSON values, without those that are None."""

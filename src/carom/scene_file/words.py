@@ -7,12 +7,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from carom import checks
+from carom.declared import fields_of
 from carom.errors import InputError
 from carom.io.records import toml_key, toml_lines, toml_value
 from carom.models.files import to_tables
 from carom.models.obstacles import Obstacle, Wall
 from carom.scene.species import Species
-from carom.spec import Spec, fields_of
+from carom.spec import Spec
 
 
 def plain(value: Any, name: str = "interaction") -> Any:

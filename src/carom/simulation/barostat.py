@@ -17,13 +17,14 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from carom import checks, seeds
 from carom.arithmetic import exponential
 from carom.block import VolumeSums
+from carom.declared import SEED, Declared, described, needed, number, option, positive
 from carom.errors import InputError, OverlapError
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.fields import standing
@@ -38,26 +39,13 @@ LEAST = -700.0
 """Logarithm of a probability that no random number is below, and whose exponential is no zero."""
 
 
+@described
 @dataclass(frozen=True)
-class Barostat:
+class Barostat(Declared):
     """Constant pressure: moves of the volume at equal intervals of time, for hard particles.
 
     The box keeps its shape, and velocities do not change. Pressure and the kT of the run together give the
     distribution of the volume.
-
-    Parameters
-    ----------
-    pressure : float
-        The pressure P [energy / length^d].
-    interval : float
-        Time between two moves [time]. An accepted one costs as much as tens of collisions of each particle,
-        because neighbors are chosen anew and all events predicted. Some mean free times are a good choice.
-    step : float
-        Largest change of ln V in a move, at most 1. Of N particles with the compressibility factor Z about
-        half of the moves are accepted near 2 / (N (Z - 1)), and few of much larger ones: one overlap refuses
-        a compression.
-    seed : int
-        Seed of the moves.
 
     Raises
     ------
@@ -74,20 +62,21 @@ class Barostat:
     True
     """
 
-    pressure: float
-    interval: float
-    step: float
-    seed: int = 1
+    after: ClassVar[str] = " of Barostat"
 
-    def __post_init__(self) -> None:
-        found: dict[str, Any] = {
-            name: checks.positive(getattr(self, name), f"{name} of Barostat")
-            for name in ("pressure", "interval")
-        }
-        found["step"] = checks.number(self.step, "step of Barostat", low=0.0, open_low=True, high=1.0)
-        found["seed"] = checks.integer(self.seed, "seed of Barostat", low=0, high=2**63 - 1)
-        for name, value in found.items():
-            object.__setattr__(self, name, value)
+    pressure: float = needed(positive, "The pressure P [energy / length^d].")
+    interval: float = needed(
+        positive,
+        "Time between two moves [time]. An accepted one costs as much as tens of collisions of each particle, "
+        "because neighbors are chosen anew and all events predicted. Some mean free times are a good choice.",
+    )
+    step: float = needed(
+        number(low=0.0, open_low=True, high=1.0),
+        "Largest change of ln V in a move, at most 1. Of N particles with the compressibility factor Z about "
+        "half of the moves are accepted near 2 / (N (Z - 1)), and few of much larger ones: one overlap "
+        "refuses a compression.",
+    )
+    seed: int = option(SEED, "Seed of the moves.", default=1)
 
 
 class VolumeMoves(NamedTuple):

@@ -14,8 +14,8 @@ from carom.errors import InputError
 
 if TYPE_CHECKING:
     from carom.engine.build import Engine
-    from carom.simulation.in_motion import InMotion
     from carom.simulation.run_state import RunState
+    from carom.simulation.simulation import Simulation
 
 Call = Callable[[Any], object]
 """A function that is called with the simulation."""
@@ -80,7 +80,7 @@ class Callbacks:
         The instant of the next call.
     """
 
-    def __init__(self, sim: InMotion, every: Any, call: Any, until: Any):
+    def __init__(self, sim: Simulation, every: Any, call: Any, until: Any):
         self._sim = sim
         self._calls: tuple[Call, ...] = _several(call)
         self._condition = until if callable(until) else None

@@ -10,10 +10,10 @@ from carom.models.motions.shear import Shear
 from carom.simulation import stretches
 
 if TYPE_CHECKING:
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
 
 
-def cools(sim: InMotion) -> bool:
+def cools(sim: Simulation) -> bool:
     """Return whether contacts lose energy, and growth adds none."""
     system = sim._state.system
     sheared = isinstance(system.motion, Shear)  # the stream makes up for what is lost
@@ -37,7 +37,7 @@ class Blocks:
     from its own, so that no mean is biased.
     """
 
-    def __init__(self, sim: InMotion, collisions: float):
+    def __init__(self, sim: Simulation, collisions: float):
         self._sim, self._wanted = sim, collisions
         self._duration = stretches.time_for(sim, collisions)
         self._cools = cools(sim)

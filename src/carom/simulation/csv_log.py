@@ -15,7 +15,7 @@ from carom.simulation import stretches
 
 if TYPE_CHECKING:
     from carom.block import Block
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
 
 COLUMNS = ("time", "collisions", "kT", "Z", "U")
 
@@ -74,7 +74,7 @@ class CSVLog:
         self._numbers = Numbers()
         self._open = False
 
-    def __call__(self, sim: InMotion) -> None:
+    def __call__(self, sim: Simulation) -> None:
         """Write a row."""
         if not self._columns:
             self._columns = dict.fromkeys(columns_of(sim))
@@ -119,14 +119,14 @@ class Numbers:
     def __init__(self, before: Block | None = None):
         self._before = before
 
-    def __call__(self, sim: InMotion, names: Iterable[str]) -> dict[str, float | int | None]:
+    def __call__(self, sim: Simulation, names: Iterable[str]) -> dict[str, float | int | None]:
         """Return the columns of some names; Z is None where no time has passed."""
         now = stretches.tally(sim)
         found = {name: self._value(name, sim, now) for name in names}
         self._before = now
         return found
 
-    def _value(self, name: str, sim: InMotion, now: Block) -> float | int | None:
+    def _value(self, name: str, sim: Simulation, now: Block) -> float | int | None:
         if name == "time":
             return now.duration
         if name == "collisions":
@@ -145,7 +145,7 @@ class Numbers:
         return None if math.isnan(z) else z
 
 
-def columns_of(sim: InMotion) -> tuple[str, ...]:
+def columns_of(sim: Simulation) -> tuple[str, ...]:
     """Return the columns that a scene has."""
     from carom.observables.energy import without_potential
     from carom.observables.pressure import without_pressure

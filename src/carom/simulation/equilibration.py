@@ -18,7 +18,7 @@ from carom.simulation.keywords import corrected
 from carom.simulation.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
 
 ENDS = (*(k / 32 for k in range(1, 13)), 3 / 4)
 """Parts of the length after which velocities are scaled. The first rounds are short, as kT changes much; the
@@ -63,7 +63,7 @@ class Equilibration:
         Collisions, time and integral of kT at the beginning of each round so far.
     """
 
-    def __init__(self, sim: InMotion, kT: float, collisions: int, begun: Sequence[Any] = ()):
+    def __init__(self, sim: Simulation, kT: float, collisions: int, begun: Sequence[Any] = ()):
         self._sim, self._kT = sim, kT
         self.begun: list[tuple[Any, ...]] = [tuple(each) for each in begun] or [self._now()]
         start = int(self.begun[0][0])
@@ -110,7 +110,7 @@ class Equilibration:
 @watchable("Equilibrating")
 @corrected
 def equilibrate(
-    sim: InMotion,
+    sim: Simulation,
     *,
     collisions_per_particle: float = 200.0,
     kT: float | None = None,
@@ -182,7 +182,7 @@ def equilibrate(
 
 
 def _leave_neighbourhoods(
-    sim: InMotion, start: int, collisions: int, relaxation: StructuralRelaxation
+    sim: Simulation, start: int, collisions: int, relaxation: StructuralRelaxation
 ) -> None:
     """Run on until the particles have left their neighbourhoods; the run began at a number of collisions."""
     while True:
@@ -208,7 +208,7 @@ def _leave_neighbourhoods(
             return
 
 
-def _refuse_kT(sim: InMotion, kT: float) -> None:
+def _refuse_kT(sim: Simulation, kT: float) -> None:
     """Raise InputError where scaling velocities does not bring the mean temperature to kT."""
     if reason := drifts(sim):
         raise InputError(reason)
@@ -226,13 +226,13 @@ def _refuse_kT(sim: InMotion, kT: float) -> None:
         )
 
 
-def exchanges(sim: InMotion) -> bool:
+def exchanges(sim: Simulation) -> bool:
     """Tell whether pairs exchange kinetic for potential energy, at a temperature that lasts."""
     system = sim._state.system
     return system.stepped and system.straight and system.drive is None and drifts(sim) is None
 
 
-def drifts(sim: InMotion) -> str | None:
+def drifts(sim: Simulation) -> str | None:
     """Return a sentence on why no temperature of a run lasts; None if one does."""
     system, scene = sim._state.system, sim.scene
     if system.rates is not None:

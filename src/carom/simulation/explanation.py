@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.engine.system import System
     from carom.simulation.barostat import Barostat
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
     from carom.simulation.swaps import Swaps
 
 
@@ -97,7 +97,7 @@ class Explanation:
 
 
 def explain(
-    scene: Scene | InMotion,
+    scene: Scene | Simulation,
     *,
     growth: float | ArrayLike | None = None,
     swaps: Swaps | None = None,

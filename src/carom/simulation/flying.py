@@ -17,8 +17,8 @@ from carom.simulation import stretches
 
 if TYPE_CHECKING:
     from carom.engine.observers.flights import Flights
-    from carom.simulation.in_motion import InMotion
     from carom.simulation.run_state import RunState
+    from carom.simulation.simulation import Simulation
 
 REACH = (12.0, 12.0, 8.0)
 """Where histograms end: in mean free times, mean free paths and thermal speeds of the lightest."""
@@ -52,11 +52,11 @@ class Flying:
 
     Parameters
     ----------
-    sim : InMotion
+    sim : Simulation
         The simulation, whose engine keeps histograms from now on (:func:`keeping`).
     """
 
-    def __init__(self, sim: InMotion):
+    def __init__(self, sim: Simulation):
         self._sim = sim
         run_state = sim._state
         free = stretches.time_for(sim, 0.5 * sim.scene.n)  # each collision ends two flights

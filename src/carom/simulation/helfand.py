@@ -16,8 +16,8 @@ from carom.simulation.run_loop import advance
 
 if TYPE_CHECKING:
     from carom.engine.system import System
-    from carom.simulation.in_motion import InMotion
     from carom.simulation.run_state import RunState
+    from carom.simulation.simulation import Simulation
 
 
 def taken_out(observers: Sequence[Any]) -> tuple[Sequence[Any], bool]:
@@ -48,7 +48,7 @@ def check(system: System) -> None:
 
 
 def helfand(
-    sim: InMotion,
+    sim: Simulation,
     *,
     every: float,
     count: int,

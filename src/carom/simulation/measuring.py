@@ -27,7 +27,7 @@ from carom.simulation.relaxation import StructuralRelaxation
 from carom.simulation.until_precise import tell_doubts, until
 
 if TYPE_CHECKING:
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
 
 BLOCKS = 256
 """Blocks where ``measure`` is not told how many."""
@@ -35,7 +35,7 @@ BLOCKS = 256
 
 @watchable("Measuring")
 def measure(
-    sim: InMotion,
+    sim: Simulation,
     *observables: Any,
     collisions: int | None = None,
     collisions_per_particle: float | None = None,
@@ -149,7 +149,7 @@ def measure(
 
 
 def _until_precise(
-    sim: InMotion,
+    sim: Simulation,
     observables: tuple[Any, ...],
     relative_error: float,
     blocks: int,
@@ -196,7 +196,7 @@ class _Part:
 class _Whole(_Part):
     """An observable that is estimated from all blocks at the end, with what casts doubt on them."""
 
-    def __init__(self, sim: InMotion, observable: Any):
+    def __init__(self, sim: Simulation, observable: Any):
         self._sim, self._observable = sim, observable
         self._blocks: list[Block] = []
         self._thermometer = Thermometer(sim._state)
@@ -217,7 +217,7 @@ class _Whole(_Part):
 class _Followed(_Part):
     """An observable that is handed every block, or frames at equal times."""
 
-    def __init__(self, sim: InMotion, observable: Any):
+    def __init__(self, sim: Simulation, observable: Any):
         self._observable, self.takes_frames = observable, sees(observable) == "frame"
         self._values = [observable.update(sim.frame())] if self.takes_frames else []
 
@@ -233,7 +233,7 @@ class _Followed(_Part):
 class _Told(_Part):
     """An observable with an observer of events, whose sums are taken after each block."""
 
-    def __init__(self, sim: InMotion, observable: Any, stack: ExitStack):
+    def __init__(self, sim: Simulation, observable: Any, stack: ExitStack):
         self._sums = observable.begin(sim.scene, sim.frame())
         self._seen = None
         if self._sums.observer is not None:
@@ -259,7 +259,7 @@ class _Observer(_Part):
         return self._mine.result() if callable(getattr(self._mine, "result", None)) else self._mine
 
 
-def _part_of(sim: InMotion, observable: Any, stack: ExitStack) -> Any:
+def _part_of(sim: Simulation, observable: Any, stack: ExitStack) -> Any:
     """Return what is measured of one observable; observers of events are let in until the stack ends."""
     if own_observers.is_observer(observable):
         return _Observer(stack.enter_context(own_observers.observing(sim._state, observable)))
@@ -292,7 +292,7 @@ def _check_observable(observable: Any) -> None:
         sees(observable)
 
 
-def _check_box(sim: InMotion, observable: Any) -> None:
+def _check_box(sim: Simulation, observable: Any) -> None:
     """Raise InputError for what needs a box that does not change, or that changes."""
     if isinstance(observable, Volume):
         if sim._state.volume_moves is None:
@@ -306,7 +306,7 @@ def _check_box(sim: InMotion, observable: Any) -> None:
         refuse_barostat(sim._state, name, "measure carom.Volume(), or an observable of your own")
 
 
-def _blocks(sim: InMotion, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
+def _blocks(sim: Simulation, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:
     """Run on for a number of blocks, and yield each; while a gas cools, of so many collisions each."""
     if time is not None:
         yield from stretches.blocks(sim, time / count, count)

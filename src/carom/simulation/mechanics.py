@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from carom.arithmetic import power
-from carom.block import Sizes
+from carom.block import Block, Sizes
 from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.models.motions.shear import Shear
 from carom.models.species import species_count
 from carom.notebook import table
 from carom.scene.temperature import kept_by_motion
+from carom.simulation.barostat import volume_sums
 from carom.simulation.depths import folded
 from carom.simulation.invariants import EnergyMomentum
-from carom.simulation.pair_steps import potential_at_start, potential_energy
+from carom.simulation.readings import energy_of_first_steps, energy_of_steps, kT_time, momentum_flux
 from carom.simulation.run_state import spins_of
-from carom.simulation.temperature import momentum_flux
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -193,7 +193,7 @@ def _energy_drift(run_state: RunState, present: EnergyMomentum) -> float:
     before += rotational_energy(scene, scene.spins)
     after += rotational_energy(scene, spins_of(run_state.engine.model, run_state.unit))
     if run_state.system.stepped:
-        after += potential_energy(run_state) - potential_at_start(run_state)
+        after += energy_of_steps(run_state) - energy_of_first_steps(run_state)
     if hasattr(scene.motion, "potential_energy"):
         frame = run_state.frame()
         if frame.images is None:
@@ -221,6 +221,20 @@ def kT_rotational(run_state: RunState) -> float:
     scene = run_state.scene
     free = scene.n if scene.pinned is None else int(np.count_nonzero(~scene.pinned))
     return 2.0 * rotational_energy(scene, spins) / (free * spins.shape[1])
+
+
+def sums(run_state: RunState) -> Block:
+    """Return what has added up since the start; what it does not hold is None."""
+    tally = run_state.engine.tallies[0]
+    return Block(
+        float(run_state.clock.instant),
+        int(tally.collisions),
+        run_state.unit.to_scene(float(tally.virial), -1),
+        impulses(run_state),
+        kT_time=kT_time(run_state),
+        momentum_flux=momentum_flux(run_state),
+        volumes=volume_sums(run_state),
+    )
 
 
 def sizes(run_state: RunState, diameters: np.ndarray, duration: float) -> Sizes | None:

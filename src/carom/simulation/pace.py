@@ -11,9 +11,10 @@ Neither changes a bit, so a measurement may decide. There are two such choices:
 
 from __future__ import annotations
 
-from typing import Protocol
+from typing import TYPE_CHECKING
 
-from carom.scene import Scene
+if TYPE_CHECKING:
+    from carom.simulation.run_state import RunState
 
 STRETCH = 1.0
 """Collisions a particle after which a rate is known."""
@@ -33,27 +34,16 @@ FALL = 0.75
 """The other is tried at once where the rate falls below this part of what it was at the last comparison."""
 
 
-class Run(Protocol):
-    """What runs, as far as its pace is concerned."""
-
-    scene: Scene
-    seconds: float
-
-    @property
-    def collisions(self) -> int:
-        """Pair collisions since the start."""
-
-
 class Pace:
     """The rates of two ways to run, and which of them is to go on.
 
     Parameters
     ----------
-    run_state : Run
+    run_state : RunState
         What runs.
     """
 
-    def __init__(self, run_state: Run):
+    def __init__(self, run_state: RunState):
         self.run_state = run_state
         self._first = True  # whether the first one was faster
         self.trial = False  # whether the other one runs

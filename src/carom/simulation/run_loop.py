@@ -10,18 +10,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.block import Block
+from carom.block import Block, combined
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning, InputError
 from carom.models.questions.memory import error_message
 from carom.scene.temperature import peculiar
-from carom.simulation.agents import refuse_rule
-from carom.simulation.barostat import move_volume, volume_sums
+from carom.simulation.barostat import move_volume
 from carom.simulation.call_budget import CYCLES, MOST_CYCLES
-from carom.simulation.mechanics import impulses, sizes
+from carom.simulation.mechanics import sizes, sums
+from carom.simulation.readings import refuse_rule
 from carom.simulation.stall_detector import StallDetector
 from carom.simulation.swaps import sweep
-from carom.simulation.temperature import kT_time, momentum_flux
 
 if TYPE_CHECKING:
     from carom.simulation.callbacks import Callbacks
@@ -80,16 +79,10 @@ def _advance(
 ) -> Block:
     from carom.engine import constants, cycle
 
-    before = run_state.engine.tallies[0].copy()
-    impulses_before = impulses(run_state)
-    diameters, heat = run_state.diameters, kT_time(run_state)
-    flux, volumes = momentum_flux(run_state), volume_sums(run_state)
-    start = run_state.clock.instant
-    target = np.int64(
-        UNLIMITED if collisions is None else min(int(before.collisions) + collisions, UNLIMITED)
-    )
+    before, diameters, start = sums(run_state), run_state.diameters, run_state.clock.instant
+    target = np.int64(UNLIMITED if collisions is None else min(before.collisions + collisions, UNLIMITED))
     deadline = math.inf if walltime is None else compile_listeners.running() + walltime
-    last_seen, last_instant = int(before.collisions), start
+    last_seen, last_instant = before.collisions, start
     only_end = end if walltime is None and collisions is None else None
     stall_detector = None
     most_free_times = None if collisions is not None and end is None else math.inf
@@ -154,7 +147,7 @@ def _advance(
         elif code == constants.NEEDS_LOG:
             run_state.flush_log()
         if progress is not None:
-            progress(_fraction(run_state, int(before.collisions), start, int(target), end))
+            progress(_fraction(run_state, before.collisions, start, int(target), end))
         if now >= deadline:
             break
         left -= cycles - int(unused)
@@ -187,19 +180,9 @@ def _advance(
             break
     if progress is not None:
         progress(1.0)
-    after, later = run_state.engine.tallies[0], kT_time(run_state)
-    flux_after, volumes_after = momentum_flux(run_state), volume_sums(run_state)
     duration = float(run_state.clock.instant - start)
-    return Block(
-        duration,
-        int(after.collisions - before.collisions),
-        run_state.unit.to_scene(float(after.virial - before.virial), -1),
-        tuple(b - a for a, b in zip(impulses_before, impulses(run_state), strict=True)),
-        kT_time=None if heat is None or later is None else later - heat,
-        sizes=sizes(run_state, diameters, duration),
-        momentum_flux=None if flux is None or flux_after is None else flux_after.minus(flux),
-        volumes=None if volumes is None or volumes_after is None else volumes_after.minus(volumes),
-    )
+    block: Block = combined(sums(run_state), before, -1)
+    return block._replace(duration=duration, sizes=sizes(run_state, diameters, duration))
 
 
 def _ask_ahead(run_state: RunState) -> None:

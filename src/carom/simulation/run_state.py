@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,44 +31,12 @@ if TYPE_CHECKING:
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.engine.system import System
     from carom.scene.scene import Scene
+    from carom.simulation.recorder import Recorder
+    from carom.simulation.workers.executive import Executive
     from carom.units import TimeUnit
 
 Steps = tuple[np.ndarray, np.ndarray]
 """Pairs (m, 2), and on which step each is, (m,)."""
-
-
-class Log(Protocol):
-    """Where collisions go: :class:`carom.simulation.recorder.Recorder`."""
-
-    buffer: Any
-    """What the engine writes into."""
-
-    @property
-    def path(self) -> Any:
-        """The file."""
-
-    @property
-    def inherited(self) -> bool:
-        """Whether another process, of which this one is a fork, writes the file."""
-
-    def mark(self) -> dict[str, Any]:
-        """Return how much the file holds."""
-
-    def flush(self, run_state: RunState) -> None:
-        """Write what the buffer holds."""
-
-    def close(self) -> None:
-        """Close the file."""
-
-
-class Workers(Protocol):
-    """Several threads for one run: :class:`carom.simulation.workers.executive.Executive`."""
-
-    def window(self, stop: tuple[np.int64, float], target: int) -> bool:
-        """Run one window; False if the plain cycle is to go on."""
-
-    def close(self) -> None:
-        """End the threads."""
 
 
 def frame_of(
@@ -132,11 +100,11 @@ class RunState:
         What is simulated.
     velocities : (n, d) array
         At the start [length / time].
-    contents : Contents
+    system : System
         The facts of the scene that the engine needs, in its own unit of time.
-    wish : tuple
+    requested : tuple
         The requested neighbour scheme and reach.
-    scheme : Scheme, optional
+    scheme : NeighborPlan, optional
         The neighbour scheme; chosen for the scene, if left out.
 
     Raises
@@ -152,13 +120,13 @@ class RunState:
         The present.
     counted : int
         Collisions before the clock's base.
-    start : Mechanics
+    start : EnergyMomentum
         Energy and momentum at the start.
     seconds : float
         Wall time spent in the engine [s].
-    log : Log or None
+    log : Recorder or None
         Where collisions go.
-    alone : Alone
+    alone : RunGuard
         Who is using it.
     budget : CallBudget
         Cycles a call of the compiled cycle.
@@ -168,7 +136,7 @@ class RunState:
         Pairs and their steps, to be written into the next lists; None where there are none.
     scheduled : bool
         Whether every component has its event: not, where Ctrl-C came while they were being given them.
-    team : Workers or None
+    executive : Executive or None
         Workers, where there are several.
     sweeps : Sweeps or None
         Swaps of diameters, where they are asked for.
@@ -205,13 +173,13 @@ class RunState:
         self.sweeps: Sweeps | None = None  # before the start, whose frame in a field has the diameters
         self.start = EnergyMomentum.of(scene.masses, self.speeds, self.unit)
         self.seconds = 0.0
-        self.log: Log | None = None
+        self.log: Recorder | None = None
         self.alone = RunGuard()
         self.budget = CallBudget(MOST_CYCLES)
         self.pace = Pace(self)
         self.steps: Steps | None = None
         self.scheduled = True
-        self.executive: Workers | None = None
+        self.executive: Executive | None = None
         self.depths = Depths()
 
     def _choose(
@@ -392,7 +360,7 @@ class RunState:
         if self.log is not None:
             self.log.flush(self)
 
-    def begin_log(self, log: Log) -> None:
+    def begin_log(self, log: Recorder) -> None:
         """Let the engine write down its events from now on."""
         self.log = log
         self._write_down(log.buffer)

@@ -15,7 +15,7 @@ from carom.simulation.callbacks import Call, Callbacks, Hit
 from carom.simulation.keywords import corrected
 
 if TYPE_CHECKING:
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
 
 LIMITS = ("collisions", "collisions_per_particle", "time", "walltime", "until")
 """What ends a run."""
@@ -24,7 +24,7 @@ LIMITS = ("collisions", "collisions_per_particle", "time", "walltime", "until")
 @watchable("Running")
 @corrected
 def run(
-    sim: InMotion,
+    sim: Simulation,
     *,
     collisions: int | None = None,
     collisions_per_particle: float | None = None,

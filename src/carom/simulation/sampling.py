@@ -15,11 +15,11 @@ from carom.notebook import bar
 from carom.simulation.run_loop import advance
 
 if TYPE_CHECKING:
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
 
 
 def sample(
-    sim: InMotion,
+    sim: Simulation,
     *,
     every: float | None = None,
     count: int | None = None,
@@ -65,7 +65,7 @@ def sample(
 
 
 def write(
-    sim: InMotion,
+    sim: Simulation,
     path: str | PathLike[str],
     *,
     every: float | None = None,
@@ -115,7 +115,7 @@ def write(
 
 
 def _watched(
-    sim: InMotion, *, every: float | None, count: int | None, times: Iterable[float] | None
+    sim: Simulation, *, every: float | None, count: int | None, times: Iterable[float] | None
 ) -> Iterator[Frame]:
     """Yield the frames under a bar."""
     with bar("Sampling") as shown:
@@ -128,7 +128,7 @@ def _instant(time: Any) -> Fraction:
 
 
 def _frames(
-    sim: InMotion,
+    sim: Simulation,
     times: Fraction | Iterable[Fraction],
     count: int | None,
     progress: Callable[[float], object] | None,

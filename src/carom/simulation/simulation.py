@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import above, checks, densities
+from carom import checks, densities
 from carom.arithmetic import power
 from carom.errors import InputError
 from carom.frame import Frame
@@ -18,18 +18,15 @@ from carom.scene.scene import Scene
 from carom.scene.temperature import at_temperature, degrees_of_freedom
 from carom.scene.velocities import velocities_of
 from carom.simulation import (
-    agents,
     checkpoint,
-    energy,
     equilibration,
     helfand,
     measuring,
     mechanics,
     own_observers,
-    pair_steps,
+    readings,
     running,
     sampling,
-    temperature,
 )
 from carom.simulation.barostat import checked_barostat
 from carom.simulation.keywords import corrected
@@ -188,7 +185,7 @@ class Simulation:
 
         The motion of the center of mass is subtracted along every axis on which momentum is conserved.
         """
-        return temperature.temperature(self._state)
+        return readings.kT(self._state)
 
     @property
     @exclusive
@@ -214,7 +211,7 @@ class Simulation:
         InputError
             If there is none, or crossings of the box along the field were not counted (``images=False``).
         """
-        return energy.potential_energy(self._state)
+        return readings.potential_energy(self._state)
 
     @property
     def degrees_of_freedom(self) -> int:
@@ -294,8 +291,8 @@ class Simulation:
         memory and timers (``docs/range-rules``).
         """
         if self._state.engine.model.rules is not None:
-            return agents.present(self._state)
-        return pair_steps.step_sums(self._state) if self._state.system.stepped else None
+            return readings.units_now(self._state)
+        return readings.step_sums(self._state) if self._state.system.stepped else None
 
     @property
     @exclusive
@@ -330,7 +327,9 @@ class Simulation:
         FileError
             If the file cannot be written.
         """
-        return above.view(self, path)
+        from carom.pictures.view import view
+
+        return view(self, path)
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
         """Return a picture of the particles and obstacles at the present time, a Matplotlib figure.
@@ -345,7 +344,9 @@ class Simulation:
         FileError
             If the picture cannot be saved.
         """
-        return above.plotted(self.frame(), self.scene.obstacles, path)
+        from carom.pictures.plots import snapshot
+
+        return snapshot(self.frame(), obstacles=self.scene.obstacles, path=path)
 
     def explain(self) -> Any:
         """Return what this run consists of: models, arrays, the neighbor scheme and the reason for it.

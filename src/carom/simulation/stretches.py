@@ -10,33 +10,23 @@ from carom import checks
 from carom.block import Block
 from carom.errors import InputError
 from carom.scene.temperature import degrees_of_freedom
-from carom.simulation import energy, mechanics, run_loop, temperature
-from carom.simulation.barostat import volume_sums
+from carom.simulation import mechanics, readings, run_loop
 from carom.simulation.system_of_scene import driven_speed_of
 
 if TYPE_CHECKING:
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
 
 
-def tally(sim: InMotion) -> Block:
+def tally(sim: Simulation) -> Block:
     """Return duration, collisions and virial since the start, and the time integral of kT where it changes.
 
-    Under a barostat also the sums with the volume. The sizes of growing diameters are not known of it.
+    The sizes of growing diameters are not known of it.
     """
-    state = sim._state
-    with state.alone.reading():
-        record = state.engine.tallies[0]
-        virial = state.unit.to_scene(float(record.virial), -1)
-        return Block(
-            sim.time,
-            int(record.collisions),
-            virial,
-            kT_time=temperature.kT_time(state),
-            volumes=volume_sums(state),
-        )
+    with sim._state.alone.reading():
+        return mechanics.sums(sim._state)
 
 
-def estimate(sim: InMotion, observable: Any, blocks: Sequence[Block]) -> Any:
+def estimate(sim: Simulation, observable: Any, blocks: Sequence[Block]) -> Any:
     """Return the estimate of an ``observable`` from ``blocks``, such as :func:`blocks` yields.
 
     Raises
@@ -49,7 +39,7 @@ def estimate(sim: InMotion, observable: Any, blocks: Sequence[Block]) -> Any:
     return observable.of_scene(blocks, sim.scene, kT=sim.kT)
 
 
-def blocks(sim: InMotion, duration: float, count: int) -> Iterator[Block]:
+def blocks(sim: Simulation, duration: float, count: int) -> Iterator[Block]:
     """Continue a run for ``count`` blocks of the time ``duration`` [time] and yield each.
 
     Raises
@@ -59,20 +49,20 @@ def blocks(sim: InMotion, duration: float, count: int) -> Iterator[Block]:
     """
     state = sim._state
     start, step = state.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
-    before, energy_before = mechanics.momenta_at_walls(state), energy.now(state)
+    before, energy_before = mechanics.momenta_at_walls(state), readings.energy_now(state)
     for k in range(1, checks.integer(count, "count", low=0) + 1):
         block = run_loop.advance(state, None, start + k * step)
         after = mechanics.momenta_at_walls(state)
         momenta, surfaces = (
             tuple(b - a for a, b in zip(*pair, strict=True)) for pair in zip(before, after, strict=True)
         )
-        energy_after = energy.now(state)
-        means = energy.mean(energy_before, energy_after, block, degrees_of_freedom(sim.scene))
+        energy_after = readings.energy_now(state)
+        means = readings.mean_energy(energy_before, energy_after, block, degrees_of_freedom(sim.scene))
         yield block._replace(momentum_changes=momenta, surface_changes=surfaces, energy=means)
         before, energy_before = after, energy_after
 
 
-def time_for(sim: InMotion, collisions: float) -> float:
+def time_for(sim: Simulation, collisions: float) -> float:
     """Return the time that a number of pair collisions takes at the rate so far [time].
 
     With fewer than 1000 collisions so far, the run first continues up to 1000.
@@ -92,7 +82,7 @@ def time_for(sim: InMotion, collisions: float) -> float:
     return float(collisions) * sim.time / sim.collisions
 
 
-def _rests(sim: InMotion) -> bool:
+def _rests(sim: Simulation) -> bool:
     """Tell whether nothing moves, and no field, obstacle, growth or rule will change that."""
     state = sim._state
     starts = state.system.rates is not None or state.engine.model.rules is not None

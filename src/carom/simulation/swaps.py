@@ -16,11 +16,12 @@ import dataclasses
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
 from carom import checks, seeds
+from carom.declared import SEED, Declared, described, integer, needed, number, option, positive
 from carom.errors import InputError
 from carom.jit import compiled
 from carom.models.motions.free_flight import FreeFlight
@@ -35,22 +36,10 @@ SLIGHT = 2.0**-20
 """Pairs are listed up to contacts that are longer by so much, so that rounding loses none."""
 
 
+@described
 @dataclass(frozen=True)
-class Swaps:
+class Swaps(Declared):
     """Exchanges of diameters between particles, in sweeps at equal intervals of time.
-
-    Parameters
-    ----------
-    interval : float
-        Time between two sweeps [time]; all events are predicted anew after each, which costs about as much as
-        one collision of each particle.
-    attempts : int
-        Pairs that are drawn in a sweep, for each particle.
-    within : float, optional
-        Largest difference of two diameters that are exchanged [length]; by default there is no limit.
-        Exchanges of very different ones are hardly ever accepted.
-    seed : int
-        Seed of the pairs drawn.
 
     Raises
     ------
@@ -68,19 +57,22 @@ class Swaps:
     True
     """
 
-    interval: float
-    attempts: int = 10
-    within: float | None = None
-    seed: int = 1
+    after: ClassVar[str] = " of Swaps"
 
-    def __post_init__(self) -> None:
-        found: dict[str, Any] = {"interval": checks.positive(self.interval, "interval of Swaps")}
-        found["attempts"] = checks.integer(self.attempts, "attempts of Swaps", low=1, high=1_000_000)
-        if self.within is not None:
-            found["within"] = checks.number(self.within, "within of Swaps", low=0.0)
-        found["seed"] = checks.integer(self.seed, "seed of Swaps", low=0, high=2**63 - 1)
-        for name, value in found.items():
-            object.__setattr__(self, name, value)
+    interval: float = needed(
+        positive,
+        "Time between two sweeps [time]; all events are predicted anew after each, which costs about as much "
+        "as one collision of each particle.",
+    )
+    attempts: int = option(
+        integer(low=1, high=1_000_000), "Pairs that are drawn in a sweep, for each particle.", default=10
+    )
+    within: float | None = option(
+        number(low=0.0),
+        "Largest difference of two diameters that are exchanged [length]; by default there is no limit. "
+        "Exchanges of very different ones are hardly ever accepted.",
+    )
+    seed: int = option(SEED, "Seed of the pairs drawn.", default=1)
 
 
 class Sweeps(NamedTuple):

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from carom.block import Block, Energy, Sizes
+from carom.block import Block, Energy, Sizes, combined
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
@@ -19,11 +19,11 @@ from carom.simulation.equipartition import Thermometer
 from carom.simulation.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
-    from carom.simulation.in_motion import InMotion
+    from carom.simulation.simulation import Simulation
 
 
 def until(
-    sim: InMotion,
+    sim: Simulation,
     observable: Any,
     goal: Goal,
     *,
@@ -71,7 +71,7 @@ class _Stretch:
 
     def __init__(
         self,
-        sim: InMotion,
+        sim: Simulation,
         observable: Any,
         goal: Goal,
         blocks: int,
@@ -132,7 +132,7 @@ class _Stretch:
 class _Rate:
     """Collisions per second of wall time, the first block left out: it may have waited for the compiler."""
 
-    def __init__(self, sim: InMotion):
+    def __init__(self, sim: Simulation):
         self._sim = sim
         self._collisions, self._seconds = 0, 0.0
         self._last: tuple[int, float] | None = None
@@ -158,22 +158,8 @@ class _Rate:
 
 def merged(one: Block, other: Block) -> Block:
     """Return two neighbouring blocks as one."""
-    return Block(
-        one.duration + other.duration,
-        one.collisions + other.collisions,
-        one.virial + other.virial,
-        tuple(a + b for a, b in zip(one.impulses, other.impulses, strict=True)),
-        tuple(a + b for a, b in zip(one.momentum_changes, other.momentum_changes, strict=True)),
-        None if one.kT_time is None or other.kT_time is None else one.kT_time + other.kT_time,
-        _averaged(one, other),
-        tuple(a + b for a, b in zip(one.surface_changes, other.surface_changes, strict=True)),
-        tuple(a + b for a, b in zip(one.works, other.works, strict=True)),
-        _means(one, other),
-        None
-        if one.momentum_flux is None or other.momentum_flux is None
-        else one.momentum_flux.plus(other.momentum_flux),
-        None if one.volumes is None or other.volumes is None else one.volumes.plus(other.volumes),
-    )
+    block: Block = combined(one, other)
+    return block._replace(sizes=_averaged(one, other), energy=_means(one, other))
 
 
 def _means(one: Block, other: Block) -> Energy | None:

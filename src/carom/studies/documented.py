@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, get_args, get_origin
 
-from carom.spec import SpecField, fields_of
+from carom.declared import SpecField, fields_of
 from carom.studies.arguments import refuse_unknown
 from carom.studies.study import Study
 

@@ -6,12 +6,13 @@ Scenes are imported when there is one to check: the help of a command reads the 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from os import PathLike
 from typing import Annotated, Any, ClassVar, Self
 
+from carom.declared import Opt, integer, number, option, several, word
 from carom.errors import InputError
-from carom.spec import Opt, Spec, integer, integers_of, number, numbers_of, several, word
+from carom.spec import Spec, integers_of, numbers_of
 from carom.version import __version__
 
 SYSTEM, LENGTH = "The system (overrides a scene file)", "How long"
@@ -70,45 +71,39 @@ class SceneGrid(Spec):
         "d": "give dimension",
     }
 
-    packing_fraction: Annotated[
-        tuple[float, ...],
+    packing_fraction: tuple[float, ...] = option(
         None,
-        Opt(
-            "Packing fractions; as an option 0.1,0.2,0.3 or 0.1:0.4:7 (7 from 0.1 to 0.4).",
-            SYSTEM,
-            read=numbers_of("--packing-fraction"),
-        ),
-    ] = ()
+        "Packing fractions; as an option 0.1,0.2,0.3 or 0.1:0.4:7 (7 from 0.1 to 0.4).",
+        SYSTEM,
+        read=numbers_of("--packing-fraction"),
+        default=(),
+    )
     n: Sizes = (500,)
     replicas: Replicas = 2
-    dimension: Annotated[
-        int,
-        integer(low=1, high=12),
-        Opt("Dimension of space, 1 to 12.", SYSTEM),
-    ] = 3
-    kT: Annotated[
-        float,
+    dimension: int = option(integer(low=1, high=12), "Dimension of space, 1 to 12.", SYSTEM, default=3)
+    kT: float = option(
         number(low=0.0, high=1e304, open_low=True),
-        Opt("Temperature kT, an energy; with wells held until equilibration ends.", SYSTEM, ("--kT",)),
-    ] = 1.0
-    relative_error: Annotated[
-        float | None, None, Opt("Relative error at every point, all replicas together.", LENGTH)
-    ] = None
+        "Temperature kT, an energy; with wells held until equilibration ends.",
+        SYSTEM,
+        ("--kT",),
+        default=1.0,
+    )
+    relative_error: float | None = option(
+        None, "Relative error at every point, all replicas together.", LENGTH
+    )
     equilibration: Length = 1000.0
-    seed: Annotated[int, integer(low=0, high=2**63 - 1), Opt("Seed of all random numbers.", SYSTEM)] = 1
-    lattice: Annotated[
-        str,
+    seed: int = option(integer(low=0, high=2**63 - 1), "Seed of all random numbers.", SYSTEM, default=1)
+    lattice: str = option(
         word("auto", "none", "fcc", "triangular", "cubic", "dn"),
-        Opt(
-            "How runs start: auto, none (random), fcc, triangular, cubic or dn; auto is random up to the "
-            "middle of the coexistence, and the densest lattice above.",
-            SYSTEM,
-        ),
-    ] = "auto"
+        "How runs start: auto, none (random), fcc, triangular, cubic or dn; auto is random up to the "
+        "middle of the coexistence, and the densest lattice above.",
+        SYSTEM,
+        default="auto",
+    )
     blocks: Blocks = 256
-    scene: Annotated[
-        Mapping[str, Any], None, Opt("Further keys of a scene, e.g. diameter, mass or kT.", flags=None)
-    ] = field(default_factory=dict)
+    scene: Mapping[str, Any] = option(
+        None, "Further keys of a scene, e.g. diameter, mass or kT.", flags=None, factory=dict
+    )
 
     def complete(self) -> None:
         """Check the grid as a whole, and set what depends on several fields."""
@@ -187,8 +182,8 @@ class SceneGrid(Spec):
     def _template(self) -> dict[str, Any]:
         """Return the keys of ``scene`` as plain values, without those that the grid sets."""
         from carom import checks
+        from carom.declared import checked
         from carom.scene_file.sections import SceneSpec
-        from carom.spec import checked
         from carom.studies.scenes import plain, refuse_other_interactions
 
         if not isinstance(self.scene, Mapping):
@@ -275,14 +270,15 @@ class GridSpec(SceneGrid):
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = (("relative_error", "collisions_per_particle"),)
     measured: ClassVar[str] = "collisions_per_particle"
 
-    collisions_per_particle: Annotated[
-        float | None, None, Opt("Instead of an error: collisions per particle of every run.", LENGTH)
-    ] = None
-    neighbors: Annotated[
-        str,
+    collisions_per_particle: float | None = option(
+        None, "Instead of an error: collisions per particle of every run.", LENGTH
+    )
+    neighbors: str = option(
         word("auto", "lists", "sectors", "all"),
-        Opt("How pairs are found: auto, lists, sectors or all.", flags=None),
-    ] = "auto"
+        "How pairs are found: auto, lists, sectors or all.",
+        flags=None,
+        default="auto",
+    )
 
     def tasks(self) -> list[dict[str, Any]]:
         """Return the tasks, the longest first."""

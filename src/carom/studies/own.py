@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from carom.spec import Opt, Spec, integer, integers_of, number, numbers_of, several, word
+from carom.declared import Opt, integer, number, several, word
+from carom.spec import Spec, integers_of, numbers_of
 from carom.studies.documented import documented
 from carom.studies.folder import Record, Task, stream
 from carom.studies.study import Look, Study
@@ -47,6 +48,6 @@ def command(kind: type[Study[Any]]) -> None:
     kind : type
         The study.
     """
-    from carom import above
+    from carom.cli import study
 
-    above.command(kind)
+    study.command(kind)

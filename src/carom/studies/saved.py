@@ -18,8 +18,7 @@ from carom.results import KINDS, loaded
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
 from carom.studies.accuracy.study import Trade
-from carom.studies.codes.code import FORMAT as A_CODE
-from carom.studies.codes.code import load as load_code
+from carom.studies.codes.code import FORMAT as A_CODE, load as load_code
 from carom.studies.codes.study import Codes
 from carom.studies.coefficients.study import Transport
 from carom.studies.eos.study import EquationOfState

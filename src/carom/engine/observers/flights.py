@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner
-from carom.engine.observers.interface import at_epoch, before_pair, limits, spared
+from carom.engine.observers.interface import at_epoch, before_pair, spared
 
 BINS = 256
 """Of each histogram; the last one holds everything beyond."""
@@ -108,8 +108,3 @@ def _(observer: Flights, model, state, length):
 @spared.register
 def _(observer: Flights):
     return "kinds", "moves"
-
-
-@limits.register
-def _(observer: Flights, n, oldest):
-    return {"partners": (-1, n - 1), "last": (oldest, np.inf), "widths": (1e-300, 1e300)}

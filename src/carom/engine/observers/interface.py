@@ -1,7 +1,7 @@
 """What observers are told, each with a default that does nothing, and the one tuple that they are in.
 
 An observer is a ``NamedTuple`` of arrays, in the engine's unit of time. Most of the questions are asked by
-compiled code; :func:`at_rest`, :func:`spared` and :func:`limits` are asked from Python, and so is
+compiled code; :func:`at_rest` and :func:`spared` are asked from Python, and so is
 ``carom.models.questions.memory.copy_state``, by which sums go on in an engine that replaces another.
 """
 
@@ -178,24 +178,6 @@ def at_rest(observer, now, since):
 def spared(observer):
     """Return fields of the ``observer`` that no checkpoint keeps: room, and what follows from the scene."""
     return ()
-
-
-@optional
-def limits(observer, n, oldest):
-    """Return limits of arrays that a checkpoint keeps, {field: (low, high)}.
-
-    Of all others real numbers are finite, and whole ones not negative.
-
-    Parameters
-    ----------
-    observer : NamedTuple
-        The observer.
-    n : int
-        Number of components.
-    oldest : float
-        A time in the epoch before which the run had not begun.
-    """
-    return {}
 
 
 @before_pair.register

@@ -17,8 +17,7 @@ from carom.compiling.registry import inner
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.obstacles.cells import columns
-from carom.models.obstacles.outlines import Arc as Drawn
-from carom.models.obstacles.outlines import images
+from carom.models.obstacles.outlines import Arc as Drawn, images
 from carom.models.obstacles.properties import Properties
 from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
 from carom.models.questions.particles import NEVER

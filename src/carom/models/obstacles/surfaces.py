@@ -18,8 +18,7 @@ from carom.errors import InputError
 from carom.models.contacts.losses import Law, Loss, never_touched, restitution_at
 from carom.models.contacts.restitution import Restitution
 from carom.models.contacts.rough import Rough
-from carom.models.mathematics.counter_random import normal as draw_normal
-from carom.models.mathematics.counter_random import uniform
+from carom.models.mathematics.counter_random import normal as draw_normal, uniform
 from carom.models.obstacles.outlines import shapes
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import normal_acceleration, push, rest_speed

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Annotated, Any, ClassVar
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
+from carom.declared import described, integer, number, option
 from carom.errors import InputError
-from carom.spec import Opt, Spec, described, integer, number
+from carom.spec import Spec
 
 STEPS = (1e-1, 1e-2, 1e-3, 1e-4)
 """Steps of the time-driven method [mean free times]."""
@@ -66,18 +67,14 @@ class TradeSpec(Spec):
     carom trade --seconds 1 --out quick
     """
 
-    seconds: Annotated[
-        float,
+    seconds: float = option(
         number(low=0.0, open_low=True),
-        Opt(
-            "CPU seconds for the statistics of a row; the whole takes some forty times as long, and a minute "
-            "more."
-        ),
-    ] = 8.0
-    seed: Annotated[int, integer(low=0, high=2**63 - 1), Opt("Seed of all random numbers.")] = 1
-    scene: Annotated[Mapping[str, Any], None, Opt("Keys of a scene.", flags=None)] = field(
-        default_factory=dict
+        "CPU seconds for the statistics of a row; the whole takes some forty times as long, and a minute "
+        "more.",
+        default=8.0,
     )
+    seed: int = option(integer(low=0, high=2**63 - 1), "Seed of all random numbers.", default=1)
+    scene: Mapping[str, Any] = option(None, "Keys of a scene.", flags=None, factory=dict)
 
     def complete(self) -> None:
         """Check the scene.

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
+from carom.declared import described, integer, needed, number, option
 from carom.errors import InputError
-from carom.spec import Opt, Spec, described, integer, number
+from carom.spec import Spec
 
 MOST = 1000
 """Largest number of points: every cap is compared with all others."""
@@ -57,46 +58,32 @@ class CodeSpec(Spec):
     grid: ClassVar[tuple[str, ...]] = ("tries", "seed", "agree", "digits")
     resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"n": ("starts",)}
 
-    n: Annotated[int, integer(low=2, high=MOST), Opt("Number of points, 2 to 1000.", flags=None)]
-    dimension: Annotated[
-        int,
-        integer(low=2, high=12),
-        Opt("Dimension of the space around the sphere."),
-    ] = 3
-    tries: Annotated[int, integer(low=1, high=10**6), Opt("Number of random starts.")] = 40
-    seed: Annotated[
-        int, integer(low=0, high=2**63 - 1), Opt("Seed of the first try; each further one has the next.")
-    ] = 1
-    agree: Annotated[
-        int | None,
-        integer(low=2),
-        Opt("End as soon as so many tries have led to the best code. By default, all tries run."),
-    ] = None
-    rate: Annotated[
-        float | None,
+    n: int = needed(integer(low=2, high=MOST), "Number of points, 2 to 1000.", flags=None)
+    dimension: int = option(integer(low=2, high=12), "Dimension of the space around the sphere.", default=3)
+    tries: int = option(integer(low=1, high=10**6), "Number of random starts.", default=40)
+    seed: int = option(
+        integer(low=0, high=2**63 - 1), "Seed of the first try; each further one has the next.", default=1
+    )
+    agree: int | None = option(
+        integer(low=2), "End as soon as so many tries have led to the best code. By default, all tries run."
+    )
+    rate: float | None = option(
         number(low=0.0, high=1.0, open_low=True),
-        Opt(
-            "Growth rate of the diameters over the thermal speed. By default 0.01 for even seeds, as slow "
-            "growth orders, and 0.2 for odd ones, as fast growth leads to more different codes."
-        ),
-    ] = None
-    hops: Annotated[
-        int,
+        "Growth rate of the diameters over the thermal speed. By default 0.01 for even seeds, as slow "
+        "growth orders, and 0.2 for odd ones, as fast growth leads to more different codes.",
+    )
+    hops: int = option(
         integer(low=0),
-        Opt(
-            "Hops in each try. A hop moves one to three points into holes and optimises again; a result that "
-            "is not worse is kept."
-        ),
-    ] = 20
-    starts: Annotated[
-        int | None,
+        "Hops in each try. A hop moves one to three points into holes and optimises again; a result that "
+        "is not worse is kept.",
+        default=20,
+    )
+    starts: int | None = option(
         integer(low=0),
-        Opt(
-            "Sets of points that repel each other, in each try. By default 50, and fewer for more than 60 "
-            "points; with 0 the caps only grow."
-        ),
-    ] = None
-    digits: Annotated[int, integer(low=15, high=MOST_DIGITS), Opt("Decimal digits of the result.")] = 32
+        "Sets of points that repel each other, in each try. By default 50, and fewer for more than 60 "
+        "points; with 0 the caps only grow.",
+    )
+    digits: int = option(integer(low=15, high=MOST_DIGITS), "Decimal digits of the result.", default=32)
 
     def complete(self) -> None:
         """Set the number of starts, which depends on n.

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
+from carom.declared import described, integer, option
 from carom.errors import InputError
-from carom.spec import Opt, described, integer
 from carom.studies.grid import SYSTEM, Blocks, GridSpec, Length, Replicas, Sizes
 
 REFUSED = ("walls", "obstacles", "motion", "impact", "pinned")
@@ -58,7 +58,7 @@ class TransportSpec(GridSpec):
 
     n: Sizes = (500,)
     replicas: Replicas = 4
-    dimension: Annotated[int, integer(low=2, high=12), Opt("Dimension of space, from 2 on.", SYSTEM)] = 3
+    dimension: int = option(integer(low=2, high=12), "Dimension of space, from 2 on.", SYSTEM, default=3)
     equilibration: Length = 300.0
     blocks: Blocks = 16
 

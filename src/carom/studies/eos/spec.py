@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
-from carom.spec import Opt, described, integer
+from carom.declared import described, integer, option
 from carom.studies.grid import Blocks, GridSpec, Length, Replicas, Sizes
 
 EXCESS = 1.2
@@ -73,15 +73,12 @@ class StudySpec(GridSpec):
     replicas: Replicas = 2
     equilibration: Length = 1000.0
     blocks: Blocks = 256
-    frames: Annotated[
-        int | None,
+    frames: int | None = option(
         integer(low=0),
-        Opt(
-            "Frames per run for the order parameter and its drift. Without: 8 from just below freezing on, "
-            "and none at lower densities.",
-            flags=None,
-        ),
-    ] = None
+        "Frames per run for the order parameter and its drift. Without: 8 from just below freezing on, "
+        "and none at lower densities.",
+        flags=None,
+    )
 
     def complete(self) -> None:
         """Check the grid, and that there are no more frames than blocks.

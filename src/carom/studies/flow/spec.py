@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
+from carom.declared import described, integer, number, option, several, word
 from carom.errors import InputError
-from carom.spec import Opt, described, integer, number, numbers_of, several, word
+from carom.spec import numbers_of
 from carom.studies.grid import LENGTH, SYSTEM, Blocks, Length, Replicas, SceneGrid, Sizes
 
 FIRST = 20.0
@@ -64,32 +65,36 @@ class ShearSpec(SceneGrid):
 
     n: Sizes = (500,)
     replicas: Replicas = 2
-    dimension: Annotated[int, integer(low=2, high=12), Opt("Dimension of space, from 2 on.", SYSTEM)] = 3
-    kT: Annotated[
-        float,
+    dimension: int = option(integer(low=2, high=12), "Dimension of space, from 2 on.", SYSTEM, default=3)
+    kT: float = option(
         number(low=0.0, high=1e304, open_low=True),
-        Opt("Temperature kT, an energy; inelastic particles have one of their own.", SYSTEM, ("--kT",)),
-    ] = 1.0
+        "Temperature kT, an energy; inelastic particles have one of their own.",
+        SYSTEM,
+        ("--kT",),
+        default=1.0,
+    )
     equilibration: Length = 300.0
     blocks: Blocks = 64
-    rate: Annotated[
-        tuple[float, ...],
+    rate: tuple[float, ...] = option(
         several(number(low=0.0, open_low=True)),
-        Opt("Shear rates; as an option 0.1,0.2,0.4 or 0.1:1:4 (4 from 0.1 to 1).", SYSTEM,
-            read=numbers_of("--rate")),
-    ] = (0.1, 0.2, 0.4, 0.8)  # fmt: skip
-    restitution: Annotated[
-        float | None,
+        "Shear rates; as an option 0.1,0.2,0.4 or 0.1:1:4 (4 from 0.1 to 1).",
+        SYSTEM,
+        read=numbers_of("--rate"),
+        default=(0.1, 0.2, 0.4, 0.8),
+    )
+    restitution: float | None = option(
         number(low=0.0, high=1.0, open_low=True),
-        Opt("Normal velocity that contacts keep, instead of the impact of the scene.", SYSTEM),
-    ] = None
-    thermostat: Annotated[
-        str,
+        "Normal velocity that contacts keep, instead of the impact of the scene.",
+        SYSTEM,
+    )
+    thermostat: str = option(
         word("auto", "rescale", "none"),
-        Opt("rescale keeps kT by scaling velocities; auto does where no contact loses energy and the "
-            "scene has no drive.", SYSTEM),
-    ] = "auto"  # fmt: skip
-    strains: Annotated[float | None, None, Opt("Instead of an error: strain of every run.", LENGTH)] = None
+        "rescale keeps kT by scaling velocities; auto does where no contact loses energy and the "
+        "scene has no drive.",
+        SYSTEM,
+        default="auto",
+    )
+    strains: float | None = option(None, "Instead of an error: strain of every run.", LENGTH)
 
     @classmethod
     def of_sections(cls, words: dict[str, Any], others: dict[str, Any]) -> dict[str, Any]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
+from carom.declared import described, integer, number, option, said, switch, word
 from carom.errors import InputError
 from carom.scene_file.commands import Beside
-from carom.spec import Opt, described, integer, number, said, switch, word
 
 
 def _stages(value: Any, name: str) -> tuple[list[Any], ...]:
@@ -54,50 +54,43 @@ class PackSpec(Beside):
         ("n", "species"), ("stages", "rate"), ("stages", "until_Z"),
     )  # fmt: skip
 
-    n: Annotated[
-        int | None, integer(low=2), Opt("Number of points; by default 1000, or that of the species.")
-    ] = None
-    dimension: Annotated[int, integer(low=1, high=12), Opt("Dimension of space.")] = 3
-    seeds: Annotated[
-        int | None, integer(low=1, high=10**6), Opt("Number of packings; by default one, from seed.")
-    ] = None
-    seed: Annotated[
-        int,
+    n: int | None = option(integer(low=2), "Number of points; by default 1000, or that of the species.")
+    dimension: int = option(integer(low=1, high=12), "Dimension of space.", default=3)
+    seeds: int | None = option(integer(low=1, high=10**6), "Number of packings; by default one, from seed.")
+    seed: int = option(
         integer(low=0, high=2**63 - 1),
-        Opt("Seed of random numbers; each further packing has the next."),
-    ] = 1
-    packing_fraction: Annotated[
-        float | None, number(low=0.0), Opt("Packing fraction of the start, instead of points.")
-    ] = None
-    species: Annotated[
-        Sequence[Any] | None, _species, Opt("Species of the points, each with a count or a fraction.")
-    ] = None
-    walls: Annotated[bool, switch, Opt("Whether the box has hard walls instead of periodic boundaries.")] = (
-        False
+        "Seed of random numbers; each further packing has the next.",
+        default=1,
     )
-    rate: Annotated[
-        float | None,
+    packing_fraction: float | None = option(
+        number(low=0.0), "Packing fraction of the start, instead of points."
+    )
+    species: Sequence[Any] | None = option(
+        _species, "Species of the points, each with a count or a fraction."
+    )
+    walls: bool = option(
+        switch, "Whether the box has hard walls instead of periodic boundaries.", default=False
+    )
+    rate: float | None = option(
         number(low=0.0),
-        Opt("Growth of the mean diameter over the thermal speed; by default 0.02 up to Z = 1e3, then 1e-3."),
-    ] = None
-    until_Z: Annotated[
-        float | None,
-        number(low=0.0),
-        Opt("Z = PV/NkT at the end; by default 1e10, if no number of collisions is given."),
-    ] = None
-    stages: Annotated[
-        Sequence[Any] | None, _stages, Opt("Instead of both: [rate, Z] of each stage, e.g. fast, then slow.")
-    ] = None
-    collisions: Annotated[
-        int | None, integer(low=1), Opt("Number of pair collisions after which to stop.")
-    ] = None
-    common: Annotated[
-        bool, switch, Opt("Whether all diameters grow at one rate, not in proportion to size.")
-    ] = False
-    neighbors: Annotated[
-        str, word("auto", "lists", "sectors", "all"), Opt("How pairs are found: auto, lists, sectors or all.")
-    ] = "auto"
-    pictures: Annotated[bool, switch, Opt("Whether to draw PNG files.")] = True
+        "Growth of the mean diameter over the thermal speed; by default 0.02 up to Z = 1e3, then 1e-3.",
+    )
+    until_Z: float | None = option(
+        number(low=0.0), "Z = PV/NkT at the end; by default 1e10, if no number of collisions is given."
+    )
+    stages: Sequence[Any] | None = option(
+        _stages, "Instead of both: [rate, Z] of each stage, e.g. fast, then slow."
+    )
+    collisions: int | None = option(integer(low=1), "Number of pair collisions after which to stop.")
+    common: bool = option(
+        switch, "Whether all diameters grow at one rate, not in proportion to size.", default=False
+    )
+    neighbors: str = option(
+        word("auto", "lists", "sectors", "all"),
+        "How pairs are found: auto, lists, sectors or all.",
+        default="auto",
+    )
+    pictures: bool = option(switch, "Whether to draw PNG files.", default=True)
 
     def complete(self) -> None:
         """Check the stages, and of several packings the start, rather than in a worker an hour later.

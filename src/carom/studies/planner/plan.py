@@ -24,8 +24,7 @@ from carom.studies.arguments import processes, refuse_unknown
 from carom.studies.places import refuse_others, refuse_to_replace
 from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod
-from carom.studies.planner.outcome import NAME as OUTCOME
-from carom.studies.planner.outcome import Outcome, carry_out
+from carom.studies.planner.outcome import NAME as OUTCOME, Outcome, carry_out
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import sizes
 from carom.studies.planner.system import System, of_plan, of_scene

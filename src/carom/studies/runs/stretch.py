@@ -15,10 +15,10 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from carom.block import Block, Energy, VolumeSums
+from carom.block import Block, Energy, VolumeSums, combined
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR
-from carom.simulation import energy, stretches
+from carom.simulation import readings, stretches
 from carom.simulation.barostat import volume_sums
 from carom.simulation.simulation import Simulation
 
@@ -146,16 +146,18 @@ class Stretch:
                 works=tuple(walls[2 * third :]),
             )
             first, last = (None if mark[3] is None else Energy(*mark[3]) for mark in (before, after))
-            blocks.append(block._replace(energy=energy.mean(first, last, block, sim.degrees_of_freedom)))
+            blocks.append(
+                block._replace(energy=readings.mean_energy(first, last, block, sim.degrees_of_freedom))
+            )
         for k, (before, after) in enumerate(itertools.pairwise(self.volumes)):
-            blocks[k] = blocks[k]._replace(volumes=VolumeSums(*after).minus(VolumeSums(*before)))
+            blocks[k] = blocks[k]._replace(volumes=combined(VolumeSums(*after), VolumeSums(*before), -1))
         return blocks
 
 
 def _sums(sim: Simulation) -> tuple[Any, ...]:
     """Return sums since the start; their differences do not depend on interruptions of a segment."""
     tally, scene = stretches.tally(sim), sim.scene
-    sums = int(tally.collisions), float(tally.virial), tally.kT_time, energy.now(sim._state)
+    sums = int(tally.collisions), float(tally.virial), tally.kT_time, readings.energy_now(sim._state)
     if not (scene.walls or scene.obstacles):
         return sums
     found = sim.obstacles
