@@ -23,8 +23,7 @@ from carom.models.obstacles.faces import stand_ins, yielding
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment, polygon
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.questions.walls import soonest_wall
 
 EPS = np.finfo(float).eps

@@ -13,7 +13,7 @@ from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
-from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.dressing import Shaken
 from carom.reference.falling import Floor, fall
 from carom.simulation.replay import Replay
 

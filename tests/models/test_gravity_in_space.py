@@ -12,7 +12,7 @@ import carom
 from carom.models import SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Falling, Gravity
-from carom.models.obstacles.containers import InsideOfSphere
+from carom.models.obstacles.containers import Inside
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.planes import Plane
 from carom.models.questions.motion import push, rebound_speed
@@ -81,7 +81,7 @@ def test_a_column_shares_its_energy_as_the_barometric_law_says(dimension):
 def test_bounces_on_a_circle_keep_their_energy_on_average():
     """Contacts just outside of 4 from the centre: unit normals are all rounded alike there, and too long."""
     rng = np.random.default_rng(4)
-    motion, body = Falling((0.0, -1.0), 1e-9), InsideOfSphere((5.0, 5.0), 4.5)
+    motion, body = Falling((0.0, -1.0), 1e-9), Inside(-1, (5.0, 5.0), 4.5)
     plain, even = [], []
     for _ in range(4000):
         turn, far = rng.uniform(0.0, 2.0 * math.pi), 4.0 + rng.uniform(0.0, 2.0**-51)

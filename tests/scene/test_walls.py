@@ -9,8 +9,7 @@ from carom.errors import InputError
 from carom.models import Plane, Sine, Wall
 from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.wall_names import place_of, wall_name
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing

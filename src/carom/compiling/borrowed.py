@@ -11,12 +11,9 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic, models, overload, register_model
+from numba.extending import models, register_model
 
-from carom.compiling import numba_features
-from carom.compiling.dispatch import INLINE
-
-BORROWING = "arrays without reference counts"
+from carom.compiling.intrinsics import compiled_as
 
 
 class BorrowedArray(types.Array):
@@ -126,16 +123,6 @@ def _convert(context, builder, source, target, value):
     return context.make_tuple(builder, target, lent)
 
 
-@intrinsic
-def _borrow(typingctx, value):
-    target = _borrowed_type(value)
-
-    def codegen(context, builder, signature, args):
-        return _convert(context, builder, value, target, args[0])
-
-    return target(value), codegen
-
-
 def borrowed(value):
     """Return ``value``, an array or a tuple of models and arrays, without reference counts (compiled code
     only).
@@ -143,23 +130,11 @@ def borrowed(value):
     return value
 
 
-@overload(borrowed, jit_options=INLINE)
-def _borrowed(value):
-    if numba_features.has(BORROWING):
-        return lambda value: _borrow(value)  # type: ignore[call-arg]  # Numba supplies the context
-    return lambda value: value
+@compiled_as(borrowed)
+def _borrow(typingctx, value):
+    target = _borrowed_type(value)
 
+    def codegen(context, builder, signature, args):
+        return _convert(context, builder, value, target, args[0])
 
-@numba_features.trial(BORROWING)
-def _try() -> bool:
-    import numpy as np
-    from numba import njit
-
-    @njit(error_model="numpy")
-    def total(pair):
-        (values, number), records = borrowed(pair)
-        return values[1] + number + records["x"][0, 1] + len(values)
-
-    rows = np.zeros(1, [("x", np.float64, 2)])
-    rows["x"] = 0.5
-    return total(((np.arange(3.0), 4), rows)) == 8.5
+    return target(value), codegen

@@ -10,33 +10,29 @@ from pathlib import Path
 
 import numba
 from numba.core import config
+from numba.core.caching import FunctionCache
+from numba.core.runtime import rtsys
 
-from carom.compiling import numba_features
 from carom.compiling.code_digest import classes_in, digest_of
-
-KEEPING = "compiled code kept on disk"
 
 BOUNDS_CHECKED = getattr(config, "BOUNDSCHECK", None)
 """What NUMBA_BOUNDSCHECK says."""
-
 
 CHECKED = hashlib.sha256().digest_size
 """Bytes at the beginning of a file: the SHA-256 of the others."""
 
 
 def cached(function, options):
-    """Return a compiled function whose code is kept on disk, or None where that cannot be."""
-    try:
-        return keep(numba.njit(**options, cache=True)(function))
-    except (RuntimeError, OSError):  # Numba found no folder that can be written: compile in every process
-        return None
-    except AttributeError as error:
-        numba_features.leave_out(KEEPING, error)
-        return None
+    """Return a compiled function whose code is kept on disk, where a folder can be written."""
+    compiled = numba.njit(**options)(function)
+    if compiled is not function:  # as it is without a compiler
+        with suppress(RuntimeError, OSError):  # Numba found no such folder: compile in every process
+            compiled._cache = NamedFiles(compiled)
+    return compiled
 
 
-def keep(compiled):
-    """Let a compiled function keep its code in files that are named after all that it depends on.
+class NamedFiles(FunctionCache):
+    """The code of a function in files that are named after all that it depends on.
 
     Every file begins with its checksum. A damaged one is compiled again, and would end the process if it were
     loaded.
@@ -46,104 +42,51 @@ def keep(compiled):
     imports the modules of everybody's models, and ends where one of them is gone. And it numbers its files:
     two processes that compile for different scenes could take the same number. Here there is no index: a file
     is found by its name, and what cannot be read is compiled again.
-
-    Parameters
-    ----------
-    compiled : dispatcher
-        The function, for which nothing has been compiled yet.
-
-    Raises
-    ------
-    AttributeError
-        If this Numba keeps its files in another way.
     """
-    from numba.core.runtime import rtsys
 
-    file = compiled._cache._cache_file
-    pattern, pickled, opened = file._data_name_pattern, file._dump, file._open_for_write
-    folder = Path(file._cache_path)
-    if not callable(file.load) or not callable(file.save):
-        raise AttributeError("load or save")
-    load_one, save_all = compiled._cache._load_overload, compiled._cache.save_overload
+    def __init__(self, compiled):
+        super().__init__(compiled.py_func)
+        self.compiled = compiled
 
-    def read(name):
-        content = (folder / name).read_bytes()
-        if hashlib.sha256(content[CHECKED:]).digest() != content[:CHECKED]:
-            raise ValueError("damaged")
-        return pickle.loads(content[CHECKED:])
-
-    def write(name, data):
-        content = pickled(data)
-        with opened(str(folder / name)) as target:
-            target.write(hashlib.sha256(content).digest() + content)
-
-    def load_overload(signature, target):
+    def load_overload(self, sig, target_context):
+        """Return the code for a signature, or None."""
         # Numba's own would first load all that it compiles with, which takes 11 MiB. Code that is compiled
         # already needs Numba's runtime alone.
-        rtsys.initialize(target)
-        try:
-            return load_one(signature, target)
-        except OSError:
-            return None
+        rtsys.initialize(target_context)
+        with suppress(Exception):  # not there, damaged, or written by who knows whom: compiled again
+            content = self._names(sig, target_context.codegen())[1].read_bytes()
+            if hashlib.sha256(content[CHECKED:]).digest() == content[:CHECKED]:
+                return self._impl.rebuild(target_context, pickle.loads(content[CHECKED:]))
+        return None
 
-    def save_overload(signature, data):
+    def save_overload(self, sig, data):
+        """Keep the code for a signature, in the place of what was compiled of other sources."""
+        if not self._impl.check_cachable(data):
+            return
+        kind, file = self._names(sig, data.codegen) or (None, None)
+        if file is None:
+            return
         with suppress(OSError):  # a full disk, or a folder that is gone, is no reason to stop
-            save_all(signature, data)
+            self._impl.locator.ensure_cache_path()
+            stale = [old for old in kind.parent.glob(f"{glob.escape(kind.name)}.*.nbc") if old != file]
+            content = self._cache_file._dump(self._impl.reduce(data))
+            with self._cache_file._open_for_write(str(file)) as target:
+                target.write(hashlib.sha256(content).digest() + content)
+            for old in stale:
+                old.unlink(missing_ok=True)
 
-    def name_of(key):
+    def _names(self, sig, codegen) -> tuple[Path, Path] | None:
         """Return what the name of the file begins with, and all of it; None if nobody can know it."""
-        kinds = getattr(key[0], "args", key[0])
-        origins = digest_of(compiled, kinds)
+        key = self._index_key(sig, codegen)
+        kinds = getattr(sig, "args", sig)
+        origins = digest_of(self.compiled, kinds)
         if origins is None:
             return None
         models = [(cls.__module__, cls.__qualname__) for cls in classes_in(kinds)]
-        kind = _short(numba.__version__, BOUNDS_CHECKED, key[:2], models)
-        names = kind, f"{kind}.{_short(key, origins)}"
-        return tuple(pattern.replace("{number:d}", name) for name in names)
-
-    def load(key):
-        names = name_of(key)
-        try:
-            if names is not None:
-                return read(names[1])
-        except Exception:  # not there, damaged, or written by who knows whom: compiled again and replaced
-            pass
-        numba_features.try_out()  # before anything is compiled
-        return None
-
-    def save(key, data):
-        names = name_of(key)
-        if names is None:
-            return
-        start = names[0].removesuffix(".nbc")
-        stale = [old for old in folder.glob(f"{glob.escape(start)}.*.nbc") if old.name != names[1]]
-        try:
-            write(names[1], data)
-            for old in stale:
-                old.unlink(missing_ok=True)
-        except OSError:
-            raise
-        except Exception as error:
-            numba_features.leave_out(KEEPING, error)
-
-    file.load, file.save = load, save
-    compiled._cache.load_overload, compiled._cache.save_overload = load_overload, save_overload
-    return compiled
+        kind = f"{self._impl.filename_base}.{_short(numba.__version__, BOUNDS_CHECKED, key[:2], models)}"
+        folder = Path(self.cache_path)
+        return folder / kind, folder / f"{kind}.{_short(key, origins)}.nbc"
 
 
 def _short(*words) -> str:
     return hashlib.sha256(repr(words).encode()).hexdigest()[:32]
-
-
-@numba_features.trial(KEEPING)
-def _try() -> bool:
-    asked: list = []
-    compiled = numba.njit(cache=True)(_same)
-    file = keep(compiled)._cache._cache_file
-    file.load = asked.append
-    file.save = lambda key, data: asked.append(key)
-    return compiled(1) == 1 and len(asked) == 2 and isinstance(asked[0][0], tuple) and asked[0] == asked[1]
-
-
-def _same(x):
-    return x

@@ -6,38 +6,20 @@ together were a quarter of the time of compilation.
 
 from __future__ import annotations
 
-import weakref
-from functools import cache
-
 from numba.core import compiler
+from numba.core.codegen import JITCodeLibrary
+from numba.core.typing.templates import builtin_registry
 from numba.extending import overload
-
-from carom.compiling import numba_features
-
-SHARING = "code shared by all callers"
-INLINING = "inlining without machine code"
 
 
 def compile_once(function, choose, options) -> None:
-    """Register ``choose``, which returns the code of ``function`` for the types of arguments given."""
+    """Register ``choose``, which returns the code of ``function`` for the types of arguments given: the same
+    code for all callers.
+    """
     overload(function, strict=False, jit_options=options)(choose)
-    if numba_features.has(SHARING):
-        try:
-            _share(function)
-        except Exception as error:
-            numba_features.leave_out(SHARING, error)
-
-
-def _share(function) -> None:
-    """Let all callers of a function that has just been registered use the same code."""
-    from numba.core.typing.templates import builtin_registry
-
     registered, kind = builtin_registry.globals[-1]
-    if registered is not function:
-        raise LookupError("the last function registered is another")
+    assert registered is function
     for template in kind.templates:
-        if not isinstance(template._impl_cache, dict):
-            raise LookupError("code is not kept in a dict")
         template._impl_cache = _ByMeaning()
 
 
@@ -55,8 +37,6 @@ class _ByMeaning(dict):
 
 
 def _meaning(key):
-    if not numba_features.has(SHARING):
-        return key
     context, args, keywords, flags = key
     return context, args, keywords, frozenset(flags.fastmath.flags) if flags else None
 
@@ -66,53 +46,32 @@ class InlinedCompiler(compiler.Compiler):
 
     def __init__(self, typingctx, targetctx, library, *rest, **more):
         if library is None:
-            library = _library(targetctx.codegen())
+            library = InlinedLibrary(targetctx.codegen(), "inlined")
         super().__init__(typingctx, targetctx, library, *rest, **more)
 
 
-def _library(codegen):
-    """Return a library for code to be inlined, or None: what Numba takes for any code."""
-    if numba_features.has(INLINING):
-        try:
-            return _library_class()(codegen, "inlined")
-        except (ImportError, AttributeError, TypeError) as error:
-            numba_features.leave_out(INLINING, error)
-    return None
+class InlinedLibrary(JITCodeLibrary):
+    """Code to be linked into that of others, where it becomes machine code.
 
+    LLVM simplifies each function on its own, and optimises all of them together where they are linked: to
+    do so here as well took a tenth of the time of compilation, and made nothing faster.
+    """
 
-@cache
-def _library_class():
-    from numba.core.codegen import JITCodeLibrary
+    def _optimize_final_module(self):
+        """Do nothing."""
 
-    # What is overridden, and what is called, must be there.
-    for name in ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals"):
-        getattr(JITCodeLibrary, name)
+    def _finalize_final_module(self):
+        self._finalize_dynamic_globals()
+        self._finalized = True
 
-    class InlinedLibrary(JITCodeLibrary):
-        """Code to be linked into that of others, where it becomes machine code.
+    def get_pointer_to_function(self, name):
+        """Return zero: there is no machine code."""
+        return 0
 
-        LLVM simplifies each function on its own, and optimises all of them together where they are linked: to
-        do so here as well took a tenth of the time of compilation, and made nothing faster.
-        """
+    @property
+    def codegen(self):
+        """Who is asked to tell the machine code of its environment: for want of any, the library."""
+        return self
 
-        def _optimize_final_module(self):
-            """Do nothing."""
-
-        def _finalize_final_module(self):
-            self._finalize_dynamic_globals()
-            self._final_module.__library = weakref.proxy(self)
-            self._finalized = True
-
-        def get_pointer_to_function(self, name):
-            """Return zero: there is no machine code."""
-            return 0
-
-        @property
-        def codegen(self):
-            """Who is asked to tell the machine code of its environment: for want of any, the library."""
-            return self
-
-        def set_env(self, name, env):
-            """Do nothing."""
-
-    return InlinedLibrary
+    def set_env(self, name, env):
+        """Do nothing."""

@@ -8,7 +8,8 @@ import numpy as np
 
 from carom.compiling.registry import inner
 from carom.compiling.simd import make_lanes
-from carom.engine import agents, obstacle_events  # noqa: F401 (they register their events)
+from carom.engine import agents, obstacle_events  # noqa: F401 (agents registers its events)
+from carom.engine.boundary import SteppedImage
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.contact_timing import timing_of
 from carom.engine.dynamic_obstacles import is_live, with_work
@@ -22,7 +23,6 @@ from carom.engine.observers.build import make_observers
 from carom.engine.observers.interface import kept_arrays
 from carom.engine.obstacle_grid import with_grids
 from carom.engine.obstacles import Crowd, make_obstacles
-from carom.engine.pair_steps import SteppedImage
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
 from carom.engine.tallies import TALLY
@@ -99,16 +99,18 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     changes = model.impact is not None or system.rates is not None or system.stepped or live
     lossy = changes or model.timers is not None
     neighbors, boundary = build_neighbors(scheme, system, pair, model.motion)
+    timing = timing_of(scheme, system, neighbors, pair)
     obstacles = model.obstacles
     if obstacles is not None:
         chain = with_grids(obstacles.chain, scheme, system, neighbors, pair)
-        obstacles = obstacles._replace(chain=chain)
+        at_obstacles = obstacle_events.timing_of(timing, model.motion, obstacles.live)
+        obstacles = obstacles._replace(chain=chain, timing=at_obstacles)
     return Engine(
         model._replace(
             lanes=make_lanes(pair),
             boundary=boundary,
             obstacles=obstacles,
-            timing=timing_of(scheme, system, neighbors, pair),
+            timing=timing,
             observers=make_observers(system, pair, velocities, lossy),
         ),
         state,

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling import registry
-from carom.compiling.registry import optional
+from carom.compiling.registry import answering, inner, optional
+from carom.engine import obstacles
 from carom.engine.observers.interface import listed
-from carom.engine.obstacles import Chain, Crowd, Obstacles, gained, normal_along, reflect
+from carom.engine.obstacles import Chain, Crowd, Obstacles, normal_along
 from carom.engine.rubbing import rub_obstacle
 from carom.models.questions.interaction import growth, mass
 from carom.models.questions.memory import copy_state, shift_epoch
@@ -23,6 +24,7 @@ QUESTIONS = (recoil, surface_speed, at_time, shift_epoch, copy_state)
 """What is asked of live obstacles only."""
 
 
+@answering(obstacles)
 class ObstacleWork(NamedTuple):
     """What live obstacles add up to."""
 
@@ -30,6 +32,24 @@ class ObstacleWork(NamedTuple):
     """Energy that each wall and obstacle gave to components, (numbers,) float64."""
     energy: np.ndarray
     """That of the contact now, (1,) float64."""
+
+    def reflect(self, model, state, i, number, now):
+        obstacles = model.obstacles
+        set_time(obstacles.chain, number, now)
+        normal_along(obstacles.chain, obstacles, model.boundary, number)
+        reflect_from(obstacles.chain, model, state, np.int64(i), number, now)
+        me = state.rows[i]
+        along = 0.0
+        energy = 0.0
+        for axis in range(len(model.boundary.edges)):
+            change = obstacles.v[axis] - me.v[axis]
+            along += obstacles.image[axis] * change
+            energy += 0.5 * change * (obstacles.v[axis] + me.v[axis])
+            me.v[axis] = obstacles.v[axis]
+        weight = mass(model.pair, np.int64(i))
+        self.energy[0] = weight * energy
+        self.work[number] += weight * energy
+        return weight * along
 
 
 def is_live(model: Any) -> bool:
@@ -80,26 +100,18 @@ def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> 
         copy_state(mine, before, instant, passed, slower)
 
 
-@optional
+@inner
 def age_obstacles(obstacles, duration):
     """Refer the times that obstacles remember to the start of the next epoch."""
-    return
+    if obstacles is not None:
+        age_live(obstacles.live, obstacles.chain, duration)
 
 
-@age_obstacles.register
-def _(obstacles: Obstacles, duration):
-    age_live(obstacles.live, obstacles.chain, duration)
-
-
-@optional
+@inner
 def age_live(live, chain, duration):
     """Do so, if there are live ones."""
-    return
-
-
-@age_live.register
-def _(live: ObstacleWork, chain, duration):
-    age_link(chain, duration)
+    if live is not None:
+        age_link(chain, duration)
 
 
 @optional
@@ -166,28 +178,3 @@ def _(chain: Chain, model, state, i, number, now):
 @reflect_from.register
 def _(chain: Crowd, model, state, i, number, now):
     reflect_from(chain.tail, model, state, i, number, now)
-
-
-@reflect.register
-def _(live: ObstacleWork, model, state, i, number, now):
-    obstacles = model.obstacles
-    set_time(obstacles.chain, number, now)
-    normal_along(obstacles.chain, obstacles, model.boundary, number)
-    reflect_from(obstacles.chain, model, state, np.int64(i), number, now)
-    me = state.rows[i]
-    along = 0.0
-    energy = 0.0
-    for axis in range(len(model.boundary.edges)):
-        change = obstacles.v[axis] - me.v[axis]
-        along += obstacles.image[axis] * change
-        energy += 0.5 * change * (obstacles.v[axis] + me.v[axis])
-        me.v[axis] = obstacles.v[axis]
-    weight = mass(model.pair, np.int64(i))
-    live.energy[0] = weight * energy
-    live.work[number] += weight * energy
-    return weight * along
-
-
-@gained.register
-def _(live: ObstacleWork, momentum, rate):
-    return live.energy[0]

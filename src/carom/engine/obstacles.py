@@ -13,7 +13,7 @@ import numpy as np
 
 from carom.compiling.registry import inner, optional
 from carom.engine.advance import place_at
-from carom.models.obstacles.cells import CROWD_FROM
+from carom.models.obstacles.cells import CROWD_FROM, together
 from carom.models.questions.interaction import growth, mass, radius
 from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import anchor, is_periodic, meeting, member, members, outward
@@ -82,6 +82,8 @@ class Obstacles(NamedTuple):
     """What those that move, lose energy or remember add up to (:mod:`carom.engine.dynamic_obstacles`), or
     None.
     """
+    timing: Any = None
+    """How the time of a contact is computed (:mod:`carom.engine.obstacle_events`); None: from now."""
 
 
 def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
@@ -104,13 +106,10 @@ def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
     total = 2 * dimension + len(models)
     number = total
     chain: Chain | Crowd | None = None
-    for kind, group in reversed(kinds.items()):
+    for group in reversed(kinds.values()):
         number -= len(group)
-        together = getattr(kind[0], "together", None)
-        if together is not None and len(group) >= CROWD_FROM:
-            chain = Crowd(together(group), number, chain)
-        else:
-            chain = Chain(tuple(group), number, chain)
+        crowd = together(group) if len(group) >= CROWD_FROM else None
+        chain = Chain(tuple(group), number, chain) if crowd is None else Crowd(crowd, number, chain)
     places = (np.zeros(dimension) for _ in range(3))
     return Obstacles(walls, chain, np.zeros(total, np.int64), np.zeros(total), *places)
 
@@ -137,7 +136,7 @@ def numbers_of(periodic, models) -> list[int]:
     return walls + [2 * len(periodic) + k for k in numbering(models)]
 
 
-@optional
+@inner
 def soonest(obstacles, model, state, i, now, every, until):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
 
@@ -145,11 +144,6 @@ def soonest(obstacles, model, state, i, now, every, until):
     seen as far as the next images, and looked for again whenever i has gone as far as its neighbours reach.
     Contacts after the time ``until`` need not be found.
     """
-    return NEVER, np.int64(-1)
-
-
-@soonest.register
-def _(obstacles: Obstacles, model, state, i, now, every, until):
     place_at(model, state, i, now, obstacles.x, obstacles.v)
     size = radius(model.pair, np.int64(i), now)
     rate = growth(model.pair, np.int64(i))
@@ -253,10 +247,10 @@ def reflect(live, model, state, i, number, now):
     return mass(model.pair, np.int64(i)) * change
 
 
-@optional
+@inner
 def gained(live, momentum, rate):
     """Return the energy that a contact with an obstacle gave to a component that grows at this rate."""
-    return momentum * rate
+    return momentum * rate if live is None else live.energy[0]
 
 
 @optional

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from carom import checks, seeds
-from carom.compiling.registry import optional, required
+from carom.compiling.registry import answering, optional, required
 from carom.errors import InputError
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.questions.particles import NEVER, Particles
@@ -79,6 +79,7 @@ def kick(drive, i, mass, x, v, time):
     """
 
 
+@answering(kick, next_time)
 class Noise(NamedTuple):
     """A velocity becomes ``keep v + width normal`` at events of each component."""
 
@@ -97,23 +98,19 @@ class Noise(NamedTuple):
     drawn: np.ndarray
     """How many each has had, (n,) int64."""
 
+    def next_time(self, i, x, v, time):
+        return self.due[i]
 
-@next_time.register
-def _(drive: Noise, i, x, v, time):
-    return drive.due[i]
-
-
-@kick.register
-def _(drive: Noise, i, mass, x, v, time):
-    k = drive.drawn[i]
-    drive.drawn[i] = k + 1
-    draw_index = k * (2 * len(v) + 1)
-    for axis in range(len(v)):
-        v[axis] = drive.keep * v[axis] + drive.width[i] * normal(drive.seed, i, draw_index + 2 * axis)
-    if drive.random:
-        drive.due[i] -= drive.interval * math.log(uniform(drive.seed, i, draw_index + 2 * len(v)))
-    else:  # by counting, so that no rounding adds up; never all at one instant
-        drive.due[i] = (np.float64(k + 1) + (np.float64(i) + 0.5) / len(drive.due)) * drive.interval
+    def kick(self, i, mass, x, v, time):
+        k = self.drawn[i]
+        self.drawn[i] = k + 1
+        draw_index = k * (2 * len(v) + 1)
+        for axis in range(len(v)):
+            v[axis] = self.keep * v[axis] + self.width[i] * normal(self.seed, i, draw_index + 2 * axis)
+        if self.random:
+            self.due[i] -= self.interval * math.log(uniform(self.seed, i, draw_index + 2 * len(v)))
+        else:  # by counting, so that no rounding adds up; never all at one instant
+            self.due[i] = (np.float64(k + 1) + (np.float64(i) + 0.5) / len(self.due)) * self.interval
 
 
 def noise_of(

@@ -60,9 +60,10 @@ def refuse_tight(room: Room, diameters: np.ndarray) -> None:
     largest = float(diameters.max())
     for container in room.obstacles:
         spread = _asked(container, "spread")
-        if spread is not None and is_periodic(container.model()):
+        widths = None if spread is None else spread()
+        if widths is not None and is_periodic(container.model()):
             for axis in np.flatnonzero(room.periodic):
-                wide, edge = float(spread()[axis]), float(room.box[axis])
+                wide, edge = float(widths[axis]), float(room.box[axis])
                 if wide + largest > edge:
                     raise InputError(
                         f"{container.name} is {wide:.6g} wide along {axis_name(int(axis))}, which is "

@@ -18,7 +18,7 @@ import numpy as np
 from carom.cells import wrapped
 from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import Obstacle
-from carom.models.obstacles.cells import CROWD_FROM, cells_of, near
+from carom.models.obstacles.cells import CROWD_FROM, cells_of, near, together
 from carom.models.obstacles.faces import standing_walls
 from carom.models.obstacles.planes import Plane
 from carom.scene.fields import Fields
@@ -244,9 +244,9 @@ class Room:
         for numbers in kinds.values():
             if len(numbers) < CROWD_FROM or hasattr(self.obstacles[numbers[0]], "live"):
                 continue
-            models = [self.obstacles[k].model() for k in numbers]
-            if hasattr(models[0], "together"):
-                found.append((np.array(numbers) + before, *models[0].together(models).extent()))
+            crowd = together([self.obstacles[k].model() for k in numbers])
+            if crowd is not None:
+                found.append((np.array(numbers) + before, *crowd.extent()))
         return found
 
     def near_obstacles(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:

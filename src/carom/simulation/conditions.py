@@ -14,8 +14,7 @@ from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.interactions.growing_cores import Growing
 from carom.models.motions.free_flight import FreeFlight
-from carom.models.obstacles.dressing import dressed
-from carom.models.obstacles.surfaces import Surface
+from carom.models.obstacles.dressing import Dressed, dressed
 from carom.models.own.classes import kind_of, sized
 from carom.models.own.kinds import DRIVE, IMPACT, MOTION, OBSERVER, PATH
 from carom.models.questions.motion import meeting_time
@@ -142,7 +141,7 @@ def check(
     kind = _kind(value)
     if kind == "obstacle":
         value = dressed(value)
-        value = value.at(1.0) if isinstance(value, Surface) else value
+        value = value.at(1.0) if isinstance(value, Dressed) else value
     if motion is not None and kind not in ("interaction", "obstacle"):
         raise InputError(
             f"motion= goes with an interaction or an obstacle, and {type(value).__name__} is neither."

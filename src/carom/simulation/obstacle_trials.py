@@ -14,8 +14,7 @@ from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.obstacles import walls
 from carom.models.obstacles.box_walls import cushions
-from carom.models.obstacles.paths import place
-from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.surfaces import Lossy, Thermostat
 from carom.models.questions.obstacle import (
     anchor,
@@ -221,10 +220,8 @@ def _moves(model: Any) -> bool:
 
 
 def known_to_move(value: Any, model: Any) -> bool:
-    """Tell whether it is known where an obstacle is at any time: it rests, or is Shaken."""
-    while hasattr(value, "obstacle") and not isinstance(value, Shaken):
-        value = value.obstacle
-    return isinstance(value, Shaken) or not _moves(model)
+    """Tell whether it is known where an obstacle is at any time: it rests, or a path displaces it."""
+    return (isinstance(value, Dressed) and value.path is not None) or not _moves(model)
 
 
 def gaps_of(
@@ -236,7 +233,7 @@ def gaps_of(
     periodic: Sequence[bool],
     unit: TimeUnit,
 ) -> np.ndarray:
-    """Return the distances (m,) of components from an obstacle that rests, or is Shaken [length].
+    """Return the distances (m,) of components from an obstacle that rests, or that a path displaces [length].
 
     Parameters
     ----------
@@ -252,25 +249,18 @@ def gaps_of(
         The engine's unit of time.
     """
     shift: Any = 0.0
-    while hasattr(value, "obstacle"):
-        if isinstance(value, Shaken):
-            path = value.path.model(unit)
+    if isinstance(value, Dressed):
+        if value.path is not None:
             period = Fraction(float(unit.to_kernel(value.path.period, 1)))
-            away = [place(path, float(Fraction(t) % period)) for t in np.atleast_1d(times).tolist()]
-            shift = np.array(away)[:, None] * np.array(value.direction)
+            shift = value.shift([float(Fraction(t) % period) for t in np.atleast_1d(times).tolist()], unit)
         value = value.obstacle
     return np.asarray(value.gap(places - shift, radii, tuple(box), tuple(periodic)), np.float64)
 
 
 def is_own(value: Any) -> bool:
     """Tell whether an obstacle, what it covers, or its path is of a class of the user's."""
-    while True:
-        path = getattr(value, "path", None)
-        if model_checks.is_own(value) or (path is not None and model_checks.is_own(path)):
-            return True
-        if not hasattr(value, "obstacle"):
-            return False
-        value = value.obstacle
+    parts = (value.obstacle, value.path) if isinstance(value, Dressed) else (value,)
+    return any(each is not None and model_checks.is_own(each) for each in parts)
 
 
 def try_walls(setting: Setting, record: Record, rng: np.random.Generator, growth: float = 0.0) -> None:

@@ -20,7 +20,7 @@ from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.motions.shear import Shear
 from carom.models.obstacles import faces
 from carom.models.obstacles.box_walls import Cushions, cushions
-from carom.models.obstacles.surfaces import Surface
+from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.obstacle import fall, meeting
 from carom.models.questions.walls import wall_meeting
@@ -124,7 +124,7 @@ def losses_at(scene: Scene, speed: float) -> dict[str, Any]:
     return {
         "impact": impact.at(speed) if isinstance(impact, Restitution) else impact,
         "obstacles": tuple(
-            each.at(speed) if isinstance(each, Surface) else each if hasattr(each, "live") else each.model()
+            each.at(speed) if isinstance(each, Dressed) else each if hasattr(each, "live") else each.model()
             for each in standing(scene)
         ),
     }
@@ -147,7 +147,7 @@ def with_thresholds(system: System, thresholds: Sequence[float]) -> System:
     if isinstance(impact, Restitution):
         impact = impact.below(thresholds[0])
     for k, each in enumerate(obstacles):
-        if isinstance(each, Surface) and isinstance(each.loss, Restitution):
+        if isinstance(each, Dressed) and isinstance(each.loss, Restitution):
             obstacles[k] = dataclasses.replace(each, loss=each.loss.below(thresholds[1 + k]))
     return dataclasses.replace(system, impact=impact, obstacles=tuple(obstacles))
 

@@ -6,9 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.engine.observers.interface import is_full, record, spared
+from carom.compiling.registry import answering
+from carom.engine.observers import interface
 
 
+@answering(interface)
 class Log(NamedTuple):
     """A buffer of events."""
 
@@ -25,6 +27,21 @@ class Log(NamedTuple):
     impulse: np.ndarray
     """Magnitude of momentum exchanged, float64."""
 
+    def is_full(self):
+        return self.used[0] == len(self.time)
+
+    def record(self, clock, i, ref, impulse):
+        k = self.used[0]
+        self.epoch[k] = clock.epoch
+        self.time[k] = clock.now
+        self.i[k] = i
+        self.ref[k] = ref
+        self.impulse[k] = impulse
+        self.used[0] = k + 1
+
+    def spared(self):
+        return Log._fields
+
 
 def make_log(size: int) -> Log:
     """Return an empty buffer for ``size`` events."""
@@ -36,24 +53,3 @@ def make_log(size: int) -> Log:
         np.zeros(size, np.int32),
         np.zeros(size),
     )
-
-
-@is_full.register
-def _(observer: Log):
-    return observer.used[0] == len(observer.time)
-
-
-@record.register
-def _(observer: Log, clock, i, ref, impulse):
-    k = observer.used[0]
-    observer.epoch[k] = clock.epoch
-    observer.time[k] = clock.now
-    observer.i[k] = i
-    observer.ref[k] = ref
-    observer.impulse[k] = impulse
-    observer.used[0] = k + 1
-
-
-@spared.register
-def _(observer: Log):
-    return Log._fields

@@ -6,13 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
-from carom.engine.observers.interface import at_epoch, before_pair, limits, spared
+from carom.compiling.registry import answering, inner
+from carom.engine.observers import interface
 
 BINS = 256
 """Of each histogram; the last one holds everything beyond."""
 
 
+@answering(interface)
 class Flights(NamedTuple):
     """What flights and collisions add up to, by species."""
 
@@ -40,6 +41,45 @@ class Flights(NamedTuple):
     """Collisions of components that had collided before, and how many of them were with the partner of the
     last time, (K, 2) float64."""
 
+    def before_pair(self, model, state, event):
+        flights, i, j, now = self, event.i, event.j, event.now
+        for c in (i, j):
+            if flights.moves[c] and flights.last[c] <= now:  # the first flight began before anybody looked
+                kind = flights.kinds[c]
+                square = 0.0
+                for axis in range(len(state.rows[c].v)):
+                    v = np.float64(state.rows[c].v[axis])
+                    square += v * v
+                time = now - flights.last[c]
+                path = time * np.sqrt(square)
+                flights.times[kind, bin_of(time, flights.widths[0])] += 1
+                flights.paths[kind, bin_of(path, flights.widths[1])] += 1
+                flights.flown[kind, 0] += 1.0
+                flights.flown[kind, 1] += time
+                flights.flown[kind, 2] += path
+            flights.last[c] = now
+        for c, other in ((i, j), (j, i)):
+            if flights.partners[c] >= 0:
+                flights.returns[flights.kinds[c], 0] += 1.0
+                if flights.partners[c] == np.int64(other):
+                    flights.returns[flights.kinds[c], 1] += 1.0
+            flights.partners[c] = np.int64(other)
+        a = min(flights.kinds[i], flights.kinds[j])
+        b = max(flights.kinds[i], flights.kinds[j])
+        u = abs(event.rv) / np.sqrt(event.rr)
+        flights.speeds[a, b, bin_of(u, flights.widths[2])] += 1
+        flights.met[a, b, 0] += 1.0
+        flights.met[a, b, 1] += u
+
+    def at_epoch(self, model, state, length):
+        self.last[:] -= length
+
+    def spared(self):
+        return "kinds", "moves"
+
+    def limits(self, n, oldest):
+        return {"partners": (-1, n - 1), "last": (oldest, np.inf), "widths": (1e-300, 1e300)}
+
 
 def make_flights(n: int, kinds, inverse) -> Flights:
     """Return empty histograms for n components of species (n + 1,) or None.
@@ -66,50 +106,3 @@ def make_flights(n: int, kinds, inverse) -> Flights:
 def bin_of(value, width):
     """Return the bin of a value that is not negative."""
     return np.int64(min(value / width, BINS - 1.0))
-
-
-@before_pair.register
-def _(observer: Flights, model, state, event):
-    flights, i, j, now = observer, event.i, event.j, event.now
-    for c in (i, j):
-        if flights.moves[c] and flights.last[c] <= now:  # the first flight began before anybody looked
-            kind = flights.kinds[c]
-            square = 0.0
-            for axis in range(len(state.rows[c].v)):
-                v = np.float64(state.rows[c].v[axis])
-                square += v * v
-            time = now - flights.last[c]
-            path = time * np.sqrt(square)
-            flights.times[kind, bin_of(time, flights.widths[0])] += 1
-            flights.paths[kind, bin_of(path, flights.widths[1])] += 1
-            flights.flown[kind, 0] += 1.0
-            flights.flown[kind, 1] += time
-            flights.flown[kind, 2] += path
-        flights.last[c] = now
-    for c, other in ((i, j), (j, i)):
-        if flights.partners[c] >= 0:
-            flights.returns[flights.kinds[c], 0] += 1.0
-            if flights.partners[c] == np.int64(other):
-                flights.returns[flights.kinds[c], 1] += 1.0
-        flights.partners[c] = np.int64(other)
-    a = min(flights.kinds[i], flights.kinds[j])
-    b = max(flights.kinds[i], flights.kinds[j])
-    u = abs(event.rv) / np.sqrt(event.rr)
-    flights.speeds[a, b, bin_of(u, flights.widths[2])] += 1
-    flights.met[a, b, 0] += 1.0
-    flights.met[a, b, 1] += u
-
-
-@at_epoch.register
-def _(observer: Flights, model, state, length):
-    observer.last[:] -= length
-
-
-@spared.register
-def _(observer: Flights):
-    return "kinds", "moves"
-
-
-@limits.register
-def _(observer: Flights, n, oldest):
-    return {"partners": (-1, n - 1), "last": (oldest, np.inf), "widths": (1e-300, 1e300)}

@@ -198,28 +198,21 @@ def limits(observer, n, oldest):
     return {}
 
 
-@before_pair.register
-def _(observer: Observers, model, state, event):
-    before_pair(observer.head, model, state, event)
-    before_pair(observer.tail, model, state, event)
+def _to_all(question: Any) -> Any:
+    """Return the answer of a chain: the first observer is told, then those after it."""
+
+    def tell(observers, *told):
+        question(observers.head, *told)
+        question(observers.tail, *told)
+
+    return tell
 
 
-@after_pair.register
-def _(observer: Observers, model, state, event):
-    after_pair(observer.head, model, state, event)
-    after_pair(observer.tail, model, state, event)
-
-
-@count_pair.register
-def _(observer: Observers, i, j, virial):
-    count_pair(observer.head, i, j, virial)
-    count_pair(observer.tail, i, j, virial)
-
-
-@record.register
-def _(observer: Observers, clock, i, ref, impulse):
-    record(observer.head, clock, i, ref, impulse)
-    record(observer.tail, clock, i, ref, impulse)
+for _question in (
+    *(before_pair, after_pair, count_pair, record, before_obstacle, after_obstacle),
+    *(before_kick, after_kick, gain, at_epoch, at_rest),
+):
+    _question.register(Observers)(_to_all(_question))
 
 
 @is_full.register
@@ -230,48 +223,6 @@ def _(observer: Observers):
 @ends_run.register
 def _(observer: Observers):
     return ends_run(observer.head) or ends_run(observer.tail)
-
-
-@before_obstacle.register
-def _(observer: Observers, model, state, i, now):
-    before_obstacle(observer.head, model, state, i, now)
-    before_obstacle(observer.tail, model, state, i, now)
-
-
-@after_obstacle.register
-def _(observer: Observers, model, state, event):
-    after_obstacle(observer.head, model, state, event)
-    after_obstacle(observer.tail, model, state, event)
-
-
-@before_kick.register
-def _(observer: Observers, model, state, i, now):
-    before_kick(observer.head, model, state, i, now)
-    before_kick(observer.tail, model, state, i, now)
-
-
-@after_kick.register
-def _(observer: Observers, model, state, i, now):
-    after_kick(observer.head, model, state, i, now)
-    after_kick(observer.tail, model, state, i, now)
-
-
-@gain.register
-def _(observer: Observers, energy, now):
-    gain(observer.head, energy, now)
-    gain(observer.tail, energy, now)
-
-
-@at_epoch.register
-def _(observer: Observers, model, state, length):
-    at_epoch(observer.head, model, state, length)
-    at_epoch(observer.tail, model, state, length)
-
-
-@at_rest.register
-def _(observer: Observers, now, since):
-    at_rest(observer.head, now, since)
-    at_rest(observer.tail, now, since)
 
 
 def kept_arrays(observers: Observers | None) -> dict[str, dict[str, np.ndarray]]:

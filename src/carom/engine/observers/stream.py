@@ -11,21 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.engine.lattice import contact_vector
-from carom.engine.observers.interface import (
-    after_kick,
-    after_pair,
-    at_epoch,
-    at_rest,
-    before_kick,
-    before_pair,
-)
+from carom.engine.observers import interface
 from carom.models.copies import copied
+from carom.models.questions import memory
 from carom.models.questions.interaction import mass
-from carom.models.questions.memory import copy_state
 
 
+@answering(interface, memory)
 class StreamSums(NamedTuple):
     """Sums over the peculiar velocities of all components."""
 
@@ -41,6 +35,42 @@ class StreamSums(NamedTuple):
     """Time of the last change, in the epoch, (1,)."""
     r: np.ndarray
     """Room for the vector to a partner, (d,)."""
+
+    def before_pair(self, model, state, event):
+        fly(self, event.now)
+        me, other = state.rows[event.i], state.rows[event.j]
+        for axis in range(len(self.r)):
+            self.r[axis] = contact_vector(
+                model.motion, model.boundary, event.i, event.ref, axis, me, other, event.now
+            )
+        enter_pair(self, model, state, event, -1.0)
+
+    def after_pair(self, model, state, event):
+        enter_pair(self, model, state, event, 1.0)
+
+    def before_kick(self, model, state, i, now):
+        fly(self, now)
+        enter(self, mass(model.pair, np.int64(i)), state.rows[i].v, -1.0)
+
+    def after_kick(self, model, state, i, now):
+        enter(self, mass(model.pair, np.int64(i)), state.rows[i].v, 1.0)
+
+    def at_epoch(self, model, state, length):
+        # From the velocities again: rounding errors do not accumulate.
+        fly(self, length)
+        self.moments[:] = 0.0
+        for i in range(len(state.rows) - 1):  # the last row is the ghost
+            enter(self, mass(model.pair, i), state.rows[i].v, 1.0)
+        self.since[0] = 0.0
+
+    def at_rest(self, now, since):
+        fly(self, now)
+        self.since[0] = since
+
+    def copy_state(self, before, instant, passed, slower):
+        integral, virial = totals(before, passed)
+        self.integral[:] = np.ldexp(integral, slower)
+        self.virial[:] = np.ldexp(virial, slower)
 
 
 def make_stream_sums(rate: float, masses: np.ndarray, velocities: np.ndarray) -> StreamSums:
@@ -87,56 +117,6 @@ def enter_pair(sums, model, state, event, sign):
     for a in range(len(sums.r)):
         for b in range(len(sums.r)):
             sums.virial[a, b] += sign * sums.r[a] * weight * np.float64(other.v[b])
-
-
-@before_pair.register
-def _(observer: StreamSums, model, state, event):
-    fly(observer, event.now)
-    me, other = state.rows[event.i], state.rows[event.j]
-    for axis in range(len(observer.r)):
-        observer.r[axis] = contact_vector(
-            model.motion, model.boundary, event.i, event.ref, axis, me, other, event.now
-        )
-    enter_pair(observer, model, state, event, -1.0)
-
-
-@after_pair.register
-def _(observer: StreamSums, model, state, event):
-    enter_pair(observer, model, state, event, 1.0)
-
-
-@before_kick.register
-def _(observer: StreamSums, model, state, i, now):
-    fly(observer, now)
-    enter(observer, mass(model.pair, np.int64(i)), state.rows[i].v, -1.0)
-
-
-@after_kick.register
-def _(observer: StreamSums, model, state, i, now):
-    enter(observer, mass(model.pair, np.int64(i)), state.rows[i].v, 1.0)
-
-
-@at_epoch.register
-def _(observer: StreamSums, model, state, length):
-    # From the velocities again: rounding errors do not accumulate.
-    fly(observer, length)
-    observer.moments[:] = 0.0
-    for i in range(len(state.rows) - 1):  # the last row is the ghost
-        enter(observer, mass(model.pair, i), state.rows[i].v, 1.0)
-    observer.since[0] = 0.0
-
-
-@at_rest.register
-def _(observer: StreamSums, now, since):
-    fly(observer, now)
-    observer.since[0] = since
-
-
-@copy_state.register
-def _(model: StreamSums, before, instant, passed, slower):
-    integral, virial = totals(before, passed)
-    model.integral[:] = np.ldexp(integral, slower)
-    model.virial[:] = np.ldexp(virial, slower)
 
 
 def totals(sums: StreamSums, now: float) -> tuple[np.ndarray, np.ndarray]:

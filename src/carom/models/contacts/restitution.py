@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom import checks
+from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models.contacts.losses import Law
-from carom.models.questions.contact import transfer
+from carom.models.questions import contact
 from carom.models.questions.particles import Particles
 
 CAUTIOUS = 1e-3
@@ -98,6 +99,7 @@ def as_impact(value: Any) -> Any:
     return value
 
 
+@answering(contact)
 class Inelastic(NamedTuple):
     """Contacts that lose energy."""
 
@@ -108,10 +110,8 @@ class Inelastic(NamedTuple):
     spared: np.ndarray
     """Number of contacts that were elastic for that reason, (1,) int64."""
 
-
-@transfer.register
-def _(impact: Inelastic, rr, rv):
-    if rv * rv < impact.threshold * impact.threshold * rr:
-        impact.spared[0] += 1
-        return 1.0
-    return 0.5 * (1.0 + impact.restitution)
+    def transfer(self, rr, rv):
+        if rv * rv < self.threshold * self.threshold * rr:
+            self.spared[0] += 1
+            return 1.0
+        return 0.5 * (1.0 + self.restitution)

@@ -19,11 +19,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
-from carom.models.questions.contact import transfer
-from carom.models.questions.memory import copy_state
+from carom.models.questions import contact, memory
 from carom.models.questions.particles import Particles
 
 
@@ -148,6 +147,7 @@ def spin_axes(dimension: int) -> int:
     return 1 if dimension == 2 else 3
 
 
+@answering(contact, memory)
 class Rubbing(NamedTuple):
     """Contacts that exchange momentum along the surfaces, too."""
 
@@ -172,18 +172,14 @@ class Rubbing(NamedTuple):
     slip: np.ndarray
     """Room for a velocity of the surfaces, which becomes the tangential impulse, (3,)."""
 
+    def transfer(self, rr, rv):
+        if rv * rv < self.threshold * self.threshold * rr:
+            self.spared[0] += 1
+            return 1.0
+        return 0.5 * (1.0 + self.restitution)
 
-@transfer.register
-def _(impact: Rubbing, rr, rv):
-    if rv * rv < impact.threshold * impact.threshold * rr:
-        impact.spared[0] += 1
-        return 1.0
-    return 0.5 * (1.0 + impact.restitution)
-
-
-@copy_state.register
-def _(impact: Rubbing, before, instant, passed, slower):
-    impact.spins[:] = np.ldexp(before.spins, slower)
+    def copy_state(self, before, instant, passed, slower):
+        self.spins[:] = np.ldexp(before.spins, slower)
 
 
 @inner

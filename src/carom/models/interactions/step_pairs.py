@@ -14,11 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
+from carom.models.questions import steps
 from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import BOUNCE, CORE, IN, OUT, step_core_square, step_jump, step_time
+from carom.models.questions.steps import BOUNCE, CORE, IN, OUT
 
 
+@answering(steps)
 class StepPairs(NamedTuple):
     """What the engine compiles: for every step, where it ends and what crossing its ends costs."""
 
@@ -39,6 +41,17 @@ class StepPairs(NamedTuple):
     masses: np.ndarray
     """(n + 1,) float64."""
 
+    def step_time(self, i, j, step, rr, rv, vv, now):
+        return end_of_step(self.inner[step], self.outer[step], rr, rv, vv)
+
+    def step_jump(self, i, j, step, rr, rv, now):
+        inwards = rr - self.inner[step] <= self.outer[step] - rr
+        cost = self.enter[step] if inwards else self.leave[step]
+        return cross(self, i, j, step, rr, rv, inwards, cost)
+
+    def step_core_square(self, step):
+        return max(self.inner[step], 0.0) if self.enter[step] == NEVER else 0.0
+
 
 @inner
 def end_of_step(low, high, rr, rv, vv):
@@ -53,11 +66,6 @@ def end_of_step(low, high, rr, rv, vv):
     below = root - rv if falls else (root + rv if rv > 0.0 else vv)
     t = above / below
     return max(t, 0.0) if falls | ((high < NEVER) & (vv > 0.0)) else NEVER
-
-
-@step_time.register
-def _(pair: StepPairs, i, j, step, rr, rv, vv, now):
-    return end_of_step(pair.inner[step], pair.outer[step], rr, rv, vv)
 
 
 @inner
@@ -104,15 +112,3 @@ def cross(pair, i, j, step, rr, rv, inwards, cost):
         kind = CORE if inwards else BOUNCE
     factor = share_lost / (rr * total)
     return factor * pair.masses[j], factor * pair.masses[i], -reduced * share_lost, step, kind
-
-
-@step_jump.register
-def _(pair: StepPairs, i, j, step, rr, rv, now):
-    inwards = rr - pair.inner[step] <= pair.outer[step] - rr
-    cost = pair.enter[step] if inwards else pair.leave[step]
-    return cross(pair, i, j, step, rr, rv, inwards, cost)
-
-
-@step_core_square.register
-def _(pair: StepPairs, step):
-    return max(pair.inner[step], 0.0) if pair.enter[step] == NEVER else 0.0

@@ -15,12 +15,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import answering, inner, required
 from carom.models.interactions.step_pairs import end_of_step
 from carom.models.mathematics.counter_random import uniform
-from carom.models.questions.memory import copy_state, error_message, shift_epoch
+from carom.models.questions import memory, steps
 from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import IN, OUT, start_steps, step_jump, step_time
+from carom.models.questions.steps import IN, OUT
 
 ENTERED, LEFT, TIMER, CHANGED = 1, 2, 3, 4
 """Why a rule is asked: somebody came into a circle, or went out of it; the time that the rule set has come;
@@ -73,6 +73,7 @@ def event_type(dimension: int) -> np.dtype:
     return np.dtype(fields, align=True)
 
 
+@answering(memory, steps)
 class Units(NamedTuple):
     """What the engine compiles. Arrays of one row a unit have one more, for the ghost."""
 
@@ -125,6 +126,42 @@ class Units(NamedTuple):
     """The engine's unit of speed in the scene's: a power of two."""
     seed: int
 
+    def step_time(self, i, j, step, rr, rv, vv, now):
+        t = end_of_step(self.inner[step], self.outer[step], rr, rv, vv)
+        return t if self.present[i] * self.present[j] > 0 else NEVER
+
+    def step_jump(self, i, j, step, rr, rv, now):
+        inwards = rr - self.inner[step] <= self.outer[step] - rr
+        change = 1 if inwards else -1
+        crossed = step if inwards else step - 1
+        _count(self, i, j, crossed, change)
+        _count(self, j, i, crossed, change)
+        return 0.0, 0.0, 0.0, step + change, IN if inwards else OUT
+
+    def shift_epoch(self, duration):
+        for i in range(len(self.timers)):
+            self.timers[i] -= duration
+
+    def start_steps(self, pairs, step_numbers):
+        if self.begun[0]:
+            return
+        self.begun[0] = 1
+        for (i, j), step in zip(pairs.tolist(), step_numbers.tolist(), strict=True):
+            for crossed in range(step):
+                _count(self, i, j, crossed, 1)
+                _count(self, j, i, crossed, 1)
+
+    def copy_state(self, before, instant, passed, slower):
+        for name in ("kinds", "present", "counts", "memory", "targets", "drawn", "news", "queue"):
+            getattr(self, name)[:] = getattr(before, name)
+        for name in ("queued", "asked", "fault", "begun"):
+            getattr(self, name)[:] = getattr(before, name)
+        self.timers[:] = np.ldexp(before.timers - passed, -slower)
+
+    def error_message(self):
+        fault, i = self.fault.tolist()
+        return f"The rule gave unit {i} {COMPLAINTS[fault]}." if fault else None
+
 
 Units.lanes = ("present",)  # type: ignore[attr-defined]
 
@@ -140,22 +177,6 @@ def draw(unit):
     number = uniform(unit.seed, unit.number, unit.drawn)
     unit.drawn += 1
     return number
-
-
-@step_time.register
-def _(pair: Units, i, j, step, rr, rv, vv, now):
-    t = end_of_step(pair.inner[step], pair.outer[step], rr, rv, vv)
-    return t if pair.present[i] * pair.present[j] > 0 else NEVER
-
-
-@step_jump.register
-def _(pair: Units, i, j, step, rr, rv, now):
-    inwards = rr - pair.inner[step] <= pair.outer[step] - rr
-    change = 1 if inwards else -1
-    crossed = step if inwards else step - 1
-    _count(pair, i, j, crossed, change)
-    _count(pair, j, i, crossed, change)
-    return 0.0, 0.0, 0.0, step + change, IN if inwards else OUT
 
 
 @inner
@@ -300,35 +321,3 @@ def cause_of(pair, i, now):
         pair.targets[i] = NO_AGENT
         other = NO_AGENT
     return TIMER, other
-
-
-@shift_epoch.register
-def _(pair: Units, duration):
-    for i in range(len(pair.timers)):
-        pair.timers[i] -= duration
-
-
-@start_steps.register
-def _(pair: Units, pairs, step_numbers):
-    if pair.begun[0]:
-        return
-    pair.begun[0] = 1
-    for (i, j), step in zip(pairs.tolist(), step_numbers.tolist(), strict=True):
-        for crossed in range(step):
-            _count(pair, i, j, crossed, 1)
-            _count(pair, j, i, crossed, 1)
-
-
-@copy_state.register
-def _(pair: Units, before, instant, passed, slower):
-    for name in ("kinds", "present", "counts", "memory", "targets", "drawn", "news", "queue"):
-        getattr(pair, name)[:] = getattr(before, name)
-    for name in ("queued", "asked", "fault", "begun"):
-        getattr(pair, name)[:] = getattr(before, name)
-    pair.timers[:] = np.ldexp(before.timers - passed, -slower)
-
-
-@error_message.register
-def _(pair: Units):
-    fault, i = pair.fault.tolist()
-    return f"The rule gave unit {i} {COMPLAINTS[fault]}." if fault else None

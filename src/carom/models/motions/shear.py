@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
-from carom.models.questions.motion import position, velocity
+from carom.models.questions import motion
 from carom.models.questions.particles import Particles
 
 LONGEST_STRAIN = 0.125
@@ -121,6 +121,7 @@ def start_tilt(motion: Any, box: Sequence[float]) -> float:
     return motion.tilt - ratio * round(motion.tilt / ratio)
 
 
+@answering(motion)
 class Sheared(NamedTuple):
     """A tilting lattice."""
 
@@ -131,18 +132,14 @@ class Sheared(NamedTuple):
     tilt: np.ndarray
     """Tilt at the beginning of the epoch, (1,) float64."""
 
+    def position(self, axis, x, v, t):
+        return x + v * t
+
+    def velocity(self, axis, v, t):
+        return v
+
 
 @inner
 def tilt_at(motion, now):
     """Return the tilt at a time of the epoch."""
     return motion.tilt[0] + motion.rate * now
-
-
-@position.register
-def _(motion: Sheared, axis, x, v, t):
-    return x + v * t
-
-
-@velocity.register
-def _(motion: Sheared, axis, v, t):
-    return v

@@ -70,17 +70,17 @@ def checked(
     standing: list[Obstacle] = []
     given = [*walls, *obstacles]
     known: set[type] = set()  # asking for a protocol takes longer than all else
-    for k, obstacle in enumerate(given, -len(walls)):
+    worn = [*map(dressed, given)]
+    for k, (obstacle, value) in enumerate(zip(given, worn, strict=True), -len(walls)):
         if type(obstacle) not in known and (isinstance(obstacle, type) or not isinstance(obstacle, Obstacle)):
             raise InputError(
                 f"Obstacle {k} must be one of {', '.join(c.__name__ for c in KINDS.values())}, or have name, "
                 f"gap, check and model as they do; found {checks.describe(obstacle)}."
             )
         known.add(type(obstacle))
-        value = dressed(obstacle)
         value.check(box, periodic)
         drawing = getattr(value, "drawing_apart", None)
-        standing.append(value if drawing is None else drawing(standing, [*map(dressed, given)]))
+        standing.append(value if drawing is None else drawing(standing, worn))
     return tuple(standing)
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
+from carom.models.questions.obstacle import anchor, is_periodic, member
 
 CROWD_FROM = 16
 """Obstacles of one kind from which on they are kept in arrays and cells, where their type can be."""
@@ -31,9 +33,33 @@ class Cells(NamedTuple):
     """Boxes from the cell to where that obstacle comes into an image of it, (entries, d) int32."""
 
 
-def columns(models: Sequence[Any]) -> list[np.ndarray]:
-    """Return the fields of models of one kind as arrays: a number a model, or a row."""
-    return [np.array(values, np.float64) for values in zip(*models, strict=True)]
+def crowded(kind: Any) -> Any:
+    """Let a type of models be kept in arrays where there are many of them: a class decorator.
+
+    The type of many, ``Crowd``, has the same fields, each an array of one number or row a model. The method
+    ``extent`` of the class is its: it returns the least and the largest coordinates of each, (k, d) [length].
+    """
+    many: Any = namedtuple("Crowd", kind._fields, module=kind.__module__)
+    many.__qualname__ = f"{kind.__qualname__}.Crowd"
+    many.extent, kind.Crowd = kind.extent, many
+    scope = {"__name__": kind.__module__, "kind": kind}
+    row = ", ".join(f"crowd.{name}[k]" for name in kind._fields)
+    exec(f"def one(crowd, k):\n    return kind({row})", scope)
+    member.register(many)(scope["one"])
+    return kind
+
+
+def in_every_image(kind: Any) -> Any:
+    """Let models of a type with an ``anchor`` stand in every image of the box, and be crowded: a decorator."""
+    is_periodic.register(kind)(lambda body: True)
+    anchor.register(kind)(lambda body, axis: body.anchor[axis])
+    return crowded(kind)
+
+
+def together(models: Sequence[Any]) -> Any:
+    """Return many models of a type that is :func:`crowded` as one, or None of any other type."""
+    crowd = getattr(type(models[0]), "Crowd", None)
+    return crowd and crowd(*(np.array(values, np.float64) for values in zip(*models, strict=True)))
 
 
 def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: Sequence[bool]) -> Cells:

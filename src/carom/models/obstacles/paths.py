@@ -21,7 +21,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import required
+from carom.compiling.registry import answering, required
 from carom.errors import InputError
 from carom.units import TimeUnit
 
@@ -80,21 +80,18 @@ def pace(path, t):
     """Return the velocity at that time: the derivative of :func:`place`."""
 
 
+@answering(pace, place)
 class Still(NamedTuple):
     """No displacement."""
 
     still: bool = True
     """Always true: Numba has no empty tuples of a class."""
 
+    def place(self, t):
+        return 0.0
 
-@place.register
-def _(path: Still, t):
-    return 0.0
-
-
-@pace.register
-def _(path: Still, t):
-    return 0.0
+    def pace(self, t):
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -156,6 +153,7 @@ class Sine:
         return Swing(self.amplitude, 2.0 * math.pi / period, 2.0 * math.pi * self.phase)
 
 
+@answering(pace, place)
 class Swing(NamedTuple):
     """``amplitude sin(frequency t + phase)``."""
 
@@ -166,15 +164,11 @@ class Swing(NamedTuple):
     phase: float
     """Phase at time zero, in radians."""
 
+    def place(self, t):
+        return self.amplitude * math.sin(self.frequency * t + self.phase)
 
-@place.register
-def _(path: Swing, t):
-    return path.amplitude * math.sin(path.frequency * t + path.phase)
-
-
-@pace.register
-def _(path: Swing, t):
-    return path.amplitude * path.frequency * math.cos(path.frequency * t + path.phase)
+    def pace(self, t):
+        return self.amplitude * self.frequency * math.cos(self.frequency * t + self.phase)
 
 
 @dataclass(frozen=True)
@@ -284,6 +278,7 @@ class Parabolas:
         )
 
 
+@answering(pace, place)
 class Arcs(NamedTuple):
     """Pieces of parabolas."""
 
@@ -296,21 +291,17 @@ class Arcs(NamedTuple):
     bends: np.ndarray
     """Acceleration of each piece, (k,) float64."""
 
+    def place(self, t):
+        t = t % self.times[-1]
+        k = 0
+        while k + 1 < len(self.bends) and t >= self.times[k + 1]:
+            k += 1
+        t -= self.times[k]
+        return self.places[k] + (self.speeds[k] + 0.5 * self.bends[k] * t) * t
 
-@place.register
-def _(path: Arcs, t):
-    t = t % path.times[-1]
-    k = 0
-    while k + 1 < len(path.bends) and t >= path.times[k + 1]:
-        k += 1
-    t -= path.times[k]
-    return path.places[k] + (path.speeds[k] + 0.5 * path.bends[k] * t) * t
-
-
-@pace.register
-def _(path: Arcs, t):
-    t = t % path.times[-1]
-    k = 0
-    while k + 1 < len(path.bends) and t >= path.times[k + 1]:
-        k += 1
-    return path.speeds[k] + path.bends[k] * (t - path.times[k])
+    def pace(self, t):
+        t = t % self.times[-1]
+        k = 0
+        while k + 1 < len(self.bends) and t >= self.times[k + 1]:
+            k += 1
+        return self.speeds[k] + self.bends[k] * (t - self.times[k])
