@@ -53,13 +53,16 @@ class Opt:
     flags : tuple of str or None
         Names of the option, by default that of the field; None if only files and arguments set it.
     read : callable or None
-        Returns the value from the text of the option.
+        Returns the value from the text of the option; from all its texts, if it may be repeated.
+    many : bool
+        Whether it may be repeated.
     """
 
     help: str
     panel: str = ""
     flags: tuple[str, ...] | None = ()
-    read: Callable[[str], Any] | None = None
+    read: Callable[[Any], Any] | None = None
+    many: bool = False
 
 
 @dataclass(frozen=True)
@@ -296,9 +299,10 @@ def checked(kind: type[Spec], name: str, value: Any) -> Any:
     return value if check is None else check(value, kind.within + name)
 
 
-def helps(kind: type) -> dict[str, str]:
-    """Return what the fields of a specification are, by name."""
-    return {name: field.opt.help for name, field in fields_of(kind).items() if field.opt is not None}
+def of_options(kind: type[Spec], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of the fields that options set, of all that are ``given``."""
+    fields = fields_of(kind)
+    return {k: fields[k].of_option(v) for k, v in given.items() if k in fields and v not in (None, [])}
 
 
 _FIELDS: dict[type, dict[str, SpecField]] = {}
@@ -508,5 +512,26 @@ def integers_of(flag: str) -> Callable[[str], list[int]]:
             return [int(part) for part in text.split(",")]
         except ValueError:
             raise InputError(f"{flag} {text!r} must be integers with commas, e.g. 500,1000.") from None
+
+    return read
+
+
+def tables_of(flag: str, *forms: str) -> Callable[[Iterable[str]], list[dict[str, float]]]:
+    """Return what reads an option that may be repeated: numbers with colons, in forms such as COUNT:DIAMETER.
+
+    Each is a table whose keys are the words of its form.
+    """
+    words = {form.count(":"): form.lower().split(":") for form in forms}
+
+    def read(texts: Iterable[str]) -> list[dict[str, float]]:
+        try:
+            found = []
+            for text in texts:
+                numbers = [float(part) for part in text.split(":")]
+                whole = [int(x) if x.is_integer() else x for x in numbers]
+                found.append(dict(zip(words[len(numbers) - 1], whole, strict=True)))
+            return found
+        except (ValueError, KeyError):
+            raise InputError(f"{flag} takes {' or '.join(forms)}, numbers, found '{text}'.") from None
 
     return read

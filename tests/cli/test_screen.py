@@ -12,10 +12,10 @@ import pytest
 from helpers.frames import crystal, frame_of
 from helpers.screens import printed, summary
 from rich.console import Console
-from rich.table import Table
 
-from carom.cli import heartbeat, screen, tables
+from carom.cli import heartbeat, screen
 from carom.observables.packing import DISTINCT, packing_network
+from carom.table import of_texts
 
 
 def test_all_pressures_of_a_table_have_one_unit_which_is_named():
@@ -68,10 +68,11 @@ def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
     assert len(printed(table, 400).splitlines()) < len(shown.splitlines())
 
 
-def test_a_table_without_rows_is_its_title_and_caption_as_wide_as_the_terminal():
-    table = Table(title="40 units at packing fraction 0.000349066", caption="There is no one kT.")
-    table.add_column("measured")
-    assert tables.fitted(Console(width=60), table).splitlines() == [table.title, table.caption]
+def test_a_table_without_rows_is_its_title_and_its_notes():
+    table = of_texts(
+        ("", "measured"), [], "40 units at packing fraction 0.000349066", ["There is no one kT."]
+    )
+    assert printed(table, 60).splitlines() == [table.title, *table.notes]
 
 
 def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(monkeypatch, capsys):

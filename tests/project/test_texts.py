@@ -24,6 +24,7 @@ from carom.observables.rdf import distributions
 from carom.pictures import plots
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.study import spherical_code
+from carom.table import of_texts
 
 HOSTILE = (
     "<img src=x onerror=alert(1)>", "</script><script>alert(1)</script>", "<!--<script>", '"><b>', "'&amp;",
@@ -139,19 +140,14 @@ def test_errors_and_warnings_print_names_as_text(text, capsys):
 
 @pytest.mark.parametrize("width", [200, 12])
 def test_cells_and_lines_of_the_screen_are_text(width):
-    from rich.table import Table
-
-    table = Table(title="[/b]", caption=":smile: [red]c")
-    table.add_column("[/x]")
-    table.add_column("b")
-    table.add_row("g [/b]", "\x1b[2J")
+    table = of_texts(("[/x]", "b", "c"), [("g [/b]", "\x1b[2J", "0")], "[/b]", [":smile: [red]c"])
     file = io.StringIO()
     console = tables.Screen(file=file, width=width)
-    tables.show(console, table)
+    console.print(table.rich(console))
     console.print("[/b] \x1b[2J")
     shown = " ".join(file.getvalue().split())
     assert not acting(shown)
-    for text in ("[/b]", ":smile:", "[/x]" if width > 20 else "g [/b]:", r"\x1b[2J"):
+    for text in ("[/b]", ":smile:", "[/x] g [/b]" if width < 20 else "[/x]", r"\x1b[2J"):
         assert text in shown
 
 

@@ -10,6 +10,8 @@ from carom.spec import Opt, Spec, described, integer, number, said
 
 SEED = integer(low=0, high=2**63 - 1)
 
+SYSTEM, BUDGET = "The system, without a scene file", "Available cores and time"
+
 
 @dataclass(frozen=True)
 class Beside(Spec):
@@ -65,20 +67,22 @@ class PlanSpec(Beside):
     target: Annotated[
         str,
         _target,
-        Opt("Z=1e-4: relative error of Z, P, g(contact) or D; Z=+-0.002: absolute."),
+        Opt("Z=1e-4: relative error of Z, P, g(contact) or D; Z=+-0.002: absolute.", "", ("--target", "-t")),
     ] = "Z=1e-3"
-    n: Annotated[int | None, integer(low=8, high=10**7), Opt("Plan with this number of particles only.")] = (
-        None
-    )
-    seed: Annotated[int | None, SEED, Opt("Seed of all random numbers; 1.")] = None
-    cores: Annotated[int | str | None, _cores, Opt("Number of cores; by default all of this machine.")] = None
+    n: Annotated[
+        int | None, integer(low=8, high=10**7), Opt("Plan with this number of particles only.", SYSTEM)
+    ] = None
+    seed: Annotated[int | None, SEED, Opt("Seed of all random numbers; 1.", SYSTEM)] = None
+    cores: Annotated[
+        int | str | None, _cores, Opt("Number of cores; by default all of this machine.", BUDGET, read=str)
+    ] = None
     walltime: Annotated[
         float | None,
         number(low=0, open_low=True),
-        Opt("Available wall time in seconds; by default no limit."),
+        Opt("Available wall time in seconds; by default no limit.", BUDGET),
     ] = None
     pilot: Annotated[
         float | None,
         number(low=0, open_low=True),
-        Opt("CPU seconds that each of two pilots may take; 15."),
+        Opt("CPU seconds that each of two pilots may take; 15.", BUDGET),
     ] = None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -13,11 +13,10 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.notebook import by_stage, watchable
 from carom.scene.scene import Scene
-from carom.scene.species import Species
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of, read, sections
-from carom.studies.arguments import refuse_unknown
+from carom.studies.documented import documented
 from carom.studies.packings.compression import (
     Compression,
     PackingFolder,
@@ -65,27 +64,16 @@ def asked_of(source: Any, given: Mapping[str, Any]) -> tuple[PackSpec, SceneSpec
     return asked, SceneFile.load(path).scene
 
 
+@documented(PackSpec, hidden=("n", "seeds"))
 @watchable("Packing", by_stage)
 def pack(
     start: int | Scene | str | PathLike[str] | None = None,
     *,
-    dimension: int | None = None,
-    species: Sequence[Species] | None = None,
-    walls: bool | None = None,
-    packing_fraction: float | None = None,
-    rate: float | None = None,
-    until_Z: float | None = None,
-    collisions: int | None = None,
-    stages: Sequence[tuple[float, float | None]] | None = None,
-    common: bool | None = None,
-    seed: int | None = None,
-    neighbors: str | None = None,
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
     resume: bool = False,
-    pictures: bool | None = None,
     progress: Progress | None = None,
-    **others: Any,
+    **given: Any,
 ) -> Packing:
     """Let particles grow while they move, until they jam (Lubachevsky and Stillinger; the paper's sec. 8).
 
@@ -95,43 +83,15 @@ def pack(
         Number of random points in a cubic box; 1000 if neither it nor species with counts are given. Or the
         scene to start from, of any density and in a box of any kind. Or a scene file (TOML) with ``[scene]``,
         ``[pack]`` or both, whose values other arguments replace.
-    dimension : int
-        d of the points; 3 if left out.
-    species : sequence of :class:`carom.Species`, optional
-        Species of the points, each with a ``count`` or a ``fraction``; their diameters are approximately the
-        final ones [length].
-    walls : bool
-        Whether the box of the points has hard walls instead of periodic boundaries.
-    packing_fraction : float, optional
-        Packing fraction of the start, instead of points.
-    rate : float, optional
-        Growth rate of the mean diameter over the thermal speed, gamma. By default it is 0.02 up to Z = 1e3,
-        then 1e-3.
-    until_Z : float, optional
-        Z = PV / NkT to reach; 1e10 if neither it nor a number of collisions is given. Beyond 1e13 gaps are
-        lost in rounding.
-    collisions : int, optional
-        Number of pair collisions after which the compression ends, at any Z.
-    stages : sequence of (rate, until_Z), optional
-        Stages instead of one rate and Z, e.g. fast, then slow. The last Z may be None.
-    common : bool
-        Whether all diameters grow at one rate; by default they grow in proportion to themselves.
-    seed : int
-        Seed of the points, and of the velocities where the scene has none; 1 if left out.
-    neighbors : {"auto", "lists", "sectors", "all"}
-        As in :class:`carom.Simulation`.
+    @
     out : path, optional
         Folder for results and checkpoints; :func:`carom.resume` continues from there.
     overwrite : bool
         Whether a packing that the folder holds may be replaced.
     resume : bool
         Whether to go on with the packing that the folder holds, if it is this one.
-    pictures : bool
-        Whether to draw pictures in the folder; True if left out.
     progress : callable, optional
         Called as ``progress("Packing", fraction)``; True shows a bar.
-    **others
-        None: any other argument is an error that names the right one.
 
     Returns
     -------
@@ -162,19 +122,11 @@ def pack(
     >>> packing.note
     'Z = PV/NkT = 1e+06 reached'
     """
-    if "seeds" in others:
+    if "seeds" in given:
         raise InputError(_SEVERAL)
-    refuse_unknown("pack()", others, _ARGUMENTS)
-    of_points = {
-        "dimension": dimension, "species": species, "walls": walls, "packing_fraction": packing_fraction,
-    }  # fmt: skip
-    given: dict[str, Any] = {
-        **of_points, "rate": rate, "until_Z": until_Z, "collisions": collisions, "stages": stages,
-        "common": common, "seed": seed, "neighbors": neighbors, "pictures": pictures,
-    }  # fmt: skip
     if isinstance(start, Scene):
-        if points := [name for name, value in of_points.items() if value is not None]:
-            raise InputError(f"{min(points)} is for points, and pack() starts from a scene: leave it out.")
+        if points := sorted({*POINTS} & {*given}):
+            raise InputError(f"{points[0]} is for points, and pack() starts from a scene: leave it out.")
         return packed(PackSpec(**given), start, out, overwrite, resume, progress)
     if start is not None and not isinstance(start, int | np.integer | str | PathLike):
         raise InputError(
@@ -186,12 +138,6 @@ def pack(
         raise InputError(_SEVERAL)
     return packed(asked, scene, out, overwrite, resume, progress)
 
-
-_ARGUMENTS = (
-    "dimension", "species", "walls", "packing_fraction", "rate", "until_Z", "collisions", "stages", "common",
-    "seed", "neighbors", "out", "overwrite", "resume", "pictures", "progress",
-)  # fmt: skip
-"""Keywords of :func:`pack`."""
 
 _SEVERAL = "pack() makes one packing; packings(..., seeds=8) makes several."
 

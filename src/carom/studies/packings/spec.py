@@ -9,7 +9,9 @@ from typing import Annotated, Any, ClassVar
 
 from carom.errors import InputError
 from carom.scene_file.commands import Beside
-from carom.spec import Opt, described, integer, number, said, switch, word
+from carom.spec import Opt, described, integer, number, said, switch, tables_of, word
+
+SYSTEM, LENGTH, SEEDS, OUTPUT = "The system", "How long", "Several packings", "What to write"
 
 
 def _stages(value: Any, name: str) -> tuple[list[Any], ...]:
@@ -22,6 +24,11 @@ def _stages(value: Any, name: str) -> tuple[list[Any], ...]:
 said(
     _stages, type="array", items={"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
 )
+
+
+def _stages_in(texts: Sequence[str]) -> list[list[float]]:
+    """Return the stages that options name."""
+    return [[*each.values()] for each in tables_of("--stage", "RATE:Z")(texts)]
 
 
 def _species(value: Any, name: str) -> tuple[dict[str, Any], ...]:
@@ -55,11 +62,11 @@ class PackSpec(Beside):
     )  # fmt: skip
 
     n: Annotated[
-        int | None, integer(low=2), Opt("Number of points; by default 1000, or that of the species.")
+        int | None, integer(low=2), Opt("Number of points; by default 1000, or that of the species.", SYSTEM)
     ] = None
-    dimension: Annotated[int, integer(low=1, high=12), Opt("Dimension of space.")] = 3
+    dimension: Annotated[int, integer(low=1, high=12), Opt("Dimension of space.", SYSTEM)] = 3
     seeds: Annotated[
-        int | None, integer(low=1, high=10**6), Opt("Number of packings; by default one, from seed.")
+        int | None, integer(low=1, high=10**6), Opt("Number of packings; by default one, from seed.", SEEDS)
     ] = None
     seed: Annotated[
         int,
@@ -67,37 +74,63 @@ class PackSpec(Beside):
         Opt("Seed of random numbers; each further packing has the next."),
     ] = 1
     packing_fraction: Annotated[
-        float | None, number(low=0.0), Opt("Packing fraction of the start, instead of points.")
+        float | None, number(low=0.0), Opt("Packing fraction of the start, instead of points.", SYSTEM)
     ] = None
     species: Annotated[
-        Sequence[Any] | None, _species, Opt("Species of the points, each with a count or a fraction.")
+        Sequence[Any] | None,
+        _species,
+        Opt(
+            "Species of the points, each with a count or a fraction; as an option COUNT:DIAMETER, for each.",
+            SYSTEM,
+            read=tables_of("--species", "COUNT:DIAMETER"),
+            many=True,
+        ),
     ] = None
-    walls: Annotated[bool, switch, Opt("Whether the box has hard walls instead of periodic boundaries.")] = (
-        False
-    )
+    walls: Annotated[
+        bool,
+        switch,
+        Opt("Whether the box has hard walls instead of periodic boundaries.", SYSTEM, ("--walls",)),
+    ] = False
     rate: Annotated[
         float | None,
         number(low=0.0),
-        Opt("Growth of the mean diameter over the thermal speed; by default 0.02 up to Z = 1e3, then 1e-3."),
+        Opt(
+            "Growth of the mean diameter over the thermal speed; by default 0.02 up to Z = 1e3, then 1e-3.",
+            LENGTH,
+        ),
     ] = None
     until_Z: Annotated[
         float | None,
         number(low=0.0),
-        Opt("Z = PV/NkT at the end; by default 1e10, if no number of collisions is given."),
+        Opt("Z = PV/NkT at the end; by default 1e10, if no number of collisions is given.", LENGTH),
     ] = None
     stages: Annotated[
-        Sequence[Any] | None, _stages, Opt("Instead of both: [rate, Z] of each stage, e.g. fast, then slow.")
+        Sequence[Any] | None,
+        _stages,
+        Opt(
+            "Instead of both: rate and Z of each stage, e.g. fast, then slow; as an option RATE:Z, for each.",
+            LENGTH,
+            ("--stage",),
+            _stages_in,
+            many=True,
+        ),
     ] = None
     collisions: Annotated[
-        int | None, integer(low=1), Opt("Number of pair collisions after which to stop.")
+        int | None, integer(low=1), Opt("Number of pair collisions after which to stop.", LENGTH)
     ] = None
     common: Annotated[
-        bool, switch, Opt("Whether all diameters grow at one rate, not in proportion to size.")
+        bool,
+        switch,
+        Opt("Whether all diameters grow at one rate, not in proportion to size.", LENGTH, ("--common",)),
     ] = False
     neighbors: Annotated[
-        str, word("auto", "lists", "sectors", "all"), Opt("How pairs are found: auto, lists, sectors or all.")
+        str,
+        word("auto", "lists", "sectors", "all"),
+        Opt("How pairs are found: auto, lists, sectors or all.", flags=None),
     ] = "auto"
-    pictures: Annotated[bool, switch, Opt("Whether to draw PNG files.")] = True
+    pictures: Annotated[
+        bool, switch, Opt("Whether to draw PNG files.", OUTPUT, ("--pictures/--no-pictures",))
+    ] = True
 
     def complete(self) -> None:
         """Check the stages, and of several packings the start, rather than in a worker an hour later.

@@ -20,7 +20,8 @@ from carom.paths import writing
 from carom.results import Result, html_of
 from carom.scene_file.commands import PlanSpec
 from carom.simulation.workers.thread_pool import cores as all_cores
-from carom.studies.arguments import processes, refuse_unknown
+from carom.studies.arguments import processes
+from carom.studies.documented import documented
 from carom.studies.places import refuse_others, refuse_to_replace
 from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod
@@ -307,9 +308,6 @@ _AT_LEAST_ZERO, _POSITIVE = records.number(low=0.0), records.number(low=0.0, ope
 
 _NAMED = records.table({"carom": records.text})
 
-_TAKEN = ("value", "estimator", "ratios", "cores", "walltime", "seed", "pilot_seconds")
-"""Fields of a plan that are as the file has them."""
-
 _WORDS = records.table(
     {
         "carom": records.text,
@@ -408,6 +406,7 @@ def method(system: System, target: Target) -> Any:
     return PressureMethod(system, target.quantity)
 
 
+@documented(PlanSpec)
 @watchable("Planning", lambda shown: shown)
 def plan(
     target: str | Target | None = None,
@@ -416,13 +415,8 @@ def plan(
     dimension: int | None = None,
     species: Sequence[Mapping[str, float]] | None = None,
     scene: Any = None,
-    n: int | None = None,
-    cores: int | str | None = None,
-    walltime: float | None = None,
-    seed: int | None = None,
-    pilot_seconds: float | None = None,
     progress: Callable[[float, str], object] | None = None,
-    **others: Any,
+    **given: Any,
 ) -> RunPlan:
     """Return the run that reaches a target for the least CPU time, and its cost on this machine.
 
@@ -433,6 +427,7 @@ def plan(
         has a relative error, ``"Z=+-0.002"`` an absolute one. Quantities are Z, P (or pressure), g(contact),
         D, and D(A) of the species A of a mixture, by its name or its number from 0 on. ``"Z=1e-3"`` if left
         out.
+    @
     packing_fraction : float
         Packing fraction of hard spheres with diameter, mass and kT 1. Give this or ``scene``.
     dimension : int
@@ -442,20 +437,8 @@ def plan(
     scene : path, SceneFile or System
         A scene. The plan may change its number of particles. Of a scene file (TOML) ``[plan]`` is read as
         well, whose values other arguments replace.
-    n : int, optional
-        Number of particles; by default the plan chooses it.
-    cores : int or "auto", optional
-        Number of cores; by default all of this machine.
-    walltime : float, optional
-        Wall time that is available [s]; by default no limit.
-    seed : int
-        Seed of the runs and of the pilots; 1 if left out.
-    pilot_seconds : float
-        CPU time that each of two pilots may take [s]; 15 if left out.
     progress : callable, optional
         Called with the finished fraction of the pilot, and a sentence; True shows a bar.
-    **others
-        None: any other argument is an error that names the right one.
 
     Returns
     -------
@@ -476,8 +459,6 @@ def plan(
     >>> found.design.replicas
     1
     """
-    refuse_unknown("plan()", others, _ARGUMENTS)
-    given = {"n": n, "seed": seed, "cores": cores, "walltime": walltime, "pilot": pilot_seconds}
     if target is not None and not isinstance(target, str | Target):
         raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
     system = system_of(packing_fraction, dimension, species, scene)
@@ -537,13 +518,6 @@ def plan(
         sizes=tuple(_size(each, error) for each in candidates),
         pilot_seconds=clock.thread_time() - began,
     )  # fmt: skip
-
-
-_ARGUMENTS = (
-    "packing_fraction", "dimension", "species", "scene", "n", "cores", "walltime", "seed", "pilot_seconds",
-    "progress",
-)  # fmt: skip
-"""Keywords of :func:`plan`."""
 
 
 def _timed(costs: Costs, again: Costs) -> Costs:

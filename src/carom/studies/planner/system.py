@@ -17,6 +17,7 @@ from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of
 from carom.studies.coefficients import windows
 from carom.studies.eos.spec import StudySpec
+from carom.studies.phase import usual_equation
 from carom.studies.planner.target import Scale
 from carom.studies.scenes import nearest_filling, plain, refuse_other_interactions, with_fractions
 from carom.theory.mixture_size import mixture_finite_size_shift
@@ -342,10 +343,9 @@ def of_plan(plan: SceneFile) -> tuple[System, int]:
 
 def _mixed(eta: float, fractions: Sequence[float], diameters: Sequence[float], d: int) -> float:
     """Return Z of a fluid by the best theory for its dimension."""
-    if len(diameters) == 1:
-        return float(theory.best(d)(eta))
-    equation = functools.partial(theory.santos_yuste_lopez_de_haro, dimension=d)
-    return float(theory.bmcsl(eta, fractions, diameters) if d == 3 else equation(eta, fractions, diameters))
+    equation = usual_equation(d, "fluid", [*zip(diameters, fractions, strict=True)])
+    assert equation is not None
+    return float(equation(eta))
 
 
 def _running(parts: Sequence[float]) -> list[float]:

@@ -77,7 +77,7 @@ def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
             if isinstance(scene, MeanBox):
                 value, contact = large + constant_pressure.shift(scene, phase, equation), math.nan
             else:
-                value = large + finite_size_shift(phase, eta, n, equation)
+                value = large + finite_size_shift(phase.name, eta, n, equation)
                 contact = float(theory.contact_value(value, eta, dimension, n)) if n > 1 else math.nan
         except CaromError:
             continue
