@@ -179,9 +179,9 @@ def _name_results() -> Any:
 
 
 def _opened() -> Any:
-    from carom.io.places import open_frames
+    from carom.io.trajectory import open_reader
 
-    return open_frames
+    return open_reader
 
 
 def _plotted() -> Any:

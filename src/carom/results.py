@@ -262,15 +262,7 @@ def loaded(path: str | os.PathLike[str]) -> Any:
         return found
     except OSError as error:
         raise FileError(f"{path} cannot be read ({error.strerror}).") from error
-    except (
-        ValueError,
-        TypeError,
-        LookupError,
-        ArithmeticError,
-        AttributeError,
-        RecursionError,
-        zipfile.BadZipFile,
-    ) as error:
+    except _DAMAGED as error:
         raise FileError(f"{path} holds no result that was saved: {error}") from error
 
 

@@ -24,7 +24,6 @@ from carom.io.events import EventLog, read_events, read_initial
 from carom.io.hdf5 import Output
 from carom.io.validation import flaw
 from carom.observables import RDF
-from carom.observables.interrdf import rdf_mdanalysis
 from carom.simulation.replay import Replay
 
 FLIPS = 100
@@ -238,7 +237,6 @@ def readers(path, tmp_path):
         lambda: carom.io.convert(path, tmp_path / "out.extxyz"),
         lambda: carom.io.rebuild(path, tmp_path / "out.extxyz", 1),
         lambda: carom.io.universe(path),
-        lambda: rdf_mdanalysis(path),
     ]
 
 

@@ -19,11 +19,11 @@ from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN, cushions
 from carom.models.obstacles.containers import SphericalContainer
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.faces import stand_ins, yielding
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment, polygon
-from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.questions.walls import soonest_wall
 
 EPS = np.finfo(float).eps

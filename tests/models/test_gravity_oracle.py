@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.naive.falling import Floor, fall
 from helpers.plain import plain_python
 
 import carom
@@ -14,7 +15,6 @@ from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
-from carom.reference.falling import Floor, fall
 
 HEIGHT, EDGE, OFFSET = 12.0, 4.5, 0.5
 AMPLITUDE, PERIOD, CONTACT_TIME = 0.3, 2.0, 1e-3

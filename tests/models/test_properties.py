@@ -25,9 +25,8 @@ from carom.models import (
 )
 from carom.models.files.tables import obstacle_from_table
 from carom.models.files.to_tables import obstacle_to_table
-from carom.models.obstacles.dressing import dressed
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal, dressed
 from carom.models.obstacles.properties import Properties
-from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.scene.fields import standing
 
 PATH = Sine(0.2, period=1.5)

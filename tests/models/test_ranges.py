@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.browser import shown, where
+from helpers.naive.rules import NaiveRules
 
 import carom
 from carom.bridges.palette import FACES, rgb
@@ -19,7 +20,6 @@ from carom.errors import InputError
 from carom.io.events import read_events
 from carom.models import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.pictures import viewdata
-from carom.reference.rules import NaiveRules
 from carom.simulation.replay import Replay
 
 CIRCLES = ((2.0, 3.0), (2.5,))

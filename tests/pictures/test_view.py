@@ -37,9 +37,9 @@ from carom.models import (
 )
 from carom.models.contacts.losses import Loss
 from carom.models.motions.free_flight import FreeFlight
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.outlines import Hull
 from carom.models.obstacles.paths import Sine
-from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.observables.packing import packing_network
 from carom.pictures import plots, viewdata
 from carom.pictures.shapes import shapes_of

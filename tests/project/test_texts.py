@@ -20,7 +20,7 @@ from carom import notebook, texts
 from carom.cli import files, tables, trouble
 from carom.errors import CaromWarning, FileError
 from carom.observables.partial_rdf import write_partial
-from carom.observables.rdf import distributions
+from carom.observables.rdf import Histograms
 from carom.pictures import plots
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.study import spherical_code
@@ -175,7 +175,9 @@ def test_species_of_any_name_are_in_the_legend_and_in_the_table(tmp_path):
         species=np.arange(40) % 2, species_names=names,
     )  # fmt: skip
     wanted = {f"{names[a]}-{names[b]}": ((a, b), None) for a, b in ((0, 0), (0, 1), (1, 1))}
-    found = distributions([frame], wanted, rmax=3.0, width=0.5)
+    counted = Histograms(wanted, rmax=3.0, width=0.5)
+    counted.update(frame)
+    found = counted.result()
     figure = plots.partial_rdf(found, path=tmp_path / "rdf.png")
     shown = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert [text.replace(r"\$", "$").strip("\N{ZERO WIDTH SPACE}") for text in shown] == list(wanted)

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from helpers.naive.stepping import SteppedSystem
 
 import carom
 from carom.opponents import lammps
 from carom.opponents.pairs import PairList
 from carom.opponents.pseudo_hard import CUT, PseudoHardSpheres
 from carom.opponents.stepping import Stepper
-from carom.reference.stepping import SteppedSystem
 from carom.studies.accuracy.trade import melted
 
 EPS = np.finfo(float).eps

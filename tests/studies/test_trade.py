@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from helpers.commands import carom as command
 from helpers.commands import complaints
+from helpers.naive.stepping import SteppedSystem
 from rich.console import Console
 
 import carom
 from carom import theory
 from carom.errors import InputError
 from carom.reference import NaiveSystem
-from carom.reference.stepping import SteppedSystem
 from carom.studies.accuracy import measures as trade_measures
 from carom.studies.accuracy.diffusion import EinsteinSlope, looks
 from carom.studies.accuracy.methods import engine, naive, oracle, stepping

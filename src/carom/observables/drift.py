@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 
 import numpy as np
 
 from carom.arithmetic import dot
-from carom.errors import CaromWarning
 from carom.observables.quantiles import normal_above, student_tail
-from carom.observables.statistics import blocking
+from carom.observables.statistics import blocking, unwarned
 
 PARTS = 16
 """Number of means of a series: few enough to be nearly independent, enough to give their scatter."""
@@ -94,8 +92,7 @@ def relaxation(values: Sequence[float]) -> float:
     if x.size < 32 or _constant(x):
         return 0.0
     early, late = x[: x.size // 4], x[x.size // 2 :]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():
         after = blocking(late)
     error = after.error * math.sqrt(1.0 + late.size / early.size)
     return _as_normal(float(early.mean()) - after.mean, error, after.degrees_of_freedom)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -11,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.block import Block
-from carom.errors import CaromWarning, InputError
-from carom.observables.statistics import Estimate, ratio
+from carom.errors import InputError
+from carom.observables.statistics import Estimate, ratio, unwarned
 from carom.results import Result
 from carom.scene.temperature import degrees_of_freedom
 
@@ -86,8 +85,7 @@ class Energy:
         temperatures = np.array([each.kT for each in energies])
         thermal = ratio(temperatures * durations, durations)
         found = ratio(means * durations, durations)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # what is conserved changes by rounding alone
+        with unwarned():  # what is conserved changes by rounding alone
             total = ratio((means + half * temperatures) * durations, durations)
         if not np.ptp(means) and not any(block.collisions for block in kept):
             found, total = (Estimate(x.mean, math.inf, 0.0, math.inf, len(kept)) for x in (found, total))

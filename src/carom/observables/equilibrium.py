@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom.arithmetic import dot
-from carom.errors import CaromWarning
 from carom.observables.drift import LEVEL, PARTS, drift, relaxation
 from carom.observables.quantiles import normal_above, student_above
-from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
+from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, unwarned
 from carom.theory import FREEZING, NEAR_FREEZING
 
 if TYPE_CHECKING:
@@ -131,8 +129,7 @@ def equipartition(
     tail = 0.5 * LEVEL / max(len(names), 1)
     found = []
     for name, values, alone in _temperatures(names, series, freedoms):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)
+        with unwarned():
             mean = blocking(values)
         # Both are bounds on the deviation of the mean by chance.
         bound = min(
@@ -241,8 +238,7 @@ def _parts(values: np.ndarray) -> int:
         return FEWEST_PARTS
     times = np.arange(values.size) - 0.5 * (values.size - 1)
     rest = values - values.mean() - dot(times, values) / dot(times, times) * times
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():
         known = min(blocking(rest).n_eff, float(values.size))
     return min(PARTS, max(FEWEST_PARTS, int(known / PART)))
 

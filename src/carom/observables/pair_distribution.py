@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.of_frames import OfFrames
 from carom.observables.radial import RDFResult
 from carom.observables.rdf import Histograms
-
-if TYPE_CHECKING:
-    from carom.scene.scene import Scene
 
 
 @dataclass
@@ -78,17 +73,12 @@ class RDF(OfFrames):
     contact: float | None = None
     _counted: Histograms = field(init=False, repr=False)
 
+    _what = "g(r)"
+    _uniform = True
+
     def __post_init__(self) -> None:
         wanted = {"": (self.pair, self.contact)}
         self._counted = Histograms(wanted, bins=self.bins, width=self.width, rmax=self.rmax)
-
-    def prepare(self, scene: Scene) -> None:
-        """Refuse a scene with obstacles, which frames do not show: ``measure`` calls this first."""
-        if scene.obstacles:
-            raise InputError(
-                f"The scene has {len(scene.obstacles)} obstacles; g(r) is that of a fluid which is the same "
-                "everywhere."
-            )
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""

@@ -15,7 +15,7 @@ from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.models.motions.shear import Shear
 from carom.observables.course import Course
-from carom.observables.statistics import Estimate
+from carom.observables.statistics import Estimate, unwarned
 from carom.results import Result
 from carom.scene.fields import is_simple
 from carom.scene.temperature import kept_by_motion
@@ -170,9 +170,7 @@ class Pressure:
         virials = np.array([block.virial for block in kept])
         collisions = np.array([float(block.collisions) for block in kept])
         scale = dimension * n * kT
-        with warnings.catch_warnings():
-            # The virial warns; counts of the same series would only repeat the warning.
-            warnings.simplefilter("ignore", CaromWarning)
+        with unwarned():  # The virial warns; counts of the same series would only repeat the warning.
             count = _of_events(course.average(collisions, durations), collisions)
             paced = _of_events(course.rate(collisions, dimension), collisions)
             contact = _of_events(course.contact(virials / scale), collisions)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,12 +12,12 @@ import numpy as np
 from carom import checks
 from carom.block import Block
 from carom.compiling.registry import inner
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.motions.gravity import Gravity
 from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure_tensor import about_center, averaged, check_events, drift_of
-from carom.observables.statistics import shown
+from carom.observables.statistics import shown, unwarned
 from carom.results import Result
 
 if TYPE_CHECKING:
@@ -346,8 +345,7 @@ class LayerSums:
         stays, carried, virial = (np.array(each) for each in zip(*self._blocks, strict=True))
         carried *= about_center(scene)
         virial = 0.5 * (virial + np.swapaxes(virial, 2, 3))
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # few blocks have wide error bars
+        with unwarned():  # few blocks have wide error bars
             parts = carried + virial, carried, virial, stays
             tensor, kinetic, collisional, density = (averaged(each / volume, durations) for each in parts)
         edges = np.linspace(0.0, scene.box[self._asked.axis], bins + 1)

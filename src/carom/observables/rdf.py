@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from carom import checks
 from carom.arithmetic import power
 from carom.cells import Grid, SortedCells
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.frame import Frame
 from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.contact import contact_value
 from carom.observables.pairs import distance_counts
 from carom.observables.radial import RDFResult
-from carom.observables.statistics import MIN_BLOCKS, blocking
+from carom.observables.statistics import MIN_BLOCKS, blocking, unwarned
 from carom.scene.overlaps import Room
 from carom.theory import ball_volume
 
@@ -31,43 +30,15 @@ DEFAULT_REACH = 5.0
 MOST_BINS = 10_000_000
 
 
-def distributions(
-    frames: Iterable[Frame],
-    wanted: Mapping[str, tuple[tuple[int | str, int | str] | None, float | None]],
-    *,
-    bins: int | None = None,
-    width: float | None = None,
-    rmax: float | None = None,
-) -> dict[str, RDFResult]:
-    """Several g(r) of the same frames, each as from :class:`carom.RDF`, in one pass over them.
-
-    Parameters
-    ----------
-    frames : iterable of Frame
-        Frames of one system; they are read once.
-    wanted : mapping of str to (pair, contact)
-        What to compute, by name: ``pair`` and ``contact`` as for :class:`carom.RDF`.
-    bins, width, rmax
-        As for :class:`carom.RDF`.
-
-    Raises
-    ------
-    InputError
-        As :class:`carom.RDF` does.
-    """
-    found = Histograms(wanted, bins=bins, width=width, rmax=rmax)
-    for frame in frames:
-        found.update(frame)
-    return found.result()
-
-
 class Histograms:
     """Histograms of distances of each frame, from which every g(r) follows.
 
     Parameters
     ----------
-    wanted, bins, width, rmax
-        As for :func:`distributions`.
+    wanted : mapping of str to (pair, contact)
+        What to compute, by name: ``pair`` and ``contact`` as for :class:`carom.RDF`.
+    bins, width, rmax
+        As for :class:`carom.RDF`.
     """
 
     def __init__(
@@ -165,8 +136,7 @@ def _running(first: Frame, counts: np.ndarray, pair: tuple[int, int] | None) -> 
     if len(counts) < MIN_BLOCKS:
         independent = np.sqrt(np.cumsum(counts.sum(axis=0))) * (per_pair / centers / len(counts))
         return numbers.mean(axis=0), independent
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)  # as for g
+    with unwarned():  # as for g
         return numbers.mean(axis=0), np.array([blocking(column).error for column in numbers.T])
 
 
@@ -393,9 +363,7 @@ def _errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
     errors = independent_errors(total, frames * expected)
     if frames < MIN_BLOCKS:
         return errors
-    with warnings.catch_warnings():
-        # Wide error bars show too few samples; a warning for each bin would not help.
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():  # Wide error bars show too few samples; a warning for each bin would not help.
         for k in np.flatnonzero(total):
             errors[k] = blocking(counts[:, k]).error / expected[k]
     return errors

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -137,6 +138,14 @@ class Estimate:
     def exact(cls, mean: float) -> Estimate:
         """Return the estimate of a quantity whose ``mean`` is known without sampling: its error is 0."""
         return cls(float(mean), 0.0, math.inf, 1.0, 1)
+
+
+@contextlib.contextmanager
+def unwarned() -> Iterator[None]:
+    """Compute without warnings: of many error bars, wide ones show where samples are few."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)
+        yield
 
 
 def arrays(found: Sequence[Estimate]) -> tuple[np.ndarray, np.ndarray]:

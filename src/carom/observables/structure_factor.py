@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
-import warnings
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from carom import checks
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.frame import Frame
-from carom.observables.of_frames import OfFrames, refuse_tilted
+from carom.observables.of_frames import OfFrames
 from carom.observables.rdf import species_pair
 from carom.observables.statistics import arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
-
-if TYPE_CHECKING:
-    from carom.scene.scene import Scene
 
 SHELLS = 32
 """Lengths of wave vectors where neither ``shells`` nor ``kmax`` is given."""
@@ -66,10 +62,10 @@ class StructureFactor(OfFrames):
     shells: int | None = None
     kmax: float | None = None
     pair: tuple[int | str, int | str] | None = None
-    _waves: Waves | None = field(default=None, init=False, repr=False)
-    _first: Frame | None = field(default=None, init=False, repr=False)
-    _chosen: tuple[int, int] | None = field(default=None, init=False, repr=False)
-    _rows: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
+
+    _what = "S(k)"
+    _uniform = True
+    _same = ("n", "box")
 
     def __post_init__(self) -> None:
         if self.shells is not None and self.kmax is not None:
@@ -79,24 +75,15 @@ class StructureFactor(OfFrames):
         if self.kmax is not None:
             checks.number(self.kmax, "kmax", low=0.0, open_low=True)
 
-    def prepare(self, scene: Scene) -> None:
-        """Refuse a scene with obstacles, which frames do not show: ``measure`` calls this first."""
-        if scene.obstacles:
-            raise InputError(
-                f"The scene has {len(scene.obstacles)} obstacles; S(k) is that of a fluid which is the same "
-                "everywhere."
-            )
+    def _begin(self, first: Frame) -> None:
+        if self.kmax is None:
+            self._waves = Waves.of(first.box, SHELLS if self.shells is None else self.shells)
+        else:
+            self._waves = Waves.within(first.box, self.kmax)
+        self._chosen = None if self.pair is None else species_pair(first, self.pair)
 
-    def update(self, frame: Frame) -> None:
-        """Add the next frame."""
-        refuse_tilted(frame, "StructureFactor")
-        waves = self._begin(frame) if self._waves is None else self._waves
-        assert self._first is not None
-        if frame.n != self._first.n or tuple(frame.box) != tuple(self._first.box):
-            raise InputError(
-                f"A frame has n = {frame.n} and box {frame.box.tolist()}, the first n = {self._first.n} and "
-                f"box {self._first.box.tolist()}; S(k) averages frames of the same system."
-            )
+    def _of(self, frame: Frame) -> np.ndarray:
+        waves = self._waves
         if self._chosen is None:
             rho = waves.density(frame.positions)
             square, weight = np.sum(rho * rho, axis=1), float(frame.n)
@@ -105,32 +92,13 @@ class StructureFactor(OfFrames):
             a = waves.density(parts[0])
             b = a if self._chosen[0] == self._chosen[1] else waves.density(parts[1])
             square, weight = np.sum(a * b, axis=1), math.sqrt(len(parts[0]) * len(parts[1]))
-        self._rows.append(waves.average(square) / weight)
+        return waves.average(square) / weight
 
-    def _begin(self, frame: Frame) -> Waves:
-        if not all(frame.periodic):
-            raise InputError(
-                f"Axis {list(frame.periodic).index(False)} of the box has walls; S(k) is that of a fluid "
-                "which is the same everywhere, in a box with periodic axes only."
-            )
-        if self.kmax is None:
-            self._waves = Waves.of(frame.box, SHELLS if self.shells is None else self.shells)
-        else:
-            self._waves = Waves.within(frame.box, self.kmax)
-        self._chosen = None if self.pair is None else species_pair(frame, self.pair)
-        self._first = frame
-        return self._waves
-
-    def result(self) -> StructureFactorResult:
-        """Return S(k) of all frames so far, with error bars from blocking over the frames."""
-        if self._waves is None or self._first is None:
-            raise InputError("No frame was given yet, so there is no S(k).")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # few frames have wide error bars
-            values, errors = arrays([blocking(column) for column in np.transpose(self._rows)])
+    def _found(self) -> StructureFactorResult:
+        values, errors = arrays([blocking(column) for column in np.transpose(self._samples)])
         return StructureFactorResult(
             self._waves.lengths, values, errors, np.bincount(self._waves.shell), self._first.n,
-            self._first.dimension, len(self._rows), self._chosen,
+            self._first.dimension, len(self._samples), self._chosen,
         )  # fmt: skip
 
 

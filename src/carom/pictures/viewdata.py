@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.bridges.embedding import cell_of, embed, names_of, upright
+from carom.bridges.embedding import embed, names_of, upright
 from carom.bridges.palette import DIVERGING, FACES, SEQUENTIAL
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.models.questions.obstacle import Obstacle
+from carom.observables.neighbors import nearest
 from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of
 from carom.scene.description import particles
 from carom.scene.fields import standing
+from carom.scene.overlaps import Room
 
 if TYPE_CHECKING:
     from carom.simulation.replay import Replay
@@ -133,14 +135,11 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
 
 def psi_6(frame: Frame) -> np.ndarray:
     """Return argument and modulus of psi_6 of every disk, (n, 2), from its six nearest neighbors."""
-    from scipy.spatial import cKDTree
-
-    turns = [(-1, 0, 1) if repeats else (0,) for repeats in frame.periodic]
-    shifts = np.stack(np.meshgrid(*turns), axis=-1).reshape(-1, 2) @ cell_of(frame)[:2, :2]
-    everyone = (frame.positions[None] + shifts[:, None]).reshape(-1, 2)
-    _, near = cKDTree(everyone).query(frame.positions, k=SIX + 1)
-    steps = everyone[near[:, 1:]] - frame.positions[:, None]
-    psi = np.exp(6j * np.arctan2(steps[..., 1], steps[..., 0])).mean(axis=1)
+    room = Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
+    places = room.wrapped(frame.positions)
+    pairs = np.stack([np.repeat(np.arange(frame.n), SIX), nearest(room, places, SIX).ravel()], axis=1)
+    x, y = room.separations(places, pairs).T
+    psi = np.exp(6j * np.arctan2(y, x)).reshape(-1, SIX).mean(axis=1)
     return np.stack([np.angle(psi), np.abs(psi)], axis=1)
 
 

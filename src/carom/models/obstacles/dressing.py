@@ -207,7 +207,7 @@ def _seeds(obstacles: Sequence[Any]) -> set[int]:
     return {each.seed for each in obstacles if isinstance(each, Dressed) and each.kT is not None}
 
 
-def Shaken(obstacle: Any, direction: Any, path: Any) -> Dressed:  # noqa: N802 (as a keyword of its own)
+def Shaken(obstacle: Any, direction: Any, path: Any) -> Dressed:
     """Return an obstacle that oscillates as a whole; it has no surface yet."""
     if hasattr(obstacle, "live"):
         raise InputError(
@@ -218,7 +218,7 @@ def Shaken(obstacle: Any, direction: Any, path: Any) -> Dressed:  # noqa: N802 (
     return Dressed(obstacle, direction, 0 if path is None else path)
 
 
-def Surface(obstacle: Any, loss: Loss | Restitution) -> Dressed:  # noqa: N802
+def Surface(obstacle: Any, loss: Loss | Restitution) -> Dressed:
     """Return an obstacle whose contacts lose energy."""
     if not isinstance(loss, Loss | Restitution):
         raise InputError(
@@ -227,7 +227,7 @@ def Surface(obstacle: Any, loss: Loss | Restitution) -> Dressed:  # noqa: N802
     return replace(_uncovered(obstacle, "Surface"), loss=loss)
 
 
-def Thermal(obstacle: Any, kT: float, seed: int = 0) -> Dressed:  # noqa: N802
+def Thermal(obstacle: Any, kT: float, seed: int = 0) -> Dressed:
     """Return an obstacle that reflects components as if they came from a gas behind it."""
     return replace(_uncovered(obstacle, "Thermal"), kT=kT, seed=seed)
 
