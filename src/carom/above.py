@@ -67,5 +67,5 @@ def command(study: Any) -> None:
 
 
 def opened(path: Any, **given: Any) -> Any:
-    """Return the frames of a file or of the folder of a run, a context: ``carom.io.trajectory.open_reader``."""
+    """Open the frames of a file or of the folder of a run: ``carom.io.trajectory.open_reader``."""
     return _answers["opened"]()(path, **given)

@@ -54,7 +54,7 @@ class NamedFiles(FunctionCache):
         # already needs Numba's runtime alone.
         rtsys.initialize(target_context)
         with suppress(Exception):  # not there, damaged, or written by who knows whom: compiled again
-            content = self._names(sig, target_context.codegen())[1].read_bytes()
+            content = self._names(sig, target_context.codegen())[-1].read_bytes()
             if hashlib.sha256(content[CHECKED:]).digest() == content[:CHECKED]:
                 return self._impl.rebuild(target_context, pickle.loads(content[CHECKED:]))
         return None
@@ -63,9 +63,10 @@ class NamedFiles(FunctionCache):
         """Keep the code for a signature, in the place of what was compiled of other sources."""
         if not self._impl.check_cachable(data):
             return
-        kind, file = self._names(sig, data.codegen) or (None, None)
-        if file is None:
+        names = self._names(sig, data.codegen)
+        if not names:
             return
+        kind, file = names
         with suppress(OSError):  # a full disk, or a folder that is gone, is no reason to stop
             self._impl.locator.ensure_cache_path()
             stale = [old for old in kind.parent.glob(f"{glob.escape(kind.name)}.*.nbc") if old != file]
@@ -75,13 +76,13 @@ class NamedFiles(FunctionCache):
             for old in stale:
                 old.unlink(missing_ok=True)
 
-    def _names(self, sig, codegen) -> tuple[Path, Path] | None:
-        """Return what the name of the file begins with, and all of it; None if nobody can know it."""
+    def _names(self, sig, codegen) -> tuple[Path, ...]:
+        """Return what the name of the file begins with, and all of it; nothing if nobody can know it."""
         key = self._index_key(sig, codegen)
         kinds = getattr(sig, "args", sig)
         origins = digest_of(self.compiled, kinds)
         if origins is None:
-            return None
+            return ()
         models = [(cls.__module__, cls.__qualname__) for cls in classes_in(kinds)]
         kind = f"{self._impl.filename_base}.{_short(numba.__version__, BOUNDS_CHECKED, key[:2], models)}"
         folder = Path(self.cache_path)

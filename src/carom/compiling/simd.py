@@ -300,7 +300,7 @@ class Lanes(NamedTuple):
 
 
 def make_lanes(pair: Any) -> Lanes | None:
-    """Return room for the fields that the type of a pair model names in ``lanes``; None where there are none."""
+    """Return room for the fields that the type of a pair model names in ``lanes``; None if it names none."""
     lanes = None
     for name in reversed(lanes_of(type(pair))):
         lanes = Lanes(np.zeros(2 * WIDTH, getattr(pair, name).dtype), lanes)

@@ -120,7 +120,7 @@ def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any,
     low, high = chain.head.extent()
     cells = cells_of(low - largest, high + largest, system.box, system.periodic)
     spheres = None
-    if not isinstance(chain.head, SolidBall.Crowd):
+    if not isinstance(chain.head, SolidBall.Crowd):  # type: ignore[attr-defined]
         hair = ROUNDING_MARGIN * max(system.box)
         spheres = Spheres(0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + hair)
     room = (np.zeros(system.dimension, np.int64) for _ in range(2))

@@ -174,9 +174,9 @@ class BondOrder(OfFrames):
 
     def _found(self) -> BondOrderResult:
         local, whole, bonds, sums, counts = (np.array(each) for each in zip(*self._samples, strict=True))
-        means = [blocking(each) for each in (local, whole, whole**2, bonds)]
-        correlation = [_ratio(*each) for each in zip(sums.T, counts.T, strict=True)]
-        return BondOrderResult(self.l, *means, self._edges, *arrays(correlation))
+        correlation = arrays([_ratio(*each) for each in zip(sums.T, counts.T, strict=True)])
+        means = blocking(local), blocking(whole), blocking(whole**2), blocking(bonds)
+        return BondOrderResult(self.l, *means, self._edges, *correlation)
 
 
 def orders_of(degree: int, n: int, pairs: np.ndarray, bonds: Callable[[slice], np.ndarray]) -> np.ndarray:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class OfFrames:
-    """Base of a dataclass with ``_of(frame)``, what a frame adds, and ``_found()``, the result of ``_samples``.
+    """Base of a dataclass with ``_of(frame)``, what a frame adds, and ``_found()``, what ``_samples`` give.
 
     ``_begin(first)`` is called once. Class attributes say which frames fit.
     """
@@ -71,7 +71,8 @@ class OfFrames:
             ours, first = (np.asarray(getattr(each, name)).tolist() for each in (frame, self._first))
             if ours != first:
                 raise InputError(
-                    f"A frame has {name} {ours}, the first one {first}; {self._what} is that of the same system."
+                    f"A frame has {name} {ours}, the first one {first}; {self._what} is that of the same "
+                    "system."
                 )
         self._samples.append(self._of(frame))
 

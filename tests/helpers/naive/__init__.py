@@ -1,1 +1,1 @@
-"""Naive algorithms that only tests use: steps, range rules, a field with shaken floors, great circles, a time step."""
+"""Naive algorithms that only tests use: steps, ranges, fields and shaken floors, circles, time steps."""

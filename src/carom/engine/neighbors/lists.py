@@ -103,7 +103,7 @@ class Lists(NamedTuple):
             a += v * v
         if a == 0.0 and rate == 0.0:
             return NEVER
-        # The outward root of |r + v t| = room - rate t, in the form that does not cancel for either sign of b.
+        # The outward root of |r + v t| = room - rate t, in the form that cancels for neither sign of b.
         c = max(found_capacity * found_capacity - rr, 0.0)
         root = np.sqrt(max(b * b + a * c, 0.0))
         if b > 0.0:

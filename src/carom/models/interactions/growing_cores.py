@@ -61,7 +61,7 @@ class GrowingCores(NamedTuple):
         return contact_time_known(c, b, a)
 
     def jump(self, i, j, rr, rv, now):
-        # Elastic in the frame of the surfaces, which approach each other faster than the centres: no pair sticks.
+        # Elastic in the frame of the surfaces, which approach faster than the centres: no pair sticks.
         return elastic(self, i, j, rr, rv - np.sqrt(rr) * (self.rates[i] + self.rates[j]))
 
     def core_square(self, i, j, now):

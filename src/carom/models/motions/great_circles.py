@@ -166,7 +166,7 @@ class Circles(NamedTuple):
         return v
 
     def push_direction(self, axis, x, r, rr):
-        # r without its part along the radius, so much longer that the chord shrinks as it would in free flight.
+        # r without its part along the radius, so much longer that the chord shrinks as in free flight.
         square = self.radius * self.radius
         tangent = r + (x - self.center[axis]) * (0.5 * rr / square)
         return tangent / (1.0 - 0.25 * rr / square)

@@ -144,7 +144,7 @@ class Bow(NamedTuple):
     anchor: tuple
     """Between its least and its largest coordinates [length]."""
 
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         return self.center - self.radius[:, None], self.center + self.radius[:, None]
 

@@ -87,7 +87,7 @@ class SolidBall(NamedTuple):
     """d floats."""
     radius: float
 
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         return self.center - self.radius[:, None], self.center + self.radius[:, None]
 

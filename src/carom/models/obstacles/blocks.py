@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -77,7 +77,7 @@ class Block(NamedTuple):
     low: tuple
     high: tuple
 
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         return self.low - self.round[:, None], self.high + self.round[:, None]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import namedtuple
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -39,7 +39,7 @@ def crowded(kind: Any) -> Any:
     The type of many, ``Crowd``, has the same fields, each an array of one number or row a model. The method
     ``extent`` of the class is its: it returns the least and the largest coordinates of each, (k, d) [length].
     """
-    many: Any = namedtuple("Crowd", kind._fields, module=kind.__module__)
+    many = cast(Any, namedtuple)("Crowd", kind._fields, module=kind.__module__)
     many.__qualname__ = f"{kind.__qualname__}.Crowd"
     many.extent, kind.Crowd = kind.extent, many
     scope = {"__name__": kind.__module__, "kind": kind}
@@ -50,7 +50,7 @@ def crowded(kind: Any) -> Any:
 
 
 def in_every_image(kind: Any) -> Any:
-    """Let models of a type with an ``anchor`` stand in every image of the box, and be crowded: a decorator."""
+    """Let models of a type with an ``anchor`` be crowded, and stand in every image: a class decorator."""
     is_periodic.register(kind)(lambda body: True)
     anchor.register(kind)(lambda body, axis: body.anchor[axis])
     return crowded(kind)

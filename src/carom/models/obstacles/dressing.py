@@ -98,6 +98,7 @@ class Dressed:
     @property
     def ends(self) -> np.ndarray:
         """The ends of the displacement of what moves, (2, d) [length]."""
+        assert self.direction is not None
         return np.multiply.outer((self.path.lowest, self.path.highest), self.direction)
 
     def shift(self, times: Any, unit: TimeUnit) -> Any:
@@ -264,7 +265,9 @@ def dressed(obstacle: Any) -> Any:
                 f"shake of {obstacle.name} needs direction=, one number an axis: a "  # type: ignore[attr-defined]
                 f"{type(obstacle).__name__} has no normal."
             )
-    loses = isinstance(impact, Loss) or (isinstance(impact, Restitution) and not impact.elastic)
-    if obstacle.shake is None and obstacle.kT is None and not loses:
+    loss = impact if isinstance(impact, Loss | Restitution) else None
+    if isinstance(loss, Restitution) and loss.elastic:
+        loss = None
+    if obstacle.shake is None and obstacle.kT is None and loss is None:
         return body
-    return Dressed(body, direction, obstacle.shake, impact if loses else None, obstacle.kT, obstacle.seed)
+    return Dressed(body, direction, obstacle.shake, loss, obstacle.kT, obstacle.seed)

@@ -89,7 +89,7 @@ class Stick(NamedTuple):
     square: float
     """Length squared [length^2]."""
 
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         thick, end = self.round[:, None], self.start + self.along
         return np.minimum(self.start, end) - thick, np.maximum(self.start, end) + thick

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -84,7 +84,7 @@ class Facet(NamedTuple):
     uv: float
     vv: float
 
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         corners = np.stack([self.corner, self.corner + self.u, self.corner + self.v])
         return corners.min(axis=0) - self.round[:, None], corners.max(axis=0) + self.round[:, None]
