@@ -287,7 +287,7 @@ def test_what_does_not_move_in_the_pilot_is_not_planned():
     # Disks of two sizes beyond the glass: a long equilibration that no pilot can see the end of.
     glass = [{"fraction": 0.5, "diameter": 1.0}, {"fraction": 0.5, "diameter": 1.4}]
     with pytest.raises(InputError, match="does not come to equilibrium"):
-        carom.plan("Z=1e-2", packing_fraction=0.79, dimension=2, species=glass, n=64, pilot=0.5)
+        carom.plan("Z=1e-2", packing_fraction=0.79, dimension=2, species=glass, n=64, pilot_seconds=0.5)
 
 
 @pytest.mark.parametrize(

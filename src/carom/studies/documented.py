@@ -82,7 +82,7 @@ def documented(
             order = [*own, *more, *how]
         else:
             called.__doc__ = f"{head}{_lines(more)}\n{rest}"
-            order = sorted([*own, *more], key=lambda p: (p.kind, p.name not in fields))
+            order = sorted([*own, *more], key=lambda p: (p.kind, p not in more))
         called.__signature__ = inspect.Signature(order)  # type: ignore[attr-defined]
         return called
 
@@ -117,7 +117,7 @@ def _type(hint: Any, needed: bool) -> str:
     else:
         kinds = get_args(hint) or (hint,)
         names = [
-            f"sequence of {get_args(kind)[0].__name__}" if get_origin(kind) is Sequence
+            f"sequence of {get_args(kind)[0].__name__}" if get_origin(kind) in (Sequence, tuple)
             else "None" if kind is type(None)
             else "mapping" if get_origin(kind) is Mapping
             else str(kind.__name__)

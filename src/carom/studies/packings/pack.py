@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.notebook import by_stage, watchable
 from carom.scene.scene import Scene
+from carom.scene.species import Species
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of, read, sections
@@ -69,6 +70,8 @@ def asked_of(source: Any, given: Mapping[str, Any]) -> tuple[PackSpec, SceneSpec
 def pack(
     start: int | Scene | str | PathLike[str] | None = None,
     *,
+    species: Sequence[Species] | None = None,
+    stages: Sequence[tuple[float, float | None]] | None = None,
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
     resume: bool = False,
@@ -84,6 +87,12 @@ def pack(
         scene to start from, of any density and in a box of any kind. Or a scene file (TOML) with ``[scene]``,
         ``[pack]`` or both, whose values other arguments replace.
     @
+    species : sequence of :class:`carom.Species`, optional
+        Species of the points, each with a ``count`` or a ``fraction``; their diameters are approximately the
+        final ones [length].
+    stages : sequence of (rate, until_Z), optional
+        Stages instead of one rate and Z, e.g. fast, then slow. The last Z may be None. Beyond 1e13 gaps are
+        lost in rounding.
     out : path, optional
         Folder for results and checkpoints; :func:`carom.resume` continues from there.
     overwrite : bool
@@ -124,6 +133,7 @@ def pack(
     """
     if "seeds" in given:
         raise InputError(_SEVERAL)
+    given |= {k: v for k, v in (("species", species), ("stages", stages)) if v is not None}
     if isinstance(start, Scene):
         if points := sorted({*POINTS} & {*given}):
             raise InputError(f"{points[0]} is for points, and pack() starts from a scene: leave it out.")

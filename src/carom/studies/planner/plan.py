@@ -406,7 +406,7 @@ def method(system: System, target: Target) -> Any:
     return PressureMethod(system, target.quantity)
 
 
-@documented(PlanSpec)
+@documented(PlanSpec, hidden=("pilot",))
 @watchable("Planning", lambda shown: shown)
 def plan(
     target: str | Target | None = None,
@@ -415,6 +415,7 @@ def plan(
     dimension: int | None = None,
     species: Sequence[Mapping[str, float]] | None = None,
     scene: Any = None,
+    pilot_seconds: float | None = None,
     progress: Callable[[float, str], object] | None = None,
     **given: Any,
 ) -> RunPlan:
@@ -437,6 +438,8 @@ def plan(
     scene : path, SceneFile or System
         A scene. The plan may change its number of particles. Of a scene file (TOML) ``[plan]`` is read as
         well, whose values other arguments replace.
+    pilot_seconds : float
+        CPU time that each of two pilots may take [s]; 15 if left out.
     progress : callable, optional
         Called with the finished fraction of the pilot, and a sentence; True shows a bar.
 
@@ -462,7 +465,7 @@ def plan(
     if target is not None and not isinstance(target, str | Target):
         raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
     system = system_of(packing_fraction, dimension, species, scene)
-    asked = asked_of(target, scene, given)
+    asked = asked_of(target, scene, {"pilot": pilot_seconds, **given})
     n, walltime = asked.n, asked.walltime
     goal = target if isinstance(target, Target) else Target.parse(asked.target)
     cores = processes(asked.cores) or all_cores()

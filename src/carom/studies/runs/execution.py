@@ -14,6 +14,8 @@ from carom.notebook import by_stage, watchable
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import RunSpec
+from carom.simulation.barostat import Barostat
+from carom.simulation.swaps import Swaps
 from carom.studies.documented import documented
 from carom.studies.places import of_the_user
 from carom.studies.runs.asked import plan_of, plan_of_scene
@@ -31,6 +33,8 @@ def run(
     scene: Scene | SceneFile | str | PathLike[str] | None = None,
     out: str | PathLike[str] = "carom-run",
     *,
+    swaps: Swaps | None = None,
+    barostat: Barostat | None = None,
     cores: int | str = 1,
     trust_code: bool = False,
     overwrite: bool = False,
@@ -49,6 +53,10 @@ def run(
     out : path
         The folder; made if needed.
     @
+    swaps : Swaps, optional
+        Exchanges of diameters; see ``docs/driven``.
+    barostat : Barostat, optional
+        Constant pressure; see ``docs/measuring``.
     cores : int or "auto"
         Threads that run this one system together; they do not affect the results.
     trust_code : bool
@@ -91,7 +99,7 @@ def run(
     folder = RunFolder(Path(out))
     value = scene if isinstance(scene, Scene) else None
     plan = plan_of(scene) if value is None else SceneFile()
-    how = plan.run.replaced(**given)
+    how = plan.run.replaced(**given, swaps=swaps, barostat=barostat)
     plan = dataclasses.replace(plan, run=how)
     plan = plan.trusted() if trust_code else plan
     folder.check_free(overwrite)
