@@ -81,6 +81,8 @@ def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
                 contact = float(theory.contact_value(value, eta, dimension, n)) if n > 1 else math.nan
         except CaromError:
             continue
+        if math.isnan(value):
+            continue
         rows.append(
             {
                 "name": name,
