@@ -24,7 +24,7 @@ def scattered(count, edge, d, radius):
 def bits(scene, neighbors, growth=None, time=6.0):
     sim = carom.Simulation(scene, seed=1, growth=growth, tuning=carom.Tuning(neighbors=neighbors))
     for frame in sim.sample(every=time / 4, count=4):
-        assert_no_overlap(scene, frame) if growth is None else None
+        assert_no_overlap(scene, frame)
     links, grids = sim._state.engine.model.obstacles.chain, 0
     while links is not None:
         grids += getattr(links, "grid", None) is not None
@@ -36,8 +36,8 @@ def line():
     return carom.Scene([[1.0], [3.5], [6.2], [8.0]], 12.0, velocities=[[1.0], [-0.7], [0.3], [-1.2]],
                        obstacles=[Ball((2.2,), 0.1), Ball((5.0,), 0.2), Ball((11.0,), 0.3)])
 
-def plane(**keywords):
-    return carom.Scene.random(8, box=(6.0, 7.0), diameter=0.5, seed=3,
+def plane(diameter=0.5, **keywords):
+    return carom.Scene.random(8, box=(6.0, 7.0), diameter=diameter, seed=3,
                               obstacles=scattered(9, 6.0, 2, 0.2), **keywords)
 
 def tiny():
@@ -64,8 +64,8 @@ print(json.dumps({
     "sectors": bits(plane(), "sectors"),
     "lists": bits(plane(), "lists"),
     "walls": bits(plane(walls="y"), "auto"),
-    "growth": bits(plane(), "sectors", growth=0.01),
-    "growth in lists": bits(plane(), "lists", growth=0.01),
+    "growth": bits(plane(0.1), "sectors", growth=0.1),
+    "growth in lists": bits(plane(0.2), "lists", growth=0.1),
     "tiny": bits(tiny(), "auto", time=60.0),
     "table": bits(table(), "auto"),
     "space": bits(space(), "auto"),
