@@ -36,9 +36,16 @@ def line():
     return carom.Scene([[1.0], [3.5], [6.2], [8.0]], 12.0, velocities=[[1.0], [-0.7], [0.3], [-1.2]],
                        obstacles=[Ball((2.2,), 0.1), Ball((5.0,), 0.2), Ball((11.0,), 0.3)])
 
-def plane(diameter=0.5, **keywords):
-    return carom.Scene.random(8, box=(6.0, 7.0), diameter=diameter, seed=3,
+def plane(**keywords):
+    return carom.Scene.random(8, box=(6.0, 7.0), diameter=0.5, seed=3,
                               obstacles=scattered(9, 6.0, 2, 0.2), **keywords)
+
+def still():
+    # Each at rest, in the cell beside that of a ball into which it will grow.
+    places = [(x, y) for x in (2.0, 4.0) for y in np.arange(0.5, 6.0)]
+    balls = [Ball((x - 0.25, y), 0.1 + 0.002 * k) for k, (x, y) in enumerate(places)]
+    return carom.Scene(np.array(places) + [0.1, 0.0], (6.0, 6.0), diameter=0.1, obstacles=balls,
+                       velocities=np.zeros((12, 2)))
 
 def tiny():
     return carom.Scene([[1.3, 1.2]], (2.9, 2.7), velocities=[[1.0, 0.37]], diameter=1.0,
@@ -64,8 +71,9 @@ print(json.dumps({
     "sectors": bits(plane(), "sectors"),
     "lists": bits(plane(), "lists"),
     "walls": bits(plane(walls="y"), "auto"),
-    "growth": bits(plane(0.1), "sectors", growth=0.1),
-    "growth in lists": bits(plane(0.2), "lists", growth=0.1),
+    "growth": bits(plane(), "sectors", growth=0.01),
+    "growth in lists": bits(plane(), "lists", growth=0.01),
+    "growth at rest": bits(still(), "sectors", growth=0.2, time=4.0),
     "tiny": bits(tiny(), "auto", time=60.0),
     "table": bits(table(), "auto"),
     "space": bits(space(), "auto"),
