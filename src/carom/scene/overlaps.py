@@ -71,8 +71,8 @@ class Overlap(NamedTuple):
     @property
     def relative(self) -> float:
         """How far they overlap, over the contact distance of two, or over the diameter; at most 1."""
-        alone = isinstance(self.other, str)
-        return min(self.depth / (2.0 * self.contact if alone else self.contact), 1.0)
+        whole = 2.0 * self.contact if isinstance(self.other, str) else self.contact
+        return self.depth / max(whole, self.depth)
 
     def __str__(self) -> str:
         # Enough digits to show the depth with three of them.
@@ -259,7 +259,7 @@ class Room:
 
     @cached_property
     def _crowds(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Numbers in ``everything`` of many obstacles of one kind, and balls (centers and radii) around each."""
+        """Numbers in ``everything`` of many obstacles of one kind, centers and radii of balls around each."""
         kinds: dict[type, list[int]] = {}
         before = len(self._walls)
         for k, obstacle in enumerate(self.obstacles):
@@ -349,7 +349,7 @@ def deepest(
 ) -> Overlap | None:
     """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None.
 
-    If very many spheres share one place, it is any one overlapping pair of them.
+    If some of many spheres share one place, it is any one overlapping pair of them.
 
     Parameters
     ----------
@@ -366,18 +366,17 @@ def deepest(
     """
     if pinned is not None:
         return _deepest_of(positions, room, contacts, pinned, epsilon)
-    # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Spheres that share a cell, and
-    # thus overlap, are found first.
-    crowds = [
-        members[_sharing_a_cell(positions[members], float(contacts.diameters[members].min()))]
-        for members in contacts.classes
-    ]
-    pairs = np.concatenate(crowds)
-    if not len(pairs):
-        few = len(positions) <= FEW
-        pairs = (
-            np.stack(np.triu_indices(len(positions), 1), axis=1) if few else room.pairs(positions, contacts)
-        )
+    if len(positions) <= FEW:
+        pairs = np.stack(np.triu_indices(len(positions), 1), axis=1)
+    else:
+        # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Spheres that share a cell, and
+        # thus overlap, are found first.
+        crowds = [
+            members[_sharing_a_cell(positions[members], float(contacts.diameters[members].min()))]
+            for members in contacts.classes
+        ]
+        pairs = np.concatenate(crowds)
+        pairs = pairs if len(pairs) else room.pairs(positions, contacts)
     return worst(positions, room, pairs, contacts.of(pairs), epsilon)
 
 
@@ -428,9 +427,9 @@ def intruder(
         sizes = radii[who]
         over = gap < -tolerance(room.box, 2.0 * sizes, epsilon)
         if over.any():
-            k = int(np.argmin(np.where(over, gap, np.inf)))
+            k = int(np.argmax(np.where(over, -gap / np.maximum(2.0 * sizes, np.abs(gap)), 0.0)))
             found.append(Overlap(int(who[k]), obstacle.name, float(gap[k] + sizes[k]), float(sizes[k])))
-    return max(found, key=lambda overlap: overlap.depth, default=None)
+    return max(found, key=lambda overlap: overlap.relative, default=None)
 
 
 def _sharing_a_cell(positions: np.ndarray, contact: float) -> np.ndarray:

@@ -121,8 +121,8 @@ def check(
     seed : int
         Seed of the random pairs, and of the run of a scene.
     frames : iterable of Frame, optional
-        Frames of a scene that are tested in place of a run, with their own times, boxes and diameters: samples
-        of a simulation, or an open trajectory.
+        Frames of a scene that are tested in place of a run, with their own times, boxes and diameters:
+        samples of a simulation, or an open trajectory.
 
     Returns
     -------

@@ -121,8 +121,8 @@ def in_frames(scene: Scene, frames: Iterable[Frame]) -> Iterator[tuple[float, Ov
     for frame in frames:
         if frame.positions.shape != scene.positions.shape:
             raise InputError(
-                f"A frame has {frame.n} particles in {frame.dimension} dimensions, and the scene {scene.n} in "
-                f"{scene.dimension}; give the frames of a run of this scene."
+                f"A frame has {frame.n} particles in {frame.dimension} dimensions, and the scene {scene.n} "
+                f"in {scene.dimension}; give the frames of a run of this scene."
             )
         single = (frame.positions == frame.positions.astype(np.float32)).all()
         epsilon = float(np.finfo(np.float32 if single else np.float64).eps)
