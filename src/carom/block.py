@@ -58,10 +58,6 @@ class MomentumFlux(NamedTuple):
         """Return what came since another."""
         return MomentumFlux(self.carried - other.carried, self.handed_over - other.handed_over)
 
-    def plus(self, other: MomentumFlux) -> MomentumFlux:
-        """Return the sum with another."""
-        return MomentumFlux(self.carried + other.carried, self.handed_over + other.handed_over)
-
 
 class VolumeSums(NamedTuple):
     """What adds up over a stretch in which a barostat changes the volume V.
@@ -83,10 +79,6 @@ class VolumeSums(NamedTuple):
     def minus(self, other: VolumeSums) -> VolumeSums:
         """Return what came since another."""
         return VolumeSums(*(a - b for a, b in zip(self, other, strict=True)))
-
-    def plus(self, other: VolumeSums) -> VolumeSums:
-        """Return the sum with another."""
-        return VolumeSums(*(a + b for a, b in zip(self, other, strict=True)))
 
 
 class Block(NamedTuple):

@@ -24,7 +24,7 @@ def scattered(count, edge, d, radius):
 def bits(scene, neighbors, growth=None, time=6.0):
     sim = carom.Simulation(scene, seed=1, growth=growth, tuning=carom.Tuning(neighbors=neighbors))
     for frame in sim.sample(every=time / 4, count=4):
-        assert_no_overlap(scene, frame) if growth is None else None
+        assert_no_overlap(scene, frame)
     links, grids = sim._state.engine.model.obstacles.chain, 0
     while links is not None:
         grids += getattr(links, "grid", None) is not None
@@ -39,6 +39,13 @@ def line():
 def plane(**keywords):
     return carom.Scene.random(8, box=(6.0, 7.0), diameter=0.5, seed=3,
                               obstacles=scattered(9, 6.0, 2, 0.2), **keywords)
+
+def still():
+    # Each at rest, in the cell beside that of a ball into which it will grow.
+    places = [(x, y) for x in (2.0, 4.0) for y in np.arange(0.5, 6.0)]
+    balls = [Ball((x - 0.25, y), 0.1 + 0.002 * k) for k, (x, y) in enumerate(places)]
+    return carom.Scene(np.array(places) + [0.1, 0.0], (6.0, 6.0), diameter=0.1, obstacles=balls,
+                       velocities=np.zeros((12, 2)))
 
 def tiny():
     return carom.Scene([[1.3, 1.2]], (2.9, 2.7), velocities=[[1.0, 0.37]], diameter=1.0,
@@ -66,6 +73,7 @@ print(json.dumps({
     "walls": bits(plane(walls="y"), "auto"),
     "growth": bits(plane(), "sectors", growth=0.01),
     "growth in lists": bits(plane(), "lists", growth=0.01),
+    "growth at rest": bits(still(), "sectors", growth=0.2, time=4.0),
     "tiny": bits(tiny(), "auto", time=60.0),
     "table": bits(table(), "auto"),
     "space": bits(space(), "auto"),

@@ -1,5 +1,6 @@
 """Volume and pressure under a barostat, measured: exact values of rods, runs of scene files, refusals."""
 
+import functools
 import json
 
 import numpy as np
@@ -12,6 +13,8 @@ from carom import theory
 from carom.cli import app
 from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation.barostat import volume_sums
+from carom.simulation.until_precise import merged
 from carom.studies.phase import phase_of
 from carom.studies.runs import constant_pressure
 from carom.studies.runs.constant_pressure import MeanBox
@@ -89,16 +92,25 @@ def test_blocks_add_up_to_the_whole_however_the_run_is_cut(plain):
     def fresh():
         return carom.Simulation(rods(3), barostat=carom.Barostat(1.0, 0.3, 1.0), seed=1)
 
-    whole = fresh().run(time=12.0).volumes
-    sim, parts = fresh(), []
-    for length in (0.3, 0.35, 5.05, 6.3):
-        parts.append(sim.run(time=length).volumes)
-    together = parts[0]
-    for part in parts[1:]:
-        together = together.plus(part)
-    assert together == pytest.approx(whole, rel=1e-12)
+    whole = fresh().run(time=12.0)
+    sim = fresh()
+    together = functools.reduce(merged, [sim.run(time=length) for length in (0.3, 0.35, 5.05, 6.3)])
+    assert together.volumes == pytest.approx(whole.volumes, rel=1e-12)
+    assert together.virial == pytest.approx(whole.virial, rel=1e-12)
     assert sim.statistics.volume_moves_accepted > 5
     assert carom.Simulation(rods(3)).run(time=0.1).volumes is None
+
+
+def test_what_happens_between_two_moves_counts_with_the_volume_of_then(plain):
+    barostat = carom.Barostat(1.0, 0.25, 1.0)
+    sim, right = carom.Simulation(rods(3), barostat=barostat, seed=1), np.zeros(3)
+    for _ in range(40):
+        volume = sim.scene.volume
+        block = sim.run(time=0.25)  # a move is made at the end
+        right += 0.25 * volume, 0.25 / volume, block.virial / volume
+    assert tuple(volume_sums(sim._state)) == pytest.approx(tuple(right), rel=1e-12)
+    assert sim.statistics.volume_moves_accepted > 5
+    assert sim.collisions > 5
 
 
 def test_an_observable_of_ones_own_is_measured_under_a_barostat(plain):

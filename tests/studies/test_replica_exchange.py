@@ -2,9 +2,12 @@
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from helpers.scripts import module_of
+
+import carom
 
 FOUR_SIGMA = 4.0
 """Above the standard error of five means: one run in 3000 would fail by chance, once."""
@@ -13,6 +16,41 @@ FOUR_SIGMA = 4.0
 @pytest.fixture
 def measure():
     return module_of(Path(__file__).parents[2] / "examples" / "replica_exchange.py").measure
+
+
+class Stuck:
+    """A copy whose energy is that of its places, which nothing moves; the first copy, a cold one, has 0."""
+
+    made = 0
+
+    def __init__(self, scene, kT, seed):
+        assert scene.drive.kT == kT
+        if Stuck.made < 3:
+            scene = scene.replace(positions=scene.positions + float(Stuck.made))
+        Stuck.made += 1
+        self.places = scene.positions
+
+    def run(self, time):
+        pass
+
+    @property
+    def potential_energy(self):
+        return -2.0 * float(self.places[0, 0])
+
+    def frame(self):
+        return SimpleNamespace(positions=self.places)
+
+
+def test_copies_exchange_their_configurations(measure, monkeypatch):
+    # Of three copies with the energies 0, -2 and -4 the lowest sinks to the lowest temperature, for good.
+    first = carom.Scene([[0.0, 0.0], [4.0, 4.0]], 9.0)
+    scenes = SimpleNamespace(random=lambda *size, **given: first.replace(interaction=given["interaction"]))
+    monkeypatch.setitem(measure.__globals__, "carom", SimpleNamespace(Scene=scenes, Simulation=Stuck))
+    ladder = {"kT": [0.01, 0.02, 0.04], "n": 2, "dimension": 2, "packing_fraction": 0.1, "every": 1.0}
+    found = measure({**ladder, "rounds": 64, "seed": 1}, lambda: None)
+    assert [mean for mean, _ in found["U"]] == [-2.0, -1.0, 0.0]
+    # Neighbours swap places at 0, 1 and 2, and later tries are refused: 3 of 64 rounds.
+    assert [64 * part / 2.0 for part in found["exchanged"]] == [2.0, 1.0, 0.0]
 
 
 @pytest.mark.slow

@@ -182,6 +182,8 @@ def _health(summary: dict[str, Any]) -> str:
     overlap = summary["worst_overlap"]
     small = overlap < EPSILON**0.75
     said.append("no overlap beyond rounding" if small else f"overlaps up to {overlap:.1g} diameters")
+    if (frames := summary.get("frames_with_overlaps")) is not None:
+        said[-1] += f" in {f'{frames} of ' if frames else ''}{summary['frames']} checked frames"
     doubts = summary.get("remarks") or summary.get("phase_note")
     if summary["Z"]["mean"] is not None and not doubts:
         said.append("in equilibrium")

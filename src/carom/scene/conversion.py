@@ -326,9 +326,8 @@ def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | 
     overlap = overlaps.deepest(places, room, contacts, pinned)
     intruder = overlaps.intruder(places, room, radii)
     single = overlaps.rounding(room.box, float(np.finfo(np.float32).eps))
-    if overlap is None and intruder is None:
-        return positions
-    if (overlap is not None and overlap.depth > single) or (intruder is not None and intruder[2] > single):
+    found = [each for each in (overlap, intruder) if each is not None]
+    if not found or max(each.depth for each in found) > single:
         return positions
     from carom.scene import placement
 
@@ -337,16 +336,8 @@ def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | 
     moved = placement.separated(places, room, contacts, radii, clearance=clearance, patience=200)
     if moved is None:
         return positions
-    what = ""
-    if overlap is not None:
-        what = (
-            f"Spheres {overlap.i} and {overlap.j} overlap by {overlap.depth / overlap.contact:.2g} diameters"
-        )
-    elif intruder is not None:
-        i, obstacle, inside = intruder
-        what = f"Sphere {i} is {inside / diameters[i]:.2g} diameters inside {obstacle.name}"
     warn(
-        f"{what}, as positions of single precision do; such spheres were moved apart. Start from a float64 "
+        f"In positions of single precision {found[0]}; such spheres were moved apart. Start from a float64 "
         "file (h5md, extxyz) to keep every digit.",
         CaromWarning,
         stacklevel=4,

@@ -396,6 +396,11 @@ class RunSpec(Spec):
         bool, switch, Opt("Write every collision to events.h5.", OUTPUT, ("--event-log/--no-event-log",))
     ] = False
     pictures: Annotated[bool, switch, Opt("Three PNG files.", OUTPUT, ("--pictures/--no-pictures",))] = True
+    check: Annotated[
+        bool,
+        switch,
+        Opt("Look for overlaps in every frame, by all distances.", OUTPUT, ("--check/--no-check",)),
+    ] = False
     checkpoint_every: Annotated[
         float, number(low=0, high=1e9, open_low=True), Opt("Seconds between checkpoints.", OUTPUT)
     ] = 10.0

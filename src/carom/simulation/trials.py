@@ -53,6 +53,7 @@ SENTENCES = {
     "kick": "kick leaves a velocity that is finite",
     "later": "the events of a component do not all come at one time",
     "told": "an observer can be told of every event",
+    "overlap": "no two particles overlap, and none is inside a wall or an obstacle",
     "touching": "who touches an obstacle, or is inside by rounding, and approaches meets it now",
 }
 """What is tried."""

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from carom.block import Block, Energy, Sizes
+from carom.block import Block
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
@@ -20,6 +20,9 @@ from carom.simulation.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
     from carom.simulation.in_motion import InMotion
+
+MEANS = ("sizes", "energy")
+"""Fields of a block that are means over its time; all others are sums."""
 
 
 def until(
@@ -157,41 +160,18 @@ class _Rate:
 
 
 def merged(one: Block, other: Block) -> Block:
-    """Return two neighbouring blocks as one."""
-    return Block(
-        one.duration + other.duration,
-        one.collisions + other.collisions,
-        one.virial + other.virial,
-        tuple(a + b for a, b in zip(one.impulses, other.impulses, strict=True)),
-        tuple(a + b for a, b in zip(one.momentum_changes, other.momentum_changes, strict=True)),
-        None if one.kT_time is None or other.kT_time is None else one.kT_time + other.kT_time,
-        _averaged(one, other),
-        tuple(a + b for a, b in zip(one.surface_changes, other.surface_changes, strict=True)),
-        tuple(a + b for a, b in zip(one.works, other.works, strict=True)),
-        _means(one, other),
-        None
-        if one.momentum_flux is None or other.momentum_flux is None
-        else one.momentum_flux.plus(other.momentum_flux),
-        None if one.volumes is None or other.volumes is None else one.volumes.plus(other.volumes),
-    )
-
-
-def _means(one: Block, other: Block) -> Energy | None:
-    """Return the mean energies of two blocks, where they hold them."""
-    if one.energy is None or other.energy is None:
-        return None
+    """Return two neighbouring blocks as one: their sums, and their means weighted with the durations."""
     part = one.duration / (one.duration + other.duration)
-    return Energy(*(part * a + (1.0 - part) * b for a, b in zip(one.energy, other.energy, strict=True)))
+    fields = one._asdict().items()
+    weights = {name: (part, 1.0 - part) if name in MEANS else (1, 1) for name, _ in fields}
+    return Block(**{name: _sum(value, getattr(other, name), *weights[name]) for name, value in fields})
 
 
-def _averaged(one: Block, other: Block) -> Sizes | None:
-    """Return the average sizes of two blocks, where diameters grow."""
-    a, b = one.sizes, other.sizes
+def _sum(a: Any, b: Any, x: float, y: float) -> Any:
+    """Return ``x a + y b``, number by number; None where one of them is not known."""
     if a is None or b is None:
         return None
-    part = one.duration / (one.duration + other.duration)
-    return Sizes(
-        part * a.packing_fraction + (1.0 - part) * b.packing_fraction,
-        part * a.cube + (1.0 - part) * b.cube,
-        a.equal and b.equal,
-    )
+    if isinstance(a, tuple):
+        each = (_sum(*pair, x, y) for pair in zip(a, b, strict=True))
+        return type(a)(*each) if hasattr(a, "_fields") else tuple(each)
+    return a and b if isinstance(a, bool) else x * a + y * b

@@ -107,22 +107,3 @@ def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: 
 def _ranks(counts: np.ndarray) -> np.ndarray:
     """Return 0, 1, ... up to each of the ``counts``, one group after the other."""
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-
-
-def near(cells: Cells, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return which of the obstacles in cells may be near each of the ``positions`` (n, d), inside the box.
-
-    Returns
-    -------
-    places, members : (m,) arrays
-        The place, and the obstacle; every pair once, obstacle by obstacle.
-    """
-    shape = np.array(cells.shape)
-    found = np.clip((positions / np.array(cells.sides)).astype(np.int64), 0, shape - 1)
-    cell = np.ravel_multi_index(tuple(found.T), cells.shape)
-    begin, counts = cells.starts[cell], np.diff(cells.starts)[cell]
-    members = cells.members[np.repeat(begin, counts) + _ranks(counts)].astype(np.int64)
-    places = np.repeat(np.arange(len(positions)), counts)
-    pairs = np.unique(members * len(positions) + places)
-    members, places = np.divmod(pairs, max(len(positions), 1))
-    return places, members

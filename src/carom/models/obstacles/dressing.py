@@ -6,6 +6,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,9 @@ from carom.models.obstacles.surfaces import hot, lossy
 from carom.models.questions.obstacle import is_periodic
 from carom.models.questions.particles import Particles
 from carom.units import TimeUnit
+
+ONE = TimeUnit()
+"""The scene's own unit of time."""
 
 UNIT = 2.0**-50
 """How much the length of a unit vector may differ from 1 by rounding."""
@@ -101,16 +105,16 @@ class Dressed:
         assert self.direction is not None
         return np.multiply.outer((self.path.lowest, self.path.highest), self.direction)
 
-    def shift(self, times: Any, unit: TimeUnit) -> Any:
-        """Return its displacement at ``times`` (m,) of the path in a unit, (m, d) [length]."""
-        if self.path is None:
-            return 0.0
-        path = self.path.model(unit)
-        return np.array([place(path, t) for t in times])[:, None] * np.array(self.direction)
+    def gap(self, positions, radii, box, periodic, times=0.0, unit=ONE):
+        """Return the distance of each component's surface from the obstacle, (n,) [length].
 
-    def gap(self, positions, radii, box, periodic):
-        """Return the distance of each component's surface from the obstacle at the start, (n,) [length]."""
-        away = self.shift([0.0], TimeUnit())
+        It is where it is at ``times`` since the start, a number or (n,), in a unit of time.
+        """
+        away: Any = 0.0
+        if self.path is not None:
+            path, period = self.path.model(unit), Fraction(float(unit.to_kernel(self.path.period, 1)))
+            along = [place(path, float(Fraction(t) % period)) for t in np.atleast_1d(times).tolist()]
+            away = np.array(along)[:, None] * np.array(self.direction)
         return self.obstacle.gap(np.asarray(positions) - away, radii, box, periodic)
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:

@@ -77,6 +77,8 @@ def run(
     ------
     InputError
         If an argument is unknown, or the run cannot be carried out; no file was changed then.
+    OverlapError
+        If ``check`` is given, and frames have overlaps; all results are written before.
     FileError
         If the folder holds a run, or cannot be written; after a full disk, :func:`carom.resume` goes on.
     Interrupted

@@ -17,7 +17,7 @@ import numpy as np
 
 from carom import io
 from carom.block import Block
-from carom.errors import CaromError, CaromWarning, FileError, InputError
+from carom.errors import CaromError, CaromWarning, FileError, InputError, OverlapError
 from carom.frame import Frame
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
@@ -37,6 +37,7 @@ from carom.observables.wall_pressure import obstacle_names
 from carom.paths import replacing, write_text
 from carom.scene.description import kind
 from carom.scene.fields import is_equal, is_simple, is_usual, standing
+from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
@@ -75,6 +76,8 @@ class Facts:
         Collisions and time before it.
     frames : int
         Frames sampled.
+    overlaps : list of (float, Overlap)
+        Times of those that were looked at and have an overlap, and the deepest in each.
     trajectories : list of Path
         Files of the trajectories.
     rate : float
@@ -97,6 +100,7 @@ class Facts:
     blocks: list[Block]
     equilibration: tuple[int, float]
     frames: int
+    overlaps: list[tuple[float, Overlap]]
     trajectories: list[Path]
     rate: float
     began: float
@@ -153,9 +157,11 @@ class _Parts:
 def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None]) -> dict[str, Any]:
     """Write g(r), the pictures, the times and the summary, in this order, and return the summary.
 
-    An error of the program in one of its parts is raised when all others are written.
+    An error of the program in one of its parts, or an overlap, is raised when all others are written.
     """
     parts = _Parts()
+    if facts.overlaps:
+        parts.fault = OverlapError(_overlapping(facts))
     pressure = parts.of("pressure", lambda: pressure_of(facts.sim, facts.blocks), None)
     volume = parts.of("volume", lambda: constant_pressure.volume_of(facts.sim, facts.blocks), None)
     energy = parts.of("potential energy", lambda: energy_of(facts.sim, facts.blocks), None)
@@ -185,6 +191,16 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
         raise parts.fault
     report("Done", 1.0)
     return summary
+
+
+def _overlapping(facts: Facts) -> str:
+    """Return a sentence on the frames that overlap: the deepest in all, and the first."""
+    time, worst = max(facts.overlaps, key=lambda each: each[1].relative)
+    return (
+        f"In {len(facts.overlaps)} of {facts.frames} frames there are overlaps, the first at time "
+        f"{facts.overlaps[0][0]:.6g}: at time {time:.6g} {worst}. An event was missed, and the results are "
+        "wrong: `carom.check` a model of your own, and else report the scene and the seed."
+    )
 
 
 def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureResult | None:
@@ -384,6 +400,7 @@ def _summary(
         "energy_drift": finite(drift),
         "momentum_drift": finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
+        "frames_with_overlaps": len(facts.overlaps) if plan.run.check else None,
         "advancement_fraction": statistics.advancement_fraction,
         "clamped_roots": statistics.clamped_roots,
         "transits": statistics.transits,

@@ -67,6 +67,7 @@ SUMMARY = records.table(
     later={
         "without_trajectory": _TEXT,
         "units": records.mapping(_COUNT),
+        "frames_with_overlaps": records.optional(_COUNT),
         "swaps": records.optional(records.table({"tried": _COUNT, "accepted": _COUNT})),
         "barostat": records.optional(
             records.table({"pressure": _POSITIVE, "tried": _COUNT, "accepted": _COUNT})
