@@ -47,8 +47,8 @@ def test_a_flight_adds_to_each_layer_what_many_looks_at_it_add(pull, wraps):
                 time = times[met[0] - 1] if met[0] else 0.0
                 times, places = times[: met[0]], places[: met[0]]
         flux = LayerFlux(
-            0, edge, wraps, g, np.array([mass]), np.array([0.5]), np.array([0.1, 0.0]), np.array([x]), v[None].copy(),
-            np.array([7.0]), np.zeros(bins), *np.zeros((3, bins, 2, 2)),
+            0, edge, wraps, g, np.array([mass]), np.array([0.5]), np.array([0.1, 0.0]), np.array([x]),
+            v[None].copy(), np.array([7.0]), np.zeros(bins), *np.zeros((3, bins, 2, 2)),
         )  # fmt: skip
         fly(flux, 0, 7.0 + time)
         u = v + g * times[:, None] - flux.drift

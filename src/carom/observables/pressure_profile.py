@@ -248,8 +248,9 @@ class PressureProfile:
     the times at which particles are in the layer, exact also in a field. The sum is that over collisions; s
     is the part of the line r between the two centers that lies in the layer (J. H. Irving and J. G. Kirkwood,
     J. Chem. Phys. 18, 817 (1950)). At a contact with a wall or an obstacle, r goes from its surface to the
-    center: momentum reaches a large particle across the layers where small ones fly. Velocities are those about the center of mass along axes on which the
-    momentum is conserved, and the kinetic part is multiplied by ``n / (n - 1)`` there.
+    center: momentum reaches a large particle across the layers where small ones fly. Velocities are those
+    about the center of mass along axes on which the momentum is conserved, and the kinetic part is multiplied
+    by ``n / (n - 1)`` there.
 
     The normal pressure, P_aa for the axis a of the layers, is the momentum that passes through a plane,
     averaged over the planes of the layer. In equilibrium it is the same in all layers, and the pressure on
@@ -257,8 +258,9 @@ class PressureProfile:
     a field g along the axis its slope is ``rho m g``, and an obstacle changes it by the force on it.
 
     The mean over the layers, without the part of walls and obstacles, is the tensor of
-    :class:`carom.PressureTensor` in the same stretch. The kinetic part of that is scaled so that its trace agrees with kT, if momentum is conserved along some axes, and not
-    along others: both then differ by a fluctuation of the order of ``1 / n``.
+    :class:`carom.PressureTensor` in the same stretch. The kinetic part of that is scaled so that its trace
+    agrees with kT, if momentum is conserved along some axes, and not along others: both then differ by a
+    fluctuation of the order of ``1 / n``.
 
     Examples
     --------
