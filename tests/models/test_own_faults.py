@@ -258,7 +258,7 @@ def test_a_drive_whose_time_depends_on_when_it_is_asked_is_refused(kind):
     found = carom.check(Clocked(kind), pairs=20)
     assert {each.condition for each in found.failures} == {"asked"}
     assert "next_time is the same whenever it is asked on the way there" in str(found)
-    with pytest.raises(InputError, match="asked: .* keep in a memory when it is due"):
+    with pytest.raises(InputError, match=r"asked: .* keep in a memory when it is due"):
         carom.Simulation(SCENE.replace(drive=Clocked(kind)))
 
 

@@ -111,7 +111,7 @@ def test_a_wrong_keyword_of_a_start_is_answered_by_the_one_that_is_meant(make, w
     "change", [carom.Scene([[1.0]], [3.0]).replace, lambda **k: carom.Scene([[1.0]], [3.0], **k)]
 )
 def test_a_keyword_of_a_start_is_told_from_one_of_a_scene(change):
-    with pytest.raises(InputError, match="'eta'; packing_fraction is a keyword of Scene.random and"):
+    with pytest.raises(InputError, match=r"'eta'; packing_fraction is a keyword of Scene\.random"):
         change(eta=0.3)
     with pytest.raises(InputError, match="'velocites'; did you mean velocities"):
         change(velocites=0.3)

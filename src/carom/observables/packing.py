@@ -21,6 +21,7 @@ from carom.frame import Frame
 from carom.models.obstacles import Obstacle, checked, outwards, walls
 from carom.scene import overlaps
 from carom.scene.species import Contacts, contact_matrix, labels
+from carom.texts import counted
 from carom.theory import ball_volume
 
 #: Largest gap considered, over the contact distance: smaller than that of second neighbours in any dense
@@ -153,7 +154,7 @@ class PackingNetwork:
     def counted(self) -> str:
         """The number of contacts in words, or of near pairs if contacts are not distinct."""
         if self.distinct:
-            return f"{self.contacts} contacts in the backbone (isostatic: {self.isostatic})"
+            return f"{counted(self.contacts, 'contact')} in the backbone (isostatic: {self.isostatic})"
         return f"{self.contacts} pairs nearer than {self.gap:.1e}, contacts not distinct yet"
 
     @property
@@ -181,7 +182,8 @@ class PackingNetwork:
 
     def __str__(self) -> str:
         return (
-            f"packing fraction {self.packing_fraction:.6f}, {len(self.rattlers)} rattlers of {self.frame.n} "
+            f"packing fraction {self.packing_fraction:.6f}, {counted(len(self.rattlers), 'rattler')} of "
+            f"{self.frame.n} "
             f"({100 * self.rattler_fraction:.1f} %), {self.counted}, coordination "
             f"{self.coordination:.4f}; contact is a gap below "
             f"{self.gap:.1e}, in the void from {self.void[0]:.1e} to {self.void[1]:.1e}"

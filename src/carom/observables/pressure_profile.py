@@ -19,6 +19,7 @@ from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure_tensor import about_center, averaged, check_events, drift_of
 from carom.observables.statistics import shown, unwarned
 from carom.results import Result
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from carom.frame import Frame
@@ -364,9 +365,22 @@ class LayerSums:
         virial, pushed = (0.5 * (each + np.swapaxes(each, 2, 3)) for each in (virial, pushed))
         with unwarned():  # few blocks have wide error bars
             parts = carried + virial + pushed, carried, virial, pushed, stays
-            found = [each for part in parts for each in averaged(part / volume, durations)]
+            tensor, kinetic, collisional, walls, density = (
+                averaged(each / volume, durations) for each in parts
+            )
         edges = np.linspace(0.0, scene.box[self._asked.axis], bins + 1)
-        return PressureProfileResult(edges, *found, self._asked.axis, scene.n, d, len(durations))
+        return PressureProfileResult(
+            edges,
+            *tensor,
+            *kinetic,
+            *collisional,
+            *walls,
+            *density,
+            self._asked.axis,
+            scene.n,
+            d,
+            len(durations),
+        )
 
 
 def _sums(seen: LayerFlux) -> tuple[np.ndarray, ...]:
@@ -441,7 +455,7 @@ class PressureProfileResult(Result):
             ("highest", shown(self.normal, self.normal_error, int(np.argmax(self.normal)))),
         ]
         title = f"Pressure tensor along axis {self.axis} [energy / length^{self.dimension}]"
-        return f"{title}, {self.blocks} blocks", rows
+        return f"{title}, {counted(self.blocks, 'block')}", rows
 
     def _columns(self) -> dict[str, Any]:
         found: dict[str, Any] = {

@@ -42,6 +42,7 @@ from carom.simulation.swaps import checked_swaps
 from carom.simulation.system_of_scene import growth_rates, prepare
 from carom.simulation.tuning import DEFAULT, TUNED, Tuning
 from carom.simulation.workers.choose_workers import executive_of
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -478,4 +479,6 @@ class Simulation:
         self.close()
 
     def __repr__(self) -> str:
-        return f"<Simulation of {self.scene!r} at time {self.time:g}, {self.collisions} collisions>"
+        return (
+            f"<Simulation of {self.scene!r} at time {self.time:g}, {counted(self.collisions, 'collision')}>"
+        )

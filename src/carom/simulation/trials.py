@@ -64,7 +64,8 @@ HINTS = {
     "images": "meeting_time gets positions in the box and must look at their images itself, or the motion "
     "must keep components away from the faces.",
     "energy": "An interaction that is not to keep it has conserves(diameter), which returns False.",
-    "asked": "The engine asks after every event: draw a random time once, and keep in a memory when it is due.",
+    "asked": "The engine asks after every event: draw a random time once, and keep in a memory when it is "
+    "due.",
 }
 """What to do where a condition does not hold."""
 
