@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import numbers
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from carom.errors import InputError
+from carom.meant import suggestion
 
 #: Lengths and masses beyond this, or (where zero has no meaning) below its inverse, are refused: products of
 #: six edges and of energies would leave the range of doubles.
@@ -34,34 +34,15 @@ MOST_COLLISIONS = 2.0**62
 FINEST_ERROR = 1e-9
 
 
-def suggestion(name: str, known: Iterable[str], *, listed: bool = False) -> str:
-    """Return the end of an error about an unknown name: the nearest known name, or else all of them.
-
-    If the error has ``listed`` the names already, they are not repeated.
-    """
-    names = sorted(known)
-    near = difflib.get_close_matches(name[:80], names, n=1, cutoff=0.5)
-    if near:
-        return f"; did you mean {near[0]}"
-    return "" if listed else f" (known: {', '.join(names)})"
-
-
 def keys(given: Iterable[str], what: str, known: Iterable[str], *, needed: Iterable[str] = ()) -> None:
     """Raise InputError if ``what`` has a key that is not known, or lacks one that it needs."""
     there, names = list(given), list(known)
     for name in there:
         if name not in names:
-            raise InputError(f"{what} has no {str(name)[:40]!r}; known are {', '.join(names)}.")
+            raise InputError(f"{what} has no {str(name)[:40]!r}{suggestion(str(name), names)}.")
     for name in needed:
         if name not in there:
             raise InputError(f"{what} needs {name}, found none.")
-
-
-def refuse_unknown(maker: str, given: Iterable[str], meant: Mapping[str, str], known: Iterable[str]) -> None:
-    """Raise InputError if there is a keyword that ``maker`` does not know, with the word that is meant."""
-    for name in given:
-        hint = f"; it is called {meant[name]}" if name in meant else suggestion(name, known)
-        raise InputError(f"{maker} has no keyword {name!r}{hint}.")
 
 
 def describe(value: Any) -> str:

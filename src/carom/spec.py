@@ -225,12 +225,12 @@ class Spec:
     @classmethod
     def check_words(cls, words: Iterable[str]) -> None:
         """Raise InputError for a key that the section does not have."""
-        from carom import checks
+        from carom import meant
 
         known = [name for name in fields_of(cls) if name not in cls.tables]
         for name in words:
             if name not in known:
-                hint = f"; {cls.gone[name]}" if name in cls.gone else checks.suggestion(name, known)
+                hint = f"; {cls.gone[name]}" if name in cls.gone else meant.suggestion(name, known)
                 raise InputError(f"[{cls.section}] {shown(name)} is no known key{hint}.")
 
     def to_toml(self) -> str:
@@ -359,7 +359,7 @@ def sections(content: str, *own: str) -> dict[str, dict[str, Any]]:
         If it is no TOML, or too long; if a section is unknown or no table, or a key stands outside of them;
         or if it has sections and none of its ``own``.
     """
-    from carom import checks
+    from carom import checks, meant
     from carom.io.records import toml_tables
 
     if len(content) > LARGEST_FILE:
@@ -374,7 +374,7 @@ def sections(content: str, *own: str) -> dict[str, dict[str, Any]]:
                 f"{shown(name)} stands outside of any section; write it below one, such as [{own[0]}]."
             )
         if name not in known:
-            hint = f"; {GONE[name]}" if name in GONE else checks.suggestion(name, known)
+            hint = f"; {GONE[name]}" if name in GONE else meant.suggestion(name, known)
             raise InputError(f"[{shown(name)}] is no known section{hint}.")
     if found and not {*own} & {*found}:
         wanted = " or ".join(f"[{name}]" for name in own)
@@ -431,11 +431,11 @@ def word(*known: str) -> Check:
     """Return the check of a word that is one of those known."""
 
     def test(value: Any, name: str) -> str:
-        from carom import checks
+        from carom import checks, meant
 
         if isinstance(value, str) and value in known:
             return value
-        hint = checks.suggestion(value, known, listed=True) if isinstance(value, str) else ""
+        hint = meant.suggestion(value, known, listed=True) if isinstance(value, str) else ""
         raise InputError(f"{name} must be one of {', '.join(known)}; found {checks.describe(value)}{hint}.")
 
     return said(test, enum=list(known))

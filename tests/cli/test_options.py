@@ -7,6 +7,7 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
+from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,10 +19,11 @@ from typer.testing import CliRunner
 import carom
 from carom import cli, io
 from carom.cli import heartbeat, meant, screen, study
-from carom.cli.meant import OPTIONS
 from carom.cli.options import FLAGS
 from carom.cli.templates import SPECS
 from carom.frame import Frame
+from carom.meant import SAME
+from carom.scene.keywords import KNOWN as SCENE_KEYWORDS
 from carom.scene_file.commands import PlanSpec
 from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.spec import fields_of, schema_of
@@ -607,7 +609,9 @@ def test_what_does_not_exist_is_answered_with_what_is_meant(words, answer):
 
 def test_other_words_lead_to_options_and_commands_that_there_are():
     known = {name for _, _, names in names_of() for name in names}
-    assert {*OPTIONS} <= known
+    in_python = {*signature(carom.Scene.random).parameters, *SCENE_KEYWORDS}
+    for same in SAME:
+        assert {f"--{one.replace('_', '-')}" for one in same} & known or same[0] in in_python
     assert {each.split()[0] for each in meant.COMMANDS.values()} <= COMMANDS.keys()
     assert not meant.COMMANDS.keys() & COMMANDS.keys()
 

@@ -38,12 +38,19 @@ def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_pri
     ("changes", "line"),
     [
         ({}, "Energy kept to 2e-15, no overlap beyond rounding, in equilibrium."),
+        *(
+            (
+                {name: {"mean": 3.9, "error": 0.1, "n_eff": 9.9}},
+                "Energy kept to 2e-15, no overlap beyond rounding.",
+            )
+            for name in ("Z", "U", "temperature", "volume")
+        ),
         ({"remarks": ["It drifts."]}, "Energy kept to 2e-15, no overlap beyond rounding."),
         ({"Z": {"mean": None, "error": None}}, "Energy kept to 2e-15, no overlap beyond rounding."),
-        ({"energy_drift": None, "worst_overlap": 3e-4}, "Overlaps up to 0.0003 diameters, in equilibrium."),
+        ({"energy_drift": None, "worst_overlap": 3e-4}, "Overlaps up to 0.0003 diameters, steady."),
         (
             {"energy_drift": 0.42},
-            "Energy changed by 0.42 of the kinetic energy, no overlap beyond rounding, in equilibrium.",
+            "Energy changed by 0.42 of the kinetic energy, no overlap beyond rounding, steady.",
         ),
     ],
 )

@@ -1,5 +1,6 @@
 """Uniform shear: against all pairs and images, exact balances, published steady states, and files."""
 
+import dataclasses
 import itertools
 import math
 
@@ -15,9 +16,11 @@ from helpers.sheared import Naive
 import carom
 from carom.engine.neighbors.points import coordinate_bits
 from carom.engine.neighbors.skins import list_range_sq
+from carom.errors import InputError
 from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.shear import LONGEST_STRAIN
+from carom.observables.packing import packing_network
 from carom.scene.overlaps import Room
 from carom.simulation.replay import Replay
 from carom.simulation.temperature import momentum_flux
@@ -334,6 +337,54 @@ def test_files_hold_the_tilted_cell_and_a_run_goes_on_from_them(suffix, d, tmp_p
         plain = MDAnalysis.Universe(str(path))
         plain.trajectory[-1]
         assert plain.trajectory.ts.triclinic_dimensions == pytest.approx(cell, abs=1e-5)
+
+
+@pytest.mark.parametrize(("box", "tilt"), [
+    ((6.0, 5.0), 0.55), ((5.0, 6.0), -0.4), ((1.6, 1.5), 0.3), ((4.0, 3.5, 3.0), -0.55),
+    ((3.0, 3.2, 3.1, 2.9), 0.2),
+], ids=str)  # fmt: skip
+def test_contacts_in_a_tilted_cell_are_those_of_all_images(box, tilt):
+    rng, d = np.random.default_rng(2), len(box)
+    positions = rng.uniform(size=(max(3, int(np.prod(box))), d)) * box
+    positions[:, 0] += tilt * positions[:, 1]  # into the tilted cell
+    n = len(positions)
+    sizes = rng.uniform(0.6, 1.0, n)
+    cell = np.diag(box)
+    cell[1, 0] = tilt * box[1]
+    shifts = np.array(list(np.ndindex(*(7,) * d))) - 3
+    apart = positions[None] - positions[:, None]
+    distances = np.linalg.norm(apart[:, :, None] + shifts @ cell, axis=3)
+    near = distances < 1.2 * 0.5 * (sizes[:, None] + sizes)[:, :, None]
+    images = np.zeros((n, d), np.int32)
+    frame = carom.Frame(
+        0.0, 0, positions, np.zeros((n, d)), box, sizes, np.ones(n), images=images, tilt=tilt
+    )  # fmt: skip
+    network = packing_network(frame, gap=0.2)
+    # All images of a component itself are counted, and of a pair both ways.
+    assert len(network.bonds) == (near.sum() - n) / 2
+    i, j = network.bonds.T
+    found = np.linalg.norm(network.vectors, axis=1)
+    assert found == pytest.approx(
+        distances[i, j][np.arange(len(i)), nearest(distances[i, j], found)], rel=1e-12
+    )
+    upright = dataclasses.replace(frame, tilt=None)
+    if n > 3:
+        assert len(packing_network(upright, gap=0.2).bonds) != len(network.bonds)
+
+
+def nearest(distances, found):
+    """Return where in each row (m, k) the value ``found`` (m,) is."""
+    return np.argmin(np.abs(distances - found[:, None]), axis=1)
+
+
+@pytest.mark.parametrize(("n", "fraction", "d", "tilt"), [(60, 0.6, 2, 0.3), (60, 0.45, 3, -0.4)])
+def test_a_random_start_in_a_tilted_cell_has_no_overlap(n, fraction, d, tilt):
+    # A scene refuses overlaps, as it does those of this start with another tilt.
+    scene = carom.Scene.random(n, fraction, d, motion=Shear(1.0, tilt), seed=1)
+    with pytest.raises(carom.OverlapError):
+        carom.Scene(scene.positions, scene.box, motion=Shear(1.0))
+    with pytest.raises(InputError, match=r"up to packing fraction 0\.714"):
+        carom.Scene.random(n, 0.78, 2, motion=Shear(1.0, tilt))
 
 
 def test_lammps_and_ovito_see_the_tilted_cell(tmp_path):

@@ -116,7 +116,7 @@ def test_one_particle_has_z_one_exactly():
 
 
 def test_no_collision_leaves_the_error_infinite_and_warns():
-    with pytest.warns(CaromWarning, match="Only 0 collisions"):
+    with pytest.warns(CaromWarning, match="0 collisions in all"):
         result = Pressure.estimate(
             [Block(1.0, 0, 0.0)] * 32, n=2, dimension=3, volume=1e6, diameter=1.0, kT=1.0
         )

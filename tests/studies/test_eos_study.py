@@ -143,7 +143,7 @@ def test_studies_that_cannot_be_are_refused_before_anything_runs(words, text):
 
 
 def test_unknown_arguments_are_refused():
-    with pytest.raises(InputError, match="has no argument 'densities'"):
+    with pytest.raises(InputError, match="has no keyword 'densities'"):
         carom.equation_of_state(densities=[0.1])
 
 

@@ -11,8 +11,9 @@ from carom import theory
 from carom.block import Block
 from carom.frame import Frame
 from carom.observables import Pressure
+from carom.observables.drift import moved
 from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.phase import expected, finite_size_shift, moved, phase_of
+from carom.studies.phase import expected, finite_size_shift, phase_of
 from carom.studies.planner.system import System
 from carom.studies.runs.beside_theory import _theory, compared, lines, of_infinite_size
 from carom.studies.runs.report import _phase

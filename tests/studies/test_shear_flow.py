@@ -108,7 +108,7 @@ def test_elastic_spheres_are_kept_at_their_temperature_and_are_near_enskog():
         ({"scene": {"interaction": BRIDGES}}, "hysteretic steps"),
         ({"scene": {"interaction": carom.models.Bonds([(0, 1)], outer=1.5)}}, "has bonds"),
         ({"scene": {"motion": carom.models.Gravity((0.0, 0.0, -1.0))}}, "motion is the flow"),
-        ({"rates": 1.0}, "no argument 'rates'; did you mean rate"),
+        ({"rates": 1.0}, "no keyword 'rates'; did you mean rate"),
     ],
 )
 def test_what_cannot_flow_is_refused_at_once_in_one_sentence(given, says):

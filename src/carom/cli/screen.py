@@ -34,6 +34,9 @@ EPSILON = sys.float_info.epsilon
 LONGER = 5.0
 """Length of a longer run that is proposed [that of the run]."""
 
+FEWEST = 10.0
+"""Independent samples from which a run is said to be in equilibrium."""
+
 UNMEASURED = ("Preparing", "Compiling", "Drawing")
 """Stages that do not report their progress: the bar moves to and fro instead of staying at 0 %."""
 
@@ -185,8 +188,10 @@ def _health(summary: dict[str, Any]) -> str:
     if (frames := summary.get("frames_with_overlaps")) is not None:
         said[-1] += f" in {f'{frames} of ' if frames else ''}{summary['frames']} checked frames"
     doubts = summary.get("remarks") or summary.get("phase_note")
-    if summary["Z"]["mean"] is not None and not doubts:
-        said.append("in equilibrium")
+    samples = [summary[name].get("n_eff") for name in ("Z", "U", "temperature", "volume")]
+    few = any(each is not None and each < FEWEST for each in samples)
+    if summary["Z"]["mean"] is not None and not (doubts or few):
+        said.append("in equilibrium" if drift is not None and kept else "steady")
     line = ", ".join(said)
     return f"{line[0].upper()}{line[1:]}."
 

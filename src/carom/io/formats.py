@@ -14,6 +14,7 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.validation import flaw, step_back
 from carom.paths import uninterrupted, writing
+from carom.texts import counted
 
 if TYPE_CHECKING:
     import xarray
@@ -103,7 +104,7 @@ class Reader(ABC):
             return [self._checked(k) for k in range(*index.indices(len(self)))]
         k = index + len(self) if index < 0 else index
         if not 0 <= k < len(self):
-            raise IndexError(f"{self.path} holds {len(self)} frames; there is no frame {index}.")
+            raise IndexError(f"{self.path} holds {counted(len(self), 'frame')}; there is no frame {index}.")
         return self._checked(k)
 
     def frame(self, index: int) -> Frame:
@@ -129,7 +130,7 @@ class Reader(ABC):
     def __repr__(self) -> str:
         try:
             count = len(self)
-            holds = "1 frame" if count == 1 else f"{count} frames"
+            holds = counted(count, "frame")
         except (FileError, OSError, RuntimeError, ValueError):
             holds = "closed"
         return f"<{self.path}: {holds}>"

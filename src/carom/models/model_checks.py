@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import Any
 
 import numpy as np
 
-from carom import checks
+from carom import checks, meant
 from carom.compiling import registry
 from carom.compiling.compile_errors import unknown_part
 from carom.errors import InputError
@@ -82,8 +81,8 @@ def is_own(value: Any) -> bool:
 def lacks(value: Any, name: str) -> str:
     """Return that a value has no method of this name, and which of a similar name it has."""
     given = [each for each in dir(value) if is_own(value) and not each.startswith("_")]
-    similar = difflib.get_close_matches(name, given, n=1)
-    return f"has no {name}" + (f", but {similar[0]}" if similar else "")
+    similar = meant.nearest(name, given)
+    return f"has no {name}" + (f", but {similar}" if similar else "")
 
 
 def made(value: Any, particles: Particles) -> Any:

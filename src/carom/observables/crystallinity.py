@@ -20,6 +20,7 @@ from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import Estimate, blocking
 from carom.results import Result
 from carom.scene.overlaps import Room
+from carom.texts import counted
 
 DEGREE = 6
 
@@ -139,7 +140,7 @@ class CrystallinityResult(Result):
             ("solid-like fraction", self.solid_fraction.value_text),
             ("largest cluster", self.largest.value_text),
         ]
-        return f"Crystallinity of {self.n} particles, {self.times.size} frames", rows
+        return f"Crystallinity of {counted(self.n, 'particle')}, {counted(self.times.size, 'frame')}", rows
 
     def _columns(self) -> dict[str, Any]:
         return {"time": self.times, "solid": self.solid, "largest_cluster": self.largest_cluster}

@@ -13,7 +13,7 @@ from carom.frame import Frame
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import arrays, blocking, shown
 from carom.results import Result
-from carom.texts import axis_name
+from carom.texts import axis_name, counted
 
 
 @dataclass
@@ -111,7 +111,8 @@ class DensityProfileResult(Result):
             ("lowest", shown(self.density, self.error, int(np.argmin(self.density)))),
             ("highest", shown(self.density, self.error, int(np.argmax(self.density)))),
         ]
-        return f"Number density along {axis_name(self.axis)} [1 / length^d], {self.frames} frames", rows
+        frames = counted(self.frames, "frame")
+        return f"Number density along {axis_name(self.axis)} [1 / length^d], {frames}", rows
 
     def _columns(self) -> dict[str, Any]:
         return {

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from carom.arithmetic import dot
+from carom.frame import Frame
 from carom.observables.quantiles import normal_above, student_tail
 from carom.observables.statistics import blocking, unwarned
 
@@ -124,3 +125,9 @@ def drifts(values: Sequence[float]) -> bool:
     shared = normal_above(LEVEL / 4.0)
     single = normal_above(LEVEL / 4.0 / len(values))
     return abs(together(values)) > shared or max(abs(v) for v in values) > single
+
+
+def moved(start: np.ndarray, frame: Frame) -> float:
+    """Return the median distance from the positions ``start`` (n, d), in mean spacings ``(V / n)^(1/d)``."""
+    distance = np.sqrt(np.sum((frame.unwrapped - start) ** 2, axis=1))
+    return float(np.median(distance)) / float((math.prod(frame.box) / frame.n) ** (1.0 / frame.dimension))

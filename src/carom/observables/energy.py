@@ -14,6 +14,7 @@ from carom.errors import InputError
 from carom.observables.statistics import Estimate, ratio, unwarned
 from carom.results import Result
 from carom.scene.temperature import degrees_of_freedom
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -130,7 +131,7 @@ class EnergyResult(Result):
             ("total [energy]", self.total),
             ("kT [energy]", self.kT),
         ]
-        return f"Energy of one of {self.n} particles", [(name, e.value_text) for name, e in rows]
+        return f"Energy of one of {counted(self.n, 'particle')}", [(name, e.value_text) for name, e in rows]
 
     def __str__(self) -> str:
         return (

@@ -16,6 +16,7 @@ from carom.observables.rdf import species_pair
 from carom.observables.statistics import arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
+from carom.texts import counted
 
 SHELLS = 32
 """Lengths of wave vectors where neither ``shells`` nor ``kmax`` is given."""
@@ -134,7 +135,8 @@ class StructureFactorResult(Result):
             (f"S at k = {self.k[at]:.4g} [1 / length]", shown(self.S, self.error, at))
             for at in sorted({0, int(np.argmax(self.S))})
         ]
-        return f"S(k) of {self.n} particles, {self.k.size} wave numbers, {self.frames} frames", rows
+        seen = counted(self.k.size, "wave number"), counted(self.frames, "frame")
+        return f"S(k) of {counted(self.n, 'particle')}, {', '.join(seen)}", rows
 
     def _columns(self) -> dict[str, Any]:
         return {"k": self.k, "S": self.S, "error": self.error, "vectors": self.vectors}

@@ -21,6 +21,7 @@ from carom.pictures.shapes import shapes_of
 from carom.scene.description import particles
 from carom.scene.fields import standing
 from carom.scene.overlaps import Room
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from carom.simulation.replay import Replay
@@ -160,7 +161,7 @@ def of_network(network: PackingNetwork) -> dict[str, Any]:
     data["bonds"] = _packed(np.concatenate(segments), "f4")
     data["pairs"] = _packed(np.where(network.bonds < frame.n, network.bonds, -1), "i4")
     data["marks"] = _packed(~network.backbone, "u1")
-    data["subtitle"] += f" \N{MIDDLE DOT} {network.counted}, {len(network.rattlers)} rattlers"
+    data["subtitle"] += f" \N{MIDDLE DOT} {network.counted}, {counted(len(network.rattlers), 'rattler')}"
     return data
 
 
@@ -213,7 +214,7 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
     if not contacts:
         raise InputError(EMPTY)
     if run.step():
-        data["notes"].append(f"the log goes on after these {len(contacts)} collisions")
+        data["notes"].append(f"the log goes on after these {counted(len(contacts), 'collision')}")
     owner, time = np.concatenate(owners), np.concatenate(times)
     order = np.lexsort((time, owner))
     flight = contacts[-1] / max(len(contacts), 1) * n / 2.0

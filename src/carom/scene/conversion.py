@@ -22,7 +22,7 @@ from carom.models.motions.shear import Shear
 from carom.models.obstacles import named_walls
 from carom.scene import box, overlaps
 from carom.scene.fields import Fields, S
-from carom.scene.keywords import KNOWN, refuse_unknown
+from carom.scene.keywords import refuse_unknown
 from carom.scene.overlaps import Room
 from carom.scene.species import Contacts, contact_matrix, labels, per_component
 
@@ -138,7 +138,7 @@ def from_ase(
     CaromWarning
         If ``atoms`` has no radii and no diameter is given: it is then 1.
     """
-    refuse_unknown("Scene.from_ase", keywords, (*KNOWN, "diameter"))
+    refuse_unknown("Scene.from_ase", keywords, ("diameter",))
     return cls(**of_atoms(atoms, diameter, walls), **keywords)
 
 

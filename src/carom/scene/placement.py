@@ -117,7 +117,7 @@ def random_positions(
     fraction = sphere_volume(dimension) * float(np.sum(np.prod(contacts.diameters[:, None] / box, axis=1)))
     limit = random_limit(dimension)
     if fraction > limit or (dimension == 1 and fraction >= 1):
-        if dimension > 1 and contacts.additive:
+        if dimension > 1 and contacts.additive and not room.tilt:
             limit = growth_limit(dimension)
         raise InputError(
             f"Spheres are placed at random up to packing fraction {limit:.3g} in {dimension} "
@@ -237,7 +237,7 @@ def separated(
     # The displacements of a pair are inversely proportional to the volumes: the smaller sphere moves more.
     weight = power(contacts.diameters / contacts.size(0), dimension)
     obstructed = bool(room.everything())
-    if n >= MANY:
+    if n >= MANY and not room.tilt:
         return _swept(positions, room, contacts, radii, weight, clearance, patience)
     far = (0.5 * SKIN * contacts.sizes) ** 2
     listed_at = positions = room.wrapped(positions)

@@ -11,11 +11,13 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.meant import corrected
 
 #: The most species: the engine keeps a table of every pair of them.
 MOST_SPECIES = 1000
 
 
+@corrected()
 @dataclass(frozen=True)
 class Species:
     """One species of a mixture.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from carom import above, checks, densities, seeds
 from carom.errors import InputError
 from carom.models import obstacles as _obstacles
+from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import named_walls
 from carom.scene import box as _box
 from carom.scene import lattices, placement
@@ -108,7 +110,7 @@ def random(
     >>> Scene.random(100, species=[Species("large", fraction=1), small])
     Scene(n=100, dimension=3, ..., diameter=0.5 to 1, mass=1, ..., species=large 25, small 75)
     """
-    refuse_unknown("Scene.random", keywords)
+    refuse_unknown("Scene.random", keywords, signature(random).parameters)
     rng = seeds.generator(seed, "places")
     what = _contents(n, species, diameter, mass)
     walls, obstacles = keywords.pop("walls", False), keywords.pop("obstacles", ())
@@ -127,11 +129,12 @@ def random(
     repeats = named_walls.periodic_axes(sides, d)
     standing = _obstacles.checked(obstacles, edges, repeats, named_walls.standing(sides, edges))
     matrix = _species.contact_matrix(keywords.get("contact"), what.species, what.diameters)
-    room = Room(np.asarray(edges), np.asarray(repeats), standing)
+    tilt = start_tilt(keywords.get("motion"), edges) if d > 1 else 0.0
+    room = Room(np.asarray(edges), np.asarray(repeats), standing, tilt)
     final: dict[str, Any] = {"mass": what.masses, "walls": walls, "obstacles": obstacles}
     fraction = _box.packing_fraction(what.diameters, edges)
     kinds = _exchangeable(what) if len(what.diameters) >= placement.MANY else None
-    if matrix is None and placement.to_grow(fraction, d):
+    if matrix is None and not tilt and placement.to_grow(fraction, d):
         smaller = what.diameters * (placement.growth_start(d) / fraction) ** (1.0 / d)
 
         def grow() -> tuple[np.ndarray | None, float]:
@@ -217,7 +220,7 @@ def crystal(
     >>> Scene.crystal(1000, 0.6, nearest=True).n
     864
     """
-    refuse_unknown("Scene.crystal", keywords)
+    refuse_unknown("Scene.crystal", keywords, signature(crystal).parameters)
     if lattice is None:
         spots = lattices.densest(_box.dimensions(3 if dimension is None else dimension))
     else:

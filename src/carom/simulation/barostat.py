@@ -25,6 +25,7 @@ from carom import checks, seeds
 from carom.arithmetic import exponential
 from carom.block import VolumeSums
 from carom.errors import InputError, OverlapError
+from carom.meant import corrected
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.fields import standing
 from carom.scene.temperature import temperature
@@ -38,6 +39,7 @@ LEAST = -700.0
 """Logarithm of a probability that no random number is below, and whose exponential is no zero."""
 
 
+@corrected()
 @dataclass(frozen=True)
 class Barostat:
     """Constant pressure: moves of the volume at equal intervals of time, for hard particles.

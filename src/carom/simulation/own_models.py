@@ -59,14 +59,6 @@ IMPACTS = 64
 SEVERAL = 16
 """Obstacles that are tried, if there are so many."""
 
-HINTS = {
-    "relative": "An interaction may compute its times along this motion, or the motion be curved.",
-    "images": "meeting_time gets positions in the box and must look at their images itself, or the motion "
-    "must keep components away from the faces.",
-    "energy": "An interaction that is not to keep it has conserves(diameter), which returns False.",
-}
-"""What to do about a condition."""
-
 
 def check_user_models(scene: Scene, system: System) -> None:
     """Raise InputError where a model of one's own is not what the engine takes it for.
@@ -105,9 +97,6 @@ def check_user_models(scene: Scene, system: System) -> None:
 def refuse_pair_and_motion(scene: Scene, system: System) -> None:
     """Raise InputError where an interaction, a motion or both together do not keep a condition."""
     pair, record, flight_record = system.interaction.model(system.particles), Record(), Record()
-    if scene.drive is not None and model_checks.is_own(scene.drive):
-        with in_plain_python(scene.drive):
-            refuse_wrong_drive(scene, system)
     own_pair, own_motion = model_checks.is_own(system.interaction), model_checks.is_own(system.motion)
     pairs: list[tuple[int, int]] = []
     if own_pair:
@@ -165,14 +154,12 @@ def refuse(name: str, record: Record, plural: bool = False) -> None:
     failures = list(record.failures.values())
     for failure in failures:
         if failure.condition != "gain":
-            hint = HINTS.get(failure.condition, "")
             do = "do" if plural else "does"
             raise InputError(
-                f"{name} {do} not keep a condition of carom.check, on which the engine relies. {failure}."
-                + (f" {hint}" if hint else "")
+                f"{name} {do} not keep a condition of carom.check, on which the engine relies. {failure}"
             )
     for failure in failures:
-        warnings.warn(f"{name} makes energy. {failure}.", CaromWarning, stacklevel=2)
+        warnings.warn(f"{name} makes energy. {failure}", CaromWarning, stacklevel=2)
 
 
 def setting_of(scene: Scene, system: System) -> Setting:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -9,10 +10,14 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
+from carom.observables.drift import STUCK, moved
+from carom.observables.pressure import PressureResult
+from carom.observables.statistics import FewSamples, unwarned
 from carom.scene.temperature import degrees_of_freedom
 from carom.simulation import energy, mechanics, run_loop, temperature
 from carom.simulation.barostat import volume_sums
 from carom.simulation.system_of_scene import driven_speed_of
+from carom.theory import is_stable_fluid
 
 if TYPE_CHECKING:
     from carom.simulation.in_motion import InMotion
@@ -46,7 +51,14 @@ def estimate(sim: InMotion, observable: Any, blocks: Sequence[Block]) -> Any:
     """
     if sim._state.system.rates is not None and any(block.sizes is None for block in blocks):
         raise InputError("Sums since the start do not know how diameters grew; use blocks of run().")
-    return observable.of_scene(blocks, sim.scene, kT=sim.kT)
+    scene = sim.scene
+    with unwarned(FewSamples):  # carom.observables.equilibrium.doubts says it, and of what
+        found = observable.of_scene(blocks, scene, kT=sim.kT)
+    if isinstance(found, PressureResult) and found.simple and scene.dimension > 1:
+        frozen = not is_stable_fluid(scene.dimension, found.packing_fraction)
+        solid = frozen and moved(scene.positions, sim.frame()) < STUCK
+        found = dataclasses.replace(found, solid=solid)
+    return found
 
 
 def blocks(sim: InMotion, duration: float, count: int) -> Iterator[Block]:

@@ -23,6 +23,7 @@ import numpy as np
 from carom import checks, seeds
 from carom.errors import InputError
 from carom.jit import compiled
+from carom.meant import corrected
 from carom.models.motions.free_flight import FreeFlight
 from carom.scene.fields import is_elastic, is_usual, standing
 from carom.scene.overlaps import Room
@@ -35,6 +36,7 @@ SLIGHT = 2.0**-20
 """Pairs are listed up to contacts that are longer by so much, so that rounding loses none."""
 
 
+@corrected()
 @dataclass(frozen=True)
 class Swaps:
     """Exchanges of diameters between particles, in sweeps at equal intervals of time.

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from carom import checks
 from carom.errors import InputError
+from carom.meant import corrected
 
 Requested = tuple[str, float | None]
 """The neighbour scheme that was asked for, and the reach of its lists."""
@@ -14,6 +15,7 @@ SCHEMES = ("auto", "lists", "sectors", "all")
 PRECISIONS = ("double", "single")
 
 
+@corrected()
 @dataclass(frozen=True)
 class Tuning:
     """How a simulation is computed: neighbors, what is counted, and how numbers are stored.
@@ -67,3 +69,6 @@ class Tuning:
 
 DEFAULT = Tuning()
 """What is taken where nothing is said."""
+
+TUNED = {name: f"tuning: tuning=carom.Tuning({name}=...)" for name in (*vars(DEFAULT), "images")}
+"""What keywords of :class:`Tuning` are called in others."""

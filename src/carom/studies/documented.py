@@ -9,8 +9,9 @@ import textwrap
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any, TypeVar, get_args, get_origin
 
+from carom.meant import refuse_unknown
+from carom.scene.keywords import ELSEWHERE
 from carom.spec import Spec, SpecField, fields_of
-from carom.studies.arguments import refuse_unknown
 from carom.studies.study import Study
 
 R = TypeVar("R")
@@ -63,7 +64,7 @@ def documented(
 
         @functools.wraps(function)
         def called(*arguments: Any, **given: Any) -> R:
-            refuse_unknown(f"{function.__name__}()", given, known)
+            refuse_unknown(f"{function.__name__}()", given, known, elsewhere=ELSEWHERE)
             ways = {"how": {name: given.pop(name) for name in HOW if name in given}} if run else {}
             given = {k: v for k, v in given.items() if v is not None}
             return function(*arguments, **ways, **given)

@@ -24,6 +24,7 @@ from carom import checks
 from carom.compiling import compile_listeners
 from carom.errors import CaromError, InputError
 from carom.simulation.workers.thread_pool import cores
+from carom.texts import counted
 
 NAMES = ("processes", "threads", "serial", "mpi")
 
@@ -145,7 +146,7 @@ def _choose(choice: Any, workers: int | None, most: int | None, main: bool) -> P
     if choice == "threads":
         pool = ThreadPoolExecutor(count)
         end = lambda now: pool.shutdown(wait=not now, cancel_futures=now)  # noqa: E731
-        return Place(f"{count} thread{'s' * (count > 1)}", pool.submit, end, local=True, here=True)
+        return Place(counted(count, "thread"), pool.submit, end, local=True, here=True)
     if choice == "processes":
         return _processes(count, main)
     if choice == "mpi":
@@ -217,7 +218,7 @@ def _processes(count: int, main: bool) -> Place:
             told.recv_bytes()
             compile_listeners.notify()
 
-    name = f"{count} process{'es' * (count > 1)}"
+    name = counted(count, "process")
     return Place(name, submit, end, here=True, replaces=True, listen=listen)
 
 
@@ -265,7 +266,7 @@ def _mpi() -> Place:
         )
     pool = MPIPoolExecutor()
     end = lambda now: pool.shutdown(wait=not now, cancel_futures=now)  # noqa: E731
-    return Place(f"MPI, {size - 1} worker{'s' * (size > 2)}", pool.submit, end)
+    return Place(f"MPI, {counted(size - 1, 'worker')}", pool.submit, end)
 
 
 def _dask(address: str) -> Place:

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from carom import checks
+from carom import checks, meant
 from carom.errors import CaromError, CaromWarning, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
@@ -297,7 +297,7 @@ def _wanted(quantities: tuple[Any, ...]) -> dict[str, Any]:
     for each in quantities:
         if isinstance(each, str):
             if each not in QUANTITIES:
-                raise InputError(f"{each!r} is no quantity of frames{checks.suggestion(each, QUANTITIES)}.")
+                raise InputError(f"{each!r} is no quantity of frames{meant.suggestion(each, QUANTITIES)}.")
             name, value = each, True
         elif hasattr(each, "update") and hasattr(each, "result"):
             known = [name for name, one in QUANTITIES.items() if type(each) is one.observable]

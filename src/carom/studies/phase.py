@@ -6,11 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-import numpy as np
-
 from carom import theory
 from carom.errors import InputError
-from carom.frame import Frame
 from carom.observables.drift import STUCK
 from carom.theory import Equation
 
@@ -48,12 +45,6 @@ class Filled(Protocol):
         """Packing fraction."""
 
 
-def moved(start: np.ndarray, frame: Frame) -> float:
-    """Return the median distance from the positions ``start`` (n, d), in mean spacings ``(V / n)^(1/d)``."""
-    distance = np.sqrt(np.sum((frame.unwrapped - start) ** 2, axis=1))
-    return float(np.median(distance)) / float((math.prod(frame.box) / frame.n) ** (1.0 / frame.dimension))
-
-
 def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
     """Return the phase of a run.
 
@@ -64,7 +55,7 @@ def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
     initial : str
         The start of the run, as in a scene file.
     distance : float
-        Median distance of the particles from their start, as :func:`moved` returns it.
+        Median distance of the particles from their start, :func:`carom.observables.drift.moved`.
 
     Notes
     -----

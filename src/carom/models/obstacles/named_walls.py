@@ -13,7 +13,7 @@ from carom.errors import InputError
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.properties import Properties, properties_of
 from carom.models.obstacles.wall_names import axis_names, sides, wall_name
-from carom.texts import axis_name
+from carom.texts import axis_name, counted
 
 Walls = bool | str | Sequence[str] | Mapping[str, "Wall"]
 """What the keyword ``walls`` takes."""
@@ -93,7 +93,7 @@ def named(walls: Any, dimension: int) -> dict[str, Wall]:
         for name, wall in properties.items():
             if name not in known:
                 hint = checks.suggestion(name, known) if isinstance(name, str) else ""
-                raise InputError(f"There is no wall {name!r} in {dimension} dimensions{hint}.")
+                raise InputError(f"There is no wall {name!r} in {counted(dimension, 'dimension')}{hint}.")
             if not isinstance(wall, Wall):
                 raise InputError(f"walls[{name!r}] must be a Wall, found {checks.describe(wall)}.")
         given = [axis for axis in names if {f"{axis}_low", f"{axis}_high"} & {*properties}]
@@ -109,7 +109,7 @@ def named(walls: Any, dimension: int) -> dict[str, Wall]:
         )
     for axis in given:
         if axis not in names:
-            space = f"in {dimension} dimension{'s' * (dimension > 1)}"
+            space = f"in {counted(dimension, 'dimension')}"
             raise InputError(
                 f"walls={walls!r} names {axis!r}, which is no axis {space}: expected some of "
                 f"{', '.join(names)}, or True for all."

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import builtins
 import dataclasses
-import difflib
 import dis
 import inspect
 import sys
@@ -15,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
+from carom import checks, meant
 from carom.compiling import registry
 from carom.errors import InputError, OverlapError
 from carom.models.own import fields
@@ -142,20 +141,20 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
             continue
         if name == "step_of" and hasattr(cls, "steps_of"):
             continue
-        alike = difflib.get_close_matches(name, [each for each in written if each not in found], n=1)
+        alike = meant.nearest(name, [each for each in written if each not in found])
         how = f"def {name}({', '.join(wanted)})" if wanted else name
         raise InputError(
             f"{cls.__name__} is {_article(kind.name)} and has no {name}"
-            + (f", but {alike[0]}" if alike else "")
+            + (f", but {alike}" if alike else "")
             + f": give it {how}."
         )
     if kind is OBSERVER and not found:
         raise InputError(f"{cls.__name__} is an observer and has none of {', '.join(kind.questions)}.")
     for name in written:
-        alike = difflib.get_close_matches(name, kind.questions, n=1, cutoff=MISSPELT)
+        alike = meant.nearest(name, kind.questions, MISSPELT)
         if name not in found and alike and name not in kind.asked:
             raise InputError(
-                f"{cls.__name__} has a method {name}, which nobody asks; did you mean {alike[0]}? Else give "
+                f"{cls.__name__} has a method {name}, which nobody asks; did you mean {alike}? Else give "
                 "it a name that is less alike."
             )
     return found
@@ -253,10 +252,10 @@ def _constants(
                     "outside of the class, and hand it what it needs."
                 )
             if not isinstance(value, bool | int | float):
-                alike = difflib.get_close_matches(name, known, n=1)
+                alike = meant.nearest(name, known)
                 raise InputError(
                     f"{label} reads self.{name}, which is no number and no array of the class"
-                    + (f"; did you mean {alike[0]}?" if alike else f"; it has {', '.join(sorted(known))}.")
+                    + (f"; did you mean {alike}?" if alike else f"; it has {', '.join(sorted(known))}.")
                 )
             found[name] = value
     return found

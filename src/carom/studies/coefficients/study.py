@@ -22,6 +22,7 @@ from carom.studies.eos.study import composition
 from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.table import Column, Table, error
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -208,7 +209,7 @@ class Transport(GridStudy[TransportSpec]):
     def _lines(self) -> list[str]:
         """Return what is printed: the grid, the coefficients of one point, and the remarks."""
         rows = self.points
-        what = f"{len(rows)} points"
+        what = counted(len(rows), "point")
         if len(rows) == 1:
             what = f"N = {rows[0].n} at packing fraction {rows[0].packing_fraction:g}"
         lines = [f"Transport coefficients in {self.spec.dimension}D: {what}, {self._done()}"]

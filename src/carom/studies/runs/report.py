@@ -22,6 +22,7 @@ from carom.frame import Frame
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
 from carom.observables import RDF, Estimate, Pressure, PressureResult, RDFResult, WallPressure
+from carom.observables.drift import LEVEL, moved
 from carom.observables.energy import (
     Energy,
     EnergyResult,
@@ -31,6 +32,7 @@ from carom.observables.equilibrium import doubts_about, slow_structure
 from carom.observables.layers import Layers
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
 from carom.observables.pressure import without_pressure
+from carom.observables.quantiles import student_above
 from carom.observables.statistics import ratio
 from carom.observables.volume import VolumeResult
 from carom.observables.wall_pressure import obstacle_names
@@ -48,7 +50,7 @@ from carom.simulation.equipartition import Thermometer
 from carom.simulation.mechanics import Statistics
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
-from carom.studies.phase import Phase, moved, phase_of
+from carom.studies.phase import Phase, phase_of
 from carom.studies.runs import beside_theory, constant_pressure
 from carom.studies.runs.beside_theory import finite
 from carom.studies.runs.constant_pressure import MeanBox
@@ -59,6 +61,9 @@ T = TypeVar("T")
 
 OTHER = 0.01
 """Part of a temperature by which the mean of a run may differ from it, and no sentence says so."""
+
+SCALED_BY = 0.375
+"""Part of the equilibration whose mean kT velocities are scaled by last."""
 
 
 @dataclass(frozen=True)
@@ -345,7 +350,7 @@ def _summary(
     none: list[dict[str, Any]] = []
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
     doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure, volume, energy), list[str]())
-    other = None if energy is None else _other_temperature(facts, energy.kT)
+    other, early = (None if energy is None else _other_temperature(facts, energy.kT)) or ("", False)
     missing = None if _decides(scene) else no_pressure(scene)
 
     def measured(name: str) -> dict[str, float | None]:
@@ -385,8 +390,10 @@ def _summary(
         "contact_value_from_rdf": whole,
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
-        "remarks": [*doubts, *parts.remarks],
-        "note": " ".join(filter(None, ((missing or "") if pressure is None else pressure.note, other))),
+        "remarks": [*doubts, *([other] if early else []), *parts.remarks],
+        "note": " ".join(
+            filter(None, ((missing or "") if pressure is None else pressure.note, "" if early else other))
+        ),
         "obstacles": borne,
         "layers": parts.of("layers", lambda: _layers(facts), none),
         "collisions_by_species": _by_species(sim),
@@ -407,19 +414,27 @@ def _summary(
     }
 
 
-def _other_temperature(facts: Facts, kT: Estimate) -> str | None:
-    """Return a sentence where a run came to another temperature than was asked for."""
+def _other_temperature(facts: Facts, kT: Estimate) -> tuple[str, bool] | None:
+    """Return a sentence where a run came to another temperature than was asked for, and whether it speaks
+    against equilibrium.
+    """
     asked, scene = facts.plan.run.kT, facts.sim.scene
-    if asked is None or scene.velocities is not None or not abs(kT.mean - asked) > OTHER * asked:
-        return None
-    if scene.drive is not None or drifts(facts.sim) is not None:
+    decided = scene.drive is not None or drifts(facts.sim) is not None
+    if asked is None or scene.velocities is not None or decided:
         return None  # contacts, surfaces or a drive decide, and no equilibration brings kT back
+    scaled = facts.energy_drift is not None and not facts.plan.run.event_log
+    # Velocities were scaled by a mean over a part of the equilibration, which has an error of its own.
+    measured = math.fsum(block.duration for block in facts.blocks)
+    longer = measured / (SCALED_BY * facts.equilibration[1]) if scaled and facts.equilibration[1] else 0.0
+    chance = student_above(0.5 * LEVEL, max(kT.n_eff - 1.0, 1.0)) * kT.error * math.sqrt(1.0 + longer)
+    if not abs(kT.mean - asked) > max(OTHER * asked, chance):
+        return None
     said = f"kT = {asked:g} was asked for, and its mean is {kT.mean:.4g}: kinetic and potential energy are"
+    if scaled:
+        return f"{said} still being exchanged, so equilibrate longer.", True
     if facts.plan.run.event_log:
-        return f"{said} exchanged, and velocities are not scaled where an event log is written."
-    if facts.energy_drift is None:
-        return f"{said} exchanged."
-    return f"{said} still being exchanged, so equilibrate longer."
+        return f"{said} exchanged, and velocities are not scaled where an event log is written.", False
+    return f"{said} exchanged.", False
 
 
 def _doubts(
