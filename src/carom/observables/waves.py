@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,13 @@ class Waves:
         near = np.searchsorted(kept, lengths * (1.0 - 1e-8))
         chosen = lengths <= kept[-1] * (1.0 + 1e-8)
         return cls(numbers[chosen], near[chosen], kept, edges)
+
+    def in_box(self, box: np.ndarray) -> Waves:
+        """Return as many waves along each axis of another box, in the same shells of a mean length."""
+        if np.array_equal(box, self.box):
+            return self
+        lengths = 2.0 * math.pi * np.sqrt(np.sum((self.numbers / box) ** 2, axis=1))
+        return replace(self, lengths=self.average(lengths), box=box)
 
     def density(self, positions: np.ndarray) -> np.ndarray:
         """Return the parts of ``sum exp(i q.r)`` over positions (n, d), real and imaginary, (m, 2)."""
