@@ -268,6 +268,9 @@ class ForeignReader(Reader):
         if found.images is not None and not self._unwrapped:
             counts += np.asarray(found.images).reshape(n, -1)[:, :d].astype(np.int64)
         positions, images = wrapped(places, np.where(periodic, edges, np.inf), counts)
+        walled = np.clip(positions, 0.0, edges)  # single precision rounds what touches a wall
+        touches = ~periodic & (np.abs(positions - walled) <= 4.0 * np.finfo(np.float32).eps * edges)
+        positions = np.where(touches, walled, positions)
         if tilt:
             positions[:, 0] += tilt * positions[:, 1]
         assert images is not None

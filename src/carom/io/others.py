@@ -286,9 +286,11 @@ class H5md(Source):
                 at = np.flatnonzero(np.isclose(its, ours[k], rtol=1e-9, atol=0.0)).tolist()
                 at = [k] if k in at else at
                 break
-        if not at and name not in _SOMETIMES:
-            raise ValueError(f"its {name} has no value at the step of frame {k}")
-        return values[at[0]] if at else None
+        if at or name in _SOMETIMES:
+            return values[at[0]] if at else None
+        if not len(values) or (values[()] != values[0]).any():  # what is always the same is so between
+            raise ValueError(f"it has no {name} at the step of frame {k}")
+        return values[0]
 
     def _moments(self, node: Any, clock: str) -> np.ndarray | None:
         """Return the steps or times (k,) of the frames of an element, which may say an interval, or None."""

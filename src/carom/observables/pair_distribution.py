@@ -49,8 +49,8 @@ class RDF(OfFrames):
     -----
     ``g = counts / (n (n - 1) / 2 shell / V)`` with the exact volume of each shell. It is 1 for an ideal gas
     of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n. For two species
-    the number of pairs is ``n_i n_j``, for one species ``n_i (n_i - 1) / 2``. V is the volume of each frame; by
-    default the bins end at half of the shortest edge of the smallest box.
+    the number of pairs is ``n_i n_j``, for one species ``n_i (n_i - 1) / 2``. V is the volume of each frame;
+    by default the bins end at half of the shortest edge of the smallest box.
 
     Compiled code counts the pairs over sorted cells (``carom.observables.pairs``), in double precision, in as
     many threads as Numba uses (``NUMBA_NUM_THREADS``); their number does not change the result. Pairs in

@@ -81,8 +81,8 @@ class Waves:
         """Return as many waves along each axis of another box, in the same shells of a mean length."""
         if np.array_equal(box, self.box):
             return self
-        lengths = 2.0 * math.pi * np.sqrt(np.sum((self.numbers / box) ** 2, axis=1))
-        return replace(self, lengths=self.average(lengths), box=box)
+        own, ours = (self.average(np.sqrt(np.sum((self.numbers / b) ** 2, axis=1))) for b in (box, self.box))
+        return replace(self, lengths=self.lengths * (own / ours), box=box)
 
     def density(self, positions: np.ndarray) -> np.ndarray:
         """Return the parts of ``sum exp(i q.r)`` over positions (n, d), real and imaginary, (m, 2)."""
