@@ -451,3 +451,55 @@ def test_a_name_that_is_no_text_is_one_sentence_of_dcd(tmp_path):
     done = CliRunner().invoke(app, ["export", str(tmp_path / "a.h5md"), str(folder / "a.dcd")])
     assert (done.exit_code, "no text" in done.output, "Traceback" in done.output) == (2, True, False)
     assert [*folder.iterdir()] == []
+
+
+# ------------------------------------------------------------------------------------------- MDAnalysis
+
+
+@pytest.mark.parametrize("suffix", [".h5md", ".extxyz", ".gsd"])
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("n", [3, 4])
+@pytest.mark.parametrize("sheared", [True, False])
+def test_mdanalysis_unwraps_along_the_edges_of_the_tilted_cell_of_each_frame(tmp_path, suffix, d, n, sheared):
+    mda = pytest.importorskip("MDAnalysis")
+    import carom.io.mdanalysis
+
+    rng = np.random.default_rng(3)
+    edges = np.array([5.0, 6.0, 7.0])[:d]
+    with carom.io.open(tmp_path / f"a{suffix}", "w") as writer:
+        frames = []
+        for k, tilt in enumerate((0.1, -0.4, 0.5)):
+            x = rng.random((n, d)) * edges
+            x[:, 0] += tilt * x[:, 1] if sheared else 0.0
+            frames.append(
+                carom.Frame(
+                    float(k), k, x, np.zeros((n, d)), edges, np.ones(n), np.ones(n),
+                    images=rng.integers(-9, 9, (n, d)).astype(np.int32), tilt=tilt if sheared else None,
+                )
+            )  # fmt: skip
+            writer.write(frames[-1])
+    own = carom.io.mdanalysis.universe(tmp_path / f"a{suffix}", unwrapped=True)
+    worlds = [own] if suffix == ".gsd" else [own, mda.Universe(str(tmp_path / f"a{suffix}"), unwrapped=True)]
+    for world in worlds:
+        for step, frame in zip(world.trajectory, frames, strict=True):
+            np.testing.assert_allclose(step.positions[:, :d], frame.unwrapped, rtol=1e-5, atol=1e-5)
+            assert not step.positions[:, d:].any()
+            rounding = 1e-5 if suffix == ".gsd" else 1e-13
+            np.testing.assert_allclose(step.data["positions"], frame.unwrapped, rtol=rounding, atol=rounding)
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning", "ignore::DeprecationWarning")
+def test_mdanalysis_does_not_unwrap_by_image_counts_of_other_steps(tmp_path):
+    mda = pytest.importorskip("MDAnalysis")
+    import carom.io.mdanalysis  # noqa: F401
+
+    path = h5md(tmp_path / "a.h5md", {"image": (2, lambda step: np.full((N, 3), step))}, explicit=True)
+    with h5py.File(path, "r+") as file:
+        group = file["particles"]
+        group.move("all", "trajectory")
+        box = group["trajectory/box"]
+        del box["edges"]
+        box["edges/value"] = np.full((FRAMES, 3), EDGE)
+        group["trajectory/position/time"] = np.arange(FRAMES) * 0.1
+    with pytest.raises(InputError, match=r"steps of their own; take carom\.io\.universe"):
+        mda.Universe(str(path), unwrapped=True, convert_units=False)

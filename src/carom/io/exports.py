@@ -35,11 +35,6 @@ def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -
         Of the format, one of ``EXPORTED``.
     report : callable, optional
         Called as ``report(done, total)`` after each frame.
-
-    Raises
-    ------
-    InputError
-        If the frames have more than three dimensions, or are too wide for the columns of a PDB file.
     """
     name = EXPORTED[suffix]
     require_at_most_three(frames[0].dimension, name)

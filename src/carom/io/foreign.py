@@ -59,13 +59,6 @@ class ForeignReader(Reader):
     box : sequence of float, optional
         Edges of a periodic box [length], for files without.
 
-    Raises
-    ------
-    FileError
-        If the file is damaged, holds no frames, no box, or one with other angles.
-    InputError
-        If the file holds a box and one is given, or what is given is no diameter or box.
-
     Warns
     -----
     CaromWarning
@@ -130,15 +123,13 @@ class ForeignReader(Reader):
     def _begin(self, first: Snapshot) -> list[str]:
         """Decide on dimension, diameters and box by the first frame; return what was assumed."""
         assumed: list[str] = []
-        lacks = {"masses"} if first.masses is None else set()
         if isinstance(self._diameter, Mapping):
             if missing := {*self._names} - {*self._diameter}:
                 missed = ", ".join(sorted(missing))
                 raise InputError(f"diameter names no {missed}, of which there are particles.")
         elif self._diameter is None and first.diameters is None:
-            lacks.add("diameters")
             assumed.append("a diameter of 1, or 0 to measure (diameter= or --diameter gives another)")
-        if "masses" in lacks:
+        if first.masses is None:
             assumed.append("a mass of 1")
         boxed = first.cell is not None and np.abs(first.cell).sum(axis=1).all()
         self._dimension = first.dimension or first.positions.shape[1]
@@ -163,7 +154,6 @@ class ForeignReader(Reader):
         self._unwrapped = last.unwrapped or (first.images is None and self._strays(last))
         if self._unwrapped and not last.unwrapped:
             assumed.append("unwrapped positions, as they fill more than the box")
-        self._lacks = lacks
         said = [f"assumed {', '.join(assumed)}"] if assumed else []
         moving = [each.velocities is not None for each in (first, last)]
         said += [] if all(moving) else ["no velocities in some frames" if any(moving) else "no velocities"]
@@ -291,7 +281,11 @@ class ForeignReader(Reader):
             species_names=names,
             periodic=tuple(periodic.tolist()),
             tilt=tilt,
-            lacks=frozenset(self._lacks | ({"velocities"} if moves is None else set())),
+            lacks=frozenset(
+                name
+                for name in ("velocities", "masses", "diameters")
+                if getattr(found, name) is None and not (name == "diameters" and self._diameter is not None)
+            ),
         )
 
     def _followed(self, found: Snapshot) -> bool:

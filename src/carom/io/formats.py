@@ -287,13 +287,7 @@ _BEGINS = {
 
 
 def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
-    """Return the format of a file that another program may have written, by its name and beginning, or None.
-
-    Raises
-    ------
-    FileError
-        If its suffix says nothing, and it cannot be read.
-    """
+    """Return the format of a file that another program may have written, by name and beginning, or None."""
     path = Path(path)
     name = path.stem if path.suffix.lower() in PACKED else path.name
     found = FOREIGN.get(Path(name).suffix.lower()) or (FOREIGN.get(name) if name in _BEGINS else None)
@@ -307,13 +301,7 @@ def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
 
 
 def format_of(path: str | os.PathLike[str]) -> str:
-    """Return the format that a file name asks for: ``"h5md"``, ``"extxyz"`` or ``"gsd"``.
-
-    Raises
-    ------
-    InputError
-        If the suffix is none of the known ones.
-    """
+    """Return the format that a file name asks for: ``"h5md"``, ``"extxyz"`` or ``"gsd"``."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(

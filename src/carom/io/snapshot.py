@@ -104,13 +104,7 @@ def text_of(path: Path) -> list[str]:
 
 
 def line_of(file: IO[bytes]) -> bytes:
-    """Return the next line.
-
-    Raises
-    ------
-    ValueError
-        If it is longer than any line of a frame.
-    """
+    """Return the next line."""
     line = file.readline(LONGEST)
     if len(line) == LONGEST:
         raise ValueError(f"a line is longer than {LONGEST} bytes")

@@ -28,15 +28,7 @@ STATES = ("checkpoint.h5", "compression.h5")
 
 
 def trajectory_of(path: str | os.PathLike[str]) -> Path:
-    """Return the trajectory in a folder of a run or of a packing; a path to a file as it is.
-
-    Raises
-    ------
-    FileError
-        If the folder holds none.
-    InputError
-        If it is no path.
-    """
+    """Return the trajectory in a folder of a run or of a packing; a path to a file as it is."""
     if not isinstance(path, str | os.PathLike):
         raise InputError(
             f"A trajectory is named by the path of a file or folder, found {checks.describe(path)}."

@@ -52,13 +52,7 @@ class Waves:
 
     @classmethod
     def within(cls, box: tuple[float, ...], kmax: float) -> Waves:
-        """Return the wave vectors up to the length ``kmax`` [1 / length].
-
-        Raises
-        ------
-        InputError
-            If there is none, or there are more than ten million.
-        """
+        """Return the wave vectors up to the length ``kmax`` [1 / length]."""
         edges = np.asarray(box)
         shortest = 2.0 * math.pi / float(edges.max())
         if kmax < shortest:
