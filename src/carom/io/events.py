@@ -128,7 +128,7 @@ def _sum_of_initial(arrays: Mapping[str, np.ndarray]) -> int:
 
 
 def verify(path: Path, count: int, sums: Mapping[str, int]) -> None:
-    """Refuse a log of which the first ``count`` events are not those with these checksums; it is only read."""
+    """Refuse a log whose first ``count`` events are not those with these checksums; it is only read."""
     existing(path)
 
     def read() -> None:
