@@ -25,6 +25,7 @@ class Configuration:
     periodic: tuple[bool, ...] = ()
     spins: np.ndarray | None = None
     tilt: float | None = None
+    lacks: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         box = np.array(self.box, dtype=np.float64)

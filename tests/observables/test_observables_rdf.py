@@ -224,8 +224,8 @@ def test_unusable_frames_are_refused():
         RDF().over([frame([[0.5, 0.5]], (5.0, 8.0))])
     with pytest.raises(InputError, match="Particles 0 and 1 overlap"):
         RDF().over([frame([[0.5, 0.5], [0.5, 1.25]], (5.0, 8.0))])
-    with pytest.raises(InputError, match="Frame 1 has box"):
-        RDF().over([good, frame(good.positions, (5.0, 9.0))])
+    with pytest.raises(InputError, match=r"rmax is 2\.5, beyond half of the shortest box edge \(2\)"):
+        RDF(rmax=2.5).over([good, frame(good.positions, (4.0, 9.0))])
     unequal = Frame(0.0, 0, good.positions, good.velocities, good.box, np.array([1.0, 0.5]), good.masses)
     with pytest.raises(InputError, match=r"from 0\.5 to 1"):
         RDF().over([unequal])

@@ -175,7 +175,7 @@ def test_what_a_barostat_is_not_for_is_refused_in_a_sentence(unscheduled, scene,
 
 def test_methods_that_need_one_box_are_refused(unscheduled):
     sim = at_pressure(mixture())
-    for observable in (carom.Pressure(), carom.PressureTensor(), carom.RDF(), carom.FreeFlights()):
+    for observable in (carom.Pressure(), carom.PressureTensor(), carom.Dynamics(), carom.FreeFlights()):
         with pytest.raises(InputError, match=r"needs a box that does not change.*carom\.Volume"):
             sim.measure(observable, time=1.0)
     with pytest.raises(InputError, match="give Simulation a barostat"):

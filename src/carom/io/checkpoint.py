@@ -50,13 +50,6 @@ def save(
     attributes : mapping of str to value
         None, bool, int (of any size), float, str, and lists and dicts of them; NumPy scalars become Python
         ones.
-
-    Raises
-    ------
-    InputError
-        If a name is empty or holds a '/', an array holds objects, or an attribute is none of the above.
-    FileError
-        If it cannot be written.
     """
     text = _to_json(attributes)
     large = sum(np.asarray(array).nbytes for array in arrays.values()) > LARGE

@@ -23,7 +23,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.neighbors import nearest, pairs_within
 from carom.observables.of_frames import OfFrames, of_species
-from carom.observables.statistics import Estimate, arrays, blocking
+from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking
 from carom.observables.tessellation import voronoi_bonds
 from carom.results import Result
 from carom.scene.overlaps import Room
@@ -150,9 +150,11 @@ class BondOrder(OfFrames):
         """Return the sums of ``q_i . q_j`` and the numbers of pairs in each bin."""
         if self.rmax is None:
             return np.zeros(0), np.zeros(0, np.int64)
-        _refuse_images(room, self.rmax, "rmax")
-        edges = self._edges
-        shape = len(edges) - 1
+        edges, shape = self._edges, len(self._edges) - 1
+        if self._samples:  # bins for which the box has become too small have no pairs of this frame
+            edges = edges[edges <= _half(room)]
+        else:
+            _refuse_images(room, self.rmax, "rmax")
         sums, counts = np.zeros(shape), np.zeros(shape, np.int64)
         found = pairs_within(room, places, float(edges[-1]))
         for part in _portions(len(found)):
@@ -160,7 +162,7 @@ class BondOrder(OfFrames):
             bins = np.searchsorted(edges, room.distances(places, pairs), side="right") - 1
             i, j = pairs.T
             products = np.sum(orders[i] * orders[j], axis=1)
-            inside = bins < shape
+            inside = bins < len(edges) - 1
             sums += np.bincount(bins[inside], products[inside], shape)
             counts += np.bincount(bins[inside], minlength=shape)
         return sums, counts
@@ -214,19 +216,23 @@ def _ratio(sums: np.ndarray, counts: np.ndarray) -> Estimate:
     """Return the mean over all pairs of all frames, with a linearised error; nan where there is no pair."""
     total = counts.sum()
     if not total:
-        return Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+        return UNKNOWN
     mean = sums.sum() / total
     found = blocking((sums - mean * counts) / (total / len(counts)))
     return Estimate(float(mean), found.error, found.n_eff, found.tau, found.blocks)
 
 
+def _half(room: Room) -> float:
+    """Return half of the shortest distance of two periodic faces [length]."""
+    apart = room.box / np.where(np.arange(len(room.box)) == 0, math.hypot(1.0, room.tilt), 1.0)
+    return 0.5 * float(apart[room.periodic].min(initial=math.inf))
+
+
 def _refuse_images(room: Room, reach: float, name: str) -> None:
-    apart = room.box / np.where(np.arange(len(room.box)) == 0, math.hypot(1.0, room.tilt), 1.0)  # of faces
-    shortest = float(apart[room.periodic].min(initial=math.inf))
-    if reach > 0.5 * shortest:
+    if reach > (half := _half(room)):
         raise InputError(
-            f"{name} is {reach:g}, beyond half of the shortest edge of the box ({0.5 * shortest:g}), where "
-            "images are counted twice."
+            f"{name} is {reach:g}, beyond half of the shortest edge of the box ({half:g}), where images are "
+            "counted twice."
         )
 
 

@@ -34,8 +34,12 @@ class DensityProfile(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`update`, if there is no such axis, the frame has no species or not this one, or the box
-        changes; from :meth:`result`, before any frame.
+        From :meth:`update`, if there is no such axis, or the frame has no species or not this one; from
+        :meth:`result`, before any frame.
+
+    Notes
+    -----
+    Where the box changes, each frame has slabs of its own, and their edges are the mean ones.
 
     Examples
     --------
@@ -51,7 +55,7 @@ class DensityProfile(OfFrames):
     species: int | None = None
 
     _what = "number density"
-    _same = ("box",)
+    _same = ("dimension",)
 
     def __post_init__(self) -> None:
         checks.integer(self.axis, "axis", low=0)
@@ -60,9 +64,9 @@ class DensityProfile(OfFrames):
     def _begin(self, first: Frame) -> None:
         if self.axis >= first.dimension:
             raise InputError(f"axis is {self.axis}, and a frame has axes 0 to {first.dimension - 1}.")
-        self._edges = np.linspace(0.0, first.box[self.axis], self.bins + 1)
 
-    def _of(self, frame: Frame) -> np.ndarray:
+    def _of(self, frame: Frame) -> tuple[np.ndarray, float]:
+        """Return the density in the slabs of the frame, and the length of its axis over the first one."""
         x = frame.positions[:, self.axis]
         if self.species is not None:
             if frame.species is None:
@@ -71,11 +75,15 @@ class DensityProfile(OfFrames):
             if self.species not in known:
                 raise InputError(f"species is {self.species}; known are {', '.join(map(str, known))}.")
             x = x[frame.species == self.species]
-        return np.histogram(x, self._edges)[0] / (float(np.prod(frame.box)) / self.bins)
+        edges = np.linspace(0.0, frame.box[self.axis], self.bins + 1)
+        longer = float(frame.box[self.axis] / self._first.box[self.axis])
+        return np.histogram(x, edges)[0] / (float(np.prod(frame.box)) / self.bins), longer
 
     def _found(self) -> DensityProfileResult:
-        density, error = arrays([blocking(column) for column in np.transpose(self._samples)])
-        return DensityProfileResult(self._edges, density, error, self.axis, len(self._samples))
+        found, longer = zip(*self._samples, strict=True)
+        density, error = arrays([blocking(column) for column in np.transpose(found)])
+        edges = np.linspace(0.0, self._first.box[self.axis], self.bins + 1) * float(np.mean(longer))
+        return DensityProfileResult(edges, density, error, self.axis, len(found))
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -9,7 +9,6 @@ the logarithm of the number of frames.
 from __future__ import annotations
 
 import functools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -20,7 +19,7 @@ from carom import checks, jit
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.of_frames import OfFrames, of_species
-from carom.observables.statistics import Estimate, arrays, blocking, shown
+from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
 from carom.scene import temperature
@@ -93,6 +92,11 @@ class Dynamics(OfFrames):
         changes, or the momentum along an axis that was taken. From :meth:`result`, if there are fewer than 9
         frames.
 
+    Notes
+    -----
+    Frames of other programs may have no velocities: correlations with them are then nan, and the motion of
+    the center of mass stays in the displacements.
+
     Examples
     --------
     >>> import carom
@@ -117,14 +121,11 @@ class Dynamics(OfFrames):
             self.conserved = temperature.conserved(scene)
 
     def _begin(self, first: Frame) -> None:
-        if first.images is None:
-            raise InputError(
-                "Displacements need image counts, which this frame lacks; sample with "
-                "carom.Tuning(images=True)."
-            )
         momentum = np.sum(first.masses[:, None] * first.velocities, axis=0)
         still, self._momentum = self.conserved, None
-        if still is None:
+        if still is None and "velocities" in first.lacks:
+            still = (False,) * first.dimension
+        elif still is None:
             still = [wraps and first.n > 1 for wraps in first.periodic]
             self._momentum = np.where(still, momentum, np.nan)  # a difference from nan is never too large
         elif len(still) != first.dimension:
@@ -139,6 +140,7 @@ class Dynamics(OfFrames):
         """Return the mean of v^2 and S(q) of a frame, after it was correlated with those before it."""
         self._check(frame)
         v = frame.velocities - self._drift
+        v[:] = np.nan if "velocities" in frame.lacks else v
         r = frame.unwrapped - self._drift * (frame.time - self._first.time)
         rho = None if self._waves is None else self._waves.density(frame.positions[self._chosen])
         count, level = len(self._samples), 0
@@ -158,7 +160,17 @@ class Dynamics(OfFrames):
         return square, self._waves.average(np.sum(rho * rho, axis=1)) / len(self._chosen)
 
     def _check(self, frame: Frame) -> None:
-        if self._momentum is not None:
+        if not np.array_equal(frame.box, self._first.box):
+            raise InputError(
+                f"A frame has box {frame.box.tolist()}, the first one {self._first.box.tolist()}; "
+                "displacements are those in one box: measure them in a run at constant volume."
+            )
+        if frame.images is None:
+            raise InputError(
+                "Displacements need image counts or unwrapped positions, which a frame lacks; sample with "
+                "carom.Tuning(images=True)."
+            )
+        if self._momentum is not None and "velocities" not in frame.lacks:
             momenta = frame.masses[:, None] * frame.velocities
             change = np.abs(np.sum(momenta, axis=0) - self._momentum)
             if (change > SAME * float(np.sum(np.abs(momenta)))).any():
@@ -204,12 +216,12 @@ class Dynamics(OfFrames):
             square, fourth, product, moved = x.T
             squares.append(blocking(square))
             gaussian.append(_non_gaussian(square, fourth, d))
-            velocities.append(blocking(product / d))
-            diffusion.append(blocking(moved / d))
+            velocities.append(_mean(product / d))
+            diffusion.append(_mean(moved / d))
             scattering.append(arrays([blocking(column) for column in f.T]))
         now, later = zip(*self._samples, strict=True)
         structure = arrays([blocking(column) for column in np.transpose(later)])
-        square_now = blocking(np.array(now) / d)
+        square_now = _mean(np.array(now) / d)
         q = np.zeros(0) if self._waves is None else self._waves.lengths
         return DynamicsResult(
             d,
@@ -235,11 +247,16 @@ class Dynamics(OfFrames):
         return found
 
 
+def _mean(values: np.ndarray) -> Estimate:
+    """Return the mean with its error, which is unknown where a frame has no velocities."""
+    return UNKNOWN if np.isnan(values).any() else blocking(values)
+
+
 def _non_gaussian(square: np.ndarray, fourth: np.ndarray, d: int) -> Estimate:
     """Return ``d <r^4> / ((d + 2) <r^2>^2) - 1`` with a linearised error."""
     a, b = float(square.mean()), float(fourth.mean())
     if a == 0.0:
-        return Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+        return UNKNOWN
     scale = d / (d + 2.0) / a**2
     linear = blocking(scale * (fourth - 2.0 * b / a * (square - a)))
     return Estimate(scale * b - 1.0, linear.error, linear.n_eff, linear.tau, linear.blocks)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -29,8 +29,8 @@ class OfFrames:
     """Name of the quantity in messages."""
     _uniform: ClassVar[bool] = False
     """Whether it is that of a fluid which is the same everywhere: without walls and obstacles."""
-    _same: ClassVar[tuple[str, ...]] = ("n", "dimension", "box")
-    """What all frames share with the first."""
+    _same: ClassVar[tuple[str, ...]] = ("n", "dimension")
+    """What all frames share with the first; each is measured in its own box."""
 
     _first: Any = None
     _samples: Any = ()
@@ -42,7 +42,7 @@ class OfFrames:
 
     def fresh(self) -> Self:
         """Return the same observable without any frame, so that one object serves several measurements."""
-        return dataclasses.replace(self)  # type: ignore[type-var]
+        return replace(self)  # type: ignore[type-var]
 
     def prepare(self, scene: Scene) -> None:
         """Refuse a scene with obstacles, which frames do not show, where they matter."""
@@ -70,10 +70,8 @@ class OfFrames:
         for name in self._same:
             ours, first = (np.asarray(getattr(each, name)).tolist() for each in (frame, self._first))
             if ours != first:
-                raise InputError(
-                    f"A frame has {name} {ours}, the first one {first}; {self._what} is that of the same "
-                    "system."
-                )
+                what = f"{self._what} is that of the same system"
+                raise InputError(f"A frame has {name} {ours}, the first one {first}; {what}.")
         self._samples.append(self._of(frame))
 
     def result(self) -> Any:
@@ -127,8 +125,13 @@ class OfFrames:
             for frame in several:
                 if not isinstance(frame, Frame):
                     raise InputError(f"frames must hold frames, found {checks.describe(frame)}.")
-                mine.update(frame)
+                mine.update(as_points(frame))
         return mine.result()
+
+
+def as_points(frame: Frame) -> Frame:
+    """Return a frame in which particles whose diameters nobody knows are points."""
+    return replace(frame, diameters=np.zeros(frame.n)) if "diameters" in frame.lacks else frame
 
 
 def of_species(frame: Frame, species: int | None) -> np.ndarray:

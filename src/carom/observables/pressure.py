@@ -15,7 +15,7 @@ from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.models.motions.shear import Shear
 from carom.observables.course import Course
-from carom.observables.statistics import Estimate, unwarned
+from carom.observables.statistics import UNKNOWN, Estimate, unwarned
 from carom.results import Result
 from carom.scene.fields import is_elastic, is_simple
 from carom.scene.temperature import kept_by_motion
@@ -31,9 +31,6 @@ FEW_COLLISIONS = 16
 
 # Edge of a box [diameters] and fraction of the freezing density: images bias Z in smaller, denser boxes.
 SMALL, DENSE = 6.0, 0.7
-
-# For numbers that do not exist: the contact value of one particle, Z from the collision rate on a line.
-UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
 
 
 @dataclass(frozen=True)

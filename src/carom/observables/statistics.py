@@ -140,6 +140,10 @@ class Estimate:
         return cls(float(mean), 0.0, math.inf, 1.0, 1)
 
 
+UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+"""For numbers that do not exist, such as the contact value of one particle."""
+
+
 @contextlib.contextmanager
 def unwarned(of: type[CaromWarning] = CaromWarning) -> Iterator[None]:
     """Compute without warnings: of many error bars, wide ones show where samples are few."""

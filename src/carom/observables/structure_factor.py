@@ -41,15 +41,16 @@ class StructureFactor(OfFrames):
     ------
     InputError
         If both ``shells`` and ``kmax`` are given. From :meth:`update`, if an axis has walls, a species is
-        unknown, or frames differ in n or box. From :meth:`result`, before any frame. From :meth:`prepare`, if
+        unknown, or frames differ in n. From :meth:`result`, before any frame. From :meth:`prepare`, if
         the scene has obstacles.
 
     Notes
     -----
     ``S(k) = <|rho(k)|^2> / n`` with ``rho(k) = sum exp(i k.r)``, averaged over all wave vectors of a length.
     For two species it is ``<rho_a(k) rho_b(-k)> / sqrt(n_a n_b)`` (N. W. Ashcroft and D. C. Langreth, Phys.
-    Rev. 156, 685 (1967)): in an ideal gas 1 for a = b, and else 0. The cost is one sine and cosine for each
-    particle, axis and harmonic, and a product for each particle and wave vector.
+    Rev. 156, 685 (1967)): in an ideal gas 1 for a = b, and else 0. Where the box changes, the waves are those
+    of each frame, as many along each axis, and k is their mean length. The cost is one sine and cosine for
+    each particle, axis and harmonic, and a product for each particle and wave vector.
 
     Examples
     --------
@@ -66,7 +67,6 @@ class StructureFactor(OfFrames):
 
     _what = "S(k)"
     _uniform = True
-    _same = ("n", "box")
 
     def __post_init__(self) -> None:
         if self.shells is not None and self.kmax is not None:
@@ -83,8 +83,9 @@ class StructureFactor(OfFrames):
             self._waves = Waves.within(first.box, self.kmax)
         self._chosen = None if self.pair is None else species_pair(first, self.pair)
 
-    def _of(self, frame: Frame) -> np.ndarray:
-        waves = self._waves
+    def _of(self, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
+        """Return S at the wave vectors of the frame, and their lengths over those of the first frame."""
+        waves = self._waves.in_box(frame.box)
         if self._chosen is None:
             rho = waves.density(frame.positions)
             square, weight = np.sum(rho * rho, axis=1), float(frame.n)
@@ -93,13 +94,14 @@ class StructureFactor(OfFrames):
             a = waves.density(parts[0])
             b = a if self._chosen[0] == self._chosen[1] else waves.density(parts[1])
             square, weight = np.sum(a * b, axis=1), math.sqrt(len(parts[0]) * len(parts[1]))
-        return waves.average(square) / weight
+        return waves.average(square) / weight, waves.lengths / self._waves.lengths
 
     def _found(self) -> StructureFactorResult:
-        values, errors = arrays([blocking(column) for column in np.transpose(self._samples)])
+        found, longer = zip(*self._samples, strict=True)
+        values, errors = arrays([blocking(column) for column in np.transpose(found)])
         return StructureFactorResult(
-            self._waves.lengths, values, errors, np.bincount(self._waves.shell), self._first.n,
-            self._first.dimension, len(self._samples), self._chosen,
+            self._waves.lengths * np.mean(longer, axis=0), values, errors, np.bincount(self._waves.shell),
+            self._first.n, self._first.dimension, len(self._samples), self._chosen,
         )  # fmt: skip
 
 

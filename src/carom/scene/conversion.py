@@ -183,7 +183,7 @@ def from_file(
     """
     with above.opened(path, diameter=diameter, box=box) as frames:
         found = frames.frame(frame)
-        drawn = {"velocities": None} if "velocities" in frames.lacks else {}
+        drawn = {"velocities": None} if "velocities" in found.lacks else {}
         return from_frame(lambda **words: cls(**{**words, **drawn}), found, **keywords)
 
 

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from carom.errors import InputError
-from carom.observables.statistics import value_with_error
-from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Extrapolation, line
+from carom.observables.statistics import UNKNOWN, value_with_error
+from carom.studies.coefficients.analysis import Coefficient, Extrapolation, line
 from carom.studies.coefficients.measure import measure
 from carom.studies.coefficients.points import Coefficients, coefficients_of
 from carom.studies.coefficients.spec import TransportSpec

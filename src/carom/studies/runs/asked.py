@@ -42,7 +42,7 @@ def plan_of(asked: Any) -> SceneFile:
         return asked.beside(Path())
     if isinstance(asked, str | PathLike):
         path = Path(asked)
-        if path.suffix.lower() != ".toml" and foreign_format_of(path) is not None:
+        if path.suffix.lower() != ".toml" and not path.is_dir() and foreign_format_of(path) is not None:
             return SceneFile(SceneSpec(file=str(existing(path)))).beside(Path())
         return SceneFile.load(path / RunFolder(path).scene.name if path.is_dir() else path)
     raise InputError(

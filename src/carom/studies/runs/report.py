@@ -236,7 +236,7 @@ def _decides(scene: Scene) -> bool:
 def without_rdf(scene: Scene, frames: bool, barostat: bool = False) -> str | None:
     """Return a sentence on why a run with or without ``frames`` has no g(r); None if it has one."""
     if barostat:
-        return "No g(r): the barostat gives frames boxes of different volumes."
+        return "No g(r): a barostat changes the volume; `carom measure FOLDER` gives g(r) of the frames."
     if _decides(scene):
         return "No pressure and no g(r): units that decide by rules are in no equilibrium."
     if scene.walls or scene.obstacles:
