@@ -1,12 +1,13 @@
 """What a design costs, and what can be reached in a time, as sums that can be done by hand."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from carom import Scene, theory
+from carom import Scene, Species, theory
 from carom.studies.planner import measures
 from carom.studies.planner.choice import Costs, Design, design, slowed, within
 from carom.studies.planner.sizes import OF_CRYSTAL, residual
@@ -35,6 +36,15 @@ def test_a_crystal_is_trusted_to_its_own_part_of_the_shift():
     shift = abs(theory.crystal_finite_size_shift(0.6, 500, theory.solid(3)))
     assert residual(crystal, 500) == pytest.approx(OF_CRYSTAL * shift, rel=0.01)
     assert OF_CRYSTAL * shift < residual(crystal, 500)
+
+
+@pytest.mark.parametrize("fractions", [(1.0, 1.0, 1.0), (0.05, 0.35, 0.6), (0.3, 0.7)])
+def test_a_plan_counts_the_species_of_a_mixture_as_its_scene_does(fractions):
+    mixed = [{"fraction": part, "diameter": 1.0 + k} for k, part in enumerate(fractions)]
+    species = [Species(**each) for each in mixed]
+    for n in (64, 70, 91):
+        there = Scene.random(n, 0.05, 3, species=species, seed=1)
+        assert list(System(0.05, scene={"species": mixed}).counts(n)) == np.bincount(there.species).tolist()
 
 
 def test_what_two_spheres_carry_is_known_exactly():
@@ -72,6 +82,34 @@ def test_what_is_planned_of_diffusion_has_the_units_of_the_scene():
     found = scaled.shift(500, 0.7 * 4.0 * speed / length**2, 0.2 * speed * length)
     assert found == pytest.approx(plain.shift(500, 0.7, 0.2) * speed * length, rel=1e-12)
     assert scaled.block(500) == pytest.approx(plain.block(500), rel=1e-12)  # in collisions
+
+
+def test_diffusion_costs_more_in_a_larger_box_whose_slope_is_taken_later():
+    """The window begins at four decay times of the longest wave, which grow with the square of the edge."""
+    from carom.studies.planner.diffusion import DiffusionMethod, DiffusionPilot
+
+    method = DiffusionMethod(System(0.3))
+    pilot = DiffusionPilot(
+        n=1000, value=0.2, variances={"displacement": 3.0, "velocity": 2.0}, viscosity=0.7, of_viscosity=0.0,
+        collisions_per_second=1e5, setup_seconds=0.0, equilibration=100.0, sure=True, seconds=1.0,
+    )  # fmt: skip
+    ns = [1000, 2000, 4000, 8000]
+    costs = [method.costs(pilot, n) for n in ns]
+    assert [each.variance for each in costs] == pytest.approx([2.0 * (n / 1000) ** (2 / 3) for n in ns])
+    assert [each.shortest for each in costs] == pytest.approx(
+        [costs[0].shortest * (n / 1000) ** (2 / 3) for n in ns]
+    )
+    biases = [each.bias for each in costs]
+    assert biases == sorted(biases, reverse=True)
+    # With the same bias, more particles never cost less.
+    seconds = [design(dataclasses.replace(each, bias=0.0), 1e-3).cpu_seconds for each in costs]
+    assert seconds == sorted(seconds)
+    # The viscosity, of which a run gives one value, is known by its time: after as many collisions of more
+    # particles it is known worse.
+    unsure = dataclasses.replace(pilot, of_viscosity=5.0)
+    for n, each in zip(ns, costs, strict=True):
+        more = method.costs(unsure, n).variance - each.variance
+        assert more == pytest.approx(method.shift(n, 0.7, 0.2) ** 2 * 5.0 * n / 1000)
 
 
 def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(monkeypatch):
