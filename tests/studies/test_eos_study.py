@@ -7,11 +7,12 @@ import json
 import math
 import re
 import sys
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 import pytest
-from helpers.drawn import outside
+from helpers.drawn import outside, strange_bars
 from helpers.marks import slow
 from scipy.stats import linregress, norm
 
@@ -818,6 +819,15 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
             if point > 0.0  # where 1 / N is 0 stands what is extrapolated
         ]
         assert len(hollow) == (1 if figure.axes[0].get_xlabel() == "$1/N$" else 4)
+    rows = study.table[:]
+    top, *_, bottom = study.plot().axes
+    assert strange_bars(top, [Estimate(row.Z_infinite, row.Z_error, 1.0, 1.0, 1) for row in rows]) == (12, [])
+    assert strange_bars(bottom, rows) == (12, [])
+    for axes in pictures.sizes(study).axes:  # with the fitted value at 0
+        assert strange_bars(axes, [rows, study.extrapolate()]) == (4, [])
+    known = [dataclasses.replace(row, order_error=0.01 * (k + 1)) for k, row in enumerate(rows)]
+    axes = pictures.order(SimpleNamespace(table=known)).axes[0]
+    assert strange_bars(axes, known) == (12, [])
     studies.EquationOfState(spec).report(tmp_path / "empty.html")
 
 

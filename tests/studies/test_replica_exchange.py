@@ -29,15 +29,16 @@ class Still:
     """Two disks that stay where they are: of the first three such runs the first is bound, by a well of 1."""
 
     PLACES = np.array([[[1.0, 1.0], [1.0 + apart, 1.0]] for apart in (1.2, 2.0, 2.2)])
-    begun = 0
+    begun, ran = 0, []
 
     def __init__(self, scene, kT, seed):
         assert scene.drive.kT == kT
+        self.kT = kT
         self.places = scene.positions if Still.begun >= 3 else Still.PLACES[Still.begun]
         Still.begun += 1
 
     def run(self, time):
-        assert time == 1.0
+        Still.ran.append((self.kT, time))
 
     @property
     def potential_energy(self):
@@ -52,9 +53,11 @@ def test_configurations_that_only_move_by_exchange_are_where_boltzmann_has_them(
 ):
     kT, rounds = (0.4, 0.8, 1.6), 400
     monkeypatch.setattr(Still, "begun", 0)
+    monkeypatch.setattr(Still, "ran", [])
     monkeypatch.setattr(example, "carom", SimpleNamespace(Scene=carom.Scene, Simulation=Still))
     spec = example.LadderSpec(kT=kT, n=2, packing_fraction=0.1, every=1.0, rounds=rounds, seeds=(1,))
     study = example.Ladders(spec).run(executor="serial", out=tmp_path / "out")
+    assert Still.ran == [(each, 1.0) for each in kT] * rounds
     bound = np.exp(1.0 / np.array(kT))
     bound /= bound.sum()
     for row, right in zip(study.table, bound, strict=True):
