@@ -823,7 +823,7 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
     top, *_, bottom = study.plot().axes
     assert strange_bars(top, [Estimate(row.Z_infinite, row.Z_error, 1.0, 1.0, 1) for row in rows]) == (12, [])
     assert strange_bars(bottom, rows) == (12, [])
-    for axes in pictures.sizes(study).axes:  # with the fitted value at 0
+    for axes in pictures.sizes(study).axes[:4]:  # with the fitted value at 0
         assert strange_bars(axes, [rows, study.extrapolate()]) == (4, [])
     known = [dataclasses.replace(row, order_error=0.01 * (k + 1)) for k, row in enumerate(rows)]
     axes = pictures.order(SimpleNamespace(table=known)).axes[0]
