@@ -71,11 +71,8 @@ def told(found):
     for name, error in values.items():
         own = [name.removesuffix("_error")] if name.endswith("_error") else []
         if name == "error":
-            own = (
-                ["mean"]
-                if "mean" in values
-                else [k for k in values if np.shape(values[k]) == np.shape(error)]
-            )
+            alike = [one for one in values if np.shape(values[one]) == np.shape(error)]
+            own = ["mean"] if "mean" in alike else alike
         for one in own:
             pairs.append(np.column_stack([np.ravel(values[one]), np.ravel(error)]).astype(float))
     return np.concatenate(pairs)
