@@ -173,8 +173,10 @@ def test_a_pressure_on_what_nothing_hit_says_so():
     assert "nothing" not in str(carom.WallPressure(0).of_scene(blocks, scene, kT=1.0))
 
 
-def test_the_highest_layer_is_what_is_left_of_the_box():
-    scene = carom.Scene([[2.0, 1.5]], (4.0, 2.6), motion=Gravity((0.0, -1.0)), walls="y")
+@pytest.mark.parametrize("small", [1.0, 0.25])
+def test_layers_are_as_thick_as_the_largest_diameter_and_the_highest_is_what_is_left_of_the_box(small):
+    two, sizes = [[2.0, 1.5], [3.5, 1.5]], [1.0, small]
+    scene = carom.Scene(two, (4.0, 2.6), diameter=sizes, motion=Gravity((0.0, -1.0)), walls="y")
     layers, places = Layers(scene, []), np.array([[1.0, 0.5], [1.0, 1.5], [1.0, 2.3]])
     layers.look(frame_of(scene, places, np.ones((3, 2)), np.ones(3)), 1.0)
     found = layers.found()
