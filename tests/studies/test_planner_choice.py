@@ -74,6 +74,14 @@ def test_the_error_of_few_correlated_blocks_is_that_of_the_mean():
     assert squares.mean() == pytest.approx(exact, rel=0.08)
 
 
+def test_a_weight_that_is_fitted_to_few_blocks_costs_a_degree_of_freedom():
+    a, b = np.random.default_rng(4).normal(size=(2, 10))
+    weight = np.cov(a, a - b)[0, 1] / np.var(a - b, ddof=1)
+    alone, found = measures.mean(a - weight * (a - b)), measures.together(a, b)
+    assert found.mean == pytest.approx(alone.mean, rel=1e-12)
+    assert found.error == pytest.approx(alone.error * math.sqrt(9.0 / 8.0), rel=1e-12)
+
+
 def test_what_is_planned_of_diffusion_has_the_units_of_the_scene():
     from carom.studies.planner.diffusion import DiffusionMethod
 

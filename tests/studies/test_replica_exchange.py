@@ -48,9 +48,7 @@ class Still:
         return SimpleNamespace(positions=self.places)
 
 
-def test_configurations_that_only_move_by_exchange_are_where_boltzmann_has_them(
-    example, monkeypatch, tmp_path
-):
+def test_copies_that_move_by_exchange_alone_are_where_boltzmann_has_them(example, monkeypatch, tmp_path):
     kT, rounds = (0.4, 0.8, 1.6), 400
     monkeypatch.setattr(Still, "begun", 0)
     monkeypatch.setattr(Still, "ran", [])
