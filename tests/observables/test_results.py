@@ -230,7 +230,7 @@ def test_frames_of_a_list_a_file_and_a_folder_are_the_same(tmp_path):
     assert g.over(iter(frames)) == g.over(path) == g.over(str(path.parent)) == right
     with carom.io.open(path) as reader:
         assert g.over(reader) == right
-    with pytest.raises(FileError, match="holds no trajectory"):
+    with pytest.raises(FileError, match="folder without a trajectory"):
         g.over(tmp_path)
     for wrong in (3, frames[0], [1.0]):
         with pytest.raises(InputError, match="frames must"):
