@@ -64,6 +64,7 @@ MAY_SKIP = (
     "three dimensions at most",
     "needs two idle cores",
     "no Chromium is installed",
+    "no Node is installed",
     "reads x86-64 instructions",
     "LAMMPS is not installed",
 )

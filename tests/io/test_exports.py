@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import ase.io
 import MDAnalysis
 import numpy as np
@@ -9,7 +11,7 @@ import pytest
 from helpers.frames import frames_of
 
 import carom.io
-from carom.errors import InputError
+from carom.errors import CaromWarning, InputError
 
 
 def exported(tmp_path, name, frames):
@@ -99,6 +101,15 @@ def test_a_lammps_data_file_labels_its_types_where_lammps_takes_the_names(tmp_pa
     text = path.read_text()
     assert ("Atom Type Labels\n\n1 small\n2 big\n\nAtoms" in text) == labelled
     assert len(MDAnalysis.Universe(str(path), format="DATA", atom_style="id type diam den x y z").atoms) == 7
+
+
+def test_a_lammps_data_file_of_points_holds_their_masses(tmp_path):
+    frames = [dataclasses.replace(frame, diameters=np.zeros(frame.n)) for frame in frames_of(3)]
+    path, _ = exported(tmp_path, "a.data", frames)
+    with pytest.warns(CaromWarning, match="periodic"):
+        found = carom.io.read(path)
+    assert not found.diameters.any()
+    np.testing.assert_allclose(found.masses, frames[-1].masses, rtol=1e-8)
 
 
 def test_what_is_only_written_is_not_opened(tmp_path):

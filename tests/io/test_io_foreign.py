@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 import carom
 from carom.cli import app
-from carom.errors import FileError, InputError
+from carom.errors import CaromWarning, FileError, InputError
 
 mda = pytest.importorskip("MDAnalysis")
 
@@ -431,3 +431,19 @@ def test_every_file_has_the_mode_that_the_mask_leaves(tmp_path, mask, mode):
     modes = {path.name: path.stat().st_mode & 0o777 for path in tmp_path.iterdir()}
     assert len(modes) == 16
     assert set(modes.values()) == {mode}, {name: oct(each) for name, each in modes.items()}
+
+
+def test_h5md_of_others_with_an_interval_of_time_begins_at_its_offset(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "other.h5md", "w") as file:
+        atoms = file.create_group("particles/all")
+        box = atoms.create_group("box")
+        box.attrs["dimension"], box.attrs["boundary"] = 3, np.array([b"periodic"] * 3)
+        box["edges"] = [9.0, 9.0, 9.0]
+        group = atoms.create_group("position")
+        group["value"] = np.ones((3, 1, 3))
+        group["time"] = 0.25
+        group["time"].attrs["offset"] = 5.0
+    with pytest.warns(CaromWarning, match="assumed"):
+        frames = carom.io.read(tmp_path / "other.h5md", ":")
+    assert [frame.time for frame in frames] == [5.0, 5.25, 5.5]

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.drawn import strange_bars
 
 import carom
 from carom import results
@@ -85,6 +86,17 @@ class TestEveryResult:
         for name, text in zip(header, lines[1].split(","), strict=True):
             if isinstance(table[name][0], float):
                 assert (float(text) == table[name][0]) if math.isfinite(table[name][0]) else text == ""
+
+    def test_draws_the_error_of_each_number_beside_it(self, result, k):
+        if KINDS[k] == "EnergyResult":
+            return
+        (axes,) = result.plot().axes
+        if KINDS[k] in ("PressureResult", "WallPressureResult"):  # the band is that of the mean up to there
+            assert len(strange_bars(axes, result)[1]) == (len(result.block_values) - 1) * (k == 0)
+            return
+        count, strange = strange_bars(axes, result)
+        assert not strange
+        assert count >= 3
 
     def test_draws_itself(self, result, k, tmp_path):
         if KINDS[k] == "EnergyResult":
@@ -218,7 +230,7 @@ def test_frames_of_a_list_a_file_and_a_folder_are_the_same(tmp_path):
     assert g.over(iter(frames)) == g.over(path) == g.over(str(path.parent)) == right
     with carom.io.open(path) as reader:
         assert g.over(reader) == right
-    with pytest.raises(FileError, match="holds no trajectory"):
+    with pytest.raises(FileError, match="folder without a trajectory"):
         g.over(tmp_path)
     for wrong in (3, frames[0], [1.0]):
         with pytest.raises(InputError, match="frames must"):

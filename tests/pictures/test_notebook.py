@@ -109,6 +109,21 @@ def test_pandas_and_xarray_hold_a_frame_and_a_trajectory(tmp_path):
     assert frames[0].to_xarray().positions.shape == frames[0].positions.shape
 
 
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_each_column_of_a_table_is_the_axis_that_it_names(d):
+    pytest.importorskip("pandas")
+    rng = np.random.default_rng(d)
+    turns = {2: ["w"], 3: ["wx", "wy", "wz"]}.get(d, [])
+    spins = rng.normal(size=(5, len(turns))) if turns else None
+    places, speeds = rng.random((2, 5, d))
+    frame = carom.Frame(0.0, 0, places, speeds, (9.0,) * d, np.ones(5), np.ones(5), spins=spins)
+    axes = ["x", "y", "z"][:d] if d < 4 else ["x0", "x1", "x2", "x3"]
+    columns = np.column_stack([places, speeds, *([] if spins is None else [spins])])
+    table = frame.to_pandas()
+    assert list(table)[:-2] == [*axes, *(f"v{axis}" for axis in axes), *turns]
+    np.testing.assert_array_equal(table.to_numpy()[:, :-2], columns)
+
+
 def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "freud", None)
     with pytest.raises(InputError, match="pip install freud-analysis"):

@@ -410,6 +410,37 @@ def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
         carom.view(tmp_path)
 
 
+# --------------------------------------------------------------------------------------------- Node
+
+NODE = shutil.which("node")
+
+PLACES = Path(plots.__file__).parent / "viewer" / "places.js"
+
+STAGE = """
+const [n, count, periodic, flat, boxes] = %s, box = [...boxes[0]], look = {frame: 1}, replay = false;
+const positions = new Float32Array(flat), radii = new Float32Array(n), velocities = null, grows = false;
+%s
+const paths = [];
+for (look.frame = 1; look.frame <= count; look.frame++) { move(); paths.push(pathOf(1)); }
+console.log(JSON.stringify(paths));
+"""
+
+
+@pytest.mark.skipif(NODE is None, reason="no Node is installed")
+def test_a_path_goes_back_over_frames_of_other_boxes_in_parts_of_their_edges():
+    rng = np.random.default_rng(3)
+    boxes = np.array([[8.0, 6.0, 4.0], [4.0, 7.0, 5.0], [6.0, 3.0, 8.0], [5.0, 5.0, 5.0]])
+    parts = 0.5 + np.cumsum(rng.uniform(-0.45, 0.45, (4, 2, 3)), axis=0)  # of the edges, across the faces
+    parts[:, :, 2] = 0.5 + 0.1 * rng.uniform(-1.0, 1.0, (4, 2))  # between walls
+    positions = (parts - np.floor(parts)) * boxes[:, None]
+    given = [2, 4, [True, True, False], positions.ravel().tolist(), boxes.tolist()]
+    script = STAGE % (json.dumps(given), PLACES.read_text(encoding="utf-8"))
+    done = subprocess.run([NODE, "-"], input=script, capture_output=True, text=True, check=True, timeout=60)
+    for k, path in enumerate(json.loads(done.stdout)):
+        steps = (parts[k::-1, 1] - parts[k, 1]) * boxes[k]
+        np.testing.assert_allclose(path, positions[k, 1] + steps, atol=1e-5)  # of float32
+
+
 # ----------------------------------------------------------------------------------------- Chromium
 
 

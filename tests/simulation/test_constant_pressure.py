@@ -10,10 +10,11 @@ from typer.testing import CliRunner
 
 import carom
 from carom import theory
+from carom.block import Block, VolumeSums
 from carom.cli import app
 from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation.barostat import volume_sums
+from carom.simulation.barostat import VolumeMoves, volume_sums
 from carom.simulation.until_precise import merged
 from carom.studies.phase import phase_of
 from carom.studies.runs import constant_pressure
@@ -52,6 +53,26 @@ def test_rods_have_the_length_and_the_pressure_of_the_ensemble(plain):
     assert abs(found.volume.mean - exact) < FOUR_SIGMA * found.volume.error < 0.2 * exact
     assert found.packing_fraction.mean == pytest.approx(2.0 / found.volume.mean, rel=1e-14)
     assert found.packing_fraction.relative_error == pytest.approx(found.volume.relative_error, rel=1e-12)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_volume_and_pressure_are_means_over_the_time_of_all_blocks(d):
+    rng = np.random.default_rng(d)
+    durations, sums = rng.uniform(1.0, 2.0, 16), rng.uniform(1.0, 2.0, (16, 3))
+    blocks = [
+        Block(time, 1, 99.0, volumes=VolumeSums(*each)) for time, each in zip(durations, sums, strict=True)
+    ]
+    scene = carom.Scene(2.0 * np.eye(2, d), box=(5.0,) * d)
+    found = Volume().of_scene(blocks, scene, kT=3.0)
+    volume, inverse, virial = sums.sum(axis=0) / durations.sum()
+    assert found.volume.mean == pytest.approx(volume)
+    assert found.pressure.mean == pytest.approx(2 * 3.0 * inverse + virial / d)
+    assert found.packing_fraction.mean == pytest.approx(scene.packing_fraction * scene.volume / volume)
+    assert found.block_values == pytest.approx(sums[:, 0] / durations)
+    numbers = constant_pressure.numbers(found, VolumeMoves(carom.Barostat(0.7, 1.0, 0.1)), 2.0)
+    assert numbers["Z"].mean == pytest.approx(0.7 * volume / (2 * 3.0))
+    assert numbers["reduced_pressure"].mean == pytest.approx(found.pressure.mean * 2.0**d / 3.0)
+    assert numbers["volume"] == found.volume
 
 
 @SLOW

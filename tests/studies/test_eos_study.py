@@ -7,11 +7,12 @@ import json
 import math
 import re
 import sys
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 import pytest
-from helpers.drawn import outside
+from helpers.drawn import outside, strange_bars
 from helpers.marks import slow
 from scipy.stats import linregress, norm
 
@@ -353,11 +354,12 @@ def made(
 ):
     """A record as a worker would send it."""
     estimate = {"mean": z, "error": error, "n_eff": 500.0, "tau": 1.0, "blocks": 512}
+    pressure = {**estimate, "mean": 0.4 * z, "error": 0.3 * error}
     return {
         "task": {"scene": {"packing_fraction": eta, "n": n, "initial": initial}, "replica": replica},
         "result": {
             "n": n, "dimension": d, "packing_fraction": eta, "kT": 1.0, "Z": estimate,
-            "reduced_pressure": estimate, "block_values": list(values), "moved": moved, "moved_at_end": moved,
+            "reduced_pressure": pressure, "block_values": list(values), "moved": moved, "moved_at_end": moved,
             "order": order, "time": time, "collisions": 1000, "species": [[1.0, n]], "confined": False,
         },
         "provenance": {"seconds": 1.0},
@@ -375,6 +377,8 @@ def test_replicas_are_weighted_and_their_chi_squared_told():
         assert pytest.approx((2.0 / 0.01 + 2.3 / 0.04) / (100 + 25), rel=1e-15) == row.Z
         assert row.Z_error == pytest.approx(1 / math.sqrt(125), rel=1e-15)
         assert row.chi2 == pytest.approx(0.09 / (0.01 + 0.04), rel=1e-12)
+        assert row.reduced_pressure == pytest.approx(0.4 * row.Z)
+        assert (row.replicas, row.collisions) == (2, 2000)
     assert row.equilibrated
     shift = theory.finite_size_shift(0.2, 108, theory.pieprzyk)
     assert row.Z_infinite == row.Z - shift
@@ -818,6 +822,15 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
             if point > 0.0  # where 1 / N is 0 stands what is extrapolated
         ]
         assert len(hollow) == (1 if figure.axes[0].get_xlabel() == "$1/N$" else 4)
+    rows = study.table[:]
+    top, *_, bottom = study.plot().axes
+    assert strange_bars(top, [Estimate(row.Z_infinite, row.Z_error, 1.0, 1.0, 1) for row in rows]) == (12, [])
+    assert strange_bars(bottom, rows) == (12, [])
+    for axes in pictures.sizes(study).axes[:4]:  # with the fitted value at 0
+        assert strange_bars(axes, [rows, study.extrapolate()]) == (4, [])
+    known = [dataclasses.replace(row, order_error=0.01 * (k + 1)) for k, row in enumerate(rows)]
+    axes = pictures.order(SimpleNamespace(table=known)).axes[0]
+    assert strange_bars(axes, known) == (12, [])
     studies.EquationOfState(spec).report(tmp_path / "empty.html")
 
 
@@ -949,6 +962,10 @@ def test_a_point_at_another_temperature_is_flagged():
     record["task"]["scene"].update(interaction=WELL, kT=0.9)
     (row,) = rows_of_records([record])
     assert (row.equilibrated, row.remarks) == (False, ("kT is 1, not 0.9",))
+    for kT, off in ((0.4, 0.03), (40.0, 1.0)):  # 7.5 % and 2.5 %
+        record["task"]["scene"]["kT"], record["result"]["kT"] = kT, kT + off
+        (row,) = rows_of_records([record])
+        assert row.equilibrated == (kT == 40.0)
 
 
 @pytest.mark.parametrize(

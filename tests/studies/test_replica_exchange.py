@@ -4,7 +4,9 @@ import math
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from helpers.drawn import strange_bars
 from helpers.scripts import module_of
 
 import carom
@@ -14,8 +16,57 @@ FOUR_SIGMA = 4.0
 
 
 @pytest.fixture
-def measure():
-    return module_of(Path(__file__).parents[2] / "examples" / "replica_exchange.py").measure
+def example():
+    return module_of(Path(__file__).parents[2] / "examples" / "replica_exchange.py")
+
+
+@pytest.fixture
+def measure(example):
+    return example.measure
+
+
+class Still:
+    """Two disks that stay where they are: of the first three such runs the first is bound, by a well of 1."""
+
+    PLACES = np.array([[[1.0, 1.0], [1.0 + apart, 1.0]] for apart in (1.2, 2.0, 2.2)])
+    begun, ran = 0, []
+
+    def __init__(self, scene, kT, seed):
+        assert scene.drive.kT == kT
+        self.kT = kT
+        self.places = scene.positions if Still.begun >= 3 else Still.PLACES[Still.begun]
+        Still.begun += 1
+
+    def run(self, time):
+        Still.ran.append((self.kT, time))
+
+    @property
+    def potential_energy(self):
+        return -1.0 if self.places[1, 0] - self.places[0, 0] < 1.5 else 0.0
+
+    def frame(self):
+        return SimpleNamespace(positions=self.places)
+
+
+def test_copies_that_move_by_exchange_alone_are_where_boltzmann_has_them(example, monkeypatch, tmp_path):
+    kT, rounds = (0.4, 0.8, 1.6), 400
+    monkeypatch.setattr(Still, "begun", 0)
+    monkeypatch.setattr(Still, "ran", [])
+    monkeypatch.setattr(example, "carom", SimpleNamespace(Scene=carom.Scene, Simulation=Still))
+    spec = example.LadderSpec(kT=kT, n=2, packing_fraction=0.1, every=1.0, rounds=rounds, seeds=(1,))
+    study = example.Ladders(spec).run(executor="serial", out=tmp_path / "out")
+    assert Still.ran == [(each, 1.0) for each in kT] * rounds
+    bound = np.exp(1.0 / np.array(kT))
+    bound /= bound.sum()
+    for row, right in zip(study.table, bound, strict=True):
+        assert abs(-2.0 * row.energy - right) < FOUR_SIGMA * 2.0 * row.energy_error
+        assert row.energy_error < 0.03
+    for i, row in enumerate(study.table[:2]):  # refused at times where the colder one is bound
+        part = 1.0 + bound[i] * math.expm1(1.0 / kT[i + 1] - 1.0 / kT[i])
+        assert abs(row.exchanged - part) < FOUR_SIGMA * math.sqrt(part * (1.0 - part) / (rounds / 2))
+    assert study.table[2].exchanged == 0.0
+    (axes,) = study.plot().axes
+    assert strange_bars(axes, study.table[:]) == (3, [])
 
 
 class Stuck:

@@ -273,6 +273,16 @@ def test_the_tables_hold_what_was_found(finished, tmp_path):
                     assert text == str(value).lower() or text == value, (name, key)
     assert study.more()["horizon"]["to_one"] > 0.0
     assert (tmp_path / "trade.png").stat().st_size > 10_000
+    _, panel, last = study.plot().axes
+    seen = [line.get_data() for line in panel.get_lines() if len({*line.get_xdata()}) == 1]
+    ends = [max(abs(row.z_bias), row.z_error) for row in study.rows]
+    assert [(x[0], *y) for x, y in seen if len(x) == 2] == [
+        (row.collisions_per_second, end, end + row.z_error) for row, end in zip(study.rows, ends, strict=True)
+    ]
+    assert [line.get_ydata().tolist() for line in last.get_lines()] == [
+        [row.relative_error_1s for row in study.sizes],
+        [abs(row.finite_size_bias) for row in study.sizes],
+    ]
     for shown in study.tables():
         narrow = Console(file=io.StringIO(), width=60)
         narrow.print(shown.rich(narrow))

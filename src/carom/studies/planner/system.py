@@ -12,6 +12,7 @@ from typing import Any
 
 from carom import checks, densities, theory
 from carom.errors import InputError
+from carom.scene.species import counts_of
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of
@@ -214,10 +215,9 @@ class System:
         start = {2: "triangular", 3: "fcc"}.get(self.dimension, "dn" if self.dimension > 3 else "cubic")
         return nearest_filling(start, self.dimension, n) if self.crystal else n
 
-    def counts(self, n: int) -> list[int]:
+    def counts(self, n: int) -> tuple[int, ...]:
         """Return the numbers of particles of each species among n, rounded as a scene rounds them."""
-        ends = [round(n * part) for part in _running(self.fractions)]
-        return [b - a for a, b in zip([0, *ends], ends, strict=False)]
+        return counts_of(self.fractions, n)
 
     def z(self, fractions: Sequence[float] | None = None) -> float:
         """Return Z of the infinite system by theory."""
@@ -346,8 +346,3 @@ def _mixed(eta: float, fractions: Sequence[float], diameters: Sequence[float], d
     equation = usual_equation(d, "fluid", [*zip(diameters, fractions, strict=True)])
     assert equation is not None
     return float(equation(eta))
-
-
-def _running(parts: Sequence[float]) -> list[float]:
-    """Return the cumulative sums."""
-    return [math.fsum(parts[: k + 1]) for k in range(len(parts))]
