@@ -32,9 +32,13 @@ from carom.models import (
     draw,
     own,
 )
+from carom.models.motions.gravity import leaving
 from carom.models.questions.memory import Field, fields_of
 
 N = 6
+
+STEP = 2.0**-10
+"""Between two kicks of a drive, or two moves: times in which hot particles fly a diameter."""
 
 
 def scene(s, **more):
@@ -65,7 +69,7 @@ class Remembering:
     impulse: own.Momentum
     last = own.memory(-math.inf, times=True)
     contacts = own.memory(0)
-    fastest: own.Speed = own.memory(0.25)
+    fastest: own.Speed = own.memory(0.0)
     energy: own.Energy = own.memory(0.0)
     lasted: own.Time = own.memory(0.0)
 
@@ -155,13 +159,7 @@ class Drifting:
         return v + self.g * t * (axis == 0)
 
     def exit_time(self, axis, x, v, low, high):
-        if axis == 1 or self.g == 0.0:
-            gap = high - x if v > 0.0 else x - low
-            return gap / abs(v) if v != 0.0 else own.NEVER
-        gap = high - x
-        return 2.0 * gap / (v + math.sqrt(v * v + 2.0 * self.g * gap)) if v > 0.0 else 0.5 * (x - low) / (
-            abs(v) + math.sqrt(self.g)
-        )
+        return leaving(x, v, self.g * (axis == 0), low, high)
 
 
 @own.obstacle
@@ -174,10 +172,10 @@ class Ledge:
     waits: own.Time = own.memory(0.0)
 
     def gap(self, positions, radii, box, periodic):
-        return positions[:, 1] - radii - 0.125
+        return positions[:, 1] - radii
 
     def encounter(self, x, v, radius, growth):
-        return max((x[1] - radius - 0.125) / -v[1], 0.0) if v[1] < 0.0 else own.NEVER
+        return max((x[1] - radius) / -v[1], 0.0) if v[1] < 0.0 else own.NEVER
 
     def outward(self, x, axis):
         return 1.0 if axis == 1 else 0.0
@@ -217,11 +215,13 @@ class Sums:
     speeds: own.Speed = own.memory(0.0, 6)
     momenta: own.Momentum = own.memory(0.0, 2)
     energies: own.Energy = own.memory(0.0, 1)
+    latest: own.Time = own.memory(0.0, 1)
     events = own.memory(0, 3)
 
     def at_pair(self, event):
         self.events[0] += 1
         self.times[0] += event.time
+        self.latest[0] = event.time
         self.momenta[0] += event.virial
         self.speeds[0] += event.before[0, 0]
         self.speeds[1] += event.after[1, 1]
@@ -241,23 +241,25 @@ class Sums:
 
 
 def rule(unit, event):
-    """Turns at times of its own, and notes what it is told."""
+    """Turns at times of its own, and notes what it is told; its times are told by its speed."""
+    speed = math.hypot(unit.velocity[0], unit.velocity[1])
     unit.memory[0] += event.distance
+    unit.memory[1] = event.time * speed
     unit.target = event.other
     if event.cause == TIMER:
         angle = 2.0 * math.pi * draw(unit)
-        speed = math.hypot(unit.velocity[0], unit.velocity[1])
         unit.velocity[0], unit.velocity[1] = speed * math.cos(angle), speed * math.sin(angle)
-        unit.timer = unit.memory[1] * (0.5 + draw(unit))
-        if event.time > 1.25 * unit.memory[1]:
+        unit.timer = 0.125 * (0.5 + draw(unit)) / speed
+        if event.time * speed > 0.5:
             unit.kind = 1 - unit.kind
 
 
 def units(s):
-    kinds = [Kind("a", (1.5, 2.0), 0.5 / s, (0.0, 0.25 / s)), Kind("b", (1.75,), 0.0, (0.0, 0.25 / s))]
+    kinds = [Kind("a", (1.0, 1.5), 0.0625 / s, (0.0, 0.0)), Kind("b", (1.25,), 0.0, (0.0, 0.0))]
     return scene(s).replace(diameter=0.1, species=np.arange(N) % 2, interaction=Ranges(kinds, rule))
 
 
+STILL = np.random.default_rng(1).normal(size=(N, 2)) * (np.arange(N) > 1)[:, None]
 OBSERVED = {"observers": lambda: [Sums()]}
 MATRIX = np.array([[0.005, 0.01], [0.01, 0.015]])
 
@@ -275,17 +277,17 @@ ROWS = {
         scene(s, impact=Loss(0.9, contact_time=0.125 / s, at_speed=s, elastic_below=0.125 * s)),
         OBSERVED,
     ),
-    "andersen": lambda s: (scene(s, drive=Andersen(kT=s * s, rate=4.0 * s)), {}),
-    "langevin": lambda s: (scene(s, drive=Langevin(kT=s * s, friction=s, step=0.25 / s)), {}),
-    "brownian": lambda s: (scene(s, drive=Brownian(kT=s * s, step=0.25 / s)), {}),
-    "white noise": lambda s: (scene(s, drive=WhiteNoise(power=0.125 * s**3, rate=4.0 * s)), {}),
+    "andersen": lambda s: (scene(s, drive=Andersen(kT=s * s, rate=s / STEP)), {}),
+    "langevin": lambda s: (scene(s, drive=Langevin(kT=s * s, friction=s, step=STEP / s)), {}),
+    "brownian": lambda s: (scene(s, drive=Brownian(kT=s * s, step=STEP / s)), {}),
+    "white noise": lambda s: (scene(s, drive=WhiteNoise(power=s**3, rate=s / STEP)), {}),
     "noise of pairs": lambda s: (
-        scene(s, drive=WhiteNoise(power=0.125 * s**3, rate=4.0 * s, pairs=True)),
+        scene(s, drive=WhiteNoise(power=s**3, rate=s / STEP, pairs=True)),
         {},
     ),
-    "active": lambda s: (scene(s, drive=Active(s, 4.0 / s, 0.25 / s, kT=0.25 * s * s)), {}),
+    "active": lambda s: (scene(s, drive=Active(s, 4.0 / s, STEP / s, kT=0.25 * s * s)), {}),
     "tumbling": lambda s: (
-        scene(s, drive=Active(s, 0.5 / s, 0.25 / s, kT=0.25 * s * s, kind="tumble")),
+        scene(s, drive=Active(s, 4.0 * STEP / s, STEP / s, kT=0.25 * s * s, kind="tumble")),
         {},
     ),
     "lossy floor": lambda s: (floor(s, impact=Loss(0.9, contact_time=0.125 / s)), OBSERVED),
@@ -301,12 +303,12 @@ ROWS = {
     ),
     "gravity": lambda s: (floor(s, impact=0.9).replace(motion=Gravity((0.0, -s * s))), {}),
     "wells": lambda s: (scene(s, interaction=SquareWell(1.25, s * s)), {}),
-    "pinned": lambda s: (scene(s, pinned=[0, 1]), {}),
+    "pinned": lambda s: (scene(s).replace(pinned=[0, 1], velocities=s * STILL), {}),
     "shear": lambda s: (scene(s, motion=Shear(0.5 * s)), {}),
-    "swaps": lambda s: (two_sizes(s, False), {"swaps": lambda: carom.Swaps(interval=0.25 / s)}),
+    "swaps": lambda s: (two_sizes(s, False), {"swaps": lambda: carom.Swaps(interval=STEP / s)}),
     "barostat": lambda s: (
         scene(s),
-        {"barostat": lambda: carom.Barostat(pressure=s * s, interval=0.25 / s, step=0.1)},
+        {"barostat": lambda: carom.Barostat(pressure=s * s, interval=STEP / s, step=0.1)},
     ),
     "growth": lambda s: (two_sizes(s, False), {"growth": lambda: 0.0625 * s}),
     "units": lambda s: (units(s), {}),
@@ -327,7 +329,8 @@ ROWS = {
     "own interaction": lambda s: (scene(s, interaction=Soft(contact=1.0, least=0.5 * s)), {}),
     "own steps": lambda s: (scene(s, interaction=Stairs(height=-s * s)), {}),
     "own obstacle": lambda s: (scene(s, walls="y", obstacles=[Ledge(least=0.5 * s)]), OBSERVED),
-    "own drive": lambda s: (scene(s, drive=Kicks(speed=s, interval=0.25 / s)), {}),
+    "own motion": lambda s: (scene(s, motion=Drifting(g=s * s)), {}),
+    "own drive": lambda s: (scene(s, drive=Kicks(speed=s, interval=STEP / s)), {}),
 }
 """By name: a scene whose speeds are about s, and makers of further arguments of its simulation."""
 
@@ -336,6 +339,13 @@ def simulation(name, s, **more):
     """The simulation of a row at a scale."""
     start, arguments = ROWS[name](s)
     return carom.Simulation(start, **{key: make() for key, make in arguments.items()}, **more)
+
+
+def duration(name, s, hot):
+    """Time for some events, a power of two."""
+    start, arguments = ROWS[name](s)
+    often = start.drive is not None or "swaps" in arguments or "barostat" in arguments
+    return (2.0 * STEP if hot else 4.0 * STEP if often else 0.5) / s
 
 
 def loaded(sim, path):
@@ -380,16 +390,21 @@ def scaled(value, exponents):
     return np.ldexp(value, np.asarray(exponents, np.int32)) if np.any(exponents) else np.array(value)
 
 
-def models_in(sim):
-    """The types of all models in an engine."""
-    kinds, waiting = set(), [getattr(sim._state.engine.model, part) for part in PARTS]
+def models_of(sim):
+    """All models in an engine."""
+    found, waiting = [], [getattr(sim._state.engine.model, part) for part in PARTS]
     waiting += listed(sim._state.engine.model.observers)
     while waiting:
         each = waiting.pop()
         if isinstance(each, tuple):
-            kinds.add(type(each))
+            found.append(each)
             waiting += each
-    return kinds
+    return found
+
+
+def models_in(sim):
+    """Their types."""
+    return set(map(type, models_of(sim)))
 
 
 def known_models():

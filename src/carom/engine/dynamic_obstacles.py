@@ -62,14 +62,6 @@ def with_work(obstacles: Obstacles | None, models) -> Obstacles | None:
     return obstacles._replace(live=ObstacleWork(np.zeros(len(obstacles.hits)), np.zeros(1)))
 
 
-def models_in(chain: Any) -> list:
-    """Return the models of the live obstacles in a chain."""
-    if chain is None:
-        return []
-    heads = chain.head if isinstance(chain, Chain) else ()
-    return [model for model in heads if is_live(model)] + models_in(chain.tail)
-
-
 def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
     """Return, by the number of each obstacle that loses energy, its contacts that were elastic, and that were
     thrown faster than they came.

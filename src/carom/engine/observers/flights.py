@@ -8,7 +8,7 @@ import numpy as np
 
 from carom.compiling.registry import answering, inner
 from carom.engine.observers import interface
-from carom.models.questions.memory import MOMENT, kept
+from carom.models.questions.memory import present
 
 BINS = 256
 """Of each histogram; the last one holds everything beyond."""
@@ -22,23 +22,23 @@ class Flights(NamedTuple):
     """Species of each component, (n + 1,) int64."""
     moves: np.ndarray
     """Whether each component flies at all, (n,) uint8: 0 where it is pinned."""
-    last: Annotated[np.ndarray, MOMENT]
+    last: Annotated[np.ndarray, present(1)]
     """Time of the last collision of each component, in the epoch, (n,) float64; infinite before the first."""
-    widths: Annotated[np.ndarray, kept((1, 0, -1))]
+    widths: Annotated[np.ndarray, present((1, 0, -1))]
     """Width of a bin of free times, free paths and normal speeds, (3,) float64."""
-    times: Annotated[np.ndarray, kept()]
+    times: Annotated[np.ndarray, present()]
     """Histogram of free times, (K, BINS) int64."""
-    paths: Annotated[np.ndarray, kept()]
+    paths: Annotated[np.ndarray, present()]
     """Histogram of free paths, (K, BINS) int64."""
-    speeds: Annotated[np.ndarray, kept()]
+    speeds: Annotated[np.ndarray, present()]
     """Histogram of relative normal speeds, (K, K, BINS) int64, in the rows of the smaller species."""
-    flown: Annotated[np.ndarray, kept((0, 1, 0))]
+    flown: Annotated[np.ndarray, present((0, 1, 0))]
     """Flights, and sums of their times and paths, (K, 3) float64."""
-    met: Annotated[np.ndarray, kept((0, -1))]
+    met: Annotated[np.ndarray, present((0, -1))]
     """Collisions, and sums of normal speeds, (K, K, 2) float64, likewise."""
-    partners: Annotated[np.ndarray, kept()]
+    partners: Annotated[np.ndarray, present()]
     """Who each component collided with last, (n,) int64; -1 before the first."""
-    returns: Annotated[np.ndarray, kept()]
+    returns: Annotated[np.ndarray, present()]
     """Collisions of components that had collided before, and how many of them were with the partner of the
     last time, (K, 2) float64."""
 

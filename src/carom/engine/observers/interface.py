@@ -7,13 +7,13 @@ keeps, and what goes on in an engine that replaces another (``carom.models.quest
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import optional
-from carom.models.questions.memory import fields_of
+from carom.models.questions.memory import arrays_in
 
 
 class Observers(NamedTuple):
@@ -227,17 +227,5 @@ def kept_arrays(observers: Observers | None) -> dict[str, dict[str, np.ndarray]]
         name = type(each).__name__
         while name in arrays:  # another of its type
             name += "+"
-        arrays[name] = dict(_arrays(each))
+        arrays[name] = dict(arrays_in(each))
     return arrays
-
-
-def _arrays(value: Any, name: str = "", role: str = "parameter") -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the arrays of an observer, but no room, and not what follows from the scene."""
-    if isinstance(value, np.ndarray):
-        if role not in ("parameter", "room"):
-            yield name, value
-    elif isinstance(value, tuple):
-        declared = fields_of(type(value))
-        for field, part in zip(declared or map(str, range(len(value))), value, strict=True):
-            inherited = role if role == "given" else declared[field].role if declared else "parameter"
-            yield from _arrays(part, f"{name}.{field}" if name else field, inherited)

@@ -87,12 +87,6 @@ class RoughSurface(NamedTuple):
         """As of :class:`Lossy`."""
         return self.body.spared
 
-    def shift_epoch(self, duration):
-        shift_epoch(self.body, duration)
-
-    def recoil(self, motion, i, mass, x, v, normal, growth, now):
-        recoil(self.body, motion, i, mass, x, v, normal, growth, now)
-
 
 @answering(memory, obstacle)
 class Thermostat(NamedTuple):
@@ -106,9 +100,6 @@ class Thermostat(NamedTuple):
     """Seed of the random numbers."""
     drawn: Annotated[np.ndarray, kept()]
     """Numbers that each component has drawn, (n + 1,) int64."""
-
-    def shift_epoch(self, duration):
-        shift_epoch(self.body, duration)
 
     def recoil(self, motion, i, mass, x, v, normal, growth, now):
         hot = math.sqrt(self.kT / mass)
@@ -155,3 +146,5 @@ def _of_body(question: Any) -> Any:
 for _question in (encounter, arrival, fall, outward, is_periodic, anchor, at_time, surface_speed):
     for _kind in (Lossy, RoughSurface, Thermostat):
         _question.register(_kind)(_of_body(_question))
+for _question, _kind in ((recoil, RoughSurface), (shift_epoch, RoughSurface), (shift_epoch, Thermostat)):
+    _question.register(_kind)(_of_body(_question))

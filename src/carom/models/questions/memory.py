@@ -7,6 +7,7 @@ A field that changes in a run, or has a unit of time, says so in its annotation:
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator
 from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
@@ -27,21 +28,11 @@ class Field(NamedTuple):
     """
 
 
-def parameter(power: int) -> Field:
-    """Return what a number of the dimension ``time**power`` is that follows from the scene."""
-    return Field(power)
-
-
-def kept(power: int | tuple[int, ...] = 0) -> Field:
-    """Return what an array of the dimension ``time**power`` is that a run adds to."""
-    return Field(power, "kept")
-
-
-def present(power: int | tuple[int, ...] = 0) -> Field:
-    """Return what an array of the dimension ``time**power`` is that a model is made with."""
-    return Field(power, "present")
-
-
+parameter, kept, present = (
+    Field,
+    functools.partial(Field, role="kept"),
+    functools.partial(Field, role="present"),
+)
 MOMENT, ORIGIN = Field(1, "moment"), Field(1, "origin")
 ROOM, GIVEN, UNIT = Field(0, "room"), Field(0, "given"), Field(0, "unit")
 KEPT = ("kept", "moment", "origin", "given")
@@ -50,7 +41,7 @@ KEPT = ("kept", "moment", "origin", "given")
 
 @functools.cache
 def fields_of(kind: Any) -> dict[str, Field]:
-    """Return what each field of a ``kind`` of model is: a parameter without a unit of time unless it says so."""
+    """Return what the fields of a ``kind`` of model are: parameters without a unit of time unless they say so."""
     try:
         hints = get_type_hints(kind, include_extras=True)
     except NameError:  # of a class inside of a function
@@ -65,6 +56,18 @@ def fields_of(kind: Any) -> dict[str, Field]:
 def remembers(model: Any) -> bool:
     """Tell whether a model keeps anything."""
     return any(each.role in KEPT for each in fields_of(type(model)).values())
+
+
+def arrays_in(value: Any, name: str = "", role: str = "parameter") -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the arrays of a model by their names, but no room, and not what follows from the scene."""
+    if isinstance(value, np.ndarray):
+        if role not in ("parameter", "room"):
+            yield name, value
+    elif isinstance(value, tuple):
+        declared = fields_of(type(value))
+        for field, part in zip(declared or map(str, range(len(value))), value, strict=True):
+            inherited = role if role == "given" else declared[field].role if declared else "parameter"
+            yield from arrays_in(part, f"{name}.{field}" if name else field, inherited)
 
 
 @optional
@@ -110,15 +113,9 @@ def copy_state(model, before, instant, passed, slower):
             elif role == "origin":
                 mine[...] = float(instant)
             elif role == "given":
-                _copy(mine, old)
+                for (_, target), (_, source) in zip(
+                    *(arrays_in(each, "", role) for each in (mine, old)), strict=True
+                ):
+                    target[...] = source
             else:
                 copy_state(mine, old, instant, passed, slower)
-
-
-def _copy(model: Any, before: Any) -> None:
-    """Copy every array of a model, whose unit of time stays."""
-    if isinstance(model, np.ndarray):
-        model[...] = before
-    elif isinstance(model, tuple):
-        for mine, other in zip(model, before, strict=True):
-            _copy(mine, other)
