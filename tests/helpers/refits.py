@@ -10,7 +10,7 @@ import numpy as np
 import carom
 from carom.compiling import registry
 from carom.engine.build import PARTS
-from carom.engine.observers.interface import listed
+from carom.engine.observers.interface import at_rest, listed
 from carom.engine.tallies import POWERS
 from carom.models import (
     TIMER,
@@ -32,6 +32,7 @@ from carom.models import (
     draw,
     own,
 )
+from carom.models.copies import copied
 from carom.models.motions.gravity import leaving
 from carom.models.questions.memory import Field, fields_of
 
@@ -362,9 +363,11 @@ def loaded(sim, path):
 def held(sim):
     """All numbers of an engine's model, {name: (value in the scene's unit of time, its field)}.
 
-    Moments are told from now on.
+    Moments are told from now on, and sums over time until now.
     """
     state, found = sim._state, {}
+    observers = copied(state.engine.model.observers)
+    at_rest(observers, state.in_epoch(), state.in_epoch())
 
     def gather(name, value, what, exponent):
         if isinstance(value, tuple):
@@ -378,7 +381,8 @@ def held(sim):
             value = value - state.in_epoch() if what.role == "moment" else np.array(value)
             found[name] = scaled(value, np.multiply(what.power, exponent)), what
 
-    for part in (*PARTS, "observers"):
+    gather("observers", observers, Field(), state.unit.exponent)
+    for part in PARTS:
         gather(part, getattr(state.engine.model, part), Field(), state.unit.exponent)
     for name in state.engine.tallies.dtype.names:
         gather(name, state.engine.tallies[name], Field(POWERS.get(name, 0), "kept"), state.unit.exponent)

@@ -1,9 +1,12 @@
-"""The table of refits: whatever remembers something, or has a unit of time, goes through changes of that unit.
+"""Refits: whatever remembers something, or has a unit of time, goes through changes of that unit.
+Nothing is forgotten, and nothing has another value than without such a change.
 
 Each scene runs at two scales of time that differ by a power of two. One of the two stays near the engine's
-usual unit, and keeps it. The other leaves it when the particles are heated by 10^6, and comes back. All numbers
+usual unit, and keeps it. The other leaves it when particles are heated by 10^6, and comes back. All numbers
 must then be equal, bit for bit, each by the dimension that its field declares.
 """
+
+import math
 
 import numpy as np
 import pytest
@@ -26,7 +29,9 @@ def stages(name, s, between=lambda sim: sim, **more):
     for hot in (False, True, False):
         if hot or sim.time > 0.0:
             growth = {"growth": 0.0625 * s * HEAT ** (0.5 * hot)} if name == "growth" else {}
+            before, cold = remembered(sim), sim.kT
             sim.rescale((HEAT if hot else 1.0) * s * s, **growth)
+            assert_remembered(before, remembered(sim), math.sqrt(sim.kT / cold))
             sim = between(sim)
         before = parameters(sim)
         sim.run(time=refits.duration(name, s, hot))
@@ -34,7 +39,24 @@ def stages(name, s, between=lambda sim: sim, **more):
         changed = [key for key in before if not np.array_equal(before[key], after[key], equal_nan=True)]
         assert not changed or name == "swaps", f"{changed} changed in a run, and nothing declares it"
         yield sim
+        before = remembered(sim)
         sim = between(sim)
+        assert_remembered(before, remembered(sim))
+
+
+def remembered(sim):
+    """What goes on in another engine."""
+    return {key: value for key, (value, what) in refits.held(sim).items() if what.role in KEPT}
+
+
+def assert_remembered(before, after, faster=1.0):
+    """Nothing is forgotten; spins are ``faster`` by the factor of the velocities, a few times rounded."""
+    assert before.keys() == after.keys()
+    for key, value in before.items():
+        if key.endswith(".spins"):
+            np.testing.assert_allclose(after[key], faster * value, rtol=8 * np.finfo(float).eps)
+        else:
+            np.testing.assert_array_equal(after[key], value, err_msg=key)
 
 
 def parameters(sim):

@@ -15,11 +15,8 @@ from carom.engine import obstacles
 from carom.engine.obstacles import Chain, Crowd, Obstacles, normal_along
 from carom.engine.rubbing import rub_obstacle
 from carom.models.questions.interaction import growth, mass
-from carom.models.questions.memory import ROOM, copy_state, kept, remembers, shift_epoch
-from carom.models.questions.obstacle import at_time, recoil, surface_speed
-
-QUESTIONS = (recoil, surface_speed, at_time, shift_epoch, copy_state)
-"""What is asked of live obstacles only."""
+from carom.models.questions.memory import ROOM, kept, remembers, shift_epoch
+from carom.models.questions.obstacle import LIVE, at_time, recoil
 
 
 @answering(obstacles)
@@ -52,7 +49,7 @@ class ObstacleWork(NamedTuple):
 
 def is_live(model: Any) -> bool:
     """Return whether the model of an obstacle remembers something, or answers one of these questions."""
-    return remembers(model) or any(registry.answers(question, type(model)) for question in QUESTIONS)
+    return remembers(model) or any(registry.answers(question, type(model)) for question in LIVE)
 
 
 def with_work(obstacles: Obstacles | None, models) -> Obstacles | None:

@@ -442,18 +442,8 @@ class RunState:
         volume_move : tuple, optional
             The scene in another box, when that was due [time], and the moves of the volume after it.
         """
-        names = (
-            "scene",
-            "volume_moves",
-            "system",
-            "scheme",
-            "engine",
-            "clock",
-            "counted",
-            "steps",
-            "scheduled",
-        )
-        before = {name: getattr(self, name) for name in names}
+        what = ("scene", "volume_moves", "system", "scheme", "engine", "clock", "counted", "steps")
+        before = {name: getattr(self, name) for name in (*what, "scheduled")}
         try:
             self._refit(velocities, rates, volume_move)
         except BaseException:  # Ctrl-C, too: all of it, or nothing

@@ -226,7 +226,7 @@ def check_fixed(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
     for name, mine in mine_of.items():
         fixed = FIXED.fullmatch(name) is not None
         if ours and name.startswith("model.pair."):
-            fixed = fields_of(type(pair))[name.split(".")[2]].role == "parameter"
+            fixed = fields_of(type(pair))[name.split(".")[2]].role == "parameter"  # type: ignore[arg-type]
         if fixed and name in saved and saved[name].tobytes() != mine.tobytes():
             raise ValueError(f"its {name} is not what follows from the scene")
 

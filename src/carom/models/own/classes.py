@@ -22,8 +22,8 @@ from carom.models.own import fields
 from carom.models.own.arrays import Prepared, per_particle
 from carom.models.own.fields import Meaning
 from carom.models.own.kinds import INTERACTION, OBSERVER, OBSTACLE, PATH, STEPPED, Kind, signature
-from carom.models.questions.memory import copy_state, parameter, shift_epoch
-from carom.models.questions.obstacle import at_time, recoil, surface_speed
+from carom.models.questions.memory import parameter, shift_epoch
+from carom.models.questions.obstacle import LIVE
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.questions.steps import step_bits
 from carom.units import TimeUnit
@@ -39,9 +39,6 @@ OF_STEPS = ("energy", "events")
 
 PACKAGES = sys.stdlib_module_names | {"carom", "numba", "numpy", "scipy"}
 """Packages whose functions the compiler knows, or never can."""
-
-LIVE = (recoil, surface_speed, at_time, shift_epoch, copy_state)
-"""What only an obstacle with ``live`` is asked."""
 
 
 class Own(NamedTuple):
@@ -97,8 +94,8 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
             parts[name] = each
             delattr(cls, name)
             each.power = meanings.pop(name, fields.returned(each.make, names)).power
-            said = inspect.get_annotations(cls).items()
-            cls.__annotations__ = {field: hint for field, hint in said if field != name}
+            others = inspect.get_annotations(cls).items()
+            cls.__annotations__ = {field: hint for field, hint in others if field != name}
     if kind is OBSTACLE and "name" not in meanings:
         meanings["name"] = Meaning("text")
         cls.__annotations__ = {**inspect.get_annotations(cls), "name": str}

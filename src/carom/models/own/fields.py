@@ -95,8 +95,8 @@ def _meaning(cls: type, name: str, annotation: Any) -> Meaning:
         shown = getattr(annotation, "__name__", str(annotation))
         raise InputError(
             f"The field {name} of {cls.__name__} is annotated with {shown}; expected float, int, bool, str, "
-            "tuple, own.Array, own.PerParticle, or a quantity: own.Time, Rate, Speed, Acceleration, Momentum, "
-            "Energy."
+            "tuple, own.Array, own.PerParticle, or a quantity: own.Time, Rate, Speed, Acceleration, Energy, "
+            "Momentum."
         )
     if plain is tuple and {*typing.get_args(annotation)} - {Ellipsis} == {int}:
         return Meaning("integers")

@@ -41,7 +41,7 @@ KEPT = ("kept", "moment", "origin", "given")
 
 @functools.cache
 def fields_of(kind: Any) -> dict[str, Field]:
-    """Return what the fields of a ``kind`` of model are: parameters without a unit of time unless they say so."""
+    """Return what each field of a ``kind`` of model is; by default a parameter without a unit of time."""
     try:
         hints = get_type_hints(kind, include_extras=True)
     except NameError:  # of a class inside of a function
@@ -55,7 +55,7 @@ def fields_of(kind: Any) -> dict[str, Field]:
 
 def remembers(model: Any) -> bool:
     """Tell whether a model keeps anything."""
-    return any(each.role in KEPT for each in fields_of(type(model)).values())
+    return any(each.role in KEPT for each in fields_of(type(model)).values())  # type: ignore[arg-type]
 
 
 def arrays_in(value: Any, name: str = "", role: str = "parameter") -> Iterator[tuple[str, np.ndarray]]:
