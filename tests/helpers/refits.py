@@ -35,6 +35,7 @@ from carom.models import (
 from carom.models.copies import copied
 from carom.models.motions.gravity import leaving
 from carom.models.questions.memory import Field, fields_of
+from carom.simulation import temperature
 
 N = 6
 
@@ -432,6 +433,12 @@ def seen(sim):
     }
     if frame.spins is not None:
         found["spins"] = frame.spins, -1
+    if sim.scene.pinned is not None:
+        found["pinned impulse"] = sim.pinned_impulse, -1
+    if temperature.kT_time(sim._state) is not None:
+        found["kT time"] = temperature.kT_time(sim._state), -1
+    for k, flux in enumerate(temperature.momentum_flux(sim._state) or ()):
+        found[f"flux {k}"] = flux, -1
     for impact in sim.obstacles:
         found[f"hits of {impact.name}"] = impact.hits, 0
         found[f"impulse of {impact.name}"] = impact.impulse, -1

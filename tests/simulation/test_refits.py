@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from helpers import refits
 
+import carom
 from carom.models.questions.memory import KEPT, fields_of, shift_epoch
 
 SCALE = 15
@@ -19,8 +20,8 @@ SCALE = 15
 
 HEAT = 1e6
 
-NOBODY = ()
-"""Carom's models with a memory that no row has."""
+OF_VELOCITIES = ("velocities", "kT", "spins", "energy_drift", "momentum_drift")
+"""What a rescaling changes."""
 
 
 def stages(name, s, between=lambda sim: sim, **more):
@@ -45,8 +46,9 @@ def stages(name, s, between=lambda sim: sim, **more):
 
 
 def remembered(sim):
-    """What goes on in another engine."""
-    return {key: value for key, (value, what) in refits.held(sim).items() if what.role in KEPT}
+    """What goes on in another engine, and what a user sees of it."""
+    inside = {key: value for key, (value, what) in refits.held(sim).items() if what.role in KEPT}
+    return inside | {key: value for key, (value, _) in refits.seen(sim).items() if key not in OF_VELOCITIES}
 
 
 def assert_remembered(before, after, faster=1.0):
@@ -114,6 +116,28 @@ def test_memory_goes_on_in_another_neighbour_scheme(name, plain):
     run_twins(name, between)
 
 
+@pytest.mark.slow
+def test_sums_of_two_workers_go_on_in_another_unit_of_time_as_those_of_one():
+    found = []
+    for scale, cores in ((0, 1), (SCALE, 2)):
+        s = 2.0**scale
+        scene = carom.Scene.random(
+            species=[carom.Species(count=200), carom.Species(count=200, diameter=0.7)],
+            packing_fraction=0.4,
+            dimension=2,
+            seed=1,
+            walls="y",
+        )
+        sim = carom.Simulation(scene, kT=s * s, seed=1, cores=cores)
+        for kT in (1.0, HEAT, 1.0):
+            sim.rescale(kT * s * s)
+            sim.run(time=4.0 * 2.0 ** -round(0.5 * math.log2(kT)) / s)
+        found.append(sim)
+    one, other = found
+    assert other._state.executive.timings.windows > 0
+    assert_alike(one, other, SCALE)
+
+
 def latest_times(name, sim):
     """The last times that drives, observers and rules were told."""
     if name == "units":
@@ -140,7 +164,7 @@ def test_every_model_of_carom_that_remembers_something_is_in_the_table(unschedul
     remember = {
         kind for kind in refits.known_models() if any(each.role in KEPT for each in fields_of(kind).values())
     }
-    assert {kind.__name__ for kind in remember - covered} == set(NOBODY)
+    assert {kind.__name__ for kind in remember - covered} == set()
     assert len(remember) > 15
 
 
