@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.dynamic_obstacles import age_obstacles, models_in, with_work
+from carom.engine.dynamic_obstacles import age_obstacles, with_work
 from carom.engine.obstacles import make_obstacles
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
@@ -374,7 +374,6 @@ def test_an_obstacle_is_live_whichever_question_it_answers():
     for model in (piston, clock):
         obstacles = with_work(make_obstacles(2, None, (rests, model)), (rests, model))
         assert obstacles.live is not None
-        assert models_in(obstacles.chain) == [model]
         age_obstacles(obstacles, 3.0)
     assert piston.begun[0] == 3.0
     v = np.array([0.3, -1.0])

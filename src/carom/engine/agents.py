@@ -94,7 +94,7 @@ def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
         return
     cause = ENTERED if kind == IN else LEFT
     clock = state.clock[0]
-    time = clock.epoch * clock.length + now
+    time = rules.origin[0] + (clock.epoch * clock.length + now)
     me = state.rows[i]
     other = state.rows[j]
     fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
@@ -138,7 +138,8 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
     clock = state.clock[0]
     me = state.rows[i]
     fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
-    fill_event(rules, 0, cause, NO_AGENT, other, clock.epoch * clock.length + now)
+    time = rules.origin[0] + (clock.epoch * clock.length + now)
+    fill_event(rules, 0, cause, NO_AGENT, other, time)
     if other != NO_AGENT:
         far = state.rows[other]
         for axis in range(len(model.boundary.edges)):

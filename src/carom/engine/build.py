@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,7 +10,6 @@ import numpy as np
 from carom.compiling.registry import inner
 from carom.compiling.simd import make_lanes
 from carom.engine import agents, obstacle_events  # noqa: F401 (agents registers its events)
-from carom.engine.boundary import SteppedImage
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.contact_timing import timing_of
 from carom.engine.dynamic_obstacles import is_live, with_work
@@ -20,15 +20,16 @@ from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.build import make_observers
-from carom.engine.observers.interface import kept_arrays
+from carom.engine.observers.interface import at_rest, kept_arrays
 from carom.engine.obstacle_grid import with_grids
 from carom.engine.obstacles import Crowd, make_obstacles
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
-from carom.engine.tallies import TALLY
+from carom.engine.tallies import POWERS, TALLY
 from carom.engine.timed_events import make_timers
 from carom.models.copies import copied
 from carom.models.interactions.units import Units
+from carom.models.questions.memory import copy_state
 
 
 class Model(NamedTuple):
@@ -51,6 +52,10 @@ class Model(NamedTuple):
     """The pair model again, where units decide by rules, or None."""
     timers: Any
     """What kicks single components at times of its own (:mod:`carom.engine.timed_events`), or None."""
+
+
+PARTS = ("pair", "motion", "impact", "obstacles", "timers")
+"""Parts of a model that may remember something, beside its observers."""
 
 
 class Engine(NamedTuple):
@@ -144,22 +149,19 @@ def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> E
     return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
 
 
-def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
-    """Copy what has been counted so far into an engine that takes the place of another, and whose unit of
-    time is longer by ``2**slower``.
+def take_over(old: Engine, new: Engine, instant: Fraction, passed: float, slower: int) -> None:
+    """Let an engine go on with what the one remembers whose place it takes, all in its own unit of time.
+
+    The arguments are those of ``carom.models.questions.memory.copy_state``.
     """
     new.tallies[:] = old.tallies
-    new.tallies["virial"] = np.ldexp(old.tallies["virial"], slower)
-    if hasattr(old.model.pair, "impulse"):  # what pinned components took up
-        new.model.pair.impulse[:] = np.ldexp(old.model.pair.impulse, slower)
-    if isinstance(old.model.boundary, SteppedImage):
-        new.model.pair.events[:] = old.model.pair.events
-    for counted, before in zip(new.model.impact or (), old.model.impact or (), strict=True):
-        if isinstance(counted, np.ndarray):  # what a contact law counts
-            counted[:] = before
-    if old.model.obstacles is not None:
-        new.model.obstacles.hits[:] = old.model.obstacles.hits
-        new.model.obstacles.impulse[:] = np.ldexp(old.model.obstacles.impulse, slower)
+    for name, power in POWERS.items():
+        new.tallies[name] = np.ldexp(old.tallies[name], -power * slower)
+    observers = copied(old.model.observers)
+    at_rest(observers, passed, 0.0)
+    copy_state(new.model.observers, observers, instant, passed, slower)
+    for part in PARTS:
+        copy_state(getattr(new.model, part), getattr(old.model, part), instant, passed, slower)
 
 
 def enlarge_heap(engine: Engine, capacity: int) -> Engine:
@@ -208,7 +210,7 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
 
     for part in ("state", "neighbors", "calendar", "tallies"):
         gather(part, getattr(engine, part))
-    for part in ("pair", "motion", "impact", "obstacles", "timers"):
+    for part in PARTS:
         gather(f"model.{part}", getattr(engine.model, part))
     for observer, its in kept_arrays(engine.model.observers).items():
         found |= {f"observers.{observer}.{field}": array for field, array in its.items()}
@@ -229,6 +231,8 @@ def restore(engine: Engine, saved: dict[str, np.ndarray]) -> None:
         if name == "calendar.buckets" and source is not None and len(source) == len(target) - 1:
             # Written when there was no bucket yet for what is due beyond the window.
             source = np.concatenate([source, target[-1:]])
+        if name == "model.pair.origin" and source is None and engine.model.rules is not None:
+            continue  # written when rules were told the time since the last change of velocities
         if source is None or source.shape != target.shape or source.dtype != target.dtype:
             raise ValueError(f"The checkpoint's array {name!r} does not fit this scene.")
         target[...] = source

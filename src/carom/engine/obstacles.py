@@ -7,7 +7,7 @@ there (``outward``).
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from carom.compiling.registry import inner, optional
 from carom.engine.advance import place_at
 from carom.models.obstacles.cells import CROWD_FROM, together
 from carom.models.questions.interaction import growth, mass, radius
+from carom.models.questions.memory import ROOM, kept
 from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import anchor, is_periodic, meeting, member, members, outward
 from carom.models.questions.particles import NEVER
@@ -68,15 +69,15 @@ class Obstacles(NamedTuple):
     walls: Any
     """The walls of the box, or None."""
     chain: Chain | Crowd | None
-    hits: np.ndarray
+    hits: Annotated[np.ndarray, kept()]
     """Collisions with each, (numbers,) int64."""
-    impulse: np.ndarray
+    impulse: Annotated[np.ndarray, kept(-1)]
     """Momentum that each took up along its normal, (numbers,) float64."""
-    x: np.ndarray
+    x: Annotated[np.ndarray, ROOM]
     """Room for a position in the box, (d,)."""
-    image: np.ndarray
+    image: Annotated[np.ndarray, ROOM]
     """Room for one of its images, (d,)."""
-    v: np.ndarray
+    v: Annotated[np.ndarray, ROOM]
     """Room for a velocity, (d,)."""
     live: Any = None
     """What those that move, lose energy or remember add up to (:mod:`carom.engine.dynamic_obstacles`), or

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -13,25 +13,25 @@ from carom.engine.advance import advance, place_at
 from carom.engine.constants import TIMER_EVENT
 from carom.engine.observers.interface import after_kick, before_kick, gain, record
 from carom.models.drives import kick, next_time
-from carom.models.questions import memory
 from carom.models.questions.interaction import mass
+from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
 
 
-@answering(memory, one_body)
+@answering(one_body)
 class Timers(NamedTuple):
     """A drive, and what it is told in the units of the scene."""
 
-    drive: Any
+    drive: Annotated[Any, GIVEN]
     """Its model."""
     free: Any
     """Which components are not pinned, (n,) bool, or None where none is."""
-    origin: np.ndarray
+    origin: Annotated[np.ndarray, ORIGIN]
     """When the counting of epochs began, since the start of the run, in the engine's unit, (1,) float64."""
-    exponent: int
+    exponent: Annotated[int, UNIT]
     """The engine's unit of time is two to this power of the scene's."""
-    x: np.ndarray
+    x: Annotated[np.ndarray, ROOM]
     """Room for a position, (d,)."""
-    v: np.ndarray
+    v: Annotated[np.ndarray, ROOM]
     """Room for a velocity, (d,)."""
 
     def earlier_event(self, model, state, i, now, t, code):
@@ -71,10 +71,6 @@ class Timers(NamedTuple):
         record(model.observers, state.clock[0], np.int64(i), code, 0.0)
         return True
 
-    def copy_state(self, before, instant, passed, slower):
-        self.origin[0] = float(instant)
-        _copy(self.drive, before.drive)
-
 
 def make_timers(drive, dimension: int, exponent: int, pinned: np.ndarray | None) -> Timers:
     """Return the events of a drive before the first has happened."""
@@ -94,12 +90,3 @@ def _since(timers, state):
     """Return the time from the start of the run to the beginning of the epoch, in the engine's unit."""
     clock = state.clock[0]
     return timers.origin[0] + np.float64(clock.epoch) * clock.length
-
-
-def _copy(model: Any, before: Any) -> None:
-    """Copy every array of a model from another of its kind."""
-    if isinstance(model, np.ndarray):
-        model[...] = before
-    elif isinstance(model, tuple):
-        for mine, other in zip(model, before, strict=True):
-            _copy(mine, other)

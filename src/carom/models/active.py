@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from carom.errors import InputError
 from carom.models import drives
 from carom.models.drives import Bath, Noise, by_species, kick, next_time, of_each
 from carom.models.mathematics.counter_random import normal, uniform
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
 
 KINDS = ("diffusion", "tumble")
@@ -28,7 +29,7 @@ class Propulsion(NamedTuple):
 
     noise: Noise
     """The noise, which keeps nothing of a velocity; it counts the kicks."""
-    speed: np.ndarray
+    speed: Annotated[np.ndarray, parameter(-1)]
     """Speed along the direction, (n,) [length / time]."""
     tumbles: bool
     """Whether directions are forgotten at once, now and then, or diffuse."""
@@ -36,7 +37,7 @@ class Propulsion(NamedTuple):
     """Probability that a step ends with a tumble, or standard deviation of the angle of a step."""
     seed: int
     """Seed of the random numbers that turn."""
-    directions: np.ndarray
+    directions: Annotated[np.ndarray, kept()]
     """Unit vectors, (n, d)."""
 
     @property

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -23,6 +23,7 @@ from carom import checks, seeds
 from carom.compiling.registry import answering, optional, required
 from carom.errors import InputError
 from carom.models.mathematics.counter_random import normal, uniform
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.species import species_count
 
@@ -85,17 +86,17 @@ class Noise(NamedTuple):
 
     keep: float
     """Part of the velocity that remains."""
-    width: np.ndarray
+    width: Annotated[np.ndarray, parameter(-1)]
     """Standard deviation of the noise along each axis, (n,) [length / time]."""
-    interval: float
+    interval: Annotated[float, parameter(1)]
     """Time between two events of a component; its mean, where they are random [time]."""
     random: bool
     """Whether the events are those of a Poisson process."""
     seed: int
     """Seed of the random numbers."""
-    due: np.ndarray
+    due: Annotated[np.ndarray, kept(1)]
     """When each component has its next event, (n,) [time]."""
-    drawn: np.ndarray
+    drawn: Annotated[np.ndarray, kept()]
     """How many each has had, (n,) int64."""
 
     def next_time(self, i, x, v, time):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from carom.errors import InputError
 from carom.models import drives
 from carom.models.drives import Noise, noise_of
 from carom.models.mathematics.counter_random import normal, uniform
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
 
 
@@ -25,17 +26,17 @@ class PairNoise(NamedTuple):
     tournament, drawn by counting: each other partner is as likely, and nothing needs to be stored.
     """
 
-    width: float
+    width: Annotated[float, parameter(-1)]
     """Standard deviation of the noise along each axis for equal masses [length / time]."""
     root_masses: np.ndarray
     """Square roots of the masses, (n,)."""
-    interval: float
+    interval: Annotated[float, parameter(1)]
     """Time from one kick of a component to the next, on average [time]."""
     seed: int
     """Seed of the random numbers."""
-    due: np.ndarray
+    due: Annotated[np.ndarray, kept(1)]
     """When each component has its next event, (n,) [time]."""
-    drawn: np.ndarray
+    drawn: Annotated[np.ndarray, kept()]
     """How many each has had, (n,) int64."""
 
     def next_time(self, i, x, v, time):

@@ -17,7 +17,7 @@ from carom.scene.storage import from_arrays, to_arrays
 from carom.scene.temperature import thermal_of
 from carom.simulation import flying, own_observers
 from carom.simulation.barostat import Barostat, VolumeMoves
-from carom.simulation.clock import LAST_EPOCH
+from carom.simulation.clock import LAST_EPOCH, Clock
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_state import RunState
 from carom.simulation.swaps import Swaps, Sweeps
@@ -195,10 +195,11 @@ def load(
         run_state.sweeps = sweeps
         run_state.volume_moves = _moves_of(attributes, "volume_moves", VolumeMoves, Barostat)
         run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
-        clock = run_state.clock
-        clock.base = soundness.base_of(attributes)
-        clock.epoch = soundness.whole(attributes, "epoch", 0, LAST_EPOCH)
-        clock.offset = soundness.real(attributes, "offset", 0.0)
+        epoch, offset = (
+            soundness.whole(attributes, "epoch", 0, LAST_EPOCH),
+            soundness.real(attributes, "offset", 0.0),
+        )
+        run_state.clock = Clock(unit, chosen.epoch, soundness.base_of(attributes), epoch, offset)
         run_state.seconds = soundness.real(attributes, "seconds", 0.0)
         soundness.check(run_state)
         if not isinstance(json.loads(str(attributes["extra"])), dict):

@@ -19,7 +19,7 @@ from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, jump, mass, radius, record_impulse
-from carom.models.questions.memory import copy_state, shift_epoch
+from carom.models.questions.memory import copy_state, remembers, shift_epoch
 from carom.models.questions.motion import carry, meeting_time
 from carom.models.questions.steps import step_bits, step_jump, step_time
 from carom.models.questions.walls import wall_meeting
@@ -316,8 +316,9 @@ def check_copy_state(system: System) -> None:
     """Raise InputError where a model of one's own has a memory, and no answer to copy it into a new model."""
     own_obstacles = [value for value in (system.interaction, system.impact) if model_checks.is_own(value)]
     for model in (*(value.model(system.particles) for value in own_obstacles), *system.obstacle_models):
-        remembers = any(model_checks.answers(question, model) for question in (shift_epoch, record_impulse))
-        if model_checks.is_own(model) and remembers and not model_checks.answers(copy_state, model):
+        known = remembers(model) or model_checks.answers(copy_state, model)
+        asked = any(model_checks.answers(question, model) for question in (shift_epoch, record_impulse))
+        if model_checks.is_own(model) and asked and not known:
             raise InputError(
                 f"{type(model).__name__} has a memory, and rescale() and growth make the models anew: "
                 "give it a method copy_state that copies it."

@@ -442,18 +442,8 @@ class RunState:
         volume_move : tuple, optional
             The scene in another box, when that was due [time], and the moves of the volume after it.
         """
-        names = (
-            "scene",
-            "volume_moves",
-            "system",
-            "scheme",
-            "engine",
-            "clock",
-            "counted",
-            "steps",
-            "scheduled",
-        )
-        before = {name: getattr(self, name) for name in names}
+        what = ("scene", "volume_moves", "system", "scheme", "engine", "clock", "counted", "steps")
+        before = {name: getattr(self, name) for name in (*what, "scheduled")}
         try:
             self._refit(velocities, rates, volume_move)
         except BaseException:  # Ctrl-C, too: all of it, or nothing
@@ -466,8 +456,7 @@ class RunState:
         rates: np.ndarray | None,
         volume_move: tuple[Scene, Fraction, VolumeMoves] | None,
     ) -> None:
-        from carom.engine.build import build, keep_tallies
-        from carom.engine.dynamic_obstacles import take_over_all
+        from carom.engine.build import build, take_over
 
         check_copy_state(self.system)
         frame = self.frame()
@@ -514,9 +503,8 @@ class RunState:
         except InputError:  # components have outgrown the lists that were asked for
             self.scheme = self._choose(velocities, ("sectors", None), rate)
         self.engine = build(self.scheme, self.system, positions, unit.to_kernel(velocities, -1))
-        keep_tallies(old, self.engine, unit.exponent - before.exponent)
-        present = unit.to_kernel(instant, 1)
-        take_over_all(self.engine.model, old.model, present, passed_in_epoch, unit.exponent - before.exponent)
+        slower = unit.exponent - before.exponent
+        take_over(old, self.engine, unit.to_kernel(instant, 1), passed_in_epoch, slower)
         if rescaled and frame.spins is not None:  # by the factor of the velocities
             earlier, after = (
                 float(np.sum(peculiar(self.scene, v) ** 2)) for v in (frame.velocities, velocities)

@@ -30,6 +30,7 @@ from carom.engine.neighbors.skins import EqualBounds
 from carom.engine.observers.interface import kept_arrays, limits, listed
 from carom.engine.observers.own import Own
 from carom.models.interactions.units import COMPLAINTS, Units
+from carom.models.questions.memory import fields_of
 from carom.simulation.clock import LAST_EPOCH
 
 if TYPE_CHECKING:
@@ -49,12 +50,6 @@ FIXED = re.compile(
     r"|neighbors\.bounds\.(bounds|skins|rates|starts|size_classes|largest)|neighbors\.steps\.(kinds|outside)"
 )
 """Arrays that follow from the scene and from the scheme."""
-
-OF_PAIRS = re.compile(
-    r"model\.pair\.(impulse|events|kinds|present|counts|memory|timers|targets|drawn|news|queue|queued|asked|fault"
-    r"|begun|units\..*|told\..*)"
-)
-"""Arrays of Carom's own models of pairs that change in a run; radii do where they grow."""
 
 COUNTS = re.compile(
     r"tallies\.(collisions|advancements|transits|clamped|returns)"
@@ -230,8 +225,8 @@ def check_fixed(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
     ours = type(pair).__module__.startswith("carom.")
     for name, mine in mine_of.items():
         fixed = FIXED.fullmatch(name) is not None
-        if ours and name.startswith("model.pair.") and not OF_PAIRS.fullmatch(name):
-            fixed = name != "model.pair.radii" or not hasattr(pair, "rates")
+        if ours and name.startswith("model.pair."):
+            fixed = fields_of(type(pair))[name.split(".")[2]].role == "parameter"  # type: ignore[arg-type]
         if fixed and name in saved and saved[name].tobytes() != mine.tobytes():
             raise ValueError(f"its {name} is not what follows from the scene")
 

@@ -14,7 +14,7 @@ collisions only. Hard cores hold no energy, and have None in this place.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -23,15 +23,16 @@ from carom.engine.boundary import separation
 from carom.engine.observers import interface
 from carom.engine.observers.energy import drift_of
 from carom.models.questions.interaction import mass
+from carom.models.questions.memory import ROOM, parameter, present
 from carom.models.questions.particles import NEVER
 
 
 class Held(NamedTuple):
     """The energies that components hold."""
 
-    halves: np.ndarray
+    halves: Annotated[np.ndarray, present(-2)]
     """Half of the energies of the pairs of each component, (n + 1,) float64."""
-    energies: np.ndarray
+    energies: Annotated[np.ndarray, parameter(-2)]
     """Energy of a pair on each step, float64."""
     start: int
     """Where the current of energy begins in ``Currents.flow``."""
@@ -44,26 +45,27 @@ class Currents(NamedTuple):
     A tensor is symmetric and kept as its upper triangle, row by row: s = d (d + 1) / 2 numbers.
     """
 
-    drift: np.ndarray
+    drift: Annotated[np.ndarray, present(-1)]
     """Velocity of the centre of mass, (d,) float64."""
     kinds: np.ndarray
     """Species of each component, (n + 1,) int64."""
-    flow: np.ndarray
+    flow: Annotated[np.ndarray, present()]
     """Currents now, (s + d + K d,): sum of m v_a v_b; sum of the energy of each component times its v_a; sum
     of v_a of each species."""
-    carried: np.ndarray
+    carried: Annotated[np.ndarray, present()]
     """Their integrals from the start of the run to ``since``, in the same order."""
-    thrown: np.ndarray
+    thrown: Annotated[np.ndarray, present()]
     """What collisions carried, (s + d,): momentum dp_a r_b, energy dE r_a."""
-    since: np.ndarray
+    since: Annotated[np.ndarray, present(1)]
     """Time of the last change, in the epoch, (1,) float64."""
-    upcoming: np.ndarray
-    """Time of the next sample, in the epoch, and from one sample to the next, (2,) float64."""
-    used: np.ndarray
+    upcoming: Annotated[np.ndarray, ROOM]
+    """Time of the next sample, in the epoch, and from one sample to the next, (2,) float64.
+    Samples that are being taken end with the run, and a loaded one takes none."""
+    used: Annotated[np.ndarray, ROOM]
     """Samples written, (1,) int64."""
-    samples: np.ndarray
+    samples: Annotated[np.ndarray, ROOM]
     """(count, 2 s + 2 d + K d) float64: ``carried`` and ``thrown`` at the times of the samples."""
-    room: np.ndarray
+    room: Annotated[np.ndarray, ROOM]
     """Room for r, and for the velocities of two before and after a collision, (5, d) float64."""
     held: Held | None
     """Energies of pairs with steps that components hold, or None."""
@@ -121,10 +123,6 @@ class Currents(NamedTuple):
         carry(self, now)
         self.since[0] = since
         self.upcoming[0] -= now - since
-
-    def spared(self):
-        # Samples that are being taken end with the run, and a loaded one takes none.
-        return "kinds", "upcoming", "used", "samples", "room", "held.energies"
 
 
 def make_currents(masses, velocities, kinds, held=None) -> Currents:

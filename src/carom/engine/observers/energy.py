@@ -6,27 +6,27 @@ kept where contacts lose energy, or surfaces that grow do work; else there is no
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering, inner
 from carom.engine.observers import interface
-from carom.models.questions import memory
 from carom.models.questions.interaction import mass
+from carom.models.questions.memory import kept, present
 
 
-@answering(interface, memory)
+@answering(interface)
 class Balance(NamedTuple):
     """The kinetic energy about the motion of the centre of mass."""
 
-    drift: np.ndarray
+    drift: Annotated[np.ndarray, present(-1)]
     """Velocity of the centre of mass, zero where its momentum is not conserved, (d,) float64."""
-    energy: np.ndarray
+    energy: Annotated[np.ndarray, present(-2)]
     """Kinetic energy now, (1,) float64."""
-    action: np.ndarray
+    action: Annotated[np.ndarray, kept(-1)]
     """Its integral from the start of the run to ``since``, (1,) float64."""
-    since: np.ndarray
+    since: Annotated[np.ndarray, present(1)]
     """Time of the last change, in the epoch, (1,) float64."""
 
     def before_pair(self, model, state, event):
@@ -53,10 +53,6 @@ class Balance(NamedTuple):
     def at_rest(self, now, since):
         hold(self, now)
         self.since[0] = since
-
-    def copy_state(self, before, instant, passed, slower):
-        action = before.action[0] + before.energy[0] * (passed - before.since[0])
-        self.action[0] = np.ldexp(action, slower)
 
 
 def drift_of(masses, velocities) -> np.ndarray:

@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering
 from carom.engine.observers import interface
+from carom.models.questions.memory import ROOM
 
 
 @answering(interface)
 class Log(NamedTuple):
     """A buffer of events."""
 
-    used: np.ndarray
+    used: Annotated[np.ndarray, ROOM]
     """How many entries are filled, (1,) int64."""
-    epoch: np.ndarray
+    epoch: Annotated[np.ndarray, ROOM]
     """Epoch of each event, int64."""
-    time: np.ndarray
+    time: Annotated[np.ndarray, ROOM]
     """Time within the epoch, float64."""
-    i: np.ndarray
+    i: Annotated[np.ndarray, ROOM]
     """The component of lower index, int32."""
-    ref: np.ndarray
+    ref: Annotated[np.ndarray, ROOM]
     """The word of the other, or the code of an event of one component, int32."""
-    impulse: np.ndarray
+    impulse: Annotated[np.ndarray, ROOM]
     """Magnitude of momentum exchanged, float64."""
 
     def is_full(self):
@@ -38,9 +39,6 @@ class Log(NamedTuple):
         self.ref[k] = ref
         self.impulse[k] = impulse
         self.used[0] = k + 1
-
-    def spared(self):
-        return Log._fields
 
 
 def make_log(size: int) -> Log:

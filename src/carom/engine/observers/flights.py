@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering, inner
 from carom.engine.observers import interface
+from carom.models.questions.memory import present
 
 BINS = 256
 """Of each histogram; the last one holds everything beyond."""
@@ -21,23 +22,23 @@ class Flights(NamedTuple):
     """Species of each component, (n + 1,) int64."""
     moves: np.ndarray
     """Whether each component flies at all, (n,) uint8: 0 where it is pinned."""
-    last: np.ndarray
+    last: Annotated[np.ndarray, present(1)]
     """Time of the last collision of each component, in the epoch, (n,) float64; infinite before the first."""
-    widths: np.ndarray
+    widths: Annotated[np.ndarray, present((1, 0, -1))]
     """Width of a bin of free times, free paths and normal speeds, (3,) float64."""
-    times: np.ndarray
+    times: Annotated[np.ndarray, present()]
     """Histogram of free times, (K, BINS) int64."""
-    paths: np.ndarray
+    paths: Annotated[np.ndarray, present()]
     """Histogram of free paths, (K, BINS) int64."""
-    speeds: np.ndarray
+    speeds: Annotated[np.ndarray, present()]
     """Histogram of relative normal speeds, (K, K, BINS) int64, in the rows of the smaller species."""
-    flown: np.ndarray
+    flown: Annotated[np.ndarray, present((0, 1, 0))]
     """Flights, and sums of their times and paths, (K, 3) float64."""
-    met: np.ndarray
+    met: Annotated[np.ndarray, present((0, -1))]
     """Collisions, and sums of normal speeds, (K, K, 2) float64, likewise."""
-    partners: np.ndarray
+    partners: Annotated[np.ndarray, present()]
     """Who each component collided with last, (n,) int64; -1 before the first."""
-    returns: np.ndarray
+    returns: Annotated[np.ndarray, present()]
     """Collisions of components that had collided before, and how many of them were with the partner of the
     last time, (K, 2) float64."""
 
@@ -73,9 +74,6 @@ class Flights(NamedTuple):
 
     def at_epoch(self, model, state, length):
         self.last[:] -= length
-
-    def spared(self):
-        return "kinds", "moves"
 
     def limits(self, n, oldest):
         return {"partners": (-1, n - 1), "last": (oldest, np.inf), "widths": (1e-300, 1e300)}

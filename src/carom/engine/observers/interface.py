@@ -1,18 +1,19 @@
 """What observers are told, each with a default that does nothing, and the one tuple that they are in.
 
 An observer is a ``NamedTuple`` of arrays, in the engine's unit of time. Most of the questions are asked by
-compiled code; :func:`at_rest`, :func:`spared` and :func:`limits` are asked from Python, and so is
-``carom.models.questions.memory.copy_state``, by which sums go on in an engine that replaces another.
+compiled code; :func:`at_rest` and :func:`limits` are asked from Python. Their fields say what a checkpoint
+keeps, and what goes on in an engine that replaces another (``carom.models.questions.memory``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import optional
+from carom.models.questions.memory import arrays_in
 
 
 class Observers(NamedTuple):
@@ -175,12 +176,6 @@ def at_rest(observer, now, since):
 
 
 @optional
-def spared(observer):
-    """Return fields of the ``observer`` that no checkpoint keeps: room, and what follows from the scene."""
-    return ()
-
-
-@optional
 def limits(observer, n, oldest):
     """Return limits of arrays that a checkpoint keeps, {field: (low, high)}.
 
@@ -232,13 +227,5 @@ def kept_arrays(observers: Observers | None) -> dict[str, dict[str, np.ndarray]]
         name = type(each).__name__
         while name in arrays:  # another of its type
             name += "+"
-        arrays[name] = {field: array for field, array in _arrays(each) if field not in spared(each)}
+        arrays[name] = dict(arrays_in(each))
     return arrays
-
-
-def _arrays(value: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
-    if isinstance(value, np.ndarray):
-        yield name, value
-    elif isinstance(value, tuple):
-        for field, part in zip(getattr(value, "_fields", range(len(value))), value, strict=True):
-            yield from _arrays(part, f"{name}.{field}" if name else str(field))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -11,35 +11,35 @@ from carom.compiling import registry
 from carom.compiling.registry import answering, inner
 from carom.engine.boundary import separation
 from carom.engine.observers import interface
-from carom.models.questions import memory
+from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
 from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
 
 
-@answering(interface, memory)
+@answering(interface)
 class Own(NamedTuple):
     """An observer of the user's own, and room for what it is told."""
 
-    observer: Any
+    observer: Annotated[Any, GIVEN]
     """The user's NamedTuple."""
-    origin: np.ndarray
+    origin: Annotated[np.ndarray, ORIGIN]
     """When the counting of epochs began, since the start of the run, (1,) float64."""
-    exponent: int
+    exponent: Annotated[int, UNIT]
     """The engine's unit of time is two to this power of the scene's."""
     places: np.ndarray
     """Place of every obstacle in the scene's order, by the engine's number, int64."""
-    r: np.ndarray
+    r: Annotated[np.ndarray, ROOM]
     """(d,)"""
-    normal: np.ndarray
+    normal: Annotated[np.ndarray, ROOM]
     """(d,)"""
-    x: np.ndarray
+    x: Annotated[np.ndarray, ROOM]
     """(2, d)"""
-    before: np.ndarray
+    before: Annotated[np.ndarray, ROOM]
     """(2, d)"""
-    after: np.ndarray
+    after: Annotated[np.ndarray, ROOM]
     """(2, d)"""
-    all_x: np.ndarray
+    all_x: Annotated[np.ndarray, ROOM]
     """(n, d), empty where nobody observes epochs."""
-    all_v: np.ndarray
+    all_v: Annotated[np.ndarray, ROOM]
     """(n, d), likewise."""
 
     def before_pair(self, model, state, event):
@@ -98,13 +98,6 @@ class Own(NamedTuple):
         if len(self.all_x) > 0:
             time = _time(self, state, length)
             at_epoch(self.observer, Epoch(time, self.all_x, self.all_v))
-
-    def spared(self):
-        return "places", "r", "normal", "x", "before", "after", "all_x", "all_v"
-
-    def copy_state(self, before, instant, passed, slower):
-        # The arrays of the user's are those of before.
-        self.origin[0] = float(instant)
 
 
 def make_own(observer, n: int, dimension: int, exponent: int, numbers: list[int], origin: float = 0.0) -> Own:

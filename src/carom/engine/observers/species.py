@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering
 from carom.engine.observers import interface
-from carom.models.questions import memory
+from carom.models.questions.memory import kept
 
 
-@answering(interface, memory)
+@answering(interface)
 class BySpecies(NamedTuple):
     """What collisions add up to for every pair of species."""
 
     kinds: np.ndarray
     """Species, (n + 1,) int64: the array of the cores, where they have one."""
-    collisions: np.ndarray
+    collisions: Annotated[np.ndarray, kept()]
     """(K, K) int64, in the rows of the smaller index."""
-    virial: np.ndarray
+    virial: Annotated[np.ndarray, kept(-1)]
     """(K, K) float64, likewise."""
 
     def count_pair(self, i, j, virial):
@@ -27,13 +27,6 @@ class BySpecies(NamedTuple):
         b = max(self.kinds[i], self.kinds[j])
         self.collisions[a, b] += 1
         self.virial[a, b] += virial
-
-    def spared(self):
-        return ("kinds",)
-
-    def copy_state(self, before, instant, passed, slower):
-        self.collisions[:] = before.collisions
-        self.virial[:] = np.ldexp(before.virial, slower)
 
 
 def make_by_species(kinds: np.ndarray) -> BySpecies:

@@ -7,7 +7,7 @@ as that of the kinetic energy is elsewhere.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -15,26 +15,26 @@ from carom.compiling.registry import answering, inner
 from carom.engine.lattice import contact_vector
 from carom.engine.observers import interface
 from carom.models.copies import copied
-from carom.models.questions import memory
 from carom.models.questions.interaction import mass
+from carom.models.questions.memory import kept, parameter, present
 
 
-@answering(interface, memory)
+@answering(interface)
 class StreamSums(NamedTuple):
     """Sums over the peculiar velocities of all components."""
 
-    rate: float
+    rate: Annotated[float, parameter(-1)]
     """Shear rate."""
-    moments: np.ndarray
+    moments: Annotated[np.ndarray, present(-2)]
     """``sum m u_a u_b`` at the time ``since``, (d, d)."""
-    integral: np.ndarray
+    integral: Annotated[np.ndarray, kept(-1)]
     """Its integral from the start of the run to ``since``, (d, d)."""
-    virial: np.ndarray
+    virial: Annotated[np.ndarray, kept(-1)]
     """``sum r_a dp_b`` over contacts: r to the partner, dp what the partner gained, (d, d)."""
-    since: np.ndarray
+    since: Annotated[np.ndarray, present(1)]
     """Time of the last change, in the epoch, (1,)."""
-    r: np.ndarray
-    """Room for the vector to a partner, (d,)."""
+    r: Annotated[np.ndarray, present()]
+    """Vector to the partner of the last contact, (d,)."""
 
     def before_pair(self, model, state, event):
         fly(self, event.now)
@@ -66,11 +66,6 @@ class StreamSums(NamedTuple):
     def at_rest(self, now, since):
         fly(self, now)
         self.since[0] = since
-
-    def copy_state(self, before, instant, passed, slower):
-        integral, virial = totals(before, passed)
-        self.integral[:] = np.ldexp(integral, slower)
-        self.virial[:] = np.ldexp(virial, slower)
 
 
 def make_stream_sums(rate: float, masses: np.ndarray, velocities: np.ndarray) -> StreamSums:

@@ -9,7 +9,7 @@ McNamara, Granular Matter 1 (1998) 113).
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models.questions import contact, memory
 from carom.models.questions.contact import transfer
+from carom.models.questions.memory import MOMENT, kept, parameter
 from carom.models.questions.particles import Particles
 
 
@@ -102,13 +103,13 @@ class Law(NamedTuple):
 
     restitution: float
     """Restitution at the speed ``at_speed``."""
-    at_speed: float
+    at_speed: Annotated[float, parameter(-1)]
     """Speed at which the restitution is that; 0 if it does not depend on the speed."""
     power: float
     """Exponent of the speed."""
-    threshold: float
+    threshold: Annotated[float, parameter(-1)]
     """Speed below which a contact is elastic."""
-    contact_time: float
+    contact_time: Annotated[float, parameter(1)]
     """A contact within this time after the last one is elastic."""
 
 
@@ -131,9 +132,9 @@ class Losing(NamedTuple):
 
     law: Law
     """The restitution."""
-    last: np.ndarray
+    last: Annotated[np.ndarray, MOMENT]
     """Time of the last contact of each component, in the epoch, (n + 1,) float64."""
-    spared: np.ndarray
+    spared: Annotated[np.ndarray, kept()]
     """Number of contacts that were elastic because they were slow or came too soon, (1,) int64."""
 
     def transfer(self, rr, rv):
@@ -151,6 +152,3 @@ class Losing(NamedTuple):
     def shift_epoch(self, duration):
         for i in range(len(self.last)):
             self.last[i] -= duration
-
-    def copy_state(self, before, instant, passed, slower):
-        self.last[:] = np.ldexp(before.last - passed, -slower)

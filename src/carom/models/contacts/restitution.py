@@ -5,7 +5,7 @@ from __future__ import annotations
 import numbers
 from copy import copy
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models.contacts.losses import Law
 from carom.models.questions import contact
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
 
 CAUTIOUS = 1e-3
@@ -105,9 +106,9 @@ class Inelastic(NamedTuple):
 
     restitution: float
     """Normal speed after over normal speed before a contact."""
-    threshold: float
+    threshold: Annotated[float, parameter(-1)]
     """Normal speed below which a contact is elastic, against inelastic collapse."""
-    spared: np.ndarray
+    spared: Annotated[np.ndarray, kept()]
     """Number of contacts that were elastic for that reason, (1,) int64."""
 
     def transfer(self, rr, rv):

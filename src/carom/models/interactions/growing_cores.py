@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from carom.compiling.registry import answering, inner
 from carom.models.mathematics.contact import contact_time_known, elastic
 from carom.models.questions import interaction, memory
 from carom.models.questions.interaction import radius
+from carom.models.questions.memory import parameter, present
 from carom.models.questions.particles import NEVER, Particles, lanes
 
 
@@ -39,9 +40,9 @@ class Growing:
 class GrowingCores(NamedTuple):
     """Hard cores that touch at the sum of radii that grow."""
 
-    radii: np.ndarray
+    radii: Annotated[np.ndarray, present()]
     """At the beginning of the epoch, (n + 1,) float64 [length]."""
-    rates: np.ndarray
+    rates: Annotated[np.ndarray, parameter(-1)]
     """Radius gained a time, (n + 1,) float64."""
     masses: np.ndarray
     """(n + 1,) float64."""

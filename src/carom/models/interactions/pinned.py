@@ -8,7 +8,7 @@ a thousand moving ones. Two pinned components may overlap.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models.interactions.hard_cores import touching
 from carom.models.questions import interaction
+from carom.models.questions.memory import kept
 from carom.models.questions.particles import Particles, lanes
 
 
@@ -101,7 +102,7 @@ class PinnedCores(NamedTuple):
     """One over the mass, 0 where a component is pinned, (n + 1,) float64."""
     masses: np.ndarray
     """(n + 1,) float64."""
-    impulse: np.ndarray
+    impulse: Annotated[np.ndarray, kept(-1)]
     """Momentum that each component took up along the normals of its contacts, (n + 1,) float64."""
 
     def jump(self, i, j, rr, rv, now):

@@ -10,12 +10,13 @@ Alder and Wainwright, J. Chem. Phys. 31 (1959) 459.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering, inner
 from carom.models.questions import steps
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import BOUNCE, CORE, IN, OUT
 
@@ -28,13 +29,13 @@ class StepPairs(NamedTuple):
     """Square of the distance at which each step ends inwards, negative where it does not [length^2]."""
     outer: np.ndarray
     """Square of the distance at which it ends outwards, or infinity [length^2]."""
-    enter: np.ndarray
+    enter: Annotated[np.ndarray, parameter(-2)]
     """Energy that crossing the inner end takes, infinite at a wall [energy]."""
-    leave: np.ndarray
+    leave: Annotated[np.ndarray, parameter(-2)]
     """Energy that crossing the outer end takes [energy]."""
-    energy: np.ndarray
+    energy: Annotated[np.ndarray, parameter(-2)]
     """Potential energy of a pair on each step [energy]."""
-    events: np.ndarray
+    events: Annotated[np.ndarray, kept()]
     """How many events there were on each step, of each kind, (steps, 4) int64."""
     radii: np.ndarray
     """Of the components at obstacles, (n + 1,) float64 [length]."""

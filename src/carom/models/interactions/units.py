@@ -10,7 +10,7 @@ then on. Lubachevsky (1991), sec. 10, after Wieland.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from carom.compiling.registry import answering, inner, required
 from carom.models.interactions.step_pairs import end_of_step
 from carom.models.mathematics.counter_random import uniform
 from carom.models.questions import memory, steps
+from carom.models.questions.memory import MOMENT, ORIGIN, ROOM, UNIT, kept, parameter
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import IN, OUT
 
@@ -83,46 +84,48 @@ class Units(NamedTuple):
     """Square of the distance at which each step ends inwards, negative where it does not [length^2]."""
     outer: np.ndarray
     """Square of the distance at which it ends outwards, or infinity [length^2]."""
-    energy: np.ndarray
+    energy: Annotated[np.ndarray, parameter(-2)]
     """Of a pair on each step: zero."""
-    events: np.ndarray
+    events: Annotated[np.ndarray, kept()]
     """How many crossings there were from each step, of each kind, (steps, 4) int64."""
     radii: np.ndarray
     """Of the units at walls and obstacles [length]."""
     masses: np.ndarray
     watch: np.ndarray
     """Which circle of a kind ends the step inwards, or NOBODY, (kinds, steps) int64."""
-    kinds: np.ndarray
+    kinds: Annotated[np.ndarray, kept()]
     """Of each unit at present, int64."""
-    present: np.ndarray
+    present: Annotated[np.ndarray, kept()]
     """1, or 0 of units that are removed, int64."""
-    counts: np.ndarray
+    counts: Annotated[np.ndarray, kept()]
     """How many units of each kind are in each circle of each unit, (n + 1, circles, kinds) int64."""
-    memory: np.ndarray
+    memory: Annotated[np.ndarray, kept()]
     """Numbers of the rule's own, (n + 1, m) float64."""
-    timers: np.ndarray
+    timers: Annotated[np.ndarray, MOMENT]
     """When each unit is to be asked, in the epoch, or NEVER."""
-    targets: np.ndarray
+    targets: Annotated[np.ndarray, kept()]
     """Whom each unit aims at, or NOBODY, int64."""
-    drawn: np.ndarray
+    drawn: Annotated[np.ndarray, kept()]
     """Random numbers that each has drawn, int64."""
-    news: np.ndarray
+    news: Annotated[np.ndarray, kept()]
     """Who has changed in a circle of each unit that has not been told yet, or NOBODY, int64."""
-    queue: np.ndarray
+    queue: Annotated[np.ndarray, kept()]
     """Who is to be told, int64."""
-    queued: np.ndarray
+    queued: Annotated[np.ndarray, kept()]
     """How many these are, (1,) int64."""
-    asked: np.ndarray
+    asked: Annotated[np.ndarray, kept()]
     """How often the rule was asked, by cause, (5,) int64."""
-    fault: np.ndarray
+    fault: Annotated[np.ndarray, kept()]
     """What was wrong with the rule's first wrong answer, and for whom, (2,) int64."""
-    begun: np.ndarray
+    begun: Annotated[np.ndarray, kept()]
     """Whether the units of each circle have been counted, (1,) int64."""
-    units: Any
+    units: Annotated[Any, ROOM]
     """What the rules of two units are handed, (2,) records."""
-    told: Any
+    told: Annotated[Any, ROOM]
     """What they are told of the event, (2,) records."""
-    speed: float
+    origin: Annotated[np.ndarray, ORIGIN]
+    """When the counting of epochs began, since the start of the run, (1,) float64."""
+    speed: Annotated[float, UNIT]
     """The engine's unit of speed in the scene's: a power of two."""
     seed: int
 
@@ -150,13 +153,6 @@ class Units(NamedTuple):
             for crossed in range(step):
                 _count(self, i, j, crossed, 1)
                 _count(self, j, i, crossed, 1)
-
-    def copy_state(self, before, instant, passed, slower):
-        for name in ("kinds", "present", "counts", "memory", "targets", "drawn", "news", "queue"):
-            getattr(self, name)[:] = getattr(before, name)
-        for name in ("queued", "asked", "fault", "begun"):
-            getattr(self, name)[:] = getattr(before, name)
-        self.timers[:] = np.ldexp(before.timers - passed, -slower)
 
     def error_message(self):
         fault, i = self.fault.tolist()

@@ -7,7 +7,7 @@ each other.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from carom.models.obstacles.box_walls import Cushions, Faces, Yielding
 from carom.models.obstacles.containers import Inside
 from carom.models.obstacles.paths import Still, pace, place
 from carom.models.obstacles.planes import HalfSpace
+from carom.models.questions.memory import parameter
 from carom.models.questions.obstacle import encounter, fall
 from carom.models.questions.particles import NEVER
 
@@ -40,9 +41,9 @@ class Course(NamedTuple):
     """The least that ``place`` returns [length]."""
     highest: float
     """The most [length]."""
-    bend: float
+    bend: Annotated[float, parameter(-2)]
     """Bound on the magnitude of the acceleration."""
-    period: float
+    period: Annotated[float, parameter(1)]
     """After which the path repeats itself."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from carom.models import fields
 from carom.models.mathematics.double_double import exact_product, exact_sum, with_product
 from carom.models.mathematics.parabolas import HOP, landing_on_wall, leaving
 from carom.models.questions import motion, obstacle, walls
+from carom.models.questions.memory import parameter
 from carom.models.questions.obstacle import fall
 from carom.models.questions.particles import Particles
 
@@ -95,9 +96,9 @@ class Gravity:
 class Falling(NamedTuple):
     """Parabolas of one acceleration."""
 
-    g: tuple
+    g: Annotated[tuple, parameter(-2)]
     """Acceleration along each axis."""
-    rest: float
+    rest: Annotated[float, parameter(-1)]
     """Least speed after a contact with a surface."""
 
     def position(self, axis, x, v, t):

@@ -13,7 +13,7 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from carom import checks
 from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models.questions import motion
+from carom.models.questions.memory import parameter, present
 from carom.models.questions.particles import Particles
 
 LONGEST_STRAIN = 0.125
@@ -125,11 +126,11 @@ def start_tilt(motion: Any, box: Sequence[float]) -> float:
 class Sheared(NamedTuple):
     """A tilting lattice."""
 
-    rate: float
+    rate: Annotated[float, parameter(-1)]
     """Shear rate."""
     ratio: float
     """Edge along the stream over that along its gradient: lattices whose tilts differ by it are the same."""
-    tilt: np.ndarray
+    tilt: Annotated[np.ndarray, present()]
     """Tilt at the beginning of the epoch, (1,) float64."""
 
     def position(self, axis, x, v, t):

@@ -16,13 +16,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering, required
 from carom.errors import InputError
+from carom.models.questions.memory import parameter
 from carom.units import TimeUnit
 
 
@@ -159,7 +160,7 @@ class Swing(NamedTuple):
 
     amplitude: float
     """Largest displacement [length]."""
-    frequency: float
+    frequency: Annotated[float, parameter(-1)]
     """Angular frequency."""
     phase: float
     """Phase at time zero, in radians."""
@@ -282,13 +283,13 @@ class Parabolas:
 class Arcs(NamedTuple):
     """Pieces of parabolas."""
 
-    times: np.ndarray
+    times: Annotated[np.ndarray, parameter(1)]
     """Time at which each piece begins, and the end, (k + 1,) float64."""
     places: np.ndarray
     """Displacement at the beginning of each piece, (k,) float64 [length]."""
-    speeds: np.ndarray
+    speeds: Annotated[np.ndarray, parameter(-1)]
     """Speed at the beginning of each piece, (k,) float64."""
-    bends: np.ndarray
+    bends: Annotated[np.ndarray, parameter(-2)]
     """Acceleration of each piece, (k,) float64."""
 
     def place(self, t):

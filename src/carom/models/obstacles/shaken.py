@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from carom.compiling.registry import answering
 from carom.models.mathematics.parabolas import HOP, Course, time_to_moving
 from carom.models.obstacles.paths import Path, pace, place
 from carom.models.questions import memory, motion, obstacle
+from carom.models.questions.memory import ROOM, parameter, present
 from carom.models.questions.motion import push, rest_speed
 from carom.models.questions.obstacle import anchor, arrival, fall, is_periodic, outward, surface_speed
 from carom.models.questions.particles import Particles
@@ -27,17 +28,17 @@ class Displaced(NamedTuple):
     """The motion along the line."""
     free: tuple
     """Acceleration of a component without field: zeros."""
-    rest: float
+    rest: Annotated[float, parameter(-1)]
     """Least speed, relative to the body, after a contact."""
-    begin: np.ndarray
+    begin: Annotated[np.ndarray, present(1)]
     """Time of the path when the counting of epochs began, (1,) float64."""
-    phase: np.ndarray
+    phase: Annotated[np.ndarray, present(1)]
     """The same at the beginning of this epoch, (1,) float64."""
-    epochs: np.ndarray
+    epochs: Annotated[np.ndarray, present()]
     """Epochs counted, (1,) int64."""
-    away: np.ndarray
+    away: Annotated[np.ndarray, ROOM]
     """Displacement at the contact that is asked about, (1,) float64."""
-    shifted: np.ndarray
+    shifted: Annotated[np.ndarray, ROOM]
     """Room for a position, (d,)."""
 
     def shift_epoch(self, duration):

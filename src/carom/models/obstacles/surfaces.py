@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from carom.models.contacts.rough import Rough
 from carom.models.mathematics.counter_random import normal as draw_normal
 from carom.models.mathematics.counter_random import uniform
 from carom.models.questions import memory, obstacle
-from carom.models.questions.memory import copy_state, shift_epoch
+from carom.models.questions.memory import MOMENT, kept, parameter, shift_epoch
 from carom.models.questions.motion import normal_acceleration, push, rest_speed
 from carom.models.questions.obstacle import (
     anchor,
@@ -40,20 +40,15 @@ class Lossy(NamedTuple):
     """Model of the obstacle."""
     law: Law
     """The restitution."""
-    last: np.ndarray
+    last: Annotated[np.ndarray, MOMENT]
     """Time of the last contact of each component with it, in the epoch, (n + 1,) float64."""
-    spared: np.ndarray
+    spared: Annotated[np.ndarray, kept()]
     """Contacts that were elastic, and contacts with a least speed after them, (2,) int64."""
 
     def shift_epoch(self, duration):
         shift_epoch(self.body, duration)
         for i in range(len(self.last)):
             self.last[i] -= duration
-
-    def copy_state(self, before, instant, passed, slower):
-        copy_state(self.body, before.body, instant, passed, slower)
-        self.last[:] = np.ldexp(before.last - passed, -slower)
-        self.spared[:] = before.spared
 
     def recoil(self, motion, i, mass, x, v, normal, growth, now):
         law = self.law
@@ -92,15 +87,6 @@ class RoughSurface(NamedTuple):
         """As of :class:`Lossy`."""
         return self.body.spared
 
-    def shift_epoch(self, duration):
-        shift_epoch(self.body, duration)
-
-    def copy_state(self, before, instant, passed, slower):
-        copy_state(self.body, before.body, instant, passed, slower)
-
-    def recoil(self, motion, i, mass, x, v, normal, growth, now):
-        recoil(self.body, motion, i, mass, x, v, normal, growth, now)
-
 
 @answering(memory, obstacle)
 class Thermostat(NamedTuple):
@@ -108,19 +94,12 @@ class Thermostat(NamedTuple):
 
     body: Any
     """Model of the obstacle."""
-    kT: float
+    kT: Annotated[float, parameter(-2)]
     """Temperature."""
     seed: int
     """Seed of the random numbers."""
-    drawn: np.ndarray
+    drawn: Annotated[np.ndarray, kept()]
     """Numbers that each component has drawn, (n + 1,) int64."""
-
-    def shift_epoch(self, duration):
-        shift_epoch(self.body, duration)
-
-    def copy_state(self, before, instant, passed, slower):
-        copy_state(self.body, before.body, instant, passed, slower)
-        self.drawn[:] = before.drawn
 
     def recoil(self, motion, i, mass, x, v, normal, growth, now):
         hot = math.sqrt(self.kT / mass)
@@ -167,3 +146,5 @@ def _of_body(question: Any) -> Any:
 for _question in (encounter, arrival, fall, outward, is_periodic, anchor, at_time, surface_speed):
     for _kind in (Lossy, RoughSurface, Thermostat):
         _question.register(_kind)(_of_body(_question))
+for _question, _kind in ((recoil, RoughSurface), (shift_epoch, RoughSurface), (shift_epoch, Thermostat)):
+    _question.register(_kind)(_of_body(_question))

@@ -10,7 +10,7 @@ import sys
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping
 from types import FunctionType, ModuleType
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -21,8 +21,8 @@ from carom.models.own import fields
 from carom.models.own.arrays import Prepared, per_particle
 from carom.models.own.fields import Meaning
 from carom.models.own.kinds import INTERACTION, OBSERVER, OBSTACLE, PATH, STEPPED, Kind, signature
-from carom.models.questions.memory import copy_state, shift_epoch
-from carom.models.questions.obstacle import at_time, recoil, surface_speed
+from carom.models.questions.memory import parameter, shift_epoch
+from carom.models.questions.obstacle import LIVE
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.questions.steps import step_bits
 from carom.units import TimeUnit
@@ -38,9 +38,6 @@ OF_STEPS = ("energy", "events")
 
 PACKAGES = sys.stdlib_module_names | {"carom", "numba", "numpy", "scipy"}
 """Packages whose functions the compiler knows, or never can."""
-
-LIVE = (recoil, surface_speed, at_time, shift_epoch, copy_state)
-"""What only an obstacle with ``live`` is asked."""
 
 
 class Own(NamedTuple):
@@ -95,6 +92,9 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
         if isinstance(each, Prepared):
             parts[name] = each
             delattr(cls, name)
+            each.power = meanings.pop(name, fields.returned(each.make, names)).power
+            others = inspect.get_annotations(cls).items()
+            cls.__annotations__ = {field: hint for field, hint in others if field != name}
     if kind is OBSTACLE and "name" not in meanings:
         meanings["name"] = Meaning("text")
         cls.__annotations__ = {**inspect.get_annotations(cls), "name": str}
@@ -113,7 +113,10 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     setattr(compiled, "lanes", _lanes(methods, meanings, whole))  # noqa: B010 (a namedtuple has no such name)
     for name, function in methods.items():
         kind.questions[name].register(compiled)(function)
-    _remember(cls, kind, compiled, parts, methods)
+    _age(cls, kind, compiled, parts, methods)
+    said = {name: parameter(each.power) for name, each in meanings.items() if name in given}
+    said |= {name: each.field for name, each in whole.items()}
+    compiled.__annotations__ = {name: Annotated[Any, each] for name, each in said.items()}
     definition = Own(kind, meanings, whole, constants, compiled, tuple(methods.values()))
     return _value(cls, definition, compiled)
 
@@ -190,7 +193,7 @@ def _completed(
             if name not in meanings:
                 found.setdefault(name, per_particle(name))
     if kind is STEPPED:
-        found["energy"] = Prepared(_energies)
+        found["energy"] = Prepared(_energies, power=-2)
         found["events"] = Prepared(
             lambda value, particles: np.zeros((_rows(value), 4), np.int64), remembers=True
         )
@@ -209,7 +212,7 @@ def _energies(value: Any, particles: Particles) -> np.ndarray:
             f"found {value.energies()!r}."
         )
     padded = np.full(_rows(value), NEVER)
-    padded[: len(energies)] = particles.unit.to_kernel(energies, -2)
+    padded[: len(energies)] = energies
     return padded
 
 
@@ -300,14 +303,11 @@ def called(function: Callable[..., Any]) -> list[FunctionType]:
     return list(found)
 
 
-def _remember(
+def _age(
     cls: type, kind: Kind, compiled: Any, parts: Mapping[str, Prepared], methods: Mapping[str, Any]
 ) -> None:
-    """Let the memory of a model go on when an epoch ends, and when another model replaces it."""
-    if "copy_state" not in kind.questions:
-        return
-    memories = {name: each for name, each in parts.items() if each.remembers}
-    times = [name for name, each in memories.items() if each.times]
+    """Let the times that a model remembers go on when an epoch ends."""
+    times = [name for name, each in parts.items() if each.times]
     if times and "shift_epoch" not in methods:
         # Compiled code finds a field of a tuple by its name alone, so the names stand in the code.
         lines = [
@@ -316,14 +316,6 @@ def _remember(
         scope: dict[str, Any] = {"__name__": cls.__module__, "__builtins__": builtins}
         exec("def shift(self, duration):\n" + "\n".join(lines), scope)
         shift_epoch.register(compiled)(scope["shift"])
-    if memories and "copy_state" not in methods:
-
-        def copied(model, before, instant, passed, slower):
-            for name, each in memories.items():
-                old = getattr(before, name)
-                getattr(model, name)[...] = np.ldexp(old - passed, -slower) if each.times else old
-
-        copy_state.register(compiled)(copied)
 
 
 def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> Any:
@@ -363,7 +355,7 @@ def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> 
         if meaning.word == "per particle" and found[name] is not None:
             one_each.add(name)
     for name, part in definition.parts.items():
-        found[name] = part.made(value, particles)
+        found[name] = fields.converted(part.made(value, particles), part.power, unit)
         if part.each:
             one_each.add(name)
     for name in one_each:
