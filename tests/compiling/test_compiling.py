@@ -123,7 +123,7 @@ def test_ctrl_c_during_the_first_compilation_of_a_command_is_one_line(tmp_path):
     command = [sys.executable, "-m", "carom", "run", "--n", "32", "--out", str(tmp_path / "run")]
     process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
-    assert process.stderr.readline().strip() == TEXT
+    assert process.stderr.readline().startswith("Compiling schedule (EqualCores, ")
     time.sleep(1.0)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=300)

@@ -245,7 +245,7 @@ def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[
     if not sys.stderr.isatty():
         from carom.cli.heartbeat import Heartbeat
 
-        first = f"Compiling, ten seconds or more the first time, and the first {unit}"
+        first = f"Compiling if need be, and the first {unit}"
         with Heartbeat(first).beating() as heart:
             yield (lambda fraction, text: heart.tell(text if fraction else first, fraction)), None
         return

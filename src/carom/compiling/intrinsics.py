@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-import inspect
-
-from numba.extending import intrinsic, overload
-
-from carom.compiling.dispatch import INLINE
+from numba.core import types
+from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
 
 
 def compiled_as(function):
-    """Let compiled code take an intrinsic, which is decorated, for a ``function`` of the same parameters."""
+    """Let compiled code take the instructions of an intrinsic, which is decorated, for a ``function`` of the
+    same parameters.
+
+    They are written where it is called, and not into a function that is inlined there: room on the stack ends
+    with the function that asked for it.
+    """
 
     def decorate(answer):
-        scope = {"__name__": __name__, "made": intrinsic(answer)}
-        names = ", ".join(inspect.signature(function).parameters)
-        exec(f"def body({names}):\n    return made({names})", scope)
-        overload(function, strict=False, jit_options=INLINE)(lambda *args: scope["body"])
-        return scope["made"]
+        template = make_intrinsic_template(function, answer, function.__name__)
+        infer(template)
+        infer_global(function, types.Function(template))
+        return answer
 
     return decorate

@@ -215,8 +215,7 @@ def _processes(count: int, main: bool) -> Place:
 
     def listen() -> None:
         while told.poll():
-            told.recv_bytes()
-            compile_listeners.notify()
+            compile_listeners.notify(told.recv_bytes().decode())
 
     name = counted(count, "process")
     return Place(name, submit, end, here=True, replaces=True, listen=listen)
@@ -234,13 +233,13 @@ def _begin(leash: Any, mouth: Any) -> None:
 
     threading.Thread(target=watch, daemon=True).start()
 
-    told = threading.Event()
+    told: set[str] = set()
 
-    def say() -> None:
-        if not told.is_set():
-            told.set()
+    def say(news: str) -> None:
+        if news not in told:
+            told.add(news)
             with contextlib.suppress(OSError):  # the study has ended meanwhile
-                mouth.send_bytes(b"compiling")
+                mouth.send_bytes(news.encode())
 
     compile_listeners.listen(say)
 
