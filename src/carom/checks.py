@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import math
 import numbers
 from collections.abc import Iterable, Sequence
@@ -32,6 +33,17 @@ MOST_COLLISIONS = 2.0**62
 
 #: Relative errors below this are refused: they would take about 1e18 independent blocks.
 FINEST_ERROR = 1e-9
+
+
+def needed(module: str, what: str, install: str) -> Any:
+    """Import a module that the plain install does not bring; InputError says how to install it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        package = module.partition(".")[0]
+        raise InputError(
+            f"{what} needs the package {package}, which is not installed: pip install {install}."
+        ) from None
 
 
 def keys(given: Iterable[str], what: str, known: Iterable[str], *, needed: Iterable[str] = ()) -> None:

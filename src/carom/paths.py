@@ -138,7 +138,8 @@ def write_text(path: Path, text: str) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path` that takes its place once complete and on the disk.
 
-    Until then, and for ever if the body raises, `path` is as it was.
+    Until then, and for ever if the body raises, `path` is as it was. Carom's errors about the temporary file
+    name `path`.
 
     Raises
     ------
@@ -155,6 +156,9 @@ def replacing(path: Path) -> Iterator[Path]:
             _synchronise(temporary)
             os.replace(temporary, path)
             _synchronise(path.parent)
+    except CaromError as error:
+        error.args = tuple(str(part).replace(str(temporary), str(path)) for part in error.args)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 

@@ -136,12 +136,7 @@ class Result:
         InputError
             If pandas is not installed.
         """
-        try:
-            import pandas
-        except ImportError:
-            raise InputError(
-                "A DataFrame needs the package pandas; pip install pandas, or use to_dict()."
-            ) from None
+        pandas = checks.needed("pandas", "A DataFrame", "pandas, or use to_dict()")
         return pandas.DataFrame(self._columns())
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, make_dataclass
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
-from carom.errors import InputError
+from carom.checks import needed
 from carom.texts import html, visible
 
 if TYPE_CHECKING:
@@ -122,12 +122,7 @@ class Table(Sequence[Any]):
 
     def to_dataframe(self) -> Any:
         """Return the rows as a pandas DataFrame; InputError without pandas."""
-        try:
-            import pandas
-        except ImportError:
-            raise InputError(
-                "A DataFrame needs the package pandas; pip install pandas, or save the table as .csv."
-            ) from None
+        pandas = needed("pandas", "A DataFrame", "pandas, or save the table as .csv")
         return pandas.DataFrame(self.dictionaries(), columns=list(self.names()))
 
     def columns(self) -> list[tuple[str, Column]]:

@@ -284,7 +284,7 @@ def test_bad_commands_are_refused_in_one_sentence(tmp_path, arguments, sentence)
     assert sentence in refused(*arguments, cwd=tmp_path)
 
 
-@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="nothing is forbidden to root")
+@pytest.mark.needs("a user who is not root")
 def test_an_unwritable_folder_is_refused(tmp_path):
     locked = tmp_path / "locked"
     locked.mkdir(mode=0o500)
@@ -300,9 +300,11 @@ def test_unknown_words_have_exit_code_2(tmp_path, arguments):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.needs("Unix")
 def test_a_full_disk_is_one_sentence_and_the_run_resumes(tmp_path, finished):
     """A limit on the size of a file stands for the end of the disk: the system says no in the same place."""
-    resource = pytest.importorskip("resource")
+    import resource
+
     scene = plan(tmp_path, equilibration=100, measured=400, frames=50)
     whole, out = tmp_path / "whole", tmp_path / "run"
     assert carom("run", scene, "--out", whole).returncode == 0
@@ -402,8 +404,10 @@ def test_help_answers_at_once():
     assert min(seconds() for _ in range(5)) < HELP_SECONDS
 
 
+@pytest.mark.needs("Unix")
 def test_progress_is_shown_on_a_terminal(tmp_path):
-    pty = pytest.importorskip("pty")
+    import pty
+
     ours, theirs = pty.openpty()
     command = [
         *CAROM, "run", "--n", "256", "--packing-fraction", "0.4", "--equilibration", "1",

@@ -2,7 +2,6 @@
 
 import random
 import subprocess
-import sys
 
 import ase.io
 import h5py
@@ -13,7 +12,7 @@ from helpers.commands import assert_same_run, began, carom, start, wait_for, who
 from carom import io
 from carom.errors import FileError
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
+pytestmark = pytest.mark.needs("Unix")
 
 
 @pytest.fixture(scope="module")

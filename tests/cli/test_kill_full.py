@@ -3,7 +3,6 @@
 import json
 import random
 import subprocess
-import sys
 
 import pytest
 from helpers import full_run
@@ -16,9 +15,8 @@ from carom import io
 from carom.io import checkpoint, checksums
 from carom.io.trajectory import open_reader
 
-pytest.importorskip("gsd")
 pytestmark = [
-    pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL"),
+    pytest.mark.needs("Unix"),
     pytest.mark.filterwarnings("ignore:.*GSD knows no walls"),
 ]
 

@@ -1,7 +1,6 @@
 """The kernel as it is built: with and without compilation, with bounds checks, vectorised, never stale."""
 
 import os
-import platform
 import shutil
 import subprocess
 import sys
@@ -94,7 +93,7 @@ def test_an_inlined_function_is_compiled_once_for_all_its_callers():
     assert sorted(compiled) == ["both", "half", "quarter"]
 
 
-@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86-64 instructions")
+@pytest.mark.needs("an x86-64 processor")
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_the_search_for_a_partner_is_vectorised(kind):
     from numba import njit

@@ -205,13 +205,13 @@ def tried(name, every):
     assert done.returncode == 0, done.stdout + done.stderr[-2000:]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="needs fork")
+@pytest.mark.needs("Linux")
 def test_a_few_numbers_in_the_place_of_others_end_no_interpreter():
     tried("disks in lists", 211)
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform != "linux", reason="needs fork")
+@pytest.mark.needs("Linux")
 @pytest.mark.parametrize("name", SCENES)
 def test_any_number_in_the_place_of_another_ends_no_interpreter(name):
     tried(name, 61)  # of each scene about the sixtieth part; `python -m helpers.checkpoints NAME` tries all

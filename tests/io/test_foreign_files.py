@@ -5,6 +5,10 @@ import gzip
 import json
 import warnings
 
+import ase
+import gsd.hoomd as gsd
+import h5py
+import MDAnalysis as mda
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -12,11 +16,6 @@ from typer.testing import CliRunner
 import carom
 from carom.cli import app
 from carom.errors import CaromWarning, FileError, InputError, OverlapError
-
-ase = pytest.importorskip("ase")
-mda = pytest.importorskip("MDAnalysis")
-gsd = pytest.importorskip("gsd.hoomd")
-h5py = pytest.importorskip("h5py")
 
 N, EDGE, COUNT = 27, 6.0, 3
 RNG = np.random.default_rng(5)

@@ -7,6 +7,8 @@ import lzma
 import time
 import warnings
 
+import h5py
+import MDAnalysis as mda
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -15,8 +17,6 @@ import carom
 import carom.io
 from carom.cli import app
 from carom.errors import CaromWarning, FileError, InputError
-
-h5py = pytest.importorskip("h5py")
 
 EDGE = 10.0
 SINGLE = float(np.finfo(np.float32).eps) * EDGE
@@ -40,13 +40,16 @@ ATOMS += "1 1 1.0 1.0 1.0\n2 1 3.0 3.0 3.0\n"
 CELL = "two\n1.0\n5 0 0\n0 5 0\n0 0 5\nAr\n2\nCartesian\n1 1 1\n3 3 3\n"
 
 
-@pytest.mark.parametrize(
-    ("name", "text"), [("data.melt", ATOMS), ("melt.data", ATOMS), ("POSCAR", CELL), ("POSCAR.relaxed", CELL)]
-)
-@pytest.mark.parametrize("packed", [None, gzip, bz2, lzma])
-def test_a_name_tells_the_format_also_of_what_is_compressed_under_any_name(tmp_path, name, text, packed):
-    if name.startswith("POSCAR") and packed is not None:
-        pytest.skip("ASE chooses how to unpack by the name")
+NAMES = {"data.melt": ATOMS, "melt.data": ATOMS, "POSCAR": CELL, "POSCAR.relaxed": CELL}
+# ASE chooses how to unpack by the name.
+PACKED = [
+    (name, packed) for name in NAMES for packed in (None, gzip, bz2, lzma) if packed is None or "data" in name
+]
+
+
+@pytest.mark.parametrize(("name", "packed"), PACKED)
+def test_a_name_tells_the_format_also_of_what_is_compressed_under_any_name(tmp_path, name, packed):
+    text = NAMES[name]
     for suffix in {None: [""], gzip: [".gz", ""], bz2: [".bz2", ""], lzma: [".xz", ""]}[packed]:
         path = tmp_path / f"{name}{suffix}"
         path.write_bytes(text.encode() if packed is None else packed.compress(text.encode()))
@@ -214,7 +217,6 @@ def xyz(path, paths, tilt):
 
 
 def dcd(path, paths, tilt):
-    mda = pytest.importorskip("MDAnalysis")
     with mda.Writer(str(path), n_atoms=len(paths[0])) as writer, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         world = mda.Universe.empty(len(paths[0]), trajectory=True)
@@ -248,12 +250,13 @@ def sph(path, paths, tilt):
 WRITERS = {"a.xyz": xyz, "a.dcd": dcd, "a.gro": gro, "a.sph": sph}
 
 
-@pytest.mark.parametrize("name", WRITERS)
+# A box of EDMD has right angles.
+TILTED = [(name, tilt) for name in WRITERS for tilt in (0.0, 0.3) if not (name == "a.sph" and tilt)]
+
+
+@pytest.mark.parametrize(("name", "tilt"), TILTED)
 @pytest.mark.parametrize("low", [0.0, -0.5 * EDGE, 0.7 * EDGE, -12.2 * EDGE])
-@pytest.mark.parametrize("tilt", [0.0, 0.3])
 def test_wrapped_positions_stay_wrapped_wherever_the_corner_of_the_box_is(tmp_path, name, low, tilt):
-    if name == "a.sph" and tilt:
-        pytest.skip("a box of EDMD has right angles")
     for out in (0.0, -0.004 * EDGE, 1e-7 * EDGE)[: 1 if name == "a.sph" else 3]:
         paths, _ = gas(300, 10, low=low, out=out, tilt=tilt)
         WRITERS[name](tmp_path / name, paths, tilt)
@@ -269,11 +272,8 @@ def test_wrapped_positions_stay_wrapped_wherever_the_corner_of_the_box_is(tmp_pa
             assert np.abs(apart - EDGE * np.rint(apart / EDGE)).max() < 20 * SINGLE * (1 + abs(low) / EDGE)
 
 
-@pytest.mark.parametrize("name", WRITERS)
-@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize(("name", "d"), [("a.xyz", 2), *((name, 3) for name in WRITERS)])
 def test_unwrapped_positions_give_their_displacements(tmp_path, name, d):
-    if name != "a.xyz" and d == 2:
-        pytest.skip("of three dimensions")
     paths, square = gas(300, 24, low=0.0, wrap=False, d=d)
     WRITERS[name](tmp_path / name, paths, 0.0)
     frames = read(tmp_path / name)
@@ -461,7 +461,6 @@ def test_a_name_that_is_no_text_is_one_sentence_of_dcd(tmp_path):
 @pytest.mark.parametrize("n", [3, 4])
 @pytest.mark.parametrize("sheared", [True, False])
 def test_mdanalysis_unwraps_along_the_edges_of_the_tilted_cell_of_each_frame(tmp_path, suffix, d, n, sheared):
-    mda = pytest.importorskip("MDAnalysis")
     import carom.io.mdanalysis
 
     rng = np.random.default_rng(3)
@@ -490,7 +489,6 @@ def test_mdanalysis_unwraps_along_the_edges_of_the_tilted_cell_of_each_frame(tmp
 
 @pytest.mark.filterwarnings("ignore::UserWarning", "ignore::DeprecationWarning")
 def test_mdanalysis_does_not_unwrap_by_image_counts_of_other_steps(tmp_path):
-    mda = pytest.importorskip("MDAnalysis")
     import carom.io.mdanalysis  # noqa: F401
 
     path = h5md(tmp_path / "a.h5md", {"image": (2, lambda step: np.full((N, 3), step))}, explicit=True)

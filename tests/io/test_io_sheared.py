@@ -4,6 +4,7 @@ import dataclasses
 import itertools
 import warnings
 
+import gsd.hoomd as hoomd
 import numpy as np
 import pytest
 from helpers.frames import make_frames, write
@@ -11,10 +12,6 @@ from helpers.frames import make_frames, write
 import carom
 from carom.bridges.embedding import embed
 from carom.errors import CaromWarning
-
-ase = pytest.importorskip("ase")
-mda = pytest.importorskip("MDAnalysis")
-hoomd = pytest.importorskip("gsd.hoomd")
 
 EDGES = (7.0, 5.0, 9.0)
 DIGITS = 0.5e-8 * 30.0

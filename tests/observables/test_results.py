@@ -76,7 +76,6 @@ class TestEveryResult:
         assert len(repr(result)) < 20000
 
     def test_is_a_table_with_all_digits(self, result, k, tmp_path):
-        pytest.importorskip("pandas")
         table = result.to_dataframe()
         result.save(tmp_path / "result.csv")
         lines = [line for line in (tmp_path / "result.csv").read_text().splitlines() if line[0] != "#"]

@@ -412,8 +412,6 @@ def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
 
 # --------------------------------------------------------------------------------------------- Node
 
-NODE = shutil.which("node")
-
 PLACES = Path(plots.__file__).parent / "viewer" / "places.js"
 
 STAGE = """
@@ -426,7 +424,7 @@ console.log(JSON.stringify(paths));
 """
 
 
-@pytest.mark.skipif(NODE is None, reason="no Node is installed")
+@pytest.mark.needs("Node")
 def test_a_path_goes_back_over_frames_of_other_boxes_in_parts_of_their_edges():
     rng = np.random.default_rng(3)
     boxes = np.array([[8.0, 6.0, 4.0], [4.0, 7.0, 5.0], [6.0, 3.0, 8.0], [5.0, 5.0, 5.0]])
@@ -435,7 +433,9 @@ def test_a_path_goes_back_over_frames_of_other_boxes_in_parts_of_their_edges():
     positions = (parts - np.floor(parts)) * boxes[:, None]
     given = [2, 4, [True, True, False], positions.ravel().tolist(), boxes.tolist()]
     script = STAGE % (json.dumps(given), PLACES.read_text(encoding="utf-8"))
-    done = subprocess.run([NODE, "-"], input=script, capture_output=True, text=True, check=True, timeout=60)
+    done = subprocess.run(
+        [shutil.which("node"), "-"], input=script, capture_output=True, text=True, check=True, timeout=60
+    )
     for k, path in enumerate(json.loads(done.stdout)):
         steps = (parts[k::-1, 1] - parts[k, 1]) * boxes[k]
         np.testing.assert_allclose(path, positions[k, 1] + steps, atol=1e-5)  # of float32

@@ -61,7 +61,6 @@ def test_every_result_has_the_same_methods(folder, name, tmp_path):
 
 @pytest.mark.parametrize("name", SAVED)
 def test_every_result_becomes_a_data_frame(folder, name):
-    pytest.importorskip("pandas")
     found = carom.load(folder / name)
     assert tuple(found.to_dataframe().columns) == tuple(found._columns())
 

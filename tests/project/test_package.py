@@ -90,8 +90,6 @@ def test_command_tells_its_version():
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     """Return the folder with a wheel made from an sdist made from this checkout: what an index would get."""
-    for module in ("build", "hatchling"):
-        pytest.importorskip(module)
     out = tmp_path_factory.mktemp("dist")
     subprocess.run(
         [sys.executable, "-m", "build", "--no-isolation", "--outdir", out, ROOT],

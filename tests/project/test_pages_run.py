@@ -88,8 +88,6 @@ LONG = (
     ],
 )
 def test_the_blocks_of_a_page_run_in_turn(page, tmp_path):
-    if page.name == "studies.md":
-        pytest.importorskip("distributed")
     code = BEFORE.get(page.name, "") + "\n".join(python_blocks(page))
     script = tmp_path / "page.py"
     script.write_text(code, encoding="utf-8")
@@ -99,6 +97,6 @@ def test_the_blocks_of_a_page_run_in_turn(page, tmp_path):
         env={**os.environ, "MPLBACKEND": "Agg"},
         capture_output=True,
         text=True,
-        timeout=900,
+        timeout=600,
     )
     assert done.returncode == 0, done.stderr

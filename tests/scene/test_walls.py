@@ -203,7 +203,8 @@ def test_walls_are_read_back_from_a_trajectory(tmp_path, suffix, walls):
 
 
 def test_atoms_have_the_walls_that_pbc_leaves():
-    ase = pytest.importorskip("ase")
+    import ase
+
     atoms = ase.Atoms("Ar2", [[1, 1, 1], [3, 3, 4]], cell=[6, 6, 6], pbc=[True, True, False])
     for walls in (True, "z", {"z_low": FLOOR}):
         scene = Scene.from_ase(atoms, diameter=1.0, walls=walls, impact=0.9)

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from helpers.drawn import outside, strange_bars
 from helpers.marks import slow
+from helpers.needs import chromium
 from scipy.stats import linregress, norm
 
 import carom
@@ -518,7 +519,6 @@ def test_tables_are_written_and_read(tmp_path):
 
 
 def test_tables_become_data_frames():
-    pytest.importorskip("pandas")
     study = carom.equation_of_state([0.1, 0.2], replicas=1, **SMALL)
     frame = study.to_dataframe()
     assert list(frame.columns) == [f.name for f in dataclasses.fields(table.Row)]
@@ -723,7 +723,8 @@ def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene
 def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
     frame = carom.Simulation(carom.Scene.random(1000, 0.6, 2, seed=0), seed=1).frame()
     own = psi_6(frame)
-    freud = pytest.importorskip("freud")
+    import freud
+
     system = frame.to_freud()
     near = freud.locality.Voronoi().compute(system).nlist
     theirs = freud.order.Hexatic(k=6).compute(system, neighbors=near).particle_order
@@ -834,19 +835,15 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
     studies.EquationOfState(spec).report(tmp_path / "empty.html")
 
 
+@pytest.mark.needs("Chromium")
 def test_a_report_opens_in_a_browser_without_a_network(tmp_path):
-    import shutil
     import subprocess
 
-    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
-    browser = next((path for name in names if (path := shutil.which(name))), None)
-    if browser is None:
-        pytest.skip("no Chromium is installed")
     study = carom.equation_of_state([0.1, 0.2, 0.3], replicas=1, **SMALL)
     study.report(tmp_path / "report.html")
     picture = tmp_path / "page.png"
     done = subprocess.run(
-        [browser, "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
+        [chromium(), "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
          f"--user-data-dir={tmp_path / 'profile'}", "--window-size=1100,2400", f"--screenshot={picture}",
          (tmp_path / "report.html").as_uri()],
         capture_output=True, text=True, timeout=120,

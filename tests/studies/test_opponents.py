@@ -148,7 +148,7 @@ def test_pseudo_hard_spheres_keep_their_temperature_and_have_the_pressure_of_har
     assert 0.94 < system.closest < 1.0
 
 
-@pytest.mark.skipif(not lammps.available(), reason="LAMMPS is not installed")
+@pytest.mark.needs("LAMMPS")
 def test_lammps_moves_pseudo_hard_spheres_as_carom_does():
     scene, _ = melted(carom.Scene.crystal(cells=3, density=0.5), 1)
     ours, theirs = (

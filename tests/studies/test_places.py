@@ -1,13 +1,12 @@
 """Folders of results hold one kind each, failures have exit codes, and standard streams may be full."""
 
 import dataclasses
-import os
 import subprocess
-import sys
 
 import pytest
 import typer
 from helpers.commands import CAROM
+from helpers.needs import skip_without
 from helpers.options import COMMANDS, PLAN
 from typer.testing import CliRunner
 
@@ -240,7 +239,7 @@ def test_a_study_with_missing_or_flagged_points_has_an_exit_code_of_its_own(caps
 # Streams.
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such shell")
+@pytest.mark.needs("Unix")
 @pytest.mark.parametrize(
     ("words", "code"),
     [
@@ -255,8 +254,8 @@ def test_a_study_with_missing_or_flagged_points_has_an_exit_code_of_its_own(caps
     ],
 )
 def test_full_and_closed_streams_are_no_traceback(tmp_path, words, code):
-    if "/dev/full" in words and not os.path.exists("/dev/full"):
-        pytest.skip("there is no /dev/full")
+    if "/dev/full" in words:
+        skip_without("/dev/full")
     command = " ".join([*CAROM, words])
     done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.returncode == code, done

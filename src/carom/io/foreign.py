@@ -110,10 +110,6 @@ class ForeignReader(Reader):
                 yield
         except (CaromError, MemoryError):
             raise
-        except ImportError as error:
-            raise InputError(
-                f"{self.path} needs the package gsd ({error}): pip install 'carom[gsd]'."
-            ) from None
         except Exception as error:  # of four libraries
             raise FileError(
                 f"{self.path} cannot be read as {self._form} ({reason(error)}): it is cut off, damaged, or "

@@ -13,6 +13,7 @@ import numpy as np
 
 from carom.io.announced import ids_of, lattice_of, number_of, periodic_axes, words_of
 from carom.io.extxyz import Index, parse
+from carom.io.gsd import hoomd_for
 from carom.io.hdf5 import Input
 from carom.io.snapshot import Snapshot, Source, text_of, tilted_cell
 
@@ -206,10 +207,8 @@ class Gsd(Source):
     ordered = True
 
     def __init__(self, path: Path):
-        import gsd.hoomd
-
         super().__init__(path)
-        self._file = gsd.hoomd.open(str(path), "r")
+        self._file = hoomd_for(path).open(str(path), "r")
         self._held = {*self._file.file.find_matching_chunk_names("particles/")}
 
     def __len__(self) -> int:

@@ -12,8 +12,8 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.notebook import watchable
-from carom.observables.flights import FreeFlights
 from carom.observables.dynamics import Dynamics
+from carom.observables.flights import FreeFlights
 from carom.observables.of_frames import OfFrames
 from carom.observables.precision import Goal, Prediction
 from carom.observables.pressure_profile import PressureProfile

@@ -251,32 +251,22 @@ def _mpi_size() -> int:
 
 
 def _mpi() -> Place:
-    try:
-        from mpi4py.futures import MPIPoolExecutor
-    except ImportError:
-        raise InputError(
-            'Running under MPI needs the package mpi4py and an MPI library; pip install "carom[mpi]".'
-        ) from None
+    futures = checks.needed("mpi4py.futures", "Running under MPI", "'carom[mpi]', and an MPI library")
     size = _mpi_size()
     if size < 2 or "mpi4py.futures" not in sys.modules:
         raise InputError(
             "Under MPI one process leads and the others work, and here is only one: start with "
             "mpiexec -n 3 python -m mpi4py.futures -m carom eos ..."
         )
-    pool = MPIPoolExecutor()
+    pool = futures.MPIPoolExecutor()
     end = lambda now: pool.shutdown(wait=not now, cancel_futures=now)  # noqa: E731
     return Place(f"MPI, {counted(size - 1, 'worker')}", pool.submit, end)
 
 
 def _dask(address: str) -> Place:
+    distributed = checks.needed("distributed", "A Dask scheduler", "'carom[dask]'")
     try:
-        from distributed import Client
-    except ImportError:
-        raise InputError(
-            'A Dask scheduler needs the package distributed; pip install "carom[dask]".'
-        ) from None
-    try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(
             f"No Dask scheduler answers at {address} ({type(error).__name__}); "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 
+from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
@@ -108,12 +109,7 @@ def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
             stacklevel=4,
         )
     if "gsd" in held:
-        from importlib.util import find_spec
-
-        if find_spec("gsd") is None:
-            raise InputError(
-                '[run] write "gsd" needs the package gsd; pip install "carom[gsd]", or leave it out.'
-            )
+        checks.needed("gsd", '[run] write "gsd"', "'carom[gsd]', or leave it out")
     return held
 
 
