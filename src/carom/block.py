@@ -54,10 +54,6 @@ class MomentumFlux(NamedTuple):
     carried: Any
     handed_over: Any
 
-    def minus(self, other: MomentumFlux) -> MomentumFlux:
-        """Return what came since another."""
-        return MomentumFlux(self.carried - other.carried, self.handed_over - other.handed_over)
-
 
 class VolumeSums(NamedTuple):
     """What adds up over a stretch in which a barostat changes the volume V.
@@ -75,10 +71,6 @@ class VolumeSums(NamedTuple):
     volume: float
     inverse: float
     virial: float
-
-    def minus(self, other: VolumeSums) -> VolumeSums:
-        """Return what came since another."""
-        return VolumeSums(*(a - b for a, b in zip(self, other, strict=True)))
 
 
 class Block(NamedTuple):
@@ -150,3 +142,13 @@ class Block(NamedTuple):
     def kT(self) -> float | None:
         """Average of kT over the stretch [energy], where contacts change it."""
         return None if self.kT_time is None or not self.duration else self.kT_time / self.duration
+
+
+def weighted_sum(a: Any, b: Any, x: float, y: float) -> Any:
+    """Return ``x a + y b``, number by number; None where one of them is not known."""
+    if a is None or b is None:
+        return None
+    if isinstance(a, tuple):
+        each = (weighted_sum(*pair, x, y) for pair in zip(a, b, strict=True))
+        return type(a)(*each) if hasattr(a, "_fields") else tuple(each)
+    return a and b if isinstance(a, bool) else x * a + y * b

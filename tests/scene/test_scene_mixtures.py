@@ -414,7 +414,7 @@ def test_a_frame_of_single_precision_is_moved_off_its_wall():
     scene = Scene(positions, (6.1, 5.3), diameter=0.7, walls=True)
     rounded = positions.astype(np.float32).astype(float)
     assert (rounded[0, 0] < 0.35) or (rounded[1, 1] > 5.3 - 0.35)
-    with pytest.warns(CaromWarning, match="inside (x_low|y_high)"):
+    with pytest.warns(CaromWarning, match="inside an obstacle, (x_low|y_high)"):
         moved = Scene.from_frame(frame_of(scene, positions=rounded))
     assert np.abs(moved.positions - positions).max() < 1e-5
 

@@ -300,25 +300,8 @@ def _walls_of(walls: Any, periodic: np.ndarray) -> Any:
 
 
 def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | None) -> Any:
-    """Return positions without the overlaps that are due to single precision.
-
-    Positions with deeper overlaps, or with none, are returned as they are.
-
-    Parameters
-    ----------
-    positions : (n, d) array
-        Centres [length].
-    room : Room
-        Where they are.
-    contacts : Contacts
-        When they touch.
-    pinned : (n,) bool array or None
-        Those that may overlap each other, and obstacles.
-
-    Warns
-    -----
-    CaromWarning
-        If spheres were moved apart.
+    """Return positions without the overlaps that are due to single precision, and warn if there were some;
+    positions with deeper ones, or with none, are returned as they are.
     """
     diameters = contacts.diameters
     radii = 0.5 * diameters if pinned is None else np.where(pinned, 0.0, 0.5 * diameters)

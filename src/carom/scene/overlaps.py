@@ -163,15 +163,8 @@ class Room:
     ) -> np.ndarray:
         """Return pairs (m, 2), with i and j in either order, which include all that are near contact.
 
-        Parameters
-        ----------
-        positions : (n, d) array
-            Centres [length].
-        contacts : Contacts
-            When they touch.
-        factor, skin : float
-            A pair of contact distance s, whose classes have the sizes a and b, is listed if it is nearer than
-            ``factor * s + skin * (a + b) / 2``.
+        A pair of contact distance s, whose classes have the sizes a and b, is listed if it is nearer than
+        ``factor * s + skin * (a + b) / 2``.
         """
         # Wrapped again, because a change of unit can round a coordinate up to the edge.
         places = self.wrapped(positions)
@@ -310,13 +303,6 @@ def room_at_start(scene: Fields) -> Room:
 def rounding(box: np.ndarray, epsilon: float = EPSILON) -> float:
     """Overlap [length] that rounded coordinates can produce between spheres in exact contact.
 
-    Parameters
-    ----------
-    box : (d,) array
-        Edges [length].
-    epsilon : float
-        Spacing of the floating-point numbers at 1.
-
     Notes
     -----
     A coordinate is below the edge L_k, so that each rounding moves it by at most epsilon L_k / 2. Four of
@@ -347,22 +333,8 @@ def deepest(
     pinned: np.ndarray | None = None,
     epsilon: float = EPSILON,
 ) -> Overlap | None:
-    """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None.
-
-    If some of many spheres share one place, it is any one overlapping pair of them.
-
-    Parameters
-    ----------
-    positions : (n, d) array
-        Centres [length], inside the box.
-    room : Room
-        Where they are.
-    contacts : Contacts
-        When they touch.
-    pinned : (n,) bool array, optional
-        Those that may overlap each other.
-    epsilon : float
-        Spacing of the numbers of the positions at 1.
+    """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None; if some
+    of many share one place, it is any one of them. Those that are ``pinned`` may overlap each other.
     """
     if pinned is not None:
         return _deepest_of(positions, room, contacts, pinned, epsilon)

@@ -399,7 +399,7 @@ class RunSpec(Spec):
     check: Annotated[
         bool,
         switch,
-        Opt("Look for overlaps in every frame, by all distances.", OUTPUT, ("--check/--no-check",)),
+        Opt("Look for overlaps in every frame.", OUTPUT, ("--check/--no-check",)),
     ] = False
     checkpoint_every: Annotated[
         float, number(low=0, high=1e9, open_low=True), Opt("Seconds between checkpoints.", OUTPUT)

@@ -25,7 +25,7 @@ from carom.scene.overlaps import Overlap, Room
 from carom.scene.species import Contacts
 from carom.simulation.obstacle_trials import known_to_move
 from carom.simulation.own_models import by_kind, kinds_of
-from carom.simulation.system_of_scene import driven_speed_of, prepare
+from carom.simulation.system_of_scene import prepare
 
 if TYPE_CHECKING:
     from carom.engine.system import System
@@ -140,17 +140,6 @@ def _forgets(run_state: Any) -> bool:
     return run_state.system.stepped or any(
         model_checks.answers(question, pair) for question in (shift_epoch, record_impulse)
     )
-
-
-def in_a_run(scene: Scene, count: int, seed: int) -> Iterator[tuple[float, Overlap | None]]:
-    """Yield times of a run, in whose interval the fastest flies a diameter, and the deepest overlap then."""
-    from carom.simulation.simulation import Simulation
-
-    sim = Simulation(scene, seed=seed)
-    fastest = max(float(np.abs(sim.frame().velocities).max()), driven_speed_of(scene))
-    yield 0.0, deepest(sim._state, present(sim._state))
-    for _ in sim.sample(every=scene.diameter / fastest, count=count - 1) if fastest > 0.0 else ():
-        yield sim.time, deepest(sim._state, present(sim._state))
 
 
 def deepest(run_state: Any, state: State) -> Overlap | None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.block import Block
+from carom.block import Block, weighted_sum
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning, InputError
 from carom.models.questions.memory import error_message
@@ -197,8 +197,8 @@ def _advance(
         tuple(b - a for a, b in zip(impulses_before, impulses(run_state), strict=True)),
         kT_time=None if heat is None or later is None else later - heat,
         sizes=sizes(run_state, diameters, duration),
-        momentum_flux=None if flux is None or flux_after is None else flux_after.minus(flux),
-        volumes=None if volumes is None or volumes_after is None else volumes_after.minus(volumes),
+        momentum_flux=weighted_sum(flux_after, flux, 1, -1),
+        volumes=weighted_sum(volumes_after, volumes, 1, -1),
     )
 
 

@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from carom.block import Block
+from carom.block import Block, weighted_sum
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
@@ -164,14 +164,6 @@ def merged(one: Block, other: Block) -> Block:
     part = one.duration / (one.duration + other.duration)
     fields = one._asdict().items()
     weights = {name: (part, 1.0 - part) if name in MEANS else (1, 1) for name, _ in fields}
-    return Block(**{name: _sum(value, getattr(other, name), *weights[name]) for name, value in fields})
-
-
-def _sum(a: Any, b: Any, x: float, y: float) -> Any:
-    """Return ``x a + y b``, number by number; None where one of them is not known."""
-    if a is None or b is None:
-        return None
-    if isinstance(a, tuple):
-        each = (_sum(*pair, x, y) for pair in zip(a, b, strict=True))
-        return type(a)(*each) if hasattr(a, "_fields") else tuple(each)
-    return a and b if isinstance(a, bool) else x * a + y * b
+    return Block(
+        **{name: weighted_sum(value, getattr(other, name), *weights[name]) for name, value in fields}
+    )

@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from carom.block import Block, Energy, VolumeSums
+from carom.block import Block, Energy, VolumeSums, weighted_sum
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR
 from carom.simulation import energy, stretches
@@ -151,7 +151,9 @@ class Stretch:
             first, last = (None if mark[3] is None else Energy(*mark[3]) for mark in (before, after))
             blocks.append(block._replace(energy=energy.mean(first, last, block, sim.degrees_of_freedom)))
         for k, (before, after) in enumerate(itertools.pairwise(self.volumes)):
-            blocks[k] = blocks[k]._replace(volumes=VolumeSums(*after).minus(VolumeSums(*before)))
+            blocks[k] = blocks[k]._replace(
+                volumes=weighted_sum(VolumeSums(*after), VolumeSums(*before), 1, -1)
+            )
         return blocks
 
 
