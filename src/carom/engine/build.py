@@ -150,10 +150,7 @@ def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> E
 
 
 def take_over(old: Engine, new: Engine, instant: Fraction, passed: float, slower: int) -> None:
-    """Let an engine go on with what the one remembers whose place it takes, all in its own unit of time.
-
-    The arguments are those of ``carom.models.questions.memory.copy_state``.
-    """
+    """Let an engine go on with what the one remembers whose place it takes (see ``copy_state``)."""
     new.tallies[:] = old.tallies
     for name, power in POWERS.items():
         new.tallies[name] = np.ldexp(old.tallies[name], -power * slower)

@@ -503,12 +503,10 @@ class RunState:
         except InputError:  # components have outgrown the lists that were asked for
             self.scheme = self._choose(velocities, ("sectors", None), rate)
         self.engine = build(self.scheme, self.system, positions, unit.to_kernel(velocities, -1))
-        slower = unit.exponent - before.exponent
-        take_over(old, self.engine, unit.to_kernel(instant, 1), passed_in_epoch, slower)
+        present, slower = unit.to_kernel(instant, 1), unit.exponent - before.exponent
+        take_over(old, self.engine, present, passed_in_epoch, slower)
         if rescaled and frame.spins is not None:  # by the factor of the velocities
-            earlier, after = (
-                float(np.sum(peculiar(self.scene, v) ** 2)) for v in (frame.velocities, velocities)
-            )
+            after, earlier = (np.sum(peculiar(self.scene, v) ** 2) for v in (velocities, frame.velocities))
             self.engine.model.impact.spins[:] *= math.sqrt(after / earlier)
         images = self.engine.state.images
         if frame.images is not None and images is not None:
