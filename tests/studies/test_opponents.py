@@ -128,8 +128,9 @@ def test_the_error_of_verlet_falls_with_the_square_of_the_step():
             system.run(round(2e-3 / step))
             worst = max(worst, abs(system.energy - begin) / begin)
         drifts.append(worst)
-    assert drifts[0] / drifts[1] == pytest.approx(4.0, rel=0.5)
-    assert drifts[1] / drifts[2] == pytest.approx(4.0, rel=0.5)
+    # The next order, of the fourth power, and rounding change these by a hundredth or two.
+    assert drifts[0] / drifts[1] == pytest.approx(4.0, rel=0.1)
+    assert drifts[1] / drifts[2] == pytest.approx(4.0, rel=0.1)
 
 
 @pytest.mark.slow
