@@ -18,6 +18,6 @@ def inner_pytest(folder, code, *options):
     with said.open("w") as out:
         subprocess.run(
             words, cwd=folder, env={**os.environ, "PYTHONPATH": paths}, stdout=out,
-            stderr=subprocess.STDOUT, timeout=120,
+            stderr=subprocess.STDOUT, timeout=600,
         )  # fmt: skip
     return said.read_text(encoding="utf-8")

@@ -44,5 +44,9 @@ class Limits:
             self.start()
         return (yield)
 
+    def pytest_runtest_logfinish(self):
+        """Forget the limit: the next test may have none."""
+        self.seconds = None
+
     def start(self):
         faulthandler.dump_traceback_later(LATER * self.seconds, exit=True, file=self.file)
