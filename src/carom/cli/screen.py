@@ -186,7 +186,7 @@ def _health(summary: dict[str, Any]) -> str:
     small = overlap < EPSILON**0.75
     said.append("no overlap beyond rounding" if small else f"overlaps up to {overlap:.1g} diameters")
     doubts = summary.get("remarks") or summary.get("phase_note")
-    samples = [summary[name].get("n_eff") for name in ("Z", "U", "temperature", "volume")]
+    samples = [summary.get(name, {}).get("n_eff") for name in ("Z", "U", "temperature", "volume")]
     few = any(each is not None and each < FEWEST for each in samples)
     if summary["Z"]["mean"] is not None and not (doubts or few):
         said.append("in equilibrium" if drift is not None and kept else "steady")
