@@ -377,6 +377,18 @@ def nearest(distances, found):
     return np.argmin(np.abs(distances - found[:, None]), axis=1)
 
 
+def test_overlaps_of_single_precision_are_parted_across_a_tilted_face():
+    edge, tilt, u = 4.0, 0.3, np.array([0.6, 0.8])
+    here = np.array([2.0, 0.3])
+    above = here - (1.0 - 5e-8) * u + edge * np.array([tilt, 1.0])
+    frame = carom.Frame(
+        0.0, 0, np.array([here, above]), np.zeros((2, 2)), (edge, edge), np.ones(2), np.ones(2), tilt=tilt
+    )  # fmt: skip
+    with pytest.warns(carom.CaromWarning, match="moved apart"):
+        scene = carom.Scene.from_frame(frame, motion=Shear(1.0))
+    assert np.abs(scene.positions - frame.positions).max() < 1e-5
+
+
 @pytest.mark.parametrize(("n", "fraction", "d", "tilt"), [(60, 0.6, 2, 0.3), (60, 0.45, 3, -0.4)])
 def test_a_random_start_in_a_tilted_cell_has_no_overlap(n, fraction, d, tilt):
     # A scene refuses overlaps, as it does those of this start with another tilt.

@@ -70,14 +70,14 @@ def from_frame(
     refuse_unknown("Scene.from_frame", keywords)
     interaction = keywords.get("interaction")
     arguments = of_frame(frame)
-    if frame.positions.size and not frame.tilt and not getattr(interaction, "penetrable", False):
+    if frame.positions.size and not getattr(interaction, "penetrable", False):
         sizes = per_component(arguments["diameter"], "diameter", frame.n)
         edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
         walls = named_walls.named(keywords.get("walls", arguments["walls"]), frame.dimension)
         periodic = named_walls.periodic_axes(walls, frame.dimension)
         stood_for = named_walls.standing(walls, edges)
         standing = _obstacles.checked(keywords.get("obstacles", ()), edges, periodic, stood_for)
-        room = Room(np.asarray(edges), np.asarray(periodic), standing)
+        room = Room(np.asarray(edges), np.asarray(periodic), standing, frame.tilt or 0.0)
         kinds = labels(frame.species, frame.n)
         given = interaction.contact if isinstance(interaction, HardCores) else keywords.get("contact")
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))

@@ -79,6 +79,15 @@ def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
     assert found.shape == tuple(int(edge / side) for edge in scene.box)
 
 
+@pytest.mark.usefixtures("unscheduled")
+def test_a_box_in_whose_images_a_collision_takes_seconds_is_refused_with_what_it_costs():
+    # 3^12 sectors are searched at each crossing, some 500 crossings for a collision: 2.7 s by estimate.
+    with pytest.raises(carom.errors.InputError, match=r"about 2\.7 s: .* 3\^12 .* edges of at least 3 times"):
+        carom.Simulation(carom.Scene.random(3, box=(1.6,) * 12, seed=1))
+    carom.Simulation(carom.Scene.random(3, box=(4.0,) * 12, seed=1))
+    carom.Simulation(carom.Scene.random(3, box=(1.6,) * 8, seed=1))
+
+
 def test_what_everybody_needs_is_said():
     scene = carom.Scene.random(5, 0.01, 2, seed=1, walls=True)
     with pytest.raises(carom.InputError, match="needs a box that is periodic"):

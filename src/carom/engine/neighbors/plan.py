@@ -168,8 +168,8 @@ def choose(
                 lack = cost_model.fits_everybody(system) or "double precision and elastic contacts"
                 raise ValueError(
                     f"A collision would take about {1e-9 * cost:.2g} s: there is one in {speed / rate:.2g} "
-                    f"length units of flight, and a crossing of a sector searches the 3^{system.dimension} "
-                    f"around it. It is cheap with {lack}; or insist, with "
+                    f"length units of flight, and at each crossing of a sector the 3^{system.dimension} "
+                    f"around it are searched. It is cheap with {lack}; or insist, with "
                     "tuning=carom.Tuning(neighbors='sectors')."
                 )
     alone = neighbors == "all"
