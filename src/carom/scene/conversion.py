@@ -283,13 +283,7 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: Any) -> dict[str, Any]:
 
 
 def _walls_of(walls: Any, periodic: np.ndarray) -> Any:
-    """Return the walls of a scene with these periodic axes.
-
-    Raises
-    ------
-    InputError
-        If ``walls`` names other axes than those that are not periodic.
-    """
+    """Return the walls of a scene with these periodic axes."""
     if isinstance(walls, bool):
         return named_walls.axes_without(periodic.tolist())
     found = named_walls.periodic_axes(named_walls.named(walls, len(periodic)), len(periodic))

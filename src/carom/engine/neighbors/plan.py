@@ -106,24 +106,9 @@ def choose(
 ) -> NeighborPlan:
     """Choose the scheme for a scene; a given ``shell`` means lists if they fit.
 
-    Parameters
-    ----------
-    contents : Contents
-        The scene.
-    speed : float
-        Root mean square speed [length / time].
-    neighbors : {"auto", "lists", "sectors", "all"}
-        The requested scheme.
-    shell : float, optional
-        Reach of the lists in (largest) diameters.
-    rate : float, optional
-        Collisions of one component a time, where it is known.
-
-    Raises
-    ------
-    ValueError
-        If lists are asked for in a box too small for them; if nothing is asked for, and a collision would
-        take longer than ``SLOWEST``.
+    ``speed`` is the root mean square [length / time], ``shell`` a reach in (largest) diameters, ``rate`` the
+    collisions of one component a time, where it is known. A ValueError says why a scheme is not possible, or
+    that a collision would take longer than ``SLOWEST``.
     """
     if system.curved:
         if neighbors not in ("auto", "all"):
