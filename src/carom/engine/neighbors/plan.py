@@ -101,26 +101,7 @@ def choose(
     shell: float | None = None,
     rate: float | None = None,
 ) -> NeighborPlan:
-    """Choose the scheme for a scene; a given ``shell`` means lists if they fit.
-
-    Parameters
-    ----------
-    contents : Contents
-        The scene.
-    speed : float
-        Root mean square speed [length / time].
-    neighbors : {"auto", "lists", "sectors", "all"}
-        The requested scheme.
-    shell : float, optional
-        Reach of the lists in (largest) diameters.
-    rate : float, optional
-        Collisions of one component a time, where it is known.
-
-    Raises
-    ------
-    ValueError
-        If lists are asked for in a box too small for them.
-    """
+    """Choose the scheme for a scene; a given ``shell`` means lists if they fit."""
     if system.curved:
         if neighbors not in ("auto", "all"):
             raise ValueError(
