@@ -72,7 +72,7 @@ class NamedFiles(FunctionCache):
     @contextmanager
     def alone(self, sig, codegen) -> Iterator[None]:
         """Let the body compile for a signature, or load what another process has just compiled."""
-        kind, file = self._names(sig, codegen) or (None, None)
+        kind, file = self._names(sig, codegen)
         if file is None or file.exists():
             yield
             return
