@@ -162,7 +162,7 @@ def next_after(process, time, component, losers, times, components):
 
 @entry
 def find_order(all_events, heads, ends, order):
-    """Find the order of collisions, by a tournament of processes: who has the earliest, and who has the next."""
+    """Find the order of collisions, by a tournament of processes: who has the earliest, who the next."""
     entries, component = all_events.entries, all_events.component
     leaves = 1
     while leaves < len(heads):
