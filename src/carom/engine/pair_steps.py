@@ -139,7 +139,7 @@ def read_steps(lists: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_steps(lists: Any, pairs: np.ndarray, step_numbers: np.ndarray) -> None:
-    """Write the steps (m,) of pairs (m, 2) into both lists; pairs that are not listed must be out of reach."""
+    """Write the steps (m,) of pairs (m, 2) into both lists; pairs not listed must be out of reach."""
     n = len(lists.counts)
     entries, owners = _entries(lists)
     others = lists.refs[entries].astype(np.int64) >> lists.steps.bits

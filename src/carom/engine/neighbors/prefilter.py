@@ -138,6 +138,7 @@ def lay_path(everybody, elapsed, range_edges, start_index, lane):
 @approximate
 def lay_paths(everybody, elapsed, range_edges, start):
     """Lay out the paths of the block that begins with component ``start``, relative to the one that searches.
+
     Notes
     -----
     What is done for one is a function of its own, so that no variable seems to live on from one to the next,
