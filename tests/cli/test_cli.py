@@ -271,7 +271,7 @@ def test_bad_scenes_are_refused_in_one_sentence(tmp_path, text, sentence):
         (["measure", "foreign.h5md", "--out", "table.csv"], "--out names a folder"),
         (["init", "a_file"], "expected .toml"),
         (["init", "mine.toml"], "--overwrite"),
-        (["init", "--template", "wall"], "did you mean walls"),
+        (["init", "--template", "wall"], "it is called walls"),
         (["init", "nowhere/scene.toml"], "nowhere"),
     ],
 )
