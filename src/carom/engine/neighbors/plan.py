@@ -145,9 +145,11 @@ def choose(
         side, widest_side = sector_of(system, spacing)
         if system.rates is None and neighbors == "sectors" and cost_model.is_thin(system) and rate > 0.0:
             side = min(cost_model.best_side(system, side, speed / rate), max(system.box), widest_side)
+        # The rate of what grows is that of now: it will be another.
+        lasts = begins and system.rates is None and speed > 0.0 < rate
         if requested == "auto" and cost_model.prefers_everybody(system, side, speed, rate):
             neighbors = "all"
-        elif begins and requested == "auto" and cost_model.is_thin(system) and speed > 0.0 < rate:
+        elif lasts and requested == "auto" and cost_model.is_thin(system):
             cost = cost_model.sector_cost(system, side, speed / rate)
             if cost > SLOWEST:
                 lack = cost_model.fits_everybody(system) or "double precision and elastic contacts"
