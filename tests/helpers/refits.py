@@ -35,7 +35,8 @@ from carom.models import (
 from carom.models.copies import copied
 from carom.models.motions.gravity import leaving
 from carom.models.questions.memory import Field, fields_of
-from carom.simulation import temperature
+from carom.observables.energy import without_potential
+from carom.simulation import mechanics, stretches, temperature
 
 N = 6
 
@@ -431,8 +432,19 @@ def seen(sim):
         "time": (sim.time, 1),
         "kT": (sim.kT, -2),
     }
+    if frame.images is not None:
+        found["images"] = frame.images, 0
     if frame.spins is not None:
         found["spins"] = frame.spins, -1
+    sums = stretches.tally(sim)
+    found["virial"] = sums.virial, -1
+    if sums.volumes is not None:
+        found["volumes"] = np.array(sums.volumes), (1, 1, -1)
+    if sim.scene.species is not None:
+        found["collisions by species"] = sim.collisions_by_species, 0
+        found["virial by species"] = mechanics.virial_by_species(sim._state), -1
+    if without_potential(sim.scene) is None:
+        found["potential energy"] = sim.potential_energy, -2
     if sim.scene.pinned is not None:
         found["pinned impulse"] = sim.pinned_impulse, -1
     if temperature.kT_time(sim._state) is not None:
@@ -443,6 +455,7 @@ def seen(sim):
         found[f"hits of {impact.name}"] = impact.hits, 0
         found[f"impulse of {impact.name}"] = impact.impulse, -1
         found[f"work of {impact.name}"] = impact.work, -2
+        found[f"spared and lifted by {impact.name}"] = np.array([impact.spared, impact.lifted]), 0
     return found
 
 
@@ -450,3 +463,23 @@ COUNTED = (
     *("collisions", "third_party_first", "spared_contacts", "energy_drift", "momentum_drift"),
     *("swaps_tried", "swaps_accepted", "volume_moves_tried", "volume_moves_accepted"),
 )
+
+OF_SCHEMES = ("transits", "advancements")
+"""What depends on the neighbour scheme, and on windows that were run again."""
+
+
+def assert_alike(one, other, scale):
+    """What two twins hold and show is the same, scaled, but what their neighbour schemes count."""
+    shown = seen(one), seen(other)
+    inside = [{key: (value, what.power) for key, (value, what) in held(sim).items()} for sim in (one, other)]
+    for first, second in (shown, inside):
+        assert first.keys() == second.keys()
+        wrong = [
+            key
+            for key, (value, power) in first.items()
+            if key not in OF_SCHEMES
+            and not np.array_equal(
+                scaled(value, np.multiply(power, -scale)), np.asarray(second[key][0]), equal_nan=True
+            )
+        ]
+        assert not wrong, wrong

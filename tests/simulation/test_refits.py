@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from helpers import refits
 
-import carom
+from carom.models.obstacles.shaken import Displaced
 from carom.models.questions.memory import KEPT, fields_of, shift_epoch
 
 SCALE = 15
@@ -22,9 +22,6 @@ HEAT = 1e6
 
 OF_VELOCITIES = ("velocities", "kT", "spins", "energy_drift", "momentum_drift")
 """What a rescaling changes."""
-
-
-OF_SCHEMES = ("transits", "advancements")
 
 
 def stages(name, s, between=lambda sim: sim, **more):
@@ -69,30 +66,11 @@ def parameters(sim):
     return {key: value for key, (value, what) in refits.held(sim).items() if what.role == "parameter"}
 
 
-def assert_alike(one, other, scale):
-    """What two twins hold and show is the same, scaled, but what their neighbour schemes count."""
-    shown = refits.seen(one), refits.seen(other)
-    inside = [
-        {key: (value, what.power) for key, (value, what) in refits.held(sim).items()} for sim in (one, other)
-    ]
-    for first, second in (shown, inside):
-        assert first.keys() == second.keys()
-        wrong = [
-            key
-            for key, (value, power) in first.items()
-            if key not in OF_SCHEMES
-            and not np.array_equal(
-                refits.scaled(value, np.multiply(power, -scale)), np.asarray(second[key][0]), equal_nan=True
-            )
-        ]
-        assert not wrong
-
-
 def run_twins(name, between=lambda sim: sim, scale=SCALE, **more):
     exponents = []
     twins = stages(name, 1.0), stages(name, 2.0**scale, between, **more)
     for one, other in zip(*twins, strict=True):
-        assert_alike(one, other, scale)
+        refits.assert_alike(one, other, scale)
         assert one._state.unit.exponent == 0
         exponents.append(other._state.unit.exponent)
     assert exponents[0] == exponents[2] == 0
@@ -120,28 +98,6 @@ def test_memory_goes_on_in_another_neighbour_scheme(name, plain):
     run_twins(name, between)
 
 
-@pytest.mark.slow
-def test_sums_of_two_workers_go_on_in_another_unit_of_time_as_those_of_one():
-    found = []
-    for scale, cores in ((0, 1), (SCALE, 2)):
-        s = 2.0**scale
-        scene = carom.Scene.random(
-            species=[carom.Species(count=200), carom.Species(count=200, diameter=0.7)],
-            packing_fraction=0.4,
-            dimension=2,
-            seed=1,
-            walls="y",
-        )
-        sim = carom.Simulation(scene, kT=s * s, seed=1, cores=cores)
-        for kT in (1.0, HEAT, 1.0):
-            sim.rescale(kT * s * s)
-            sim.run(time=4.0 * 2.0 ** -round(0.5 * math.log2(kT)) / s)
-        found.append(sim)
-    one, other = found
-    assert other._state.executive.timings.windows > 0
-    assert_alike(one, other, SCALE)
-
-
 def latest_times(name, sim):
     """The last times that drives, observers and rules were told."""
     if name == "units":
@@ -161,6 +117,24 @@ def test_drives_observers_and_rules_are_told_the_time_since_the_start_after_two_
     told = latest_times(name, sim)
     assert before < told.max() <= sim.time
     assert len(told)
+
+
+@pytest.mark.parametrize("name", ["shaken floor", "floor on parabolas"])
+def test_a_floor_is_where_its_path_says_after_two_changes(name, plain):
+    sim = refits.simulation(name, 2.0**SCALE)
+    floor = sim.scene.obstacles[0]
+
+    def assert_in_place():
+        (model,) = (each for each in refits.models_of(sim) if isinstance(each, Displaced))
+        along = sim._state.unit.to_scene(model.phase[0] + sim._state.in_epoch(), 1)
+        assert along % floor.shake.period == sim.time % floor.shake.period
+
+    for hot in (False, True, False):
+        if sim.time > 0.0:
+            sim.rescale((HEAT if hot else 1.0) * 4.0**SCALE)
+            assert_in_place()
+        sim.run(time=(2.0**-10 if hot else 0.625) * floor.shake.period)
+        assert_in_place()
 
 
 def test_every_model_of_carom_that_remembers_something_is_in_the_table(unscheduled):
