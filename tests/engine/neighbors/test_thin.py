@@ -19,6 +19,7 @@ from carom.models.questions.particles import NEVER
 from carom.simulation.system_of_scene import prepare
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("dimension", "n", "size"),
     [
@@ -96,6 +97,7 @@ def test_what_everybody_needs_is_said():
         carom.Simulation(carom.Scene.random(2, 0.3, 2, seed=1), tuning=carom.Tuning(neighbors="all"), seed=0)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
     scene = carom.Scene.random(6, dimension=3, box=(1000.0,) * 3, diameter=1.0, seed=1)
     sim = carom.Simulation(scene, seed=1)
