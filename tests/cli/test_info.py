@@ -34,9 +34,15 @@ def folder(tmp_path_factory):
             file.write(frame)
     carom.RDF().over(frames).save(where / "rdf.npz")
     carom.load(where / "eos1").save(where / "eos.json")
-    with uncompiled(), carom.Simulation(
-        carom.Scene.crystal(32, 0.3), seed=1, event_log=where / "events.h5", tuning=carom.Tuning(images=True)
-    ) as sim:
+    with (
+        uncompiled(),
+        carom.Simulation(
+            carom.Scene.crystal(32, 0.3),
+            seed=1,
+            event_log=where / "events.h5",
+            tuning=carom.Tuning(images=True),
+        ) as sim,
+    ):
         sim.run(collisions=20)
     (where / "study.toml").write_text("[study]\npacking_fraction = [0.1, 0.2]\nn = 32\n")
     (where / "search.toml").write_text("[code]\nn = 24\n")
