@@ -37,13 +37,6 @@ def plain():
         yield
 
 
-@pytest.fixture(scope="module")
-def plain_file():
-    """Let all simulations of a file run as plain Python, those of its fixtures, too."""
-    with uncompiled():
-        yield
-
-
 @pytest.fixture(params=["plain", slow("compiled")])
 def both_ways(request):
     """Let what has some hundreds of events run as plain Python by default, and compiled under ``-m slow``."""

@@ -399,19 +399,9 @@ SINGLE = {
 }
 
 
-KERNELS = (
-    "packing fraction 1e-6",
-    "packing fraction 1e-6, d = 3",
-    "two in a tube",
-    "1 : 8 000",
-    "1e-3 of close packing",
-)
-"""Cases that need kernels of their own."""
-
-
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 @pytest.mark.filterwarnings("ignore:No collision:carom.errors.CaromWarning")
-@pytest.mark.parametrize("name", [slow(name) if name in KERNELS else name for name in SINGLE])
+@pytest.mark.parametrize("name", SINGLE)
 def test_single_precision_holds_or_is_refused(name):
     make, refusal = SINGLE[name]
     scene = make()
@@ -469,7 +459,7 @@ def ulps(value, count):
     return value
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("count", [*range(-8, 9), -1000, 1000])
 def test_a_graze_within_ulps_is_a_touch_or_a_miss_and_changes_nothing_else(count):
     # Offset so many roundings of the coordinates from contact; where exactly they are, the Fraction knows.
@@ -543,7 +533,7 @@ def opposed_lattice(dimension):
     return scene.replace(velocities=v)
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("gap", [0.0, EPS, 1e-9])
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_newtons_cradle_passes_the_momentum_on(dimension, gap):

@@ -1,13 +1,9 @@
 """Small scenes of every kind beside the oracle, event by event.
 
-``python -m helpers.oracle_scenes NAME...``, in the folder of the tests, runs some.
-
 The state between every two events is compared, not a log of them: it holds for diameters that grow, too, and
 equal velocities before and after mean equal partners.
 """
 
-import sys
-import traceback
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -314,16 +310,3 @@ def compare(name):
     kind, d, neighbors = name.split("-")
     make, dimension = CASES[f"{kind}-{d}"]
     return check(make(dimension), neighbors)
-
-
-if __name__ == "__main__":
-    np.seterr(all="ignore")  # compiled code divides by zero without a word
-    failed = False
-    for each in sys.argv[1:]:
-        try:
-            print(each, compare(each), flush=True)
-        except Exception:  # of any kind: the cases after it are looked at all the same
-            failed = True
-            print(each, "FAILED", flush=True)
-            traceback.print_exc()
-    sys.exit(failed)

@@ -41,5 +41,5 @@ def plain_python(option, program, *arguments):
             if option == "-c":
                 exec(compile(program, "<program>", "exec"), {"__name__": "__main__"})
             else:
-                runpy.run_module(program, run_name="__main__")
+                runpy.run_module(program, run_name="__main__", alter_sys=True)
     return printed.getvalue()

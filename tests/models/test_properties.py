@@ -210,7 +210,7 @@ def test_the_threshold_of_a_restitution_follows_the_thermal_speed_and_is_kept(tm
     np.testing.assert_array_equal(again.frame().velocities, sim.frame().velocities)
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 def test_a_surface_of_a_given_restitution_has_the_bits_of_a_loss():
     laws = Restitution(0.9, 0.1), Loss(0.9, elastic_below=0.1)
     scenes = [bed(walls={"y_low": Wall(impact=law)}) for law in laws]

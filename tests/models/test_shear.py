@@ -135,7 +135,7 @@ def test_collisions_of_growing_disks_are_those_of_all_pairs_and_images():
     assert plain_python("-m", "helpers.sheared") == "12 steps\n"
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("d", [2, 3])
 def test_no_shear_is_free_flight_to_the_last_bit(d):
     still = carom.Simulation(gas(d, 60, rate=0.0), seed=1)

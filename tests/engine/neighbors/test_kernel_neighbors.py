@@ -74,7 +74,7 @@ CASES = [
 ]
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(("dimension", "n", "packing_fraction", "kind"), CASES)
 def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind, simulation):
     scene = moving(carom.Scene.random(n, packing_fraction, dimension, seed=n), n)

@@ -97,7 +97,6 @@ def test_what_everybody_needs_is_said():
         carom.Simulation(carom.Scene.random(2, 0.3, 2, seed=1), tuning=carom.Tuning(neighbors="all"), seed=0)
 
 
-@pytest.mark.usefixtures("both_ways")
 def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
     scene = carom.Scene.random(6, dimension=3, box=(1000.0,) * 3, diameter=1.0, seed=1)
     sim = carom.Simulation(scene, seed=1)

@@ -77,7 +77,7 @@ def test_every_sum_survives_a_checkpoint(tmp_path, kind):
         sim.close()
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 def test_a_checkpoint_leaves_no_event_in_memory(tmp_path):
     """A kill after it would cost what the checkpoint counts on."""
     sim = Simulation(scene_of(), seed=1, event_log=tmp_path / "events.h5")

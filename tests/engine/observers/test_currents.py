@@ -67,7 +67,7 @@ def fluid(**settings):
     return carom.Simulation(scene, seed=2, **settings)
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 def test_currents_leave_no_trace_in_the_run():
     plain, counted = fluid(), fluid(observers=[HelfandCurrents()])
     plain.run(collisions=300)

@@ -133,7 +133,7 @@ def test_what_is_pinned_does_not_fly(monkeypatch):
     assert flights.met[0, 0, 0] == 2.0
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 def test_histograms_are_kept_only_while_they_are_measured(tmp_path):
     def fluid():
         sim = carom.Simulation(FLUID, seed=1)

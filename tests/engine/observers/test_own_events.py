@@ -182,7 +182,7 @@ def test_a_run_that_is_saved_loaded_and_resumed_has_the_same_sums(tmp_path, d):
     assert_equal(again.observers[0], whole.observers[0])
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 def test_an_observer_changes_no_bit_of_a_run():
     scene = gas(2)
     frames = []
@@ -263,7 +263,7 @@ class Result:
         return int(self.count[0])
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 def test_measure_observes_a_stretch():
     scene = gas(2)
     sim = carom.Simulation(scene, observers=[seen(scene)])
