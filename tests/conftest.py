@@ -7,6 +7,7 @@ from helpers import apart
 from helpers.limits import SLOW_LIMIT, Limits
 from helpers.marks import slow
 from helpers.needs import NEEDS, needs_of, reason, skip_without
+from helpers.plain import uncompiled
 from hypothesis import settings
 
 # The same examples in every run: a failure on one machine is a failure on all. Times vary with compilation.
@@ -30,23 +31,23 @@ def unscheduled(monkeypatch):
 
 
 @pytest.fixture
-def plain(monkeypatch):
+def plain():
     """Let simulations of this process run as plain Python: the same bits, and nothing is compiled."""
-    import numpy as np
+    with uncompiled():
+        yield
 
-    from carom.engine import cycle, projection
 
-    for module, name in ((cycle, "schedule"), (cycle, "run"), (projection, "project")):
-        compiled = getattr(module, name)
-        monkeypatch.setattr(module, name, getattr(compiled, "__wrapped__", compiled))
-    with np.errstate(all="ignore"):  # compiled code divides by zero without a word
+@pytest.fixture(scope="module")
+def plain_file():
+    """Let all simulations of a file run as plain Python, those of its fixtures, too."""
+    with uncompiled():
         yield
 
 
 @pytest.fixture(params=["plain", slow("compiled")])
 def both_ways(request):
     """Let what has some hundreds of events run as plain Python by default, and compiled under ``-m slow``."""
-    if request.param == "plain" and request.node.get_closest_marker("slow") is None:
+    if request.param == "plain":
         request.getfixturevalue("plain")
 
 
@@ -66,8 +67,15 @@ def pytest_addoption(parser):
     parser.addoption("--needing", type=lambda names: set(names.split(",")), help=text)
 
 
+def _is_slow_and_plain(item):
+    """Tell whether this is the plain half of a slow test, which has its compiled one."""
+    way = getattr(item, "callspec", None) and item.callspec.params.get("both_ways")
+    return way == "plain" and item.get_closest_marker("slow") is not None
+
+
 def pytest_collection_modifyitems(config, items):
     """Give slow tests a larger limit, and leave the tests that ``--needing`` asks for."""
+    items[:] = [item for item in items if not _is_slow_and_plain(item)]
     for item in items:
         if item.get_closest_marker("slow") and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(SLOW_LIMIT))

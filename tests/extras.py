@@ -20,8 +20,8 @@ from helpers.links import dead_links
 
 ROOT = Path(__file__).parents[1]
 
-LIMIT = 1200
-"""Seconds after which a line hangs."""
+LIMIT = 1800
+"""Seconds after which a line is ended, and fails with exit code 124."""
 
 SMALL = "--n 108 --equilibration 5 --collisions-per-particle 20"
 STUDY = f"carom eos --eta 0.2 --replicas 2 {SMALL} --no-pictures"
@@ -99,8 +99,8 @@ def tried(line: str, environment: Path, folder: Path) -> subprocess.CompletedPro
     path = os.pathsep.join([str(folder_of(environment)), os.environ["PATH"]])
     variables = {**os.environ, "PATH": path, "ROOT": str(ROOT), "OUT": str(folder)}
     return subprocess.run(
-        ["bash", "-c", line], cwd=folder, env=variables, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT, text=True, timeout=LIMIT,
+        ["timeout", str(LIMIT), "bash", "-c", line], cwd=folder, env=variables, stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
     )  # fmt: skip
 
 
@@ -119,7 +119,7 @@ def failure(name: str, plain: Path, small: Path, folder: Path) -> str:
     for line in extra.lines:
         done = tried(line, environment, folder)
         if done.returncode:
-            return f"{line}\n{done.stdout}"
+            return f"{line}\n{done.stdout}(exit code {done.returncode})"
     if name == "docs" and (dead := dead_links(folder / "html")):
         return f"dead links: {dead}"
     return ""

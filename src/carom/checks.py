@@ -92,11 +92,6 @@ def number(
         Smallest and largest value allowed.
     open_low : bool
         Whether ``low`` itself is refused.
-
-    Raises
-    ------
-    InputError
-        If it is none, is not finite, or out of range.
     """
     if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
         hint = ""
@@ -158,11 +153,6 @@ def array(value: Any, name: str, shape: str, *, ndim: int) -> np.ndarray:
         What to call it and its shape in the message, e.g. "positions" and "(n, d)".
     ndim : int
         Number of axes it must have.
-
-    Raises
-    ------
-    InputError
-        If it is ragged, not numeric, holds booleans, NaN or infinity, or has another number of axes.
     """
     try:
         given = np.asarray(value)

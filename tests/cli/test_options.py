@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 from helpers.options import COMMANDS, PLAN
+from helpers.plain import uncompiled
 from typer.testing import CliRunner
 
 import carom
@@ -32,7 +33,7 @@ from carom.studies.study import Study
 
 RUN = ("--lattice", "fcc", "--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10",
        "--frames", "2", "--collisions-per-particle", "40", "--no-pictures")  # fmt: skip
-PACK = ("--n", "20", "--dimension", "2", "--rate", "0.1", "--until-Z", "1e3", "--no-pictures")
+PACK = ("--n", "10", "--dimension", "2", "--rate", "1", "--until-Z", "100", "--no-pictures")
 EOS = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "50", "--equilibration",
        "20", "--engine", "serial")  # fmt: skip
 TRANSPORT = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "100",
@@ -208,7 +209,7 @@ CASES = {
     },
     "pack": {
         "scene": added(
-            (*PACK[4:], *OUT, "--collisions", "300"), ("scene.toml",), lambda done: done.summary["n"], 32
+            (*PACK[4:], *OUT, "--collisions", "30"), ("scene.toml",), lambda done: done.summary["n"], 32
         ),
         **of_fields((), PackSpec),
         "--out": added(PACK, ("--out", "elsewhere"), made("elsewhere/summary.json"), True),
@@ -403,7 +404,12 @@ def frame_at(scene, time):
 
 def type_in(folder, command, *arguments, asked=None):
     """Type a command in a folder."""
-    with contextlib.chdir(folder), pytest.MonkeyPatch.context() as patch:
+    compiled = command != "pack"  # of some hundred events
+    with (
+        contextlib.chdir(folder),
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.nullcontext() if compiled else uncompiled(),
+    ):
         for name in [name for name in sys.modules if name.startswith("carom_rules_")]:
             patch.delitem(sys.modules, name)  # one source runs once in a process
         if asked is not None:

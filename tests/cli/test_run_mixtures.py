@@ -24,8 +24,8 @@ BINARY = """
 dimension = {dimension}
 packing_fraction = 0.2
 {more}
-species."a, b" = {{ count = 40, diameter = 1.0 }}
-species.small = {{ count = 80, diameter = 0.5 }}
+species."a, b" = {{ count = 16, diameter = 1.0 }}
+species.small = {{ count = 32, diameter = 0.5 }}
 
 [run]
 equilibration = 20

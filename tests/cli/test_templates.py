@@ -17,7 +17,7 @@ from carom.scene_file.scene_file import SceneFile
 from carom.spec import fields_of
 
 SMALL_RUN = ("--n", "30", "--equilibration", "1", "--frames", "2", "--no-pictures")
-SMALL_STUDY = ("--n", "32", "--replicas", "1", "-c", "60", "--equilibration", "5", "--engine", "serial",
+SMALL_STUDY = ("--n", "32", "--replicas", "1", "-c", "20", "--equilibration", "5", "--engine", "serial",
                "--no-pictures")  # fmt: skip
 SMALL = {
     "fluid": (*SMALL_RUN, "-c", "10"),
@@ -44,6 +44,7 @@ def typed(folder, *words):
         return CliRunner().invoke(cli.app, [*words])
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("name", [slow(name) if name in HEAVY else name for name in templates.NAMES])
 def test_a_template_runs_by_the_command_on_its_first_line(tmp_path, name):
     assert typed(tmp_path, "init", f"mine-{name}.toml", "--template", name).exit_code == 0

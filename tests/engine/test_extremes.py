@@ -433,6 +433,7 @@ def test_single_precision_holds_or_is_refused(name):
     assert found.energy_drift <= 8 * eps * (1 + math.sqrt(found.collisions)) * math.sqrt(scene.n)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("box", [None, slow((1500.0, 1.5))], ids=["cube", "tube"])
 def test_single_precision_overlaps_by_its_own_rounding_of_the_box(box):
     scene = (

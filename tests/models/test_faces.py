@@ -32,7 +32,7 @@ OPEN = (False, False)
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    printed = plain_python("-W", "ignore", "-m", "helpers.faces", tmp_path_factory.mktemp("runs"))
+    printed = plain_python("-m", "helpers.faces", tmp_path_factory.mktemp("runs"))
     return [json.loads(line) for line in printed.splitlines()]
 
 

@@ -220,16 +220,34 @@ def test_a_segment_has_the_mean_energy_of_both_of_its_ends(heat):
     assert stretch.energy_drift(SimpleNamespace(degrees_of_freedom=12)) == pytest.approx(4.0 / 6.0)
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
-    ("kT", "impact", "told"),
-    [(1.98, None, True), (1.995, None, False), (2.005, None, False), (2.02, None, True), (1.0, 0.9, False)],
+    ("kT", "error", "impact", "equilibration", "told"),
+    [
+        (1.98, 0.0, None, 50.0, True),
+        (1.995, 0.0, None, 50.0, False),
+        (2.005, 0.0, None, 50.0, False),
+        (2.02, 0.0, None, 50.0, True),
+        (1.0, 0.0, 0.9, 50.0, False),  # contacts decide it
+        (2.04, 0.02, None, 50.0, False),  # two error bars
+        (2.12, 0.02, None, 50.0, True),
+        (2.12, 0.02, None, 2.0, False),  # velocities were scaled by a mean that was hardly known
+        (2.12, math.inf, None, 50.0, False),
+    ],
 )
-def test_a_temperature_that_is_missed_either_way_is_told_unless_contacts_decide_it(kT, impact, told):
+def test_a_temperature_that_is_missed_by_more_than_its_error_bar_is_told(
+    kT, error, impact, equilibration, told
+):
     plan = SimpleNamespace(run=SimpleNamespace(kT=2.0, event_log=False))
     sim = carom.Simulation(carom.Scene.crystal(32, 0.3, impact=impact), seed=0)
-    said = _other_temperature(SimpleNamespace(plan=plan, sim=sim, energy_drift=1e-15), Estimate.exact(kT))
+    facts = SimpleNamespace(
+        plan=plan, sim=sim, energy_drift=1e-15, blocks=[Block(10.0, 1, 1.0)], equilibration=(9, equilibration)
+    )
+    said = _other_temperature(facts, Estimate(kT, error, 100.0, 1.0, 100))
     assert (said is not None) == told
-    assert not told or f"its mean is {kT}" in said
+    if told:
+        assert f"its mean is {kT}" in said[0]
+        assert said[1]  # it speaks against equilibrium
 
 
 WELLS = """
@@ -295,6 +313,7 @@ def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_p
     assert "event log" in summary["note"]
 
 
+@pytest.mark.usefixtures("plain")
 def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(tmp_path):
     plan = SceneFile.from_toml("""
 [scene]
@@ -309,8 +328,8 @@ g = [0.0, -0.5]
 
 [run]
 kT = 1.0
-equilibration = 50
-collisions_per_particle = 800
+equilibration = 5
+collisions_per_particle = 20
 frames = 2
 pictures = false
 """)

@@ -126,7 +126,7 @@ def test_where_there_is_no_one_temperature_a_pressure_is_in_units_of_the_scene()
 
 
 def test_a_run_shows_the_bed_and_a_resumed_one_the_same(tmp_path):
-    printed_text = plain_python("-W", "ignore", "-m", "helpers.bed", tmp_path)
+    printed_text = plain_python("-m", "helpers.bed", tmp_path)
     whole, cut = json.loads(printed_text.splitlines()[0])
     assert whole == cut
     scene = SceneFile.from_toml(SCENE).build_scene()

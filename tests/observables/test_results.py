@@ -19,9 +19,9 @@ def two_species():
 
 
 @pytest.fixture(scope="module")
-def found():
+def found(plain_file):
     sim = carom.Simulation(two_species(), seed=1)
-    sim.run(collisions_per_particle=20)
+    sim.run(collisions_per_particle=2)
     return sim.measure(
         carom.Pressure(),
         carom.PressureTensor(),
@@ -33,15 +33,15 @@ def found():
         carom.DensityProfile(bins=8),
         carom.FreeFlights(),
         carom.PressureProfile(axis=1, bins=8),
-        collisions_per_particle=100,
+        collisions_per_particle=12,
         blocks=64,
     )
 
 
 @pytest.fixture(scope="module")
-def walls():
+def walls(plain_file):
     sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, seed=1, walls=True), seed=1)
-    return sim.measure(carom.WallPressure(), collisions_per_particle=60, blocks=32)
+    return sim.measure(carom.WallPressure(), collisions_per_particle=8, blocks=32)
 
 
 KINDS = (

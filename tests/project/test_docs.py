@@ -26,6 +26,9 @@ PAGES = sorted(page for page in PAGES if not {"_build", "gallery"} & set(page.pa
 FEW_EVENTS = ("carom.models.drives", "carom.simulation.callbacks")
 """Modules whose examples have scenes of their own, and are over before those are compiled."""
 
+ALONE = ("carom.observables.pressure_profile",)
+"""Those with many events of a kind that nobody else has."""
+
 MODULES = sorted(
     module.name
     for module in pkgutil.walk_packages(carom.__path__, "carom.")
@@ -37,7 +40,14 @@ def source_of(name: str) -> str:
     return Path(importlib.util.find_spec(name).origin).read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("name", [name for name in MODULES if ">>> " in source_of(name)])
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.ci] if name in ALONE else [])
+        for name in MODULES
+        if ">>> " in source_of(name)
+    ],
+)
 def test_docstring_examples_run(name, tmp_path, monkeypatch, request):
     monkeypatch.chdir(tmp_path)  # some write files
     if name in FEW_EVENTS:

@@ -80,6 +80,7 @@ LONG = (
 """Pages whose blocks take more than a quarter of a minute."""
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "page",
     [

@@ -21,7 +21,7 @@ dimension = 2
 packing_fraction = 0.3
 {species}
 [run]
-equilibration = 50
+equilibration = 2
 collisions_per_particle = 10
 frames = 2
 write = ["h5md", "extxyz"]
@@ -44,6 +44,7 @@ def plan_of(counts, key="count", n=None):
     return SceneFile.from_toml(PLAN.format(species=given + species))
 
 
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("counts", COUNTS)
 def test_a_run_with_an_empty_species_has_a_summary(tmp_path, counts):
     result = carom.run(plan_of(counts), tmp_path / "run")

@@ -2,15 +2,12 @@
 
 import json
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.mixtures import mixed
 from helpers.oracle_scenes import placed
+from helpers.plain import plain_python
 
 import carom
 from carom import theory
@@ -94,16 +91,7 @@ def measured_of(scene, boost):
 @pytest.fixture(scope="module")
 def seen():
     """What everybody measures, without compilation of so many kinds of scenes."""
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-m", "simulation.test_temperature"],
-        cwd=Path(__file__).parents[1],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=True,
-    )
-    return json.loads(done.stdout)
+    return json.loads(plain_python("-m", "simulation.test_temperature"))
 
 
 @pytest.mark.parametrize("name", SCENES)

@@ -5,6 +5,7 @@ import io
 import json
 import math
 import signal
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from carom.reference import NaiveSystem
 from carom.studies.accuracy import measures as trade_measures
 from carom.studies.accuracy.diffusion import EinsteinSlope, looks
 from carom.studies.accuracy.methods import engine, naive, oracle, stepping
-from carom.studies.accuracy.picture import pareto
+from carom.studies.accuracy.picture import LOOKS, pareto, picture
 from carom.studies.accuracy.scenes import small_scene
 from carom.studies.accuracy.spec import TradeSpec, methods
 from carom.studies.accuracy.study import Trade
@@ -165,6 +166,26 @@ def test_the_front_is_of_those_that_nobody_beats_twice():
     assert pareto(speeds, errors) == [2, 1, 0]
 
 
+def test_the_picture_has_the_error_of_each_bias_and_both_errors_of_each_size():
+    rng = np.random.default_rng(2)
+    rows = [
+        SimpleNamespace(algorithm=algorithm, method=f"{algorithm} {k}", collisions_per_second=rate,
+                        error_1=rate, z_bias=bias, z_error=error)
+        for k, algorithm in enumerate(LOOKS)
+        for rate, bias, error in rng.uniform(0.1, 1.0, (2, 3)) * [1.0, -1.0, 0.5]
+    ]  # fmt: skip
+    sizes = [SimpleNamespace(n=n, relative_error_1s=1.0 / n, finite_size_bias=-9.0 / n**2) for n in (64, 256)]
+    _, panel, last = picture(rows, sizes).axes
+    bars = [line.get_data() for line in panel.get_lines() if line.get_linewidth() == 1.0]
+    ends = [(end := max(-row.z_bias, row.z_error), end + row.z_error) for row in rows]
+    assert [tuple(y) for _, y in bars] == ends
+    assert [tuple(x) for x, _ in bars] == [(row.collisions_per_second,) * 2 for row in rows]
+    assert [line.get_ydata().tolist() for line in last.get_lines()] == [
+        [row.relative_error_1s for row in sizes],
+        [-row.finite_size_bias for row in sizes],
+    ]
+
+
 def test_a_small_scene_has_the_same_density_and_room_for_stepping():
     for scene in (
         carom.Scene.crystal(cells=8, density=0.5),
@@ -273,16 +294,6 @@ def test_the_tables_hold_what_was_found(finished, tmp_path):
                     assert text == str(value).lower() or text == value, (name, key)
     assert study.more()["horizon"]["to_one"] > 0.0
     assert (tmp_path / "trade.png").stat().st_size > 10_000
-    _, panel, last = study.plot().axes
-    seen = [line.get_data() for line in panel.get_lines() if len({*line.get_xdata()}) == 1]
-    ends = [max(abs(row.z_bias), row.z_error) for row in study.rows]
-    assert [(x[0], *y) for x, y in seen if len(x) == 2] == [
-        (row.collisions_per_second, end, end + row.z_error) for row, end in zip(study.rows, ends, strict=True)
-    ]
-    assert [line.get_ydata().tolist() for line in last.get_lines()] == [
-        [row.relative_error_1s for row in study.sizes],
-        [abs(row.finite_size_bias) for row in study.sizes],
-    ]
     for shown in study.tables():
         narrow = Console(file=io.StringIO(), width=60)
         narrow.print(shown.rich(narrow))

@@ -188,7 +188,7 @@ def _health(summary: dict[str, Any]) -> str:
     if (frames := summary.get("frames_with_overlaps")) is not None:
         said[-1] += f" in {f'{frames} of ' if frames else ''}{summary['frames']} checked frames"
     doubts = summary.get("remarks") or summary.get("phase_note")
-    samples = [summary[name].get("n_eff") for name in ("Z", "U", "temperature", "volume")]
+    samples = [summary.get(name, {}).get("n_eff") for name in ("Z", "U", "temperature", "volume")]
     few = any(each is not None and each < FEWEST for each in samples)
     if summary["Z"]["mean"] is not None and not (doubts or few):
         said.append("in equilibrium" if drift is not None and kept else "steady")

@@ -7,6 +7,7 @@ call lasts.
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 from llvmlite import ir
@@ -16,7 +17,33 @@ from numba.extending import models, register_model
 from carom.compiling.intrinsics import compiled_as
 
 
-class BorrowedArray(types.Array):
+class _Known:
+    """A type that is compared and named over and over: it keeps its hash, and functions have a short name of
+    it.
+    """
+
+    name: str
+    key: Any
+
+    @property
+    def mangling_args(self):
+        """Return what the names of functions hold of it."""
+        return f"b{hashlib.sha256(self.name.encode()).hexdigest()[:16]}", ()
+
+    def __hash__(self):
+        known = self.__dict__
+        if "hash" not in known:
+            known["hash"] = hash(self.key)
+        return known["hash"]
+
+    def __eq__(self, other):
+        return self is other or (self.__class__ is other.__class__ and self.key == other.key)
+
+    def __getstate__(self):  # another process hashes otherwise
+        return {name: value for name, value in self.__dict__.items() if name != "hash"}
+
+
+class BorrowedArray(_Known, types.Array):
     """An array that somebody else keeps alive."""
 
     def __init__(self, owned: types.Array):
@@ -35,11 +62,11 @@ class BorrowedArray(types.Array):
         return BorrowedArray(self.owned.copy(*args, **changes))
 
 
-class BorrowedTuple(types.NamedTuple):
+class BorrowedTuple(_Known, types.NamedTuple):
     """A model with nothing inside that is counted."""
 
 
-class BorrowedUniTuple(types.NamedUniTuple):
+class BorrowedUniTuple(_Known, types.NamedUniTuple):
     """The same, of parts of one type."""
 
 

@@ -72,11 +72,11 @@ class NamedFiles(FunctionCache):
     @contextmanager
     def alone(self, sig, codegen) -> Iterator[None]:
         """Let the body compile for a signature, or load what another process has just compiled."""
-        kind, file = self._names(sig, codegen) or (None, None)
-        if file is None or file.exists():
+        names = self._names(sig, codegen)
+        if not names or names[1].exists():
             yield
             return
-        lock = filelock.FileLock(f"{kind}.lock", thread_local=False)
+        lock = filelock.FileLock(f"{names[0]}.lock", thread_local=False)
         with suppress(OSError, NotImplementedError):  # nothing can be written, or the drive has no locks
             self._impl.locator.ensure_cache_path()
             try:
@@ -115,7 +115,7 @@ class NamedFiles(FunctionCache):
         # already needs Numba's runtime alone.
         rtsys.initialize(target_context)
         with suppress(Exception):  # not there, damaged, or written by who knows whom: compiled again
-            content = self._names(sig, target_context.codegen())[-1].read_bytes()
+            content = Path(self._names(sig, target_context.codegen())[1] or "").read_bytes()
             if hashlib.sha256(content[CHECKED:]).digest() == content[:CHECKED]:
                 return self._impl.rebuild(target_context, pickle.loads(content[CHECKED + SECONDS.size :]))
         self._began = time.perf_counter()
@@ -125,10 +125,9 @@ class NamedFiles(FunctionCache):
         """Keep the code for a signature, in the place of what was compiled of other sources."""
         if not self._impl.check_cachable(data):
             return
-        names = self._names(sig, data.codegen)
-        if not names:
+        kind, file = self._names(sig, data.codegen)
+        if kind is None or file is None:
             return
-        kind, file = names
         with suppress(OSError):  # a full disk, or a folder that is gone, is no reason to stop
             self._impl.locator.ensure_cache_path()
             stale = [old for old in kind.parent.glob(f"{glob.escape(kind.name)}.*.nbc") if old != file]
@@ -139,13 +138,13 @@ class NamedFiles(FunctionCache):
             for old in stale:
                 old.unlink(missing_ok=True)
 
-    def _names(self, sig, codegen) -> tuple[Path, ...]:
-        """Return what the name of the file begins with, and all of it; nothing if nobody can know it."""
+    def _names(self, sig, codegen) -> tuple[Path, Path] | tuple[None, None]:
+        """Return what the name of the file begins with, and all of it; twice None if nobody can know it."""
         key = self._index_key(sig, codegen)
         kinds = getattr(sig, "args", sig)
         origins = digest_of(self.compiled, kinds)
         if origins is None:
-            return ()
+            return None, None
         models = [(cls.__module__, cls.__qualname__) for cls in classes_in(kinds)]
         kind = f"{self._impl.filename_base}.{_short(numba.__version__, BOUNDS_CHECKED, key[:2], models)}"
         folder = Path(self.cache_path)

@@ -18,13 +18,13 @@ from carom.compiling.code_digest import FACES, INLINED, Unknown, class_of, class
 from carom.compiling.compile_errors import of_models
 from carom.compiling.compile_listeners import compiling
 from carom.compiling.deferred_signals import signals_held
-from carom.compiling.inlined_compiler import InlinedCompiler, compile_once
+from carom.compiling.inlined_compiler import InlinedCompiler, OurCompiler, compile_once
 from carom.errors import InputError
 
 # Division must not test for zero, or no loop that divides can be vectorised.
 STRICT: Any = {"error_model": "numpy", "nogil": True}
 # What is called from Python alone.
-ENTRY: Any = {**STRICT, "no_cfunc_wrapper": True}
+ENTRY: Any = {**STRICT, "no_cfunc_wrapper": True, "pipeline_class": OurCompiler}
 # Nobody but compiled code calls what is inlined: the two wrappers that Numba makes for every function would
 # be a third of the time of compilation.
 INLINE: Any = {

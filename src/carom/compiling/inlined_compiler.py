@@ -1,15 +1,38 @@
 """Compiling functions that compiled code inlines and nobody else calls: once each, and no further than that.
 
 Left alone, Numba makes machine code of every one of them, and compiles it again for each kind of caller. Both
-together were a quarter of the time of compilation.
+together were a quarter of the time of compilation. Half of its passes look for what our functions do not
+have, and before and after each it computes anew what has not changed.
 """
 
 from __future__ import annotations
 
-from numba.core import compiler
+from numba.core import compiler, typed_passes, untyped_passes
 from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_machinery import PassManager
+from numba.core.postproc import PostProcessor
 from numba.core.typing.templates import builtin_registry
 from numba.extending import overload
+
+PASSES = (
+    untyped_passes.TranslateByteCode,
+    untyped_passes.FixupArgs,
+    untyped_passes.IRProcessing,
+    untyped_passes.RewriteSemanticConstants,
+    untyped_passes.DeadBranchPrune,
+    untyped_passes.GenericRewrites,
+    untyped_passes.ReconstructSSA,
+    typed_passes.NopythonTypeInference,
+    typed_passes.PreLowerStripPhis,
+    typed_passes.NopythonRewrites,
+    typed_passes.IRLegalization,
+    typed_passes.NativeLowering,
+    typed_passes.NoPythonBackend,
+)
+"""What our own functions need of Numba's passes."""
+
+OTHERS = {"literal_unroll", "literally", "objmode"}
+"""Names of what needs more."""
 
 
 def compile_once(function, choose, options) -> None:
@@ -41,8 +64,38 @@ def _meaning(key):
     return context, args, keywords, frozenset(flags.fastmath.flags) if flags else None
 
 
-class InlinedCompiler(compiler.Compiler):
-    """Numba's compiler, without the last step."""
+class FewPasses(PassManager):
+    """Runs passes without messages and timers; only pruned branches change what is computed anew."""
+
+    def _runPass(self, index, pss, state):
+        pss.analysis = self._analysis
+        changed = [each(state) for each in (pss.run_initialization, pss.run_pass, pss.run_finalizer)]
+        if any(changed) and isinstance(pss, untyped_passes.DeadBranchPrune):
+            PostProcessor(state.func_ir).run()
+
+
+FEW = FewPasses("nopython")
+for each in PASSES:
+    FEW.add_pass(each, each.__name__)
+FEW.finalize()
+
+
+class OurCompiler(compiler.Compiler):
+    """Numba's compiler, with few passes for functions of this package."""
+
+    def define_pipelines(self):
+        """Return the passes."""
+        function = self.state.func_id.func
+        code, (package, _, _) = function.__code__, __name__.partition(".")
+        ours = (function.__globals__.get("__name__") or "").partition(".")[0] == package
+        plain = not OTHERS & set(code.co_names) and not any(
+            hasattr(each, "co_code") for each in code.co_consts
+        )
+        return [FEW] if ours and plain else super().define_pipelines()
+
+
+class InlinedCompiler(OurCompiler):
+    """The same, without the last step."""
 
     def __init__(self, typingctx, targetctx, library, *rest, **more):
         if library is None:

@@ -32,13 +32,7 @@ def _note(function: Any, how: str) -> Any:
 
 
 def attach(compile_: Compile) -> None:
-    """Hand every function noted so far, and every later one, to a compiler.
-
-    Parameters
-    ----------
-    compile_ : callable
-        Called with the function and how it is meant: the name of the decorator.
-    """
+    """Hand every function noted so far, and every later one, to a compiler."""
     for function, how in _noted:
         compile_(function, how)
     _compilers.append(compile_)
@@ -79,13 +73,7 @@ def optional(function):
 
 
 def answering(*places):
-    """Let the methods of a class of models answer the questions of their names: a class decorator.
-
-    Parameters
-    ----------
-    *places : modules or questions
-        These questions, or where they are.
-    """
+    """Let the methods of a class of models answer the questions of their names: a class decorator."""
     asked = {
         name: each
         for place in places

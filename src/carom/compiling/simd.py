@@ -58,16 +58,8 @@ def _named(builder, words, start_index, bits):
 
 
 def gather_rows(rows, words, start_index, bits, block):
-    """Copy the rows of eight candidates, widened to double precision, into the columns of a block.
-
-    Parameters
-    ----------
-    rows : (n + 1,) array of rows
-        All components.
-    words : uint32 array
-        ``words[start_index : start_index + 8] >> bits`` are the rows meant.
-    block : (fields, LANES) float64 array
-        One line a field of a row: x, t, v, event_time, padding (:func:`candidate_block`).
+    """Copy eight rows, ``words[start_index:][:8] >> bits``, in double precision, into the columns of a
+    block: one line a field (:func:`candidate_block`).
     """
     for k in range(LANES):
         old_event = rows[int(words[start_index + k]) >> int(bits)]
@@ -195,17 +187,7 @@ def _line_up(context, builder, values, words, start_index, bits, target, offset)
 
 
 def pack(values, words, start_index, bits, target, offset):
-    """Copy the values of eight candidates side by side.
-
-    Parameters
-    ----------
-    values : array
-        One a component.
-    words : uint32 array
-        ``words[start_index : start_index + 8] >> bits`` are the components meant.
-    target : array
-        Of the same type, filled from ``offset`` on.
-    """
+    """Copy eight values, ``words[start_index:][:8] >> bits``, side by side to ``target[offset:]``."""
     for k in range(LANES):
         target[int(offset) + k] = values[int(words[start_index + k]) >> int(bits)]
 
@@ -240,11 +222,6 @@ def _filled(builder, value):
 def copy_words(members, cell, start, words, total, bits, code):
     """Write ``member << bits | code`` of the eight members of a cell from ``start`` on to ``words`` from
     ``total`` on; the last of the eight may be the next cell's.
-
-    Parameters
-    ----------
-    members : (cells, room) uint32 array
-    words : uint32 array
     """
     cell_capacity = members.shape[1]
     offset = int(cell) * cell_capacity + int(start)
@@ -267,12 +244,7 @@ def _copy_words(typingctx, members, cell, start, words, total, bits, code):
 
 
 def replace_words(members, cell, start, old, new):
-    """Write ``new`` wherever ``old`` is among the eight members of a cell from ``start`` on.
-
-    Parameters
-    ----------
-    members : (cells, room) uint32 array
-    """
+    """Write ``new`` wherever ``old`` is among the eight members of a cell from ``start`` on."""
     for k in range(LANES):
         if members[cell, int(start) + k] == old:
             members[cell, int(start) + k] = new
@@ -324,15 +296,6 @@ def _rooms(builder, pair, kind, value):
 def pack_fields(pair, lanes, words, start_index, bits, address):
     """Put what the search reads of eight candidates into the lanes: left to itself the compiler gathers,
     which takes several times as long.
-
-    Parameters
-    ----------
-    pair : model
-        The pair interaction.
-    lanes : Lanes or None
-        Filled from ``address`` on.
-    words : uint32 array
-        ``words[start_index : start_index + 8] >> bits`` are the candidates.
     """
 
 
@@ -418,21 +381,7 @@ def _lined(typingctx, pair, lanes, address):
 
 
 def asked_of(question, pair, lanes, address, i, j, others):
-    """Return the answer of a pair model to a question about i, the candidate j, and others.
-
-    Parameters
-    ----------
-    question : function
-        Which is asked as ``question(pair, i, j, *others)``.
-    pair, lanes : models
-        The pair interaction, and its lanes or None.
-    address : int
-        Where in the lanes the candidate is.
-    i, j : int
-        The two.
-    others : tuple
-        What else the question takes.
-    """
+    """Return the answer of a pair model to a question about i, the candidate j, and others."""
     return question(pair, int(i), int(j), *others)
 
 

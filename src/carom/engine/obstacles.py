@@ -88,17 +88,7 @@ class Obstacles(NamedTuple):
 
 
 def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
-    """Return the obstacles of a scene, or None if there are none.
-
-    Parameters
-    ----------
-    dimension : int
-        d.
-    walls : model or None
-        The walls of the box.
-    models : sequence of NamedTuple
-        The others; those of one kind follow each other (see :func:`numbering`).
-    """
+    """Return the obstacles of a scene, or None if there are none."""
     if walls is None and not models:
         return None
     kinds: dict[tuple, list] = {}

@@ -44,13 +44,7 @@ class SpeciesSteps(NamedTuple):
 
 
 def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | None:
-    """Return how lists name the steps of an interaction, or None where it has none.
-
-    Raises
-    ------
-    ValueError
-        If there are more components and steps than a word can name.
-    """
+    """Return how lists name the steps of an interaction, or None where it has none."""
     if not hasattr(interaction, "steps"):
         return None
     count, outside = interaction.steps(particles)
@@ -145,13 +139,7 @@ def read_steps(lists: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_steps(lists: Any, pairs: np.ndarray, step_numbers: np.ndarray) -> None:
-    """Write the steps (m,) of pairs (m, 2) into both lists; pairs that are not listed must be out of reach.
-
-    Raises
-    ------
-    CaromError
-        If a pair within reach is not listed.
-    """
+    """Write the steps (m,) of pairs (m, 2) into both lists; pairs not listed must be out of reach."""
     n = len(lists.counts)
     entries, owners = _entries(lists)
     others = lists.refs[entries].astype(np.int64) >> lists.steps.bits

@@ -128,6 +128,6 @@ def drifts(values: Sequence[float]) -> bool:
 
 
 def moved(start: np.ndarray, frame: Frame) -> float:
-    """Return the median distance from the positions ``start`` (n, d), in mean spacings ``(V / n)^(1/d)``."""
+    """Return the median distance of a ``frame`` from ``start`` (n, d), in mean spacings ``(V / n)^(1/d)``."""
     distance = np.sqrt(np.sum((frame.unwrapped - start) ** 2, axis=1))
     return float(np.median(distance)) / float((math.prod(frame.box) / frame.n) ** (1.0 / frame.dimension))

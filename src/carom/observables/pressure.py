@@ -325,9 +325,9 @@ class PressureResult(Result):
                 f"At packing fraction {eta:.4g} fluid and solid are there side by side, whose correction to "
                 "infinite size is not known; give equation=."
             )
-        if self.solid and equation is None:
-            return self.Z.scaled(n / (n - 1.0), offset=-1.0 / (n - 1.0))
         if self.solid:
+            if equation is None:
+                return self.Z.scaled(n / (n - 1.0), offset=-1.0 / (n - 1.0))
             return self.Z.scaled(1.0, offset=-theory.crystal_finite_size_shift(eta, n, equation))
         if doubt := finite_size_doubt(eta, n, d):
             warnings.warn(doubt, CaromWarning, stacklevel=2)
@@ -381,26 +381,7 @@ def without_pressure(scene: Scene) -> str | None:
 def finite_size_correction(
     compressibility_factor: Estimate, *, packing_fraction: float, n: int, equation: theory.Equation
 ) -> Estimate:
-    """Return Z of infinitely many particles from Z of n, to leading order in 1 / n.
-
-    Parameters
-    ----------
-    compressibility_factor : Estimate
-        Z measured with n particles in a periodic box.
-    packing_fraction : float
-    n : int
-    equation : callable
-        Equation of state whose derivatives give the correction, e.g. ``carom.theory.best(3)``.
-
-    Returns
-    -------
-    Estimate
-        Its error is the statistical one only.
-
-    Notes
-    -----
-    See :func:`carom.theory.finite_size_shift`, also for where it fails: small n at high density.
-    """
+    """Return Z of infinitely many particles from that of n: :func:`carom.theory.finite_size_shift`."""
     shift = theory.finite_size_shift(packing_fraction, n, equation)
     return compressibility_factor.scaled(1.0, offset=-shift)
 

@@ -356,7 +356,7 @@ class FewSamples(CaromWarning):
 
 
 def too_few(n_eff: float, of: str = "") -> str:
-    """Return a sentence on an error bar from a few independent samples ``of`` something."""
+    """Return a sentence on an error bar from ``n_eff`` independent samples ``of`` something."""
     # A monotonic series has n_eff of about half a sample; hence the 2.
     return (
         f"Fewer than {max(math.floor(n_eff) + 1, 2)} independent samples{of} were found: the error bar is a "

@@ -92,11 +92,6 @@ def checked_spins(
 ) -> np.ndarray | None:
     """Return the spins of n particles, (n, 1) in the plane and (n, 3) in space, read-only; None if none are
     given.
-
-    Raises
-    ------
-    InputError
-        If contacts are not rough, or these are not finite numbers of this shape, zero where ``pinned``.
     """
     if spins is None:
         return None

@@ -70,14 +70,14 @@ def from_frame(
     refuse_unknown("Scene.from_frame", keywords)
     interaction = keywords.get("interaction")
     arguments = of_frame(frame)
-    if frame.positions.size and not frame.tilt and not getattr(interaction, "penetrable", False):
+    if frame.positions.size and not getattr(interaction, "penetrable", False):
         sizes = per_component(arguments["diameter"], "diameter", frame.n)
         edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
         walls = named_walls.named(keywords.get("walls", arguments["walls"]), frame.dimension)
         periodic = named_walls.periodic_axes(walls, frame.dimension)
         stood_for = named_walls.standing(walls, edges)
         standing = _obstacles.checked(keywords.get("obstacles", ()), edges, periodic, stood_for)
-        room = Room(np.asarray(edges), np.asarray(periodic), standing)
+        room = Room(np.asarray(edges), np.asarray(periodic), standing, frame.tilt or 0.0)
         kinds = labels(frame.species, frame.n)
         given = interaction.contact if isinstance(interaction, HardCores) else keywords.get("contact")
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
@@ -283,13 +283,7 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: Any) -> dict[str, Any]:
 
 
 def _walls_of(walls: Any, periodic: np.ndarray) -> Any:
-    """Return the walls of a scene with these periodic axes.
-
-    Raises
-    ------
-    InputError
-        If ``walls`` names other axes than those that are not periodic.
-    """
+    """Return the walls of a scene with these periodic axes."""
     if isinstance(walls, bool):
         return named_walls.axes_without(periodic.tolist())
     found = named_walls.periodic_axes(named_walls.named(walls, len(periodic)), len(periodic))

@@ -99,11 +99,6 @@ def random_positions(
     kinds : (n,) array, optional
         Equal numbers for exchangeable components. Those of one kind are sorted in space (:func:`ordered`).
 
-    Raises
-    ------
-    InputError
-        If the room is too full.
-
     Notes
     -----
     For d = 1 and additive rods this is the exact equilibrium distribution at any density: rods in random

@@ -270,13 +270,7 @@ def crystal(
 def _first_that_does_not_jam(
     grow: Callable[[], tuple[np.ndarray | None, float]], fraction: float, n: int
 ) -> np.ndarray:
-    """Return the positions of the first growth that reaches a packing fraction; few spheres may need several.
-
-    Raises
-    ------
-    InputError
-        If all jam before.
-    """
+    """Return positions of the first growth that reaches a packing fraction; few spheres may need several."""
     tries = min(max(TRIED // n, 1), MOST_TRIES)
     best = 0.0
     for _ in range(tries):

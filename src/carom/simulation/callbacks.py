@@ -143,13 +143,7 @@ def _several(call: Any) -> tuple[Call, ...]:
 
 
 def _stop_at(state: RunState, asked: Hit) -> Any:
-    """Return the engine's counter of contacts.
-
-    Raises
-    ------
-    InputError
-        If the scene has no such obstacle.
-    """
+    """Return the engine's counter of contacts."""
     from carom.engine.observers.stop_at_hit import StopAtHit
     from carom.observables.wall_pressure import obstacle_names
 

@@ -16,21 +16,7 @@ AT_ONCE = 8
 
 
 def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Generator, i: int) -> None:
-    """Try the first events of component i, which flies along its motion between them.
-
-    Parameters
-    ----------
-    drive : model
-        What kicks it; its memory is written to.
-    setting : Setting
-        The components.
-    record : Record
-        Where results go.
-    rng : numpy Generator
-        Where place and velocity come from.
-    i : int
-        The component.
-    """
+    """Try the first events of component i, which flies along its motion between them."""
     unit = setting.particles.unit
     speed = float(unit.to_scene(setting.speed, -1))
     x, v = rng.uniform(size=setting.dimension) * setting.box, speed * rng.normal(size=setting.dimension)

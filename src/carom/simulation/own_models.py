@@ -61,21 +61,7 @@ SEVERAL = 16
 
 
 def check_user_models(scene: Scene, system: System) -> None:
-    """Raise InputError where a model of one's own is not what the engine takes it for.
-
-    Raises
-    ------
-    InputError
-        If the array of a model is too short, two components act on each other beyond the reach of their
-        interaction, or a condition of :func:`carom.check` fails.
-    OverlapError
-        If two components are inside the distance at which the interaction throws them back.
-
-    Warns
-    -----
-    CaromWarning
-        If a contact law or an obstacle adds energy and does not say so.
-    """
+    """Raise InputError where a model of one's own is not what the engine takes it for."""
     if model_checks.is_own(system.impact):
         with in_plain_python(system.impact):
             refuse_impact(scene, system)
@@ -242,13 +228,7 @@ def refuse_obstacle(value: Any, scene: Scene, system: System) -> None:
 
 
 def refuse_without_steps(value: Any, pair: Any) -> None:
-    """Raise InputError where an interaction has steps by its value and not by its model, or lacks a part.
-
-    Raises
-    ------
-    InputError
-        If only one of the two has steps, or an array of the model is missing.
-    """
+    """Raise InputError where an interaction has steps by its value and not by its model, or lacks a part."""
     name, model = type(value).__name__, type(pair).__name__
     stepped = model_checks.answers(step_time, pair)
     if stepped and not hasattr(value, "steps"):

@@ -42,13 +42,7 @@ def tally(sim: InMotion) -> Block:
 
 
 def estimate(sim: InMotion, observable: Any, blocks: Sequence[Block]) -> Any:
-    """Return the estimate of an ``observable`` from ``blocks``, such as :func:`blocks` yields.
-
-    Raises
-    ------
-    InputError
-        If diameters grow and a block does not hold their averages, as that of :func:`tally`.
-    """
+    """Return the estimate of an ``observable`` from ``blocks``, such as :func:`blocks` yields."""
     if sim._state.system.rates is not None and any(block.sizes is None for block in blocks):
         raise InputError("Sums since the start do not know how diameters grew; use blocks of run().")
     scene = sim.scene
@@ -62,13 +56,7 @@ def estimate(sim: InMotion, observable: Any, blocks: Sequence[Block]) -> Any:
 
 
 def blocks(sim: InMotion, duration: float, count: int) -> Iterator[Block]:
-    """Continue a run for ``count`` blocks of the time ``duration`` [time] and yield each.
-
-    Raises
-    ------
-    InputError
-        If the duration or the count is negative, and as from :meth:`carom.Simulation.run`.
-    """
+    """Continue a run for ``count`` blocks of the time ``duration`` [time] and yield each."""
     state = sim._state
     start, step = state.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
     before, energy_before = mechanics.momenta_at_walls(state), energy.now(state)
@@ -88,11 +76,6 @@ def time_for(sim: InMotion, collisions: float) -> float:
     """Return the time that a number of pair collisions takes at the rate so far [time].
 
     With fewer than 1000 collisions so far, the run first continues up to 1000.
-
-    Raises
-    ------
-    InputError
-        If nothing collides in this scene.
     """
     collisions = checks.number(collisions, "collisions", low=0.0)
     if sim.n == 1 or _rests(sim):

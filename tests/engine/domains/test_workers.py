@@ -79,7 +79,8 @@ def test_thin_and_dense_cubes_have_the_same_bits(packing_fraction):
     assert timings.windows > 0
 
 
-@pytest.mark.parametrize("workers", [2, slow(5)])
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [2, 5])
 def test_lists_in_the_plane_have_the_same_bits(workers):
     scene = carom.Scene.random(n=6000, packing_fraction=0.7, dimension=2, seed=1)
     alone, together, timings = alone_and_together(scene, workers)
@@ -146,8 +147,7 @@ def test_parts_far_ahead_of_each_other_lose_windows_and_no_bit():
     def go(sim):
         return sim.run(collisions_per_particle=8)
 
-    scene = carom.Scene.random(n=2500, packing_fraction=0.7, dimension=2, seed=1)
-    alone, together, timings = alone_and_together(scene, 2, 0.5, go, lookahead=1e9)
+    alone, together, timings = alone_and_together(fluid(), 2, 0.5, go, lookahead=1e9)
     assert timings.repeats > 0
     assert timings.windows > 0
     assert_same_bits(alone, together)

@@ -19,6 +19,7 @@ from carom.models.questions.particles import NEVER
 from carom.simulation.system_of_scene import prepare
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("dimension", "n", "size"),
     [
@@ -79,6 +80,15 @@ def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
     assert found.shape == tuple(int(edge / side) for edge in scene.box)
 
 
+@pytest.mark.usefixtures("unscheduled")
+def test_a_box_in_whose_images_a_collision_takes_seconds_is_refused_with_what_it_costs():
+    # 3^12 sectors are searched at each crossing, some 500 crossings for a collision: 2.7 s by estimate.
+    with pytest.raises(carom.errors.InputError, match=r"about 2\.7 s: .* 3\^12 .* edges of at least 3 times"):
+        carom.Simulation(carom.Scene.random(3, box=(1.6,) * 12, seed=1))
+    carom.Simulation(carom.Scene.random(3, box=(4.0,) * 12, seed=1))
+    carom.Simulation(carom.Scene.random(3, box=(1.6,) * 8, seed=1))
+
+
 def test_what_everybody_needs_is_said():
     scene = carom.Scene.random(5, 0.01, 2, seed=1, walls=True)
     with pytest.raises(carom.InputError, match="needs a box that is periodic"):
@@ -87,6 +97,7 @@ def test_what_everybody_needs_is_said():
         carom.Simulation(carom.Scene.random(2, 0.3, 2, seed=1), tuning=carom.Tuning(neighbors="all"), seed=0)
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
     scene = carom.Scene.random(6, dimension=3, box=(1000.0,) * 3, diameter=1.0, seed=1)
     sim = carom.Simulation(scene, seed=1)

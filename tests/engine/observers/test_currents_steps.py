@@ -83,18 +83,19 @@ def test_currents_leave_no_trace_in_a_run_with_steps():
     assert plain.collisions == counted.collisions > 500
 
 
+@pytest.mark.usefixtures("plain")
 def test_what_components_hold_is_the_potential_energy_after_epochs_rescaling_and_a_checkpoint(tmp_path):
     sim = fluid(observers=[HelfandCurrents()])
-    sim.run(collisions_per_particle=30)
+    sim.run(collisions_per_particle=3)
     sim.rescale(1.5)
-    sim.run(collisions_per_particle=30)
+    sim.run(collisions_per_particle=3)
     sim.save(tmp_path / "run.h5")
     again = carom.Simulation.load(tmp_path / "run.h5")
     for each in (sim, again):
         # In the engine's unit of time an energy is another number.
         held = each._state.unit.to_scene(each._state.observer(Currents).held.halves.sum(), -2)
         assert held == pytest.approx(each.potential_energy, rel=1e-11)
-    one, two = sim.helfand(every=0.1, count=20), again.helfand(every=0.1, count=20)
+    one, two = sim.helfand(every=0.02, count=10), again.helfand(every=0.02, count=10)
     assert (one.heat == two.heat).all()
 
 

@@ -90,6 +90,7 @@ def test_a_log_is_the_same_however_often_its_buffer_is_full_and_across_a_checkpo
         np.testing.assert_array_equal(getattr(logs[1], name), column, err_msg=name)
 
 
+@pytest.mark.usefixtures("plain")
 def test_what_schedules_events_is_given_no_observer_and_so_compiled_once_for_all(tmp_path, monkeypatch):
     given, schedule = [], cycle.schedule
 

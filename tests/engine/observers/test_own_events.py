@@ -169,7 +169,7 @@ def test_the_first_passage_of_each_component_is_in_the_log(tmp_path):
     assert (first >= 0.0).any()
 
 
-@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("d", [2, slow(3)])
 def test_a_run_that_is_saved_loaded_and_resumed_has_the_same_sums(tmp_path, d):
     scene = gas(d)
     whole, cut = (carom.Simulation(scene, observers=[seen(scene)]) for _ in range(2))
@@ -182,12 +182,13 @@ def test_a_run_that_is_saved_loaded_and_resumed_has_the_same_sums(tmp_path, d):
     assert_equal(again.observers[0], whole.observers[0])
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_an_observer_changes_no_bit_of_a_run():
     scene = gas(2)
     frames = []
     for observers in ([], [seen(scene)]):
         sim = carom.Simulation(scene, observers=observers)
-        sim.run(collisions=3000)
+        sim.run(collisions=300)
         frames.append(sim.frame())
     assert (frames[0].positions == frames[1].positions).all()
     assert (frames[0].velocities == frames[1].velocities).all()
@@ -262,17 +263,18 @@ class Result:
         return int(self.count[0])
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_measure_observes_a_stretch():
     scene = gas(2)
     sim = carom.Simulation(scene, observers=[seen(scene)])
     plain = carom.Simulation(scene)
-    found = plain.measure(seen(scene), time=20.0)
-    sim.run(time=20.0)
+    found = plain.measure(seen(scene), time=4.0)
+    sim.run(time=4.0)
     assert_equal(found, sim.observers[0])
     assert plain.observers == ()
     before = plain.collisions
     fractions = []
-    counted = plain.measure(Result(), collisions=500, progress=fractions.append)
+    counted = plain.measure(Result(), collisions=100, progress=fractions.append)
     assert counted == plain.collisions - before > 0
     assert fractions[-1] == 1.0
     assert (plain.frame().velocities != sim.frame().velocities).any()

@@ -162,15 +162,7 @@ def next_after(process, time, component, losers, times, components):
 
 @entry
 def find_order(all_events, heads, ends, order):
-    """Find the order of collisions, by a tournament of processes: who has the earliest, and who has the next.
-
-    Parameters
-    ----------
-    heads, ends : (processes,) int64 arrays
-        Of the collisions of each process, the first, and the first that no longer belongs to them.
-    order : (collisions,) uint16 array
-        Becomes the process of each.
-    """
+    """Find the order of collisions, by a tournament of processes: who has the earliest, who the next."""
     entries, component = all_events.entries, all_events.component
     leaves = 1
     while leaves < len(heads):
@@ -195,18 +187,7 @@ def find_order(all_events, heads, ends, order):
 
 @entry
 def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
-    """Add up the collisions of all processes in the order that was found, as one cycle would have.
-
-    Parameters
-    ----------
-    heads : (processes,) int64 array
-        Number of collisions of each process that have been added already.
-
-    Returns
-    -------
-    done : bool
-        False if an observer is full. The next call then continues from there.
-    """
+    """Add up the collisions of all processes in the order that was found, as one cycle would have."""
     all_events, obstacles, observers = borrowed(all_events), borrowed(obstacles), borrowed(observers)
     tally = tallies[0]
     for k in range(heads.sum(), all_events.used[:, 0].sum()):

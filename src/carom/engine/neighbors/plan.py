@@ -106,24 +106,9 @@ def choose(
 ) -> NeighborPlan:
     """Choose the scheme for a scene; a given ``shell`` means lists if they fit.
 
-    Parameters
-    ----------
-    contents : Contents
-        The scene.
-    speed : float
-        Root mean square speed [length / time].
-    neighbors : {"auto", "lists", "sectors", "all"}
-        The requested scheme.
-    shell : float, optional
-        Reach of the lists in (largest) diameters.
-    rate : float, optional
-        Collisions of one component a time, where it is known.
-
-    Raises
-    ------
-    ValueError
-        If lists are asked for in a box too small for them; if nothing is asked for, and a collision would
-        take longer than ``SLOWEST``.
+    ``speed`` is the root mean square [length / time], ``shell`` a reach in (largest) diameters, ``rate`` the
+    collisions of one component a time, where it is known. A ValueError says why a scheme is not possible, or
+    that a collision would take longer than ``SLOWEST``.
     """
     if system.curved:
         if neighbors not in ("auto", "all"):
@@ -160,16 +145,18 @@ def choose(
         side, widest_side = sector_of(system, spacing)
         if system.rates is None and neighbors == "sectors" and cost_model.is_thin(system) and rate > 0.0:
             side = min(cost_model.best_side(system, side, speed / rate), max(system.box), widest_side)
+        # The rate of what grows is that of now: it will be another.
+        lasts = begins and system.rates is None and speed > 0.0 < rate
         if requested == "auto" and cost_model.prefers_everybody(system, side, speed, rate):
             neighbors = "all"
-        elif begins and requested == "auto" and cost_model.is_thin(system) and speed > 0.0 < rate:
+        elif lasts and requested == "auto" and cost_model.is_thin(system):
             cost = cost_model.sector_cost(system, side, speed / rate)
             if cost > SLOWEST:
                 lack = cost_model.fits_everybody(system) or "double precision and elastic contacts"
                 raise ValueError(
                     f"A collision would take about {1e-9 * cost:.2g} s: there is one in {speed / rate:.2g} "
-                    f"length units of flight, and a crossing of a sector searches the 3^{system.dimension} "
-                    f"around it. It is cheap with {lack}; or insist, with "
+                    f"length units of flight, and at each crossing of a sector the 3^{system.dimension} "
+                    f"around it are searched. It is cheap with {lack}; or insist, with "
                     "tuning=carom.Tuning(neighbors='sectors')."
                 )
     alone = neighbors == "all"

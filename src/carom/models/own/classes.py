@@ -73,12 +73,6 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
         What it is.
     names : mapping
         Names that its annotations may use, besides those of its module.
-
-    Raises
-    ------
-    InputError
-        If it lacks a method, or one has other parameters; if it has a field or reads something that compiled
-        code does not know.
     """
     if not isinstance(cls, type):
         raise InputError(f"own.{kind.decorator} decorates a class, found {cls!r}.")
@@ -235,13 +229,7 @@ def _constants(
     known: set[str],
     meanings: Mapping[str, Meaning],
 ) -> dict[str, Any]:
-    """Return the numbers of a class that its compiled methods read.
-
-    Raises
-    ------
-    InputError
-        If they read anything else that is no field and no array.
-    """
+    """Return the numbers of a class that its compiled methods read."""
     found = {}
     for question, function in methods.items():
         for name in _reads(function):
@@ -329,11 +317,6 @@ def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> 
         The particles, where there are any.
     unit : TimeUnit or None
         The engine's unit of time; None leaves quantities as they are.
-
-    Raises
-    ------
-    InputError
-        If there are not so many particles as an array has values.
     """
     cls = type(value)
     if "_own" not in vars(cls):
