@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from helpers import refits
 
+import carom
 from carom.models.obstacles.shaken import Displaced
 from carom.models.questions.memory import KEPT, fields_of, shift_epoch
 
@@ -96,6 +97,28 @@ def test_memory_goes_on_in_another_neighbour_scheme(name, plain):
         return sim
 
     run_twins(name, between)
+
+
+@pytest.mark.slow
+def test_sums_of_two_workers_go_on_in_another_unit_of_time_as_those_of_one():
+    found = []
+    for scale, cores in ((0, 1), (SCALE, 2)):
+        s = 2.0**scale
+        scene = carom.Scene.random(
+            species=[carom.Species(count=200), carom.Species(count=200, diameter=0.7)],
+            packing_fraction=0.4,
+            dimension=2,
+            seed=1,
+            walls="y",
+        )
+        sim = carom.Simulation(scene, kT=s * s, seed=1, cores=cores)
+        for kT in (1.0, HEAT, 1.0):
+            sim.rescale(kT * s * s)
+            sim.run(time=4.0 * 2.0 ** -round(0.5 * math.log2(kT)) / s)
+        found.append(sim)
+    one, other = found
+    assert other._state.executive.timings.windows > 0
+    refits.assert_alike(one, other, SCALE)
 
 
 def latest_times(name, sim):

@@ -1,11 +1,9 @@
 """Several workers run one system, and its bits are those of one worker."""
 
 import dataclasses
-import math
 
 import numpy as np
 import pytest
-from helpers import refits
 from helpers.marks import slow
 
 import carom
@@ -301,54 +299,20 @@ def test_ctrl_c_leaves_a_true_state(monkeypatch):
     np.testing.assert_array_equal(alone.frame().positions, sim.frame().positions)
 
 
-def between_walls():
-    """Two species, in lists."""
-    species = [carom.Species(count=3000), carom.Species(count=3000, diameter=1.4)]
-    return carom.Scene.random(species=species, packing_fraction=0.5, walls="y", seed=1)
-
-
 @pytest.mark.slow
 def test_mixtures_between_walls_have_the_same_bits():
-    alone, together, timings = alone_and_together(between_walls(), 2, 0.5)
+    scene = carom.Scene.random(
+        species=[carom.Species(count=3000), carom.Species(count=3000, diameter=1.4)],
+        packing_fraction=0.5,
+        walls="y",
+        seed=1,
+    )
+    alone, together, timings = alone_and_together(scene, 2, 0.5)
     assert_same_bits(alone, together)
     np.testing.assert_array_equal(
         mechanics.virial_by_species(alone._state), mechanics.virial_by_species(together._state)
     )
     assert timings.windows > 0
-
-
-@pytest.mark.parametrize("scene", [fluid, slow(between_walls)])
-def test_sums_of_two_workers_go_on_in_another_unit_of_time_as_those_of_one(scene):
-    """Of twins whose speeds differ by 2^15 one keeps its unit when it is heated by 10^6, and one does not."""
-    twins = [carom.Simulation(scene(), kT=4.0**scale, seed=3) for scale in (0, 15)]
-    one, other = twins
-    wanted = Settings(collisions=0.5, least=0.0, compare=False)
-    executive = other._state.executive = Executive(other._state, 2, wanted)
-    windows = 0
-    for kT in (1.0, 1e3, 1e6, 1e3, 1.0):
-        for scale, sim in zip((0, 15), twins, strict=True):
-            sim.rescale(kT * 4.0**scale)
-            sim.run(time=0.25 * 2.0 ** -(round(0.5 * math.log2(kT)) + scale))
-        refits.assert_alike(one, other, 15)
-        assert one._state.unit.exponent == 0
-        assert (other._state.unit.exponent < -20) == (kT == 1e6)
-        windows, before = executive.timings.windows, windows
-        assert before < windows < before + 50  # as long as ever, whatever the unit was before
-    executive.close()
-
-
-def test_the_log_of_two_workers_in_another_unit_of_time_is_that_of_one(tmp_path):
-    logs = []
-    for scale, cores in ((0, 1), (25, 2)):
-        path = tmp_path / f"{cores}.h5"
-        with carom.Simulation(fluid(), kT=4.0**scale, seed=3, event_log=path, cores=cores) as sim:
-            sim.run(time=0.5 * 2.0**-scale)
-            assert cores == 1 or sim._state.executive.timings.windows > 0
-            assert (sim._state.unit.exponent == 0) == (scale == 0)
-        logs.append(read_events(path))
-    for name, one, other in zip(logs[0]._fields, *logs, strict=True):
-        power = {"time": 1, "impulse": -1}.get(name, 0)
-        np.testing.assert_array_equal(refits.scaled(one, -25 * power), other, err_msg=name)
 
 
 @pytest.mark.parametrize("workers", [0, 1.5, "two"])

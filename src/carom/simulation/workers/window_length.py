@@ -73,11 +73,9 @@ class WindowLength:
         """Return the collisions of a particle a time [1 / engine's time]."""
         run_state = self.run_state
         n = run_state.scene.n
-        clock = run_state.clock
-        if clock.base > self._instant:  # with other velocities, and maybe in another unit
-            self._known, self._counted, self._instant = 0.0, run_state.counted, clock.base
         counted = 2.0 * (run_state.collisions - self._counted) / n
         if counted >= SEEN:
+            clock = run_state.clock
             elapsed = float(clock.since_base(clock.instant) - clock.since_base(self._instant))
             if elapsed > 0.0:
                 before, self._known = self._known, counted / elapsed
