@@ -9,7 +9,7 @@ import pytest
 
 from carom import Scene, Species, theory
 from carom.studies.planner import measures
-from carom.studies.planner.choice import Costs, Design, design, slowed, within
+from carom.studies.planner.choice import PART, Costs, Design, design, slowed, within
 from carom.studies.planner.pilot import Pilot
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import OF_CRYSTAL, residual
@@ -30,6 +30,18 @@ def test_what_is_said_to_be_within_reach_is_reached_in_the_time(bias):
     found = design(costs, within(costs, cores=1, limit=60.0))
     # Equilibration is counted twice at most: as what is needed, and as a part of the run.
     assert 57.0 < found.seconds(1) <= 60.0 * 1.001
+
+
+def test_the_shortest_run_that_has_an_error_bar_is_within_reach_and_no_shorter_one():
+    costs = Costs(
+        n=500, variance=10.0, bias=1e-3, collisions_per_second=1e5, setup_seconds=2.0, overhead_seconds=1.0,
+        equilibration=100.0, shortest=1000.0,
+    )  # fmt: skip
+    measured = 0.5 * 500 * 1000.0
+    least = 2.0 + 1.0 + (0.5 * 500 * 100.0 + (1.0 + PART) * measured) / 1e5
+    assert within(costs, cores=1, limit=0.999 * least) == math.inf
+    error = math.hypot(math.sqrt(10.0 / measured), 1e-3)
+    assert 0.99 * error < within(costs, cores=1, limit=1.001 * least) < error
 
 
 def test_a_crystal_is_trusted_to_its_own_part_of_the_shift():
