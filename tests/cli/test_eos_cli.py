@@ -154,7 +154,7 @@ def test_a_run_that_fails_is_told_with_exit_code_3_and_tried_again(tmp_path, mon
     """The other density goes on."""
 
     def measure(task, look, do=EquationOfState.measure):
-        if task["packing_fraction"] == 0.6:
+        if task["scene"]["packing_fraction"] == 0.6:
             raise InputError("no room")
         return do(task, look)
 

@@ -72,11 +72,11 @@ class NamedFiles(FunctionCache):
     @contextmanager
     def alone(self, sig, codegen) -> Iterator[None]:
         """Let the body compile for a signature, or load what another process has just compiled."""
-        names = self._names(sig, codegen)
-        if not names or names[1].exists():
+        kind, file = self._names(sig, codegen)
+        if file is None or file.exists():
             yield
             return
-        lock = filelock.FileLock(f"{names[0]}.lock", thread_local=False)
+        lock = filelock.FileLock(f"{kind}.lock", thread_local=False)
         with suppress(OSError, NotImplementedError):  # nothing can be written, or the drive has no locks
             self._impl.locator.ensure_cache_path()
             try:
