@@ -399,9 +399,19 @@ SINGLE = {
 }
 
 
-@pytest.mark.usefixtures("plain")
+KERNELS = (
+    "packing fraction 1e-6",
+    "packing fraction 1e-6, d = 3",
+    "two in a tube",
+    "1 : 8 000",
+    "1e-3 of close packing",
+)
+"""Cases that need kernels of their own."""
+
+
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.filterwarnings("ignore:No collision:carom.errors.CaromWarning")
-@pytest.mark.parametrize("name", SINGLE)
+@pytest.mark.parametrize("name", [slow(name) if name in KERNELS else name for name in SINGLE])
 def test_single_precision_holds_or_is_refused(name):
     make, refusal = SINGLE[name]
     scene = make()

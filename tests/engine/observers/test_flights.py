@@ -133,11 +133,10 @@ def test_what_is_pinned_does_not_fly(monkeypatch):
     assert flights.met[0, 0, 0] == 2.0
 
 
-@pytest.mark.usefixtures("plain")
 def test_histograms_are_kept_only_while_they_are_measured(tmp_path):
     def fluid():
         sim = carom.Simulation(FLUID, seed=1)
-        sim.run(collisions_per_particle=1)
+        sim.run(collisions_per_particle=40)
         return sim
 
     plain, seen, kept = fluid(), fluid(), []
@@ -146,8 +145,8 @@ def test_histograms_are_kept_only_while_they_are_measured(tmp_path):
         kept.append(seen._state.observer(Flights) is not None)
         seen.save(tmp_path / "during.h5")
 
-    found = seen.measure(carom.FreeFlights(), carom.Pressure(), time=0.5, blocks=8, progress=look)
-    assert found[1] == plain.measure(carom.Pressure(), time=0.5, blocks=8)
+    found = seen.measure(carom.FreeFlights(), carom.Pressure(), time=2.0, blocks=8, progress=look)
+    assert found[1] == plain.measure(carom.Pressure(), time=2.0, blocks=8)
     assert (plain.frame().positions == seen.frame().positions).all()
     assert kept == [True] * 8
     # Neither the simulation nor what was saved on the way goes on with them.

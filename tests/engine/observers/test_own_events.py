@@ -263,18 +263,17 @@ class Result:
         return int(self.count[0])
 
 
-@pytest.mark.usefixtures("plain")
 def test_measure_observes_a_stretch():
     scene = gas(2)
     sim = carom.Simulation(scene, observers=[seen(scene)])
     plain = carom.Simulation(scene)
-    found = plain.measure(seen(scene), time=4.0)
-    sim.run(time=4.0)
+    found = plain.measure(seen(scene), time=20.0)
+    sim.run(time=20.0)
     assert_equal(found, sim.observers[0])
     assert plain.observers == ()
     before = plain.collisions
     fractions = []
-    counted = plain.measure(Result(), collisions=100, progress=fractions.append)
+    counted = plain.measure(Result(), collisions=500, progress=fractions.append)
     assert counted == plain.collisions - before > 0
     assert fractions[-1] == 1.0
     assert (plain.frame().velocities != sim.frame().velocities).any()
