@@ -145,8 +145,8 @@ def choose(
         side, widest_side = sector_of(system, spacing)
         if system.rates is None and neighbors == "sectors" and cost_model.is_thin(system) and rate > 0.0:
             side = min(cost_model.best_side(system, side, speed / rate), max(system.box), widest_side)
-        # The rate of what grows is that of now: it will be another.
-        lasts = begins and system.rates is None and speed > 0.0 < rate
+        # What grows will have another rate, and what is kicked is run for its time, whoever collides.
+        lasts = begins and system.rates is None and system.drive is None and speed > 0.0 < rate
         if requested == "auto" and cost_model.prefers_everybody(system, side, speed, rate):
             neighbors = "all"
         elif lasts and requested == "auto" and cost_model.is_thin(system):
