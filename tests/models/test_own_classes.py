@@ -6,12 +6,9 @@ import os
 import re
 import subprocess
 import sys
-from contextlib import nullcontext
 
 import numpy as np
 import pytest
-from helpers.marks import slow
-from helpers.plain import uncompiled
 
 import carom
 from carom import seeds
@@ -251,24 +248,15 @@ TIRED, *_ = BITS["cores that tire, in a bath, between a floor and a roof on a pa
 
 @pytest.fixture(
     scope="module",
-    params=[
-        *(("plain", name) for name in BITS if "bath" not in name),
-        *(slow(("compiled", name)) for name in BITS if "bath" in name),
-    ],
-    ids="-".join,
+    params=[pytest.param(name, marks=pytest.mark.slow if "bath" in name else ()) for name in BITS],
 )
 def runs(request, tmp_path_factory):
     """Return a run with a model of one's own, one with Carom's, and how to load the first again."""
-    way, name = request.param
-    with uncompiled() if way == "plain" else nullcontext():
-        yield both_runs(*BITS[name], tmp_path_factory, collisions=1000 if way == "compiled" else 200)
-
-
-def both_runs(mine, caroms, keywords, tmp_path_factory, collisions):
+    mine, caroms, keywords = BITS[request.param]
     path = tmp_path_factory.mktemp("run") / "run.h5"
     both = [carom.Simulation(scene, seed=1) for scene in (mine, caroms)]
     for sim in both:
-        sim.run(collisions=collisions)
+        sim.run(collisions=1000)
     both[0].save(path)
     return *both, path, {keyword: getattr(mine, keyword) for keyword in keywords}
 
@@ -290,17 +278,16 @@ def test_a_run_with_a_model_of_ones_own_is_loaded_and_goes_on(runs):
     mine, _, path, given = runs
     again = carom.Simulation.load(path, **given)
     for sim in (mine, again):
-        sim.run(collisions=100)
+        sim.run(collisions=300)
     assert_same(mine, again)
     with pytest.raises(FileError, match=re.escape("which no file holds")):
         carom.Simulation.load(path)
 
 
-@pytest.mark.usefixtures("plain")
 def test_an_observer_of_ones_own_counts_what_the_run_counts(tmp_path):
     scene = floored(Plane((0.0, 1.0), 0.5))
     sim = carom.Simulation(scene, seed=1, observers=[Tally(3)])
-    sim.run(collisions=200)
+    sim.run(collisions=500)
     (seen,) = sim.observers
     assert seen.pairs[0] == sim.collisions
     assert seen.hits.tolist() == [each.hits for each in sim.obstacles]

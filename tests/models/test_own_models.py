@@ -287,7 +287,7 @@ def test_charges_that_grow_keep_to_the_walls():
 
 
 def test_nothing_else_is_checked():
-    for wrong in (3, HardCores, SCENE):
+    for wrong in (3, HardCores):
         with pytest.raises(InputError, match="check\\(\\) needs the value of an interaction"):
             carom.check(wrong)
 
@@ -420,18 +420,17 @@ BY_NUMBERS = {
     "everybody": ({}, {"tuning": carom.Tuning(neighbors="all")}),
     "a small box": ({}, {}),
     "a floor": ({}, {"tuning": carom.Tuning(neighbors="sectors")}),
-    "a floor and everybody": ({}, {"tuning": carom.Tuning(neighbors="all")}),
 }
 
 
-@pytest.mark.parametrize("kind", [name if "and" in name else slow(name) for name in BY_NUMBERS])
+@pytest.mark.parametrize("kind", ["everybody", slow("lists"), slow("a small box"), "a floor"])
 def test_indices_are_whole_numbers_for_every_model(kind, tmp_path):
     """The replay asks the same functions, in Python, and compares every impulse."""
     changes, options = BY_NUMBERS[kind]
     scene = carom.Scene.random(20, 0.2, 2, seed=1).replace(interaction=NumberedCores())
     if kind == "a small box":
         scene = carom.Scene([[0.5, 0.5], [1.6, 1.7]], (2.3, 2.3), interaction=NumberedCores())
-    elif "floor" in kind:
+    elif kind == "a floor":
         k = np.arange(6.0)
         scene = carom.Scene(np.stack([2.0 * k + 1.0, 1.6 * k + 2.5], axis=1), 12.0, walls="y")
         scene = scene.replace(interaction=NumberedCores(), obstacles=[Floor()])
