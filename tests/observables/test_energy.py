@@ -313,7 +313,6 @@ def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_p
     assert "event log" in summary["note"]
 
 
-@pytest.mark.usefixtures("plain")
 def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(tmp_path):
     plan = SceneFile.from_toml("""
 [scene]
@@ -328,8 +327,8 @@ g = [0.0, -0.5]
 
 [run]
 kT = 1.0
-equilibration = 5
-collisions_per_particle = 20
+equilibration = 50
+collisions_per_particle = 800
 frames = 2
 pictures = false
 """)
