@@ -10,10 +10,11 @@ import sys
 import numpy as np
 import pytest
 from helpers import oracle_scenes
+from helpers.inner import TESTS
 from helpers.mixtures import mixed
 from helpers.neighbors import check_invariants, check_lists, go
 from helpers.oracle_scenes import CASES, assert_no_overlap, compare, moving, placed
-from helpers.plain import TESTS, plain_python
+from helpers.plain import plain_python
 
 import carom
 from carom.models import Ball, Plane
