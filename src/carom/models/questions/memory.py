@@ -59,7 +59,17 @@ def remembers(model: Any) -> bool:
 
 
 def arrays_in(value: Any, name: str = "", role: str = "parameter") -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the arrays of a model by their names, but no room, and not what follows from the scene."""
+    """Yield the arrays of a model by their names, but no room, and not what follows from the scene.
+
+    Parameters
+    ----------
+    value : model, array or number
+        What may hold arrays.
+    name : str
+        What it is called, the beginning of their names.
+    role : str
+        What it is (:attr:`Field.role`).
+    """
     if isinstance(value, np.ndarray):
         if role not in ("parameter", "room"):
             yield name, value
