@@ -37,7 +37,7 @@ class Row:
     packing_fraction, n, dimension
         The point, as simulated.
     phase : str
-        Expected phase: "fluid", "solid" or "coexistence"; see :func:`carom.studies.phase.expected`.
+        Phase that is expected at this density: "fluid", "solid" or "coexistence".
     replicas : int
         Number of finished runs.
     Z, Z_error : float
