@@ -145,8 +145,9 @@ def choose(
         side, widest_side = sector_of(system, spacing)
         if system.rates is None and neighbors == "sectors" and cost_model.is_thin(system) and rate > 0.0:
             side = min(cost_model.best_side(system, side, speed / rate), max(system.box), widest_side)
-        # What grows will have another rate, and what is kicked is run for its time, whoever collides.
-        lasts = begins and system.rates is None and system.drive is None and speed > 0.0 < rate
+        # With walls, obstacles, kicks or growth a run does not wait for pairs at today's rate.
+        pairs_only = all(system.periodic) and not system.obstacles and system.straight
+        lasts = begins and pairs_only and system.rates is None and system.drive is None and speed > 0.0 < rate
         if requested == "auto" and cost_model.prefers_everybody(system, side, speed, rate):
             neighbors = "all"
         elif lasts and requested == "auto" and cost_model.is_thin(system):
