@@ -210,6 +210,14 @@ def test_a_compiler_that_has_stopped_keeps_nobody_waiting_for_ever(tmp_path, mon
     assert times[1] - times[0] >= 0.5
 
 
+def test_code_that_checks_bounds_has_files_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    for checked in (None, 1):
+        monkeypatch.setattr(cache, "BOUNDS_CHECKED", checked)
+        assert entry(twice)(1.5) == 3.0
+    assert len([*tmp_path.rglob("*.nbc")]) == 2
+
+
 def test_it_is_told_how_long_the_last_one_took(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     entry(twice)(1.5)
