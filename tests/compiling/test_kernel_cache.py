@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 from typing import NamedTuple
 
 import numba
@@ -191,21 +192,30 @@ def test_a_killed_compiler_keeps_nobody_waiting(folder):
 
 def test_a_compiler_that_has_stopped_keeps_nobody_waiting_for_ever(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    monkeypatch.setattr(cache, "PATIENCE", 0.1)
+    monkeypatch.setattr(cache, "PATIENCE", 0.5)
     assert entry(twice)(1.5) == 3.0
     (kept,), (lock,) = tmp_path.rglob("*.nbc"), tmp_path.rglob("*.lock")
     kept.unlink()
-    said = []
+    said, times = [], []
     with subprocess.Popen([sys.executable, "-c", HOLDER, str(lock)], stdout=subprocess.PIPE) as holder:
         assert holder.stdout is not None
         holder.stdout.readline()
-        with listening(said.append):
+        with listening(said.append), listening(lambda _: times.append(time.monotonic())):
             assert entry(twice)(1.5) == 3.0
         holder.kill()
     assert said == [
         "Waiting for another process, which compiles twice.",
         "Compiling twice, which is new here: ten seconds or more.",
     ]
+    assert times[1] - times[0] >= 0.5
+
+
+def test_code_that_checks_bounds_has_files_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    for checked in (None, 1):
+        monkeypatch.setattr(cache, "BOUNDS_CHECKED", checked)
+        assert entry(twice)(1.5) == 3.0
+    assert len([*tmp_path.rglob("*.nbc")]) == 2
 
 
 def test_it_is_told_how_long_the_last_one_took(tmp_path, monkeypatch):

@@ -2,7 +2,10 @@
 
 import json
 
+import numpy as np
 from helpers.plain import plain_python
+
+from carom.engine.obstacle_grid import Spheres, in_reach
 
 START = """
 import json, sys
@@ -88,3 +91,19 @@ def test_events_are_those_of_a_scene_whose_obstacles_are_all_asked():
         assert without[name].pop() == 0
         assert found == without[name], name
         assert sum(found[2]) > 5, name
+
+
+def test_who_grows_or_flies_into_a_sphere_before_a_time_is_in_reach_and_few_others_are():
+    rng = np.random.default_rng(2)
+    outcomes, times = {True: 0, False: 0}, np.linspace(0.0, 1.0, 401)
+    for _ in range(2000):
+        growth, until = rng.uniform(0.0, 1.0), rng.uniform(0.1, 5.0)
+        x, v = rng.uniform(-4.0, 4.0, 2), rng.normal(size=2)
+        paths = x + until * times[:, None] * v
+        least = (np.linalg.norm(paths, axis=1) - 1.0 - growth * until * times).min()
+        found = bool(in_reach(Spheres(np.zeros((1, 2)), np.array([0.7])), 0, x, v, 0.3, growth, until))
+        assert found or least > 0.0
+        slow = np.linalg.norm(v) <= growth  # of whom it is not asked
+        assert not found or slow or least < until / 400 * (np.linalg.norm(v) + growth)
+        outcomes[found] += 1
+    assert min(outcomes.values()) > 400

@@ -14,6 +14,7 @@ from helpers.plain import plain_python
 from helpers.sheared import Naive
 
 import carom
+from carom.engine.neighbors import tilt_window
 from carom.engine.neighbors.points import coordinate_bits
 from carom.engine.neighbors.skins import list_range_sq
 from carom.errors import InputError
@@ -128,6 +129,24 @@ def near_in_window(sim):
     square = (apart[..., 0] + best * up) ** 2 + (apart[..., 1:] ** 2).sum(axis=-1)
     within = np.array([[list_range_sq(lists.bounds, i, j) for j in range(n)] for i in range(n)])
     return {(i, j) for i, j in np.argwhere(square <= within).tolist() if i < j}
+
+
+def test_a_way_is_multiplied_with_a_move_as_in_space_at_every_tilt_of_a_window(monkeypatch):
+    """In lattice coordinates the product of a way r and a move s is r . (M^T M s), with M of the tilt."""
+    monkeypatch.setattr(tilt_window, "grid_difference", lambda move, to, since, axis: move[axis])
+    pull = getattr(tilt_window.pull, "py_func", tilt_window.pull)
+    rng, closest = np.random.default_rng(4), 0.0
+    for _ in range(200):
+        middle, half, move = rng.uniform(-0.6, 0.6), rng.uniform(0.05, 0.2), rng.normal(size=3)
+        window = tilt_window.TiltWindow(np.array([middle]), half)
+        found = np.array([pull(window, move, 1, 0, axis) for axis in range(3)])
+        for tilt in middle + half * np.linspace(-1.0, 1.0, 9):
+            shear = np.array([[1.0, tilt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+            apart = np.abs(shear.T @ shear @ move - found[:, 0])
+            assert (apart <= found[:, 1] + 1e-14).all()
+            assert tilt != middle or apart.max() < 1e-14
+            closest = max(closest, (apart[:2] / found[:2, 1]).min())
+    assert closest > 0.9  # no wider than needed
 
 
 def test_collisions_of_growing_disks_are_those_of_all_pairs_and_images():

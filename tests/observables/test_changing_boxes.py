@@ -44,6 +44,16 @@ def test_g_of_an_ideal_gas_is_one_in_every_box(d, pair, few):
     assert (counts < found.counts).all()
 
 
+def test_two_disks_fill_each_box_and_count_with_its_area():
+    boxes, places = ((6.0, 6.0), (9.0, 9.0)), np.array([[1.0, 1.0], [2.5, 1.0]])
+    frames = [carom.Frame(0.0, 0, places, np.zeros((2, 2)), box, np.ones(2), np.ones(2)) for box in boxes]
+    found = carom.RDF(rmax=2.0, width=1.0).over(frames)
+    areas, shell = np.array([36.0, 81.0]), 3.0 * np.pi
+    assert found.packing_fraction == pytest.approx(np.mean(0.5 * np.pi / areas), rel=1e-12)
+    assert found.g == pytest.approx([np.mean(areas) / shell], rel=1e-12)
+    assert found.error == pytest.approx([0.5 * np.sqrt(np.sum(areas**2)) / shell], rel=1e-12)
+
+
 def test_g_of_frames_of_one_box_is_to_the_last_bit_that_of_the_first_volume():
     frames = gas(3, 20)
     same = [dataclasses.replace(frame, positions=frame.positions % 6.0, box=(6.0,) * 3) for frame in frames]

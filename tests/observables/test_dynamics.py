@@ -264,6 +264,8 @@ def test_scattering_of_one_species_is_that_of_its_components_alone(frames, kind)
         dynamics.update(dataclasses.replace(frame, species=kinds))
         alone.append(frame.positions[kinds == kind])
     found, waves = dynamics.result(), Waves.of(frames[0].box, 3)
+    moves = [np.mean(frame.velocities[kinds == kind] ** 2) for frame in frames[:40]]
+    assert found.velocity_square.mean == pytest.approx(np.mean(moves), rel=1e-9)
     q = 2.0 * np.pi * waves.numbers / np.array(frames[0].box)
     rho = np.array([np.exp(1j * places @ q.T).sum(axis=0) for places in alone])
     for lag, values in ((0, found.structure_factor), (1, found.scattering[0])):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import json
+import math
 import os
 import re
 import shutil
@@ -87,6 +89,17 @@ def test_psi_6_of_a_triangular_lattice_is_one_and_turns_with_it():
     np.testing.assert_allclose(modulus[:, 1], 1.0, atol=1e-9)
     # Neighbours at 0, 60, ... degrees; float64 angles of neighbours are known to 2^-50 or so, times 6.
     assert np.ptp(np.cos(modulus[:, 0])) < 1e-6
+
+
+def test_psi_6_across_the_face_of_a_tilted_cell_is_that_of_the_lattice():
+    # Of five rows, each half a disk beside the one below, the first begins again half a disk aside.
+    k, row = np.arange(6.0), np.arange(5.0)
+    places = np.stack(np.broadcast_arrays(k + 0.5 * row[:, None] % 1.0, row[:, None] * math.sqrt(0.75)), -1)
+    box, n = (6.0, 5.0 * math.sqrt(0.75)), 30
+    frame = carom.Frame(0.0, 0, places.reshape(n, 2), np.zeros((n, 2)), box, np.ones(n), np.ones(n))
+    slipped = dataclasses.replace(frame, tilt=0.5 / box[1])
+    np.testing.assert_allclose(viewdata.psi_6(slipped)[:, 1], 1.0, atol=1e-9)
+    assert viewdata.psi_6(frame)[:, 1].min() < 0.9
 
 
 def test_a_sheared_frame_is_shown_in_the_box_with_right_angles():

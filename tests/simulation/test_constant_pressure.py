@@ -19,6 +19,7 @@ from carom.simulation.until_precise import merged
 from carom.studies.phase import phase_of
 from carom.studies.runs import constant_pressure
 from carom.studies.runs.constant_pressure import MeanBox
+from carom.studies.runs.stretch import Stretch
 
 SLOW = pytest.mark.slow
 
@@ -120,6 +121,23 @@ def test_blocks_add_up_to_the_whole_however_the_run_is_cut(plain):
     assert together.virial == pytest.approx(whole.virial, rel=1e-12)
     assert sim.statistics.volume_moves_accepted > 5
     assert carom.Simulation(rods(3)).run(time=0.1).volumes is None
+
+
+def test_a_stretch_that_begins_anew_holds_nothing_of_the_pilot(plain):
+    sim = carom.Simulation(rods(3), barostat=carom.Barostat(1.0, 0.3, 1.0), seed=1)
+    stretch = Stretch.of(1)
+    for segments in (2, 4):
+        stretch.begin(sim, segments, 1.5 * segments)
+        start = volume_sums(sim._state)
+        for _ in range(segments):
+            sim.run(time=stretch.step)
+            stretch.mark(sim)
+            stretch.temperatures.append((1.0,))
+            stretch.layers.append((1.0,))
+        blocks = stretch.blocks(sim)
+        assert len(blocks) == len(stretch.temperatures) == len(stretch.layers) == segments
+        added = np.sum([block.volumes for block in blocks], axis=0)
+        assert added == pytest.approx(np.subtract(volume_sums(sim._state), start), rel=1e-12)
 
 
 def test_what_happens_between_two_moves_counts_with_the_volume_of_then(plain):

@@ -204,6 +204,14 @@ WRONG = {
 }  # fmt: skip
 
 
+def test_a_result_under_the_name_of_another_task_is_not_taken(tmp_path):
+    folder, tasks = Folder(tmp_path), [{"seed": 1}, {"seed": 2}]
+    folder.store({"task": tasks[0], "result": {"Z": 1.5}, "provenance": {}})
+    folder.result(tasks[1]).write_bytes(folder.result(tasks[0]).read_bytes())
+    assert folder.load(tasks[0])["result"] == {"Z": 1.5}
+    assert folder.load(tasks[1]) is None
+
+
 def test_a_command_that_fails_says_so_in_its_exit_code_with_json_as_well(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert WRONG.keys() == {
