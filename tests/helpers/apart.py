@@ -157,7 +157,7 @@ def run(session, pipe):
     """Run tests as they are asked for, and send the reports, each time with None at the end."""
     plugins = session.config.pluginmanager
     for plugin in plugins.get_plugins():
-        if type(plugin).__name__ in ("WorkerInteractor", "TerminalReporter"):
+        if type(plugin).__name__ == "WorkerInteractor":
             plugins.unregister(plugin)
     plugins.register(Reports(session.config, pipe))
     try:

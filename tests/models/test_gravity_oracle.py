@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.naive.falling import Floor, fall
-from helpers.plain import plain_python
 
 import carom
 from carom.io.events import read_events
@@ -78,12 +77,8 @@ def assert_events_are_the_oracles(d, restitution, count, time=60.0):
     return pairs
 
 
-def in_plain_python():
+def test_events_in_space_are_those_of_the_oracle(plain):
     assert assert_events_are_the_oracles(3, 0.9, 18, time=16.0) > 3
-
-
-def test_events_in_space_are_those_of_the_oracle():
-    plain_python("-c", "import models.test_gravity_oracle as t; t.in_plain_python()")
 
 
 @pytest.mark.slow
