@@ -11,10 +11,13 @@ import math
 import numpy as np
 import pytest
 from helpers import refits
+from helpers.marks import slow
 
 import carom
 from carom.models.obstacles.shaken import Displaced
 from carom.models.questions.memory import KEPT, fields_of, shift_epoch
+from carom.simulation.workers.executive import Executive
+from carom.simulation.workers.timings import Settings
 
 SCALE = 15
 """Speeds of the other twin are so many powers of two larger; with kT times 10^6 they are beyond 2^20."""
@@ -99,26 +102,30 @@ def test_memory_goes_on_in_another_neighbour_scheme(name, plain):
     run_twins(name, between)
 
 
-@pytest.mark.slow
-def test_sums_of_two_workers_go_on_in_another_unit_of_time_as_those_of_one():
-    found = []
-    for scale, cores in ((0, 1), (SCALE, 2)):
-        s = 2.0**scale
-        scene = carom.Scene.random(
-            species=[carom.Species(count=200), carom.Species(count=200, diameter=0.7)],
-            packing_fraction=0.4,
-            dimension=2,
-            seed=1,
-            walls="y",
-        )
-        sim = carom.Simulation(scene, kT=s * s, seed=1, cores=cores)
-        for kT in (1.0, HEAT, 1.0):
-            sim.rescale(kT * s * s)
-            sim.run(time=4.0 * 2.0 ** -round(0.5 * math.log2(kT)) / s)
-        found.append(sim)
-    one, other = found
-    assert other._state.executive.timings.windows > 0
-    refits.assert_alike(one, other, SCALE)
+def equal_spheres():
+    return carom.Scene.crystal(cells=12, packing_fraction=0.3)
+
+
+def species_between_walls():
+    species = [carom.Species(count=3000), carom.Species(count=3000, diameter=1.4)]
+    return carom.Scene.random(species=species, packing_fraction=0.5, walls="y", seed=1)
+
+
+@pytest.mark.parametrize("scene", [equal_spheres, slow(species_between_walls)])
+def test_sums_of_two_workers_go_on_in_another_unit_of_time_as_those_of_one(scene):
+    one, other = (carom.Simulation(scene(), kT=4.0**scale, seed=3) for scale in (0, SCALE))
+    settings = Settings(collisions=0.5, least=0.0, compare=False)
+    executive = other._state.executive = Executive(other._state, 2, settings)
+    for hot in (1.0, 1e3, HEAT, 1e3, 1.0):
+        for sim, s in ((one, 1.0), (other, 2.0**SCALE)):
+            sim.rescale(hot * s * s)
+            sim.run(time=0.25 * 2.0 ** -round(0.5 * math.log2(hot)) / s)
+        assert one._state.unit.exponent == 0
+        assert (other._state.unit.exponent != 0) == (hot > 1.0)
+        refits.assert_alike(one, other, SCALE)
+    executive.close()
+    # As long as ever, whatever the unit was before: else there are thousands.
+    assert 10 < executive.timings.windows < 100
 
 
 def latest_times(name, sim):
