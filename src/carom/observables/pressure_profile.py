@@ -267,7 +267,7 @@ class PressureProfile:
     --------
     >>> import carom
     >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2, walls="y", seed=1), seed=1)
-    >>> found = sim.measure(PressureProfile(axis=1, bins=8), collisions_per_particle=200)
+    >>> found = sim.measure(PressureProfile(axis=1, bins=8), collisions_per_particle=500)
     >>> found.tensor.shape, bool(np.ptp(found.normal) < 0.02 * found.normal.mean())
     ((8, 2, 2), True)
     """
