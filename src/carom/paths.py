@@ -34,13 +34,7 @@ def reason(error: BaseException) -> str:
 
 
 def existing(path: str | os.PathLike[str]) -> Path:
-    """Return `path` if it is a file.
-
-    Raises
-    ------
-    FileError
-        If it is missing, a folder or no regular file.
-    """
+    """Return `path` if it is a file."""
     path = Path(path)
     if path.is_dir():
         raise FileError(f"{path} is a folder, where a file was expected; name a file inside it.")
@@ -52,13 +46,7 @@ def existing(path: str | os.PathLike[str]) -> Path:
 
 
 def writable(path: str | os.PathLike[str]) -> Path:
-    """Return `path` if a file can stand there: no folder, and inside a folder that exists.
-
-    Raises
-    ------
-    FileError
-        If it is a folder, or its folder is missing.
-    """
+    """Return `path` if a file can stand there: no folder, and inside a folder that exists."""
     path = Path(path)
     if path.is_dir():
         raise FileError(f"{path} is a folder, where a file was to be written; name a file inside it.")
@@ -123,13 +111,7 @@ def uninterrupted() -> Iterator[None]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file in UTF-8, which takes the place of ``path`` once it is complete.
-
-    Raises
-    ------
-    FileError
-        If it cannot be written.
-    """
+    """Write a text file in UTF-8, which takes the place of ``path`` once it is complete."""
     with replacing(path) as temporary, writing(path):
         temporary.write_text(text, encoding="utf-8")
 
@@ -140,11 +122,6 @@ def replacing(path: Path) -> Iterator[Path]:
 
     Until then, and for ever if the body raises, `path` is as it was. Carom's errors about the temporary file
     name `path`.
-
-    Raises
-    ------
-    FileError
-        If the body, or what follows it, cannot write.
     """
     path = writable(path)
     # The suffix stays last, because it chooses the format.

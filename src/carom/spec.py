@@ -336,13 +336,7 @@ def file_of(path: Path) -> Path:
 
 
 def read(path: str | Path) -> str:
-    """Return the text of a scene file.
-
-    Raises
-    ------
-    FileError
-        If it is missing, unreadable, too large or not text in UTF-8.
-    """
+    """Return the text of a scene file."""
     from carom.io.records import read_text
 
     return read_text(
@@ -351,14 +345,7 @@ def read(path: str | Path) -> str:
 
 
 def sections(content: str, *own: str) -> dict[str, dict[str, Any]]:
-    """Return the tables of some sections of a TOML text; sections of other commands are skipped.
-
-    Raises
-    ------
-    InputError
-        If it is no TOML, or too long; if a section is unknown or no table, or a key stands outside of them;
-        or if it has sections and none of its ``own``.
-    """
+    """Return the tables of some sections of a TOML text; sections of other commands are skipped."""
     from carom import checks, meant
     from carom.io.records import toml_tables
 

@@ -148,13 +148,7 @@ def finish(study: Study[Any]) -> None:
 
 
 def refuse_folder(out: Path, name: str, asked: type[Spec]) -> None:
-    """Refuse a folder for a study that holds other results, and a file; change nothing.
-
-    Raises
-    ------
-    FileError
-        If it does, or is one.
-    """
+    """Refuse a folder for a study that holds other results, and a file; change nothing."""
     from carom.errors import FileError
     from carom.studies import places
     from carom.studies.folder import Folder
@@ -166,14 +160,7 @@ def refuse_folder(out: Path, name: str, asked: type[Spec]) -> None:
 
 
 def reserve(study: Study[Any], out: Path) -> None:
-    """Refuse a folder where :func:`write` would replace files of the user, or mix results; change nothing.
-
-    Raises
-    ------
-    FileError
-        If the folder holds other results; if it is new, and has files by the names of a study's; or if its
-        study.toml was written or annotated by somebody and describes another study.
-    """
+    """Refuse a folder where :func:`write` would replace files of the user, or mix results; change nothing."""
     from carom.errors import FileError
     from carom.studies import places
     from carom.studies.folder import SETTINGS

@@ -215,13 +215,7 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
 
 
 def restore(engine: Engine, saved: dict[str, np.ndarray]) -> None:
-    """Fill the arrays of a freshly built engine with those of a checkpoint.
-
-    Raises
-    ------
-    ValueError
-        If an array is missing or has another shape or type.
-    """
+    """Fill the arrays of a freshly built engine with those of a checkpoint."""
     mine = arrays(engine)
     for name, target in mine.items():
         source = saved.get(name)

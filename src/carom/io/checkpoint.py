@@ -69,14 +69,7 @@ def save(
 
 
 def load(path: str | os.PathLike[str]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays and attributes of a checkpoint.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, a folder, truncated, changed since it was written, no checkpoint, or of a
-        newer version.
-    """
+    """Return the arrays and attributes of a checkpoint."""
     path = existing(path)
     with reading(path, "checkpoint"):
         content = path.read_bytes()

@@ -355,14 +355,6 @@ def universe(
         With radii, masses, velocities, box and time (``trajectory.dt`` is the spacing of the frames); of
         fewer than three dimensions padded with zeros. The species are the names and types of its atoms, so
         that ``select_atoms("name small")`` selects one.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be read or holds no frames.
-    InputError
-        If there are no frames, they have more than three dimensions, or they are to be unwrapped and hold no
-        image counts.
     """
     frames: Reader | Sequence[Frame]
     if isinstance(source, Frame):

@@ -135,13 +135,7 @@ def noise_of(
 
 
 def by_species(value: Any, what: str, most: float) -> float | tuple[float, ...]:
-    """Return a number of 0 to ``most``, or one a species.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Return a number of 0 to ``most``, or one a species."""
     if not checks.several(value):
         return checks.number(value, what, low=0.0, high=most)
     values = tuple(float(each) for each in checks.array(value, what, "(K,)", ndim=1))

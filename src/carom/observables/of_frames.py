@@ -135,13 +135,7 @@ def as_points(frame: Frame) -> Frame:
 
 
 def of_species(frame: Frame, species: int | None) -> np.ndarray:
-    """Return which particles (n,) are of a species; all if it is None.
-
-    Raises
-    ------
-    InputError
-        If the frame has none of them.
-    """
+    """Return which particles (n,) are of a species; all if it is None."""
     if species is None:
         return np.ones(frame.n, bool)
     if frame.species is None or not (frame.species == species).any():

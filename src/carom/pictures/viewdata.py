@@ -96,13 +96,7 @@ def _common(frame: Frame, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
 
 
 def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
-    """Return the data of a trajectory; if there are too many frames, evenly spaced ones.
-
-    Raises
-    ------
-    InputError
-        If there are no frames, or their numbers of particles differ.
-    """
+    """Return the data of a trajectory; if there are too many frames, evenly spaced ones."""
     if len(frames) == 0:
         raise InputError("There are no frames to show; expected at least one.")
     first = frames[0]
@@ -166,13 +160,7 @@ def of_network(network: PackingNetwork) -> dict[str, Any]:
 
 
 def at_collisions(run: Replay, collisions: int) -> list[Frame]:
-    """Return the frames of a logged run at its beginning and after each event, as many as a page holds.
-
-    Raises
-    ------
-    InputError
-        If nothing happens.
-    """
+    """Return the frames of a logged run at its beginning and after each event, as many as a page holds."""
     frames = [run.frame()]
     most = min(collisions + 1, max(MOST_PLACES // frames[0].n, 2))
     while len(frames) < most and run.step():
@@ -183,13 +171,7 @@ def at_collisions(run: Replay, collisions: int) -> list[Frame]:
 
 
 def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
-    """Return the data of a logged run: position and velocity of each particle after each of its events.
-
-    Raises
-    ------
-    InputError
-        If nothing happens.
-    """
+    """Return the data of a logged run: position and velocity of each particle after each of its events."""
     frame = run.frame()
     data = _common(frame, standing(run.scene))
     n, velocities = frame.n, frame.velocities

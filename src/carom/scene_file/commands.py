@@ -54,13 +54,7 @@ said(_cores, anyOf=[{"type": "integer", "minimum": 1}, {"const": "auto"}])
 @described
 @dataclass(frozen=True)
 class PlanSpec(Beside):
-    """For what accuracy to plan, and with which means: the section ``[plan]``.
-
-    Raises
-    ------
-    InputError
-        If a value has the wrong type or is out of range.
-    """
+    """For what accuracy to plan, and with which means: the section ``[plan]``."""
 
     section: ClassVar[str] = "plan"
 

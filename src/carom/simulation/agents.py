@@ -46,13 +46,7 @@ class UnitsNow:
 
 
 def present(run_state: RunState) -> UnitsNow:
-    """Return the units of a run at the present time.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
+    """Return the units of a run at the present time."""
     pair = run_state.engine.model.rules
     if pair is None:
         raise InputError(

@@ -149,11 +149,6 @@ def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any)
     """Return the moves of the volume before the first, or None where no barostat is asked for.
 
     ``others`` are further arguments of the simulation, by name, which must not be given.
-
-    Raises
-    ------
-    InputError
-        If it is no barostat, or not for such a scene.
     """
     if barostat is None:
         return None

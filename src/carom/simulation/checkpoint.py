@@ -117,13 +117,7 @@ def _table_of(moves: Sweeps | VolumeMoves | None) -> str:
 
 
 def _moves_of(attributes: Mapping[str, Any], name: str, of: Any, settings: type) -> Any:
-    """Return what was so written; None where there is nothing, as in earlier files.
-
-    Raises
-    ------
-    ValueError
-        If a count or a sum is none.
-    """
+    """Return what was so written; None where there is nothing, as in earlier files."""
     table = json.loads(str(attributes.get(name, "null")))
     if table is None:
         return None

@@ -369,13 +369,7 @@ _OWN = {MOTION: "motion", IMPACT: "impact", DRIVE: "drive", OBSERVER: "observer"
 def _check_obstacle(
     value: Any, flight: Any, dimensions: tuple[int, ...], pairs: int, seed: int, record: Record
 ) -> None:
-    """Try an obstacle in those dimensions in which it fits a box.
-
-    Raises
-    ------
-    InputError
-        If it fits none, or no component that does not overlap it is found near to it.
-    """
+    """Try an obstacle in those dimensions in which it fits a box."""
     why: Exception | None = None
     for d in dimensions:
         rng = np.random.default_rng([seed, d])

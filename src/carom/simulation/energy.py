@@ -18,13 +18,7 @@ if TYPE_CHECKING:
 
 
 def potential_energy(run_state: RunState) -> float:
-    """Return the potential energy now, of all pairs on steps and of all components in a field [energy].
-
-    Raises
-    ------
-    InputError
-        If there is none, or crossings of the box along the field were not counted.
-    """
+    """Return the potential energy now, of all pairs on steps and of all components in a field [energy]."""
     if reason := without_potential(run_state.scene):
         raise InputError(reason)
     found = pair_steps.potential_energy(run_state) if run_state.system.stepped else 0.0

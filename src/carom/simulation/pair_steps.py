@@ -23,25 +23,13 @@ def potential_at_start(run_state: RunState) -> float:
 
 
 def potential_energy(run_state: RunState) -> float:
-    """Return the potential energy now: the number of pairs on each step times its energy [energy].
-
-    Raises
-    ------
-    InputError
-        If pairs have no steps.
-    """
+    """Return the potential energy now: the number of pairs on each step times its energy [energy]."""
     _, step_numbers = _present(run_state)
     return _energy(run_state, step_numbers)
 
 
 def step_sums(run_state: RunState) -> StepSums:
-    """Return what happened at the ends of every step since the start, and who is on it now.
-
-    Raises
-    ------
-    InputError
-        If pairs have no steps.
-    """
+    """Return what happened at the ends of every step since the start, and who is on it now."""
     _, step_numbers = _present(run_state)
     pair = run_state.engine.model.pair
     count, _ = run_state.system.interaction.steps(run_state.system.particles)  # type: ignore[attr-defined]

@@ -53,13 +53,6 @@ def advance(
     """Continue for a number of collisions, to an instant, or for seconds: see :meth:`carom.Simulation.run`.
 
     A :class:`carom.CaromWarning` is issued if the requested collisions cannot happen.
-
-    Raises
-    ------
-    InputError
-        If a time that is the only limit is out of reach, because components have no room.
-    BusyError
-        If the run is going on already, or this process is a fork of the one that writes its event log.
     """
     with run_state.alone.changing():
         run_state.refuse_inherited()

@@ -139,11 +139,6 @@ class RunState:
     scheme : Scheme, optional
         The neighbour scheme; chosen for the scene, if left out.
 
-    Raises
-    ------
-    InputError
-        If the neighbour scheme that was asked for cannot be had.
-
     Attributes
     ----------
     engine : Engine

@@ -74,13 +74,7 @@ PARTS = ("state", "neighbors", "calendar", "tallies", "model", "observers")
 
 
 def whole(attributes: Mapping[str, Any], name: str, low: int, high: int) -> int:
-    """Return an attribute that is an integer from `low` to `high`.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
+    """Return an attribute that is an integer from `low` to `high`."""
     value = attributes[name]
     if isinstance(value, bool) or not isinstance(value, int) or not low <= value <= high:
         raise ValueError(f"its {name} is {checks.describe(value)}; expected an integer from {low} to {high}")
@@ -88,13 +82,7 @@ def whole(attributes: Mapping[str, Any], name: str, low: int, high: int) -> int:
 
 
 def real(attributes: Mapping[str, Any], name: str, low: float, high: float = math.inf) -> float:
-    """Return an attribute that is a number from `low` to below `high`.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
+    """Return an attribute that is a number from `low` to below `high`."""
     value = attributes[name]
     if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value < high:
         raise ValueError(f"its {name} is {checks.describe(value)}; expected a number from {low:g}")
@@ -102,13 +90,7 @@ def real(attributes: Mapping[str, Any], name: str, low: float, high: float = mat
 
 
 def reals(attributes: Mapping[str, Any], name: str, low: float) -> list[float]:
-    """Return an attribute that is a list of finite numbers, of at least `low`, in JSON.
-
-    Raises
-    ------
-    ValueError
-        If it is none.
-    """
+    """Return an attribute that is a list of finite numbers, of at least `low`, in JSON."""
     values = json.loads(str(attributes[name]))
     if not isinstance(values, list):
         raise ValueError(f"its {name} is {checks.describe(values)}; expected a list of numbers")
@@ -116,13 +98,7 @@ def reals(attributes: Mapping[str, Any], name: str, low: float) -> list[float]:
 
 
 def base_of(attributes: Mapping[str, Any]) -> Fraction:
-    """Return the time at which the counting of epochs began.
-
-    Raises
-    ------
-    ValueError
-        If it is no time.
-    """
+    """Return the time at which the counting of epochs began."""
     found = re.fullmatch(r"(\d{1,4000})/(\d{1,4000})", str(attributes["base"]))
     if found is None or int(found[2]) == 0 or (base := Fraction(int(found[1]), int(found[2]))) > 10**300:
         raise ValueError("its base is no time")
@@ -130,13 +106,7 @@ def base_of(attributes: Mapping[str, Any]) -> Fraction:
 
 
 def logged_in(attributes: Mapping[str, Any]) -> dict[str, Any] | None:
-    """Return how much of the event log was written, or None without a log.
-
-    Raises
-    ------
-    ValueError
-        If it is no such mark, or there is no name of a log.
-    """
+    """Return how much of the event log was written, or None without a log."""
     logged, path = attributes["logged"], attributes["event_log"]
     if logged is None:
         return None
@@ -148,13 +118,7 @@ def logged_in(attributes: Mapping[str, Any]) -> dict[str, Any] | None:
 
 
 def check_settings(settings: Mapping[str, Any], saved: Mapping[str, np.ndarray], dimension: int) -> None:
-    """Refuse a scheme whose sizes are not those of the arrays, before room is made for it.
-
-    Raises
-    ------
-    ValueError
-        If it is no scheme, or one of other arrays.
-    """
+    """Refuse a scheme whose sizes are not those of the arrays, before room is made for it."""
     largest = max((array.size for array in saved.values()), default=0)
     shape = settings["shape"]
     if settings["kind"] not in ("lists", "sectors", "all", "pairs") or len(shape) != dimension:
@@ -176,13 +140,7 @@ def check_settings(settings: Mapping[str, Any], saved: Mapping[str, np.ndarray],
 
 
 def check_start(saved: Mapping[str, np.ndarray]) -> None:
-    """Refuse velocities, radii and rates at the start that are no numbers, or not one for each component.
-
-    Raises
-    ------
-    ValueError
-        If they are.
-    """
+    """Refuse velocities, radii and rates at the start that are no numbers, or not one for each component."""
     shape = saved["scene.positions"].shape
     for name, wanted in (
         ("initial_velocities", shape),
@@ -198,25 +156,13 @@ def check_start(saved: Mapping[str, np.ndarray]) -> None:
 
 
 def check_exchanged(radii: np.ndarray, rates: np.ndarray | None, diameters: np.ndarray) -> None:
-    """Refuse radii that do not grow, and are not those of the scene in some order.
-
-    Raises
-    ------
-    ValueError
-        If they are not.
-    """
+    """Refuse radii that do not grow, and are not those of the scene in some order."""
     if rates is None and (np.sort(2.0 * radii) != np.sort(diameters)).any():
         raise ValueError("its contents.radii are not those of its scene")
 
 
 def check_fixed(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
-    """Refuse arrays that follow from the scene, and do not; to be called with a freshly built engine.
-
-    Raises
-    ------
-    ValueError
-        If one differs.
-    """
+    """Refuse arrays that follow from the scene, and do not; to be called with a freshly built engine."""
     mine_of = arrays(run_state.engine)
     for name in saved:
         if name.split(".")[0] in PARTS and name not in mine_of:
@@ -232,13 +178,7 @@ def check_fixed(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
 
 
 def check(run_state: RunState) -> None:
-    """Refuse an engine that has numbers with which it cannot go on.
-
-    Raises
-    ------
-    ValueError
-        If an array or the clock has such numbers; the text names it.
-    """
+    """Refuse an engine that has numbers with which it cannot go on."""
     for problem in _problems(run_state):
         raise ValueError(f"its {problem}")
 

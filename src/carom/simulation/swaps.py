@@ -113,13 +113,7 @@ def beside_free_hard_cores(scene: Scene, system: System) -> tuple[tuple[str, boo
 
 
 def checked_swaps(swaps: Any, scene: Scene, system: System, event_log: Any) -> Sweeps | None:
-    """Return the swaps of a run before the first, or None where none are asked for.
-
-    Raises
-    ------
-    InputError
-        If they are no swaps, or would not keep the distribution of the scene.
-    """
+    """Return the swaps of a run before the first, or None where none are asked for."""
     if swaps is None:
         return None
     if not isinstance(swaps, Swaps):

@@ -74,11 +74,6 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> t
         Of its components [length / time].
     rates : (n,) array or None
         Radius that each component gains a time.
-
-    Raises
-    ------
-    InputError
-        If the energy is out of range, or the growth is below ``SLOWEST_GROWTH``.
     """
     fastest = float(np.abs(velocities).max())
     others = 0.0 if rates is None else 2.0 * float(rates.max())
@@ -161,12 +156,6 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         Rate at which diameters grow [length / time], not negative.
     scene : Scene
         What grows.
-
-    Raises
-    ------
-    InputError
-        If a rate is negative or not a number, or they are not one a component. If the scene has a contact
-        matrix, pinned components or an interaction of one's own.
     """
     if growth is None:
         return None
@@ -224,11 +213,6 @@ def single_allowed(precision: str, scene: Scene, thermal: Thermal, unit: TimeUni
         What is thermal of its velocities, in ``unit``.
     unit : TimeUnit
         The engine's unit of time.
-
-    Raises
-    ------
-    InputError
-        If single precision cannot tell contact from overlap, gap or rest.
     """
     if precision == "double":
         return False
@@ -359,11 +343,6 @@ def prepare(
         What is simulated.
     growth, tuning
         As of :class:`carom.Simulation`.
-
-    Raises
-    ------
-    InputError
-        If the scene, or what is asked for, cannot be simulated.
     """
     rates = growth_rates(growth, scene)
     unit, thermal = unit_of(scene, velocities, rates)

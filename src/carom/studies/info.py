@@ -92,15 +92,7 @@ class Info:
 
 
 def info(path: str | PathLike[str]) -> Info:
-    """Return what lies at a path.
-
-    Raises
-    ------
-    FileError
-        If there is nothing, nothing that Carom knows, or it is damaged.
-    InputError
-        If a scene file or study file holds a mistake.
-    """
+    """Return what lies at a path."""
     where = Path(path)
     if where.is_dir():
         return _folder(where)

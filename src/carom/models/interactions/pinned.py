@@ -30,11 +30,6 @@ def mask(given: Any, n: int) -> np.ndarray | None:
         Which components are pinned: a bool for each, or their indices.
     n : int
         Number of components.
-
-    Raises
-    ------
-    InputError
-        If ``given`` is none of these, or all components are pinned.
     """
     if given is None:
         return None

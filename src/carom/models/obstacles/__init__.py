@@ -56,11 +56,6 @@ def checked(
     """Return obstacles as the engine knows them: each can stand in the box, and draws its own random numbers.
 
     Before them are the planes that stand for ``walls`` with properties.
-
-    Raises
-    ------
-    InputError
-        If one is no obstacle, or does not fit the box.
     """
     # Obstacles that move are met on parabolas, and these know the obstacles that rest.
     from carom.models.obstacles.dressing import dressed

@@ -56,11 +56,6 @@ class Dressed:
         Temperature of the gas of which a component seems to come [energy], and seed of the random numbers;
         every component has its own stream. The normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of
         effusion; speeds along the surface are Maxwell's. Both are in the frame of the surface.
-
-    Raises
-    ------
-    InputError
-        If a value is out of range.
     """
 
     obstacle: Any
@@ -251,13 +246,7 @@ def _uncovered(obstacle: Any, mine: str) -> Dressed:
 
 
 def dressed(obstacle: Any) -> Any:
-    """Return the obstacle that the engine knows: without properties, and dressed in what stands for them.
-
-    Raises
-    ------
-    InputError
-        If it is shaken, and neither has a normal nor is told a direction.
-    """
+    """Return the obstacle that the engine knows: without properties, and dressed in what stands for them."""
     if not isinstance(obstacle, Properties) or not properties_of(obstacle):
         return obstacle
     body: Any = replace(obstacle, shake=None, direction=None, impact=None, kT=None, seed=0)

@@ -37,13 +37,7 @@ Wall = tuple[int, int]
 
 
 def stand_ins(obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool]) -> dict[Wall, int]:
-    """Return the walls for which an obstacle stands, and the number of that obstacle.
-
-    Raises
-    ------
-    InputError
-        If two planes stand for one wall.
-    """
+    """Return the walls for which an obstacle stands, and the number of that obstacle."""
     hair, found = ROUNDING_MARGIN * max(box), dict[Wall, int]()
     for wall in sides(periodic):
         for k, obstacle in enumerate(obstacles):

@@ -78,13 +78,7 @@ class Wall(Properties):
 
 
 def named(walls: Any, dimension: int) -> dict[str, Wall]:
-    """Return the walls of a box by name, in their order, from what the keyword ``walls`` takes.
-
-    Raises
-    ------
-    InputError
-        If it names an axis or a wall that there is not, or an axis twice.
-    """
+    """Return the walls of a box by name, in their order, from what the keyword ``walls`` takes."""
     names = axis_names(dimension)
     properties: dict[str, Wall] = {}
     if isinstance(walls, Mapping):

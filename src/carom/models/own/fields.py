@@ -52,11 +52,6 @@ def meanings(cls: type, names: Mapping[str, Any]) -> dict[str, Meaning]:
         The class.
     names : mapping
         What is known by name where the class is defined, besides its module.
-
-    Raises
-    ------
-    InputError
-        If an annotation is none that compiled code has a type for.
     """
     try:
         annotations = inspect.get_annotations(cls, eval_str=True, locals=dict(names))
@@ -104,13 +99,7 @@ def _meaning(cls: type, name: str, annotation: Any) -> Meaning:
 
 
 def checked(value: Any, meaning: Meaning, name: str) -> Any:
-    """Return the value of a field as its annotation wants it; ``name`` is for the message.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
-    """
+    """Return the value of a field as its annotation wants it; ``name`` is for the message."""
     expected = meaning.word
     if value is None:  # only where the class has that default: None compiles to nothing
         return None

@@ -229,13 +229,7 @@ def _text(x: Any, digits: int) -> str:
 
 
 def load(path: str | PathLike[str]) -> SphericalCode:
-    """Return the code in the JSON file ``path``.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, damaged, or holds something else.
-    """
+    """Return the code in the JSON file ``path``."""
     what = "a spherical code that save() wrote"
     found: SphericalCode = records.read_json(Path(path), _of_words, what, "name another file")
     return found

@@ -45,11 +45,6 @@ def study(
         Equations of state to draw, by label; the first is compared with the data.
     path : path, optional
         Where to save the picture.
-
-    Raises
-    ------
-    InputError
-        If no point is done yet.
     """
     rows = result.table
     if not rows:

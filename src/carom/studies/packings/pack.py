@@ -42,11 +42,6 @@ def asked_of(source: Any, given: Mapping[str, Any]) -> tuple[PackSpec, SceneSpec
         A scene file, or a folder that holds one.
     given : mapping
         Fields of :class:`PackSpec`, which replace those of the file; None stands for those not given.
-
-    Raises
-    ------
-    InputError
-        If ``[scene]`` and points contradict each other.
     """
     asked = PackSpec.of(source, given)
     if not isinstance(source, str | PathLike):
@@ -212,13 +207,6 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
     out : path
         The folder of the compression.
     progress : callable, optional
-        As in :func:`pack`.
-
-    Raises
-    ------
-    FileError
-        If the folder holds no compression, or its checkpoint is damaged or of another version of Carom.
-    Interrupted
         As in :func:`pack`.
     """
     folder = PackingFolder(Path(out))

@@ -172,13 +172,7 @@ def points_of(task: Mapping[str, Any]) -> Any:
 
 
 def _table(species: Any) -> dict[str, Any]:
-    """Return a species as a file has it.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return a species as a file has it."""
     from carom import checks
     from carom.scene.species import Species
 

@@ -120,13 +120,7 @@ def carry_out(
     workers: int | None,
     progress: Callable[[float, str], object] | None,
 ) -> Outcome:
-    """Run a plan; parameters as for :meth:`carom.studies.planner.plan.RunPlan.run`.
-
-    Raises
-    ------
-    InputError
-        If a run failed.
-    """
+    """Run a plan; parameters as for :meth:`carom.studies.planner.plan.RunPlan.run`."""
     asked = _Runs(how, plan.design, plan.seed)
     done = _Planned(asked).run(executor=executor, cores=workers, out=out, progress=progress)
     if done.failures:

@@ -293,13 +293,7 @@ class RunPlan(Result):
 
 
 def load(folder: str | PathLike[str]) -> RunPlan:
-    """Return the plan in a ``folder``.
-
-    Raises
-    ------
-    FileError
-        If there is no plan, or one of another version of Carom.
-    """
+    """Return the plan in a ``folder``."""
     path = Path(folder) / NAME
     return records.read_json(path, of_words, "a plan of Carom", "give another folder, or plan again")
 
@@ -353,13 +347,7 @@ _WORDS = records.table(
 
 
 def reserve(folder: Path) -> None:
-    """Refuse a folder in which a plan would be mixed with other results, or replace files of others.
-
-    Raises
-    ------
-    FileError
-        If it holds other results, or files by the names of a plan's that are none.
-    """
+    """Refuse a folder in which a plan would be mixed with other results, or replace files of others."""
     path = folder / NAME
     if os.path.lexists(path):
         # Another plan is replaced, and nothing else that has this name. The study of a plan is beside it.

@@ -59,11 +59,6 @@ class System:
         2 to 6.
     scene : mapping
         Keys of ``[scene]``: diameter, mass, kT and interaction, or kT and species with fractions.
-
-    Raises
-    ------
-    InputError
-        If no infinite system of this kind is known, or the density is that of two phases.
     """
 
     packing_fraction: float
@@ -251,13 +246,7 @@ class System:
         )
 
     def species(self, name: str | None) -> int:
-        """Return the number of the species that a target names, 0 where there is one and none is named.
-
-        Raises
-        ------
-        InputError
-            If there is no such species, or several and none is named.
-        """
+        """Return the number of the species that a target names, 0 where there is one and none is named."""
         names = [str(each.get("name") or k) for k, each in enumerate(self.scene.get("species", ()))] or ["0"]
         if name is None and len(names) > 1:
             raise InputError(
@@ -268,13 +257,7 @@ class System:
         return 0 if name is None else names.index(name) if name in names else int(name)
 
     def scale(self, quantity: str) -> Scale:
-        """Return how a quantity follows from Z.
-
-        Raises
-        ------
-        InputError
-            For the contact value of a mixture, which has one for every pair of species.
-        """
+        """Return how a quantity follows from Z."""
         if quantity == "P":
             return Scale(0.0, self.density * self.kT)
         if quantity == "g(contact)":
@@ -310,13 +293,7 @@ class System:
 
 
 def of_scene(path: str | Path) -> tuple[System, int]:
-    """Return the system of a scene file, and its number of particles.
-
-    Raises
-    ------
-    FileError, InputError
-        If the file cannot be read, or is not a bulk phase in a periodic box.
-    """
+    """Return the system of a scene file, and its number of particles."""
     return of_plan(SceneFile.load(file_of(Path(path))))
 
 

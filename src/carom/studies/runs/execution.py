@@ -145,17 +145,6 @@ def resume(
     RunResult
         It has ``new=False`` if the run was finished already.
 
-    Raises
-    ------
-    InputError
-        If the scene has a range rule from a file that may not run, or that was edited.
-    FileError
-        If the folder holds no run, or another process is running in it. If its checkpoint is damaged or of
-        another version of Carom, or its scene file was edited. If there are frames and no checkpoint. If a
-        file that the run wrote is damaged and cannot be restored. Nothing in the folder was changed then.
-    Interrupted
-        As in :func:`run`.
-
     Warns
     -----
     CaromWarning
@@ -194,13 +183,6 @@ def go_on(plan: SceneFile, out: str | PathLike[str], *, trust_code: bool = False
         Whether the Python file of a range rule may run.
     **how
         Arguments of :func:`run` and :func:`resume`: ``progress``, ``predicted``, ``cores``.
-
-    Raises
-    ------
-    InputError
-        If the folder holds another run; and as from :func:`run` and :func:`resume`.
-    FileError
-        As from :func:`run` and :func:`resume`.
     """
     folder = RunFolder(Path(out))
     begun = folder.checkpoint.is_file() or folder.summary.is_file()

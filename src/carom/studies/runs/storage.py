@@ -88,13 +88,7 @@ def without_trajectory(
 
 
 def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
-    """Return the requested formats that can hold a dimension.
-
-    Raises
-    ------
-    InputError
-        If none of the requested formats can, or GSD is requested and not installed.
-    """
+    """Return the requested formats that can hold a dimension."""
     held = tuple(form for form in asked if form == "h5md" or dimension <= LARGEST_EXTENDED)
     if asked and not held:
         raise InputError(
