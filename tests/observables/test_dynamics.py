@@ -121,6 +121,19 @@ def test_frames_that_cannot_be_correlated_are_refused(frames):
         Dynamics(species=1).update(frames[0])
 
 
+@pytest.mark.parametrize(("start", "count"), [(0.0, 40), (1e4, 40)])
+def test_times_in_single_precision_are_equally_spaced_and_a_lost_frame_is_seen(frames, start, count):
+    def correlated(steps):
+        dynamics = Dynamics()
+        for k in steps:
+            time = float(np.float32(start + 0.1 * k))
+            dynamics.update(dataclasses.replace(frames[k % 2], time=time))
+
+    correlated(range(count))
+    with pytest.raises(InputError, match="equal spacing"):
+        correlated([*range(count), count + 1])
+
+
 @pytest.mark.slow
 def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coupling():
     # J. J. Erpenbeck and W. W. Wood, Phys. Rev. A 32, 412 (1985): from 15 to 30 mean free times on, spheres

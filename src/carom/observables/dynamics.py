@@ -182,7 +182,11 @@ class Dynamics(OfFrames):
         elapsed, count = frame.time - self._first.time, len(self._samples)
         if count == 1:
             self._every = elapsed
-        if count and not (self._every > 0.0 and abs(elapsed - count * self._every) <= 1e-6 * self._every):
+        # XTC, TRR and DCD hold times in single precision: those of the first two frames and of this one are rounded.
+        single = all(float(np.float32(time)) == time for time in (self._first.time, frame.time))
+        rounding = abs(frame.time) + count * (abs(self._first.time) + self._every)
+        slack = 1e-6 * self._every + (2.0**-23 if single else 2.0**-52) * rounding
+        if count and not (self._every > 0.0 and abs(elapsed - count * self._every) <= slack):
             raise InputError(
                 f"A frame at time {frame.time:g} is not {self._every:g} after the one before; correlations "
                 "in time need equal spacing: sim.sample(every=...)."
