@@ -182,7 +182,7 @@ class Dynamics(OfFrames):
         elapsed, count = frame.time - self._first.time, len(self._samples)
         if count == 1:
             self._every = elapsed
-        # XTC, TRR and DCD hold times in single precision: those of the first two frames and of this one are rounded.
+        # XTC, TRR and DCD hold times in single precision: the first two and this one are rounded.
         single = all(float(np.float32(time)) == time for time in (self._first.time, frame.time))
         rounding = abs(frame.time) + count * (abs(self._first.time) + self._every)
         slack = 1e-6 * self._every + (2.0**-23 if single else 2.0**-52) * rounding
