@@ -120,6 +120,11 @@ def test_what_is_only_written_is_not_opened(tmp_path):
         exported(tmp_path, "a.pdb", frames_of(4))
 
 
+def test_what_cannot_be_written_is_told_all_that_can(tmp_path):
+    with pytest.raises(InputError, match=r"\.gro', which .* one of \.h5md, .*\.gsd, \.lammpstrj, .*\.dcd"):
+        exported(tmp_path, "a.gro", frames_of(3))
+
+
 def test_where_gsd_is_not_installed_the_file_that_was_asked_for_is_named(tmp_path, monkeypatch):
     """Not the temporary one that would have taken its place."""
     path, far = write(tmp_path / "a.extxyz", frames_of(3, periodic=True)), tmp_path / "far.gsd"

@@ -6,7 +6,7 @@ import contextlib
 import os
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, overload
@@ -301,13 +301,16 @@ def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
     return None if start is None else FOREIGN[start or "dump."]
 
 
-def format_of(path: str | os.PathLike[str]) -> str:
-    """Return the format that a file name asks for: ``"h5md"``, ``"extxyz"`` or ``"gsd"``."""
+def format_of(path: str | os.PathLike[str], others: Iterable[str] = ()) -> str:
+    """Return the format that a file name asks for: ``"h5md"``, ``"extxyz"`` or ``"gsd"``.
+
+    The error about another one also names ``others``, which a conversion writes.
+    """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
             f"{path} has the suffix '{suffix}', which chooses the format; "
-            f"expected one of {', '.join(SUFFIXES)}."
+            f"expected one of {', '.join([*SUFFIXES, *others])}."
             + (" Such a file is written by carom export." if suffix in EXPORTED else "")
         )
     return SUFFIXES[suffix]
