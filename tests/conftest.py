@@ -4,7 +4,10 @@ import os
 
 import pytest
 from helpers import apart
+from helpers.limits import SLOW_LIMIT, Limits
 from helpers.marks import slow
+from helpers.needs import NEEDS, needs_of, reason, skip_without
+from helpers.plain import uncompiled
 from hypothesis import settings
 
 # The same examples in every run: a failure on one machine is a failure on all. Times vary with compilation.
@@ -13,9 +16,10 @@ settings.load_profile("carom")
 
 
 def pytest_configure(config):
-    """Let workers give back the memory of each file."""
-    if hasattr(config, "workerinput") and apart.POSSIBLE:
-        config.pluginmanager.register(apart.Apart(config))
+    """Let each test have a limit, and workers give back the memory of each file."""
+    limits = Limits()
+    is_copied = hasattr(config, "workerinput") and apart.POSSIBLE
+    config.pluginmanager.register(apart.Apart(config, limits) if is_copied else limits)
 
 
 @pytest.fixture
@@ -27,23 +31,16 @@ def unscheduled(monkeypatch):
 
 
 @pytest.fixture
-def plain(monkeypatch):
+def plain():
     """Let simulations of this process run as plain Python: the same bits, and nothing is compiled."""
-    import numpy as np
-
-    from carom.engine import cycle, projection
-
-    for module, name in ((cycle, "schedule"), (cycle, "run"), (projection, "project")):
-        compiled = getattr(module, name)
-        monkeypatch.setattr(module, name, getattr(compiled, "__wrapped__", compiled))
-    with np.errstate(all="ignore"):  # compiled code divides by zero without a word
+    with uncompiled():
         yield
 
 
 @pytest.fixture(params=["plain", slow("compiled")])
 def both_ways(request):
     """Let what has some hundreds of events run as plain Python by default, and compiled under ``-m slow``."""
-    if request.param == "plain" and request.node.get_closest_marker("slow") is None:
+    if request.param == "plain":
         request.getfixturevalue("plain")
 
 
@@ -57,40 +54,53 @@ def pytest_xdist_auto_num_workers(config):
     return min(os.cpu_count() or 1, MOST) if everything else 0
 
 
-MAY_SKIP = (
-    "nothing is forbidden to root",
-    "root may write everything",
-    "no room for two spheres",
-    "three dimensions at most",
-    "needs two idle cores",
-    "no Chromium is installed",
-    "reads x86-64 instructions",
-    "LAMMPS is not installed",
-)
-"""Reasons to skip that no installed package would remove."""
-
-
 def pytest_addoption(parser):
-    """Add ``--no-skips``, for where everything is installed that a test may need."""
-    parser.addoption("--no-skips", action="store_true", help="a skip that nobody expects is a failure")
+    """Add ``--needing``, for where more is installed than the default tests need."""
+    text = f"run what needs one of these alone, and skip nothing; names of {', '.join(NEEDS)}"
+    parser.addoption("--needing", type=lambda names: set(names.split(",")), help=text)
 
 
-def _fail_if_skipped(config, report):
-    if report.skipped and not hasattr(report, "wasxfail") and config.getoption("no_skips"):
-        reason = str(report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr)
-        if not any(allowed in reason for allowed in MAY_SKIP):
+def _is_slow_and_plain(item):
+    """Tell whether this is the plain half of a slow test, which has its compiled one."""
+    way = getattr(item, "callspec", None) and item.callspec.params.get("both_ways")
+    return way == "plain" and item.get_closest_marker("slow") is not None
+
+
+def pytest_collection_modifyitems(config, items):
+    """Give slow tests a larger limit, and leave the tests that ``--needing`` asks for."""
+    items[:] = [item for item in items if not _is_slow_and_plain(item)]
+    for item in items:
+        if item.get_closest_marker("slow") and not item.get_closest_marker("timeout"):
+            item.add_marker(pytest.mark.timeout(SLOW_LIMIT))
+    if (asked := config.getoption("needing")) is not None:
+        if unknown := asked - {*NEEDS}:
+            raise pytest.UsageError(f"--needing knows {', '.join(NEEDS)}; found {', '.join(unknown)}.")
+        needed = {item: needs_of(item) for item in items}
+        config.hook.pytest_deselected(items=[item for item in items if not asked & needed[item]])
+        items[:] = [item for item in items if asked & needed[item]]
+
+
+def pytest_runtest_setup(item):
+    """Skip a test that needs what is not there."""
+    skip_without(*needs_of(item) - (item.config.getoption("needing") or set()))
+
+
+def _fail_if_skipped(report):
+    if report.skipped and not hasattr(report, "wasxfail"):
+        said = str(report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr)
+        if said.removeprefix("Skipped: ") not in map(reason, NEEDS):
             report.outcome = "failed"
-            report.longrepr = f"--no-skips: {reason}"
+            report.longrepr = f"This was skipped ({said}), and tests/helpers/needs.py has no such reason."
     return report
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_runtest_makereport(item, call):
+def pytest_runtest_makereport():
     """Let a test fail that is skipped without leave."""
-    return _fail_if_skipped(item.config, (yield))
+    return _fail_if_skipped((yield))
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_make_collect_report(collector):
+def pytest_make_collect_report():
     """Let a file fail that is skipped without leave."""
-    return _fail_if_skipped(collector.config, (yield))
+    return _fail_if_skipped((yield))

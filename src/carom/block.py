@@ -73,16 +73,6 @@ class VolumeSums(NamedTuple):
     virial: float
 
 
-def combined(one: Any, other: Any, sign: int = 1) -> Any:
-    """Return the sum of two sums or tuples of them, or with sign -1 the difference; None for None."""
-    if one is None or other is None:
-        return None
-    if not isinstance(one, tuple):
-        return one + sign * other
-    parts = [combined(a, b, sign) for a, b in zip(one, other, strict=True)]
-    return type(one)(*parts) if hasattr(one, "_fields") else tuple(parts)
-
-
 class Block(NamedTuple):
     """Sums over the collisions of one stretch of time.
 
@@ -152,3 +142,13 @@ class Block(NamedTuple):
     def kT(self) -> float | None:
         """Average of kT over the stretch [energy], where contacts change it."""
         return None if self.kT_time is None or not self.duration else self.kT_time / self.duration
+
+
+def weighted_sum(a: Any, b: Any, x: float, y: float) -> Any:
+    """Return ``x a + y b``, number by number; None where one of them is not known."""
+    if a is None or b is None:
+        return None
+    if isinstance(a, tuple):
+        each = (weighted_sum(*pair, x, y) for pair in zip(a, b, strict=True))
+        return type(a)(*each) if hasattr(a, "_fields") else tuple(each)
+    return a and b if isinstance(a, bool) else x * a + y * b

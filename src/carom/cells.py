@@ -125,13 +125,7 @@ class SortedCells:
 
     @classmethod
     def of(cls, grid: Grid, positions: np.ndarray) -> SortedCells:
-        """Sort positions (n, d) [length], wrapped into the box first.
-
-        Raises
-        ------
-        InputError
-            If a coordinate is not finite, or outside of the box along an axis with walls.
-        """
+        """Sort positions (n, d) [length], wrapped into the box first."""
         positions = np.asarray(positions, dtype=np.float64)
         if not np.isfinite(positions).all():
             worst = int(np.argmin(np.isfinite(positions).all(axis=1)))

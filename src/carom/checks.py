@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import difflib
+import importlib
 import math
 import numbers
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from carom.errors import InputError
+from carom.meant import suggestion
 
 #: Lengths and masses beyond this, or (where zero has no meaning) below its inverse, are refused: products of
 #: six edges and of energies would leave the range of doubles.
@@ -34,16 +35,15 @@ MOST_COLLISIONS = 2.0**62
 FINEST_ERROR = 1e-9
 
 
-def suggestion(name: str, known: Iterable[str], *, listed: bool = False) -> str:
-    """Return the end of an error about an unknown name: the nearest known name, or else all of them.
-
-    If the error has ``listed`` the names already, they are not repeated.
-    """
-    names = sorted(known)
-    near = difflib.get_close_matches(name[:80], names, n=1, cutoff=0.5)
-    if near:
-        return f"; did you mean {near[0]}"
-    return "" if listed else f" (known: {', '.join(names)})"
+def needed(module: str, what: str, install: str) -> Any:
+    """Import a module that the plain install does not bring; InputError says how to install it."""
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        package = module.partition(".")[0]
+        raise InputError(
+            f"{what} needs the package {package}, which is not installed: pip install {install}."
+        ) from None
 
 
 def keys(given: Iterable[str], what: str, known: Iterable[str], *, needed: Iterable[str] = ()) -> None:
@@ -51,17 +51,10 @@ def keys(given: Iterable[str], what: str, known: Iterable[str], *, needed: Itera
     there, names = list(given), list(known)
     for name in there:
         if name not in names:
-            raise InputError(f"{what} has no {str(name)[:40]!r}; known are {', '.join(names)}.")
+            raise InputError(f"{what} has no {str(name)[:40]!r}{suggestion(str(name), names)}.")
     for name in needed:
         if name not in there:
             raise InputError(f"{what} needs {name}, found none.")
-
-
-def refuse_unknown(maker: str, given: Iterable[str], meant: Mapping[str, str], known: Iterable[str]) -> None:
-    """Raise InputError if there is a keyword that ``maker`` does not know, with the word that is meant."""
-    for name in given:
-        hint = f"; it is called {meant[name]}" if name in meant else suggestion(name, known)
-        raise InputError(f"{maker} has no keyword {name!r}{hint}.")
 
 
 def describe(value: Any) -> str:
@@ -99,11 +92,6 @@ def number(
         Smallest and largest value allowed.
     open_low : bool
         Whether ``low`` itself is refused.
-
-    Raises
-    ------
-    InputError
-        If it is none, is not finite, or out of range.
     """
     if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
         hint = ""
@@ -165,11 +153,6 @@ def array(value: Any, name: str, shape: str, *, ndim: int) -> np.ndarray:
         What to call it and its shape in the message, e.g. "positions" and "(n, d)".
     ndim : int
         Number of axes it must have.
-
-    Raises
-    ------
-    InputError
-        If it is ragged, not numeric, holds booleans, NaN or infinity, or has another number of axes.
     """
     try:
         given = np.asarray(value)

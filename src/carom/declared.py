@@ -38,13 +38,16 @@ class Opt:
     flags : tuple of str or None
         Names of the option, by default that of the field; None if only files and arguments set it.
     read : callable or None
-        Returns the value from the text of the option.
+        Returns the value from the text of the option; from all its texts, if it may be repeated.
+    many : bool
+        Whether it may be repeated.
     """
 
     help: str
     panel: str = ""
     flags: tuple[str, ...] | None = ()
-    read: Callable[[str], Any] | None = None
+    read: Callable[[Any], Any] | None = None
+    many: bool = False
 
 
 def needed(check: Check | None, *how: Any, **more: Any) -> Any:
@@ -142,9 +145,10 @@ def checked(kind: type[Declared], name: str, value: Any) -> Any:
     return value if check is None else check(value, kind.before + name + kind.after)
 
 
-def helps(kind: type) -> dict[str, str]:
-    """Return what the fields of a specification are, by name."""
-    return {name: field.opt.help for name, field in fields_of(kind).items() if field.opt is not None}
+def of_options(kind: type[Declared], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of the fields that options set, of all that are ``given``."""
+    fields = fields_of(kind)
+    return {k: fields[k].of_option(v) for k, v in given.items() if k in fields and v not in (None, [])}
 
 
 _FIELDS: dict[type, dict[str, SpecField]] = {}
@@ -237,11 +241,11 @@ def word(*known: str) -> Check:
     """Return the check of a word that is one of those known."""
 
     def test(value: Any, name: str) -> str:
-        from carom import checks
+        from carom import checks, meant
 
         if isinstance(value, str) and value in known:
             return value
-        hint = checks.suggestion(value, known, listed=True) if isinstance(value, str) else ""
+        hint = meant.suggestion(value, known, listed=True) if isinstance(value, str) else ""
         raise InputError(f"{name} must be one of {', '.join(known)}; found {checks.describe(value)}{hint}.")
 
     return said(test, enum=list(known))

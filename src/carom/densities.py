@@ -78,11 +78,6 @@ def reduced_density(
         Highest packing fraction that is possible; by default that of the densest known packing.
     where : str
         Name of the structure with this limit, for the message.
-
-    Raises
-    ------
-    InputError
-        If none or both are given, or the value is beyond the limit.
     """
     if (packing_fraction is None) == (density is None):
         found = "neither" if density is None else "both"

@@ -48,6 +48,8 @@ class Frame:
     tilt : float or None
         Of a sheared box: the image one edge up along axis 1 is shifted by ``tilt`` of that edge along axis 0.
         Positions are then inside the tilted cell, and velocities are relative to the stream.
+    lacks : frozenset of str
+        Fields that the file of another program does not hold, such as "velocities": those here are assumed.
 
     Examples
     --------
@@ -70,6 +72,7 @@ class Frame:
     periodic: tuple[bool, ...] = ()
     spins: np.ndarray | None = None
     tilt: float | None = None
+    lacks: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         box = np.array(self.box, dtype=np.float64)

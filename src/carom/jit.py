@@ -25,8 +25,6 @@ def compiled(function: Callable[..., Any], signature: Any) -> Any:
 
 def compiled_on_call(function: Callable[..., Any], **options: Any) -> Any:
     """Return a function compiled for whatever it is called with, by Numba's ``options``; stored as well."""
-    from numba import njit
-
     from carom.compiling.cache import cached
 
-    return cached(function, options) or njit(**options)(function)
+    return cached(function, options)

@@ -34,13 +34,7 @@ def reason(error: BaseException) -> str:
 
 
 def existing(path: str | os.PathLike[str]) -> Path:
-    """Return `path` if it is a file.
-
-    Raises
-    ------
-    FileError
-        If it is missing, a folder or no regular file.
-    """
+    """Return `path` if it is a file."""
     path = Path(path)
     if path.is_dir():
         raise FileError(f"{path} is a folder, where a file was expected; name a file inside it.")
@@ -52,13 +46,7 @@ def existing(path: str | os.PathLike[str]) -> Path:
 
 
 def writable(path: str | os.PathLike[str]) -> Path:
-    """Return `path` if a file can stand there: no folder, and inside a folder that exists.
-
-    Raises
-    ------
-    FileError
-        If it is a folder, or its folder is missing.
-    """
+    """Return `path` if a file can stand there: no folder, and inside a folder that exists."""
     path = Path(path)
     if path.is_dir():
         raise FileError(f"{path} is a folder, where a file was to be written; name a file inside it.")
@@ -123,13 +111,7 @@ def uninterrupted() -> Iterator[None]:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file in UTF-8, which takes the place of ``path`` once it is complete.
-
-    Raises
-    ------
-    FileError
-        If it cannot be written.
-    """
+    """Write a text file in UTF-8, which takes the place of ``path`` once it is complete."""
     with replacing(path) as temporary, writing(path):
         temporary.write_text(text, encoding="utf-8")
 
@@ -138,12 +120,8 @@ def write_text(path: Path, text: str) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """Yield a temporary path beside `path` that takes its place once complete and on the disk.
 
-    Until then, and for ever if the body raises, `path` is as it was.
-
-    Raises
-    ------
-    FileError
-        If the body, or what follows it, cannot write.
+    Until then, and for ever if the body raises, `path` is as it was. Carom's errors about the temporary file
+    name `path`.
     """
     path = writable(path)
     # The suffix stays last, because it chooses the format.
@@ -155,6 +133,9 @@ def replacing(path: Path) -> Iterator[Path]:
             _synchronise(temporary)
             os.replace(temporary, path)
             _synchronise(path.parent)
+    except CaromError as error:
+        error.args = tuple(str(part).replace(str(temporary), str(path)) for part in error.args)
+        raise
     finally:
         temporary.unlink(missing_ok=True)
 

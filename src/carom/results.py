@@ -136,12 +136,7 @@ class Result:
         InputError
             If pandas is not installed.
         """
-        try:
-            import pandas
-        except ImportError:
-            raise InputError(
-                "A DataFrame needs the package pandas; pip install pandas, or use to_dict()."
-            ) from None
+        pandas = checks.needed("pandas", "A DataFrame", "pandas, or use to_dict()")
         return pandas.DataFrame(self._columns())
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -265,15 +260,7 @@ def loaded(path: str | os.PathLike[str]) -> Any:
         return found
     except OSError as error:
         raise FileError(f"{path} cannot be read ({error.strerror}).") from error
-    except (
-        ValueError,
-        TypeError,
-        LookupError,
-        ArithmeticError,
-        AttributeError,
-        RecursionError,
-        zipfile.BadZipFile,
-    ) as error:
+    except _DAMAGED as error:
         raise FileError(f"{path} holds no result that was saved: {error}") from error
 
 

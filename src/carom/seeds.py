@@ -22,24 +22,12 @@ PURPOSES = {
 
 
 def stream(seed: Any, purpose: str, *counted: int) -> SeedSequence:
-    """Return the source of randomness of an integer seed for a purpose, or for each of many by counting.
-
-    Raises
-    ------
-    InputError
-        If the seed is no integer >= 0: a run without a seed could not be repeated.
-    """
+    """Return the source of randomness of an integer seed for a purpose, or for each of many by counting."""
     return SeedSequence(checks.integer(seed, "seed", low=0), spawn_key=(PURPOSES[purpose], *counted))
 
 
 def generator(seed: Any, purpose: str) -> Generator:
-    """Return a random generator from a seed for a purpose, or the Generator given.
-
-    Raises
-    ------
-    InputError
-        If it is neither an integer >= 0 nor a Generator.
-    """
+    """Return a random generator from a seed for a purpose, or the Generator given."""
     return seed if isinstance(seed, Generator) else default_rng(stream(seed, purpose))
 
 

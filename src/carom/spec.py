@@ -170,12 +170,12 @@ class Spec(Declared):
     @classmethod
     def check_words(cls, words: Iterable[str]) -> None:
         """Raise InputError for a key that the section does not have."""
-        from carom import checks
+        from carom import meant
 
         known = [name for name in fields_of(cls) if name not in cls.tables]
         for name in words:
             if name not in known:
-                hint = f"; {cls.gone[name]}" if name in cls.gone else checks.suggestion(name, known)
+                hint = f"; {cls.gone[name]}" if name in cls.gone else meant.suggestion(name, known)
                 raise InputError(f"[{cls.section}] {shown(name)} is no known key{hint}.")
 
     def to_toml(self) -> str:
@@ -200,13 +200,7 @@ def file_of(path: Path) -> Path:
 
 
 def read(path: str | Path) -> str:
-    """Return the text of a scene file.
-
-    Raises
-    ------
-    FileError
-        If it is missing, unreadable, too large or not text in UTF-8.
-    """
+    """Return the text of a scene file."""
     from carom.io.records import read_text
 
     return read_text(
@@ -215,15 +209,8 @@ def read(path: str | Path) -> str:
 
 
 def sections(content: str, *own: str) -> dict[str, dict[str, Any]]:
-    """Return the tables of some sections of a TOML text; sections of other commands are skipped.
-
-    Raises
-    ------
-    InputError
-        If it is no TOML, or too long; if a section is unknown or no table, or a key stands outside of them;
-        or if it has sections and none of its ``own``.
-    """
-    from carom import checks
+    """Return the tables of some sections of a TOML text; sections of other commands are skipped."""
+    from carom import checks, meant
     from carom.io.records import toml_tables
 
     if len(content) > LARGEST_FILE:
@@ -238,7 +225,7 @@ def sections(content: str, *own: str) -> dict[str, dict[str, Any]]:
                 f"{shown(name)} stands outside of any section; write it below one, such as [{own[0]}]."
             )
         if name not in known:
-            hint = f"; {GONE[name]}" if name in GONE else checks.suggestion(name, known)
+            hint = f"; {GONE[name]}" if name in GONE else meant.suggestion(name, known)
             raise InputError(f"[{shown(name)}] is no known section{hint}.")
     if found and not {*own} & {*found}:
         wanted = " or ".join(f"[{name}]" for name in own)
@@ -295,5 +282,26 @@ def integers_of(flag: str) -> Callable[[str], list[int]]:
             return [int(part) for part in text.split(",")]
         except ValueError:
             raise InputError(f"{flag} {text!r} must be integers with commas, e.g. 500,1000.") from None
+
+    return read
+
+
+def tables_of(flag: str, *forms: str) -> Callable[[Iterable[str]], list[dict[str, float]]]:
+    """Return what reads an option that may be repeated: numbers with colons, in forms such as COUNT:DIAMETER.
+
+    Each is a table whose keys are the words of its form.
+    """
+    words = {form.count(":"): form.lower().split(":") for form in forms}
+
+    def read(texts: Iterable[str]) -> list[dict[str, float]]:
+        try:
+            found = []
+            for text in texts:
+                numbers = [float(part) for part in text.split(":")]
+                whole = [int(x) if x.is_integer() else x for x in numbers]
+                found.append(dict(zip(words[len(numbers) - 1], whole, strict=True)))
+            return found
+        except (ValueError, KeyError):
+            raise InputError(f"{flag} takes {' or '.join(forms)}, numbers, found '{text}'.") from None
 
     return read

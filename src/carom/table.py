@@ -7,10 +7,10 @@ import io
 import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, make_dataclass
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
-from carom.errors import InputError
+from carom.checks import needed
 from carom.texts import html, visible
 
 if TYPE_CHECKING:
@@ -122,12 +122,7 @@ class Table(Sequence[Any]):
 
     def to_dataframe(self) -> Any:
         """Return the rows as a pandas DataFrame; InputError without pandas."""
-        try:
-            import pandas
-        except ImportError:
-            raise InputError(
-                "A DataFrame needs the package pandas; pip install pandas, or save the table as .csv."
-            ) from None
+        pandas = needed("pandas", "A DataFrame", "pandas, or save the table as .csv")
         return pandas.DataFrame(self.dictionaries(), columns=list(self.names()))
 
     def columns(self) -> list[tuple[str, Column]]:
@@ -160,7 +155,10 @@ class Table(Sequence[Any]):
     _repr_html_ = html
 
     def rich(self, console: Console) -> Any:
-        """Return the table for a terminal, with one value per line if it is too wide."""
+        """Return the table for a terminal, with one value per line if it is too wide.
+
+        Of a table without rows, the title and the notes are all there is.
+        """
         from rich import box
         from rich.measure import Measurement
         from rich.table import Table as Rich
@@ -179,12 +177,16 @@ class Table(Sequence[Any]):
         for row, texts in zip(self.rows, rows, strict=True):
             made.add_row(*map(Text, texts), style="red" if self.flagged(row) else None)
         notes = [visible(note) for note in self.notes]
-        if Measurement.get(console, console.options.update(max_width=10_000), made).maximum <= console.width:
+        wide = Measurement.get(console, console.options.update(max_width=10_000), made).maximum
+        if rows and wide <= console.width:
             made.title, made.title_justify = (Text(self.title, "bold") if self.title else None), "left"
             # The caption of Rich is as wide as the table, and sentences are longer.
             return _Above(made, [Text(note) for note in notes])
         lines = [self.title] if self.title else []
         for first, *rest in rows:
+            if len(rest) == 1:
+                lines.append(f"{first}: {rest[0]}")
+                continue
             lines.append(f"{columns[0].head} {first}".strip())
             named = zip(columns[1:], rest, strict=True)
             lines += [f"  {c.head}: {text}" if c.head else f"  {text}" for c, text in named if text]
@@ -211,17 +213,25 @@ class _Above:
         yield from self.notes
 
 
-@dataclass(frozen=True)
-class Fact:
-    """A line of a table of names and values."""
+def of_texts(
+    heads: Sequence[str],
+    rows: Iterable[Sequence[str]],
+    title: str = "",
+    notes: Sequence[str] = (),
+    left: int = 1,
+) -> Table:
+    """Return a table of texts: its heads, and its rows, of which the last cells may be missing.
 
-    name: Annotated[str, Column("", left=True)]
-    value: Annotated[str, Column("", left=True)]
+    The first ``left`` columns stand on the left.
+    """
+    marks = [Annotated[str, Column(head, left=k < left)] for k, head in enumerate(heads)]
+    kind = make_dataclass("Texts", [(f"column_{k}", mark, "") for k, mark in enumerate(marks)], frozen=True)
+    return Table(kind, [kind(*row) for row in rows], title, notes)
 
 
 def facts(title: str, pairs: Iterable[tuple[str, str]], notes: Sequence[str] = ()) -> Table:
     """Return a table of names and values, without heads."""
-    return Table(Fact, [Fact(*pair) for pair in pairs], title, notes)
+    return of_texts(("", ""), pairs, title, notes, left=2)
 
 
 def _columns(hints: dict[str, Any]) -> Iterator[tuple[str, Column]]:

@@ -51,6 +51,12 @@ def label(text: Any) -> str:
     return f"\N{ZERO WIDTH SPACE}{shown}" if shown.startswith("_") else shown
 
 
+def counted(number: int, name: str) -> str:
+    """Return a number of things with their name in the singular or plural: ``1 point``, ``2 tries``."""
+    plural = name[:-1] + "ies" if name.endswith("ry") else name + ("es" if name.endswith("s") else "s")
+    return f"{number} {name if number == 1 else plural}"
+
+
 def axis_name(axis: int) -> str:
     """Return the name of an axis: x, y, z, and axis3 from the fourth on."""
     return "xyz"[axis] if axis < 3 else f"axis{axis}"

@@ -71,7 +71,7 @@ def test_every_command_is_typed():
     assert set(TYPED) == set(typer.main.get_command(cli.app).commands)
 
 
-@pytest.mark.slow
+@pytest.mark.ci
 def test_every_command_works_after_the_plain_install(fresh):
     carom, folder = fresh
     environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "PYTHONHOME")}

@@ -11,7 +11,7 @@ from helpers.commands import carom, complaints, datasets, wait_for
 
 pytestmark = [
     pytest.mark.slow,
-    pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL"),
+    pytest.mark.needs("Unix"),
 ]
 
 GROWS = """

@@ -7,37 +7,40 @@ import shutil
 import sys
 import time
 from collections.abc import Callable
+from inspect import signature
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from helpers.marks import slow
 from helpers.options import COMMANDS, PLAN
+from helpers.plain import uncompiled
 from typer.testing import CliRunner
 
 import carom
 from carom import cli, io
 from carom.cli import heartbeat, meant, screen, study
-from carom.cli.meant import OPTIONS
+from carom.cli.options import FLAGS
 from carom.cli.templates import SPECS
 from carom.declared import fields_of, schema_of
 from carom.frame import Frame
+from carom.meant import SAME
+from carom.scene.keywords import KNOWN as SCENE_KEYWORDS
 from carom.scene_file.commands import PlanSpec
-from carom.scene_file.sections import RunSpec
+from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.studies import CodeSpec, PackSpec, ShearSpec, StudySpec, TradeSpec, TransportSpec
 from carom.studies.study import Study
 
 RUN = ("--lattice", "fcc", "--cells", "3", "--packing-fraction", "0.3", "--equilibration", "10",
        "--frames", "2", "--collisions-per-particle", "40", "--no-pictures")  # fmt: skip
-PACK = ("--n", "20", "--dimension", "2", "--rate", "0.1", "--until-Z", "1e3", "--no-pictures")
+PACK = ("--n", "10", "--dimension", "2", "--rate", "1", "--until-Z", "100", "--no-pictures")
 EOS = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "50", "--equilibration",
-       "20", "--engine", "serial", "--no-pictures")  # fmt: skip
+       "20", "--engine", "serial")  # fmt: skip
 TRANSPORT = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "100",
-             "--equilibration", "20", "--engine", "serial", "--no-pictures")  # fmt: skip
+             "--equilibration", "20", "--engine", "serial")  # fmt: skip
 
 SHEAR = ("--rate", "1", "--eta", "0.1", "--n", "32", "--replicas", "1", "--restitution", "0.9", "--strains",
-         "10", "--equilibration", "20", "--engine", "serial", "--no-pictures")  # fmt: skip
+         "10", "--equilibration", "20", "--engine", "serial")  # fmt: skip
 
 
 class Done(NamedTuple):
@@ -55,18 +58,6 @@ class Done(NamedTuple):
         return json.loads((self.folder / "out" / "summary.json").read_text())
 
     @property
-    def frames(self):
-        return io.read(next((self.folder / "out").glob("*.h5md")), ":")
-
-    @property
-    def history(self):
-        return np.genfromtxt(self.folder / "out" / "history.csv", delimiter=",", names=True)
-
-    @property
-    def tasks(self):
-        return [json.loads(path.read_text())["task"] for path in (self.folder / "out" / "tasks").iterdir()]
-
-    @property
     def table(self):
         lines = (self.folder / "out" / "rdf.csv").read_text().splitlines()
         return np.genfromtxt([x for x in lines if not x.startswith("#")], delimiter=",", names=True)
@@ -80,20 +71,22 @@ class Case(NamedTuple):
     look: Callable[[Done], Any]
     right: Any
     """A value, or a function of what was seen with the option."""
+    asks: bool = False
+    """Whether the function behind the command is only asked: its own tests show what it does."""
 
 
-def added(base, option, look, right):
+def added(base, option, look, right, *, asks=False):
     """Return a case that adds an option to a command."""
-    return Case(tuple(base), tuple(option), look, right)
+    return Case(tuple(base), tuple(option), look, right, asks)
 
 
-def without(base, *names):
-    """Return arguments less some options and their values."""
-    kept = list(base)
-    for name in names:
-        k = kept.index(name)
-        del kept[k : k + 2]
-    return tuple(kept)
+def asked(base, option, name, right):
+    """Return a case that looks at a field of what a study is asked for, or at where it is to run."""
+
+    def look(done):
+        return getattr(done.asked.get("spec"), name, done.asked.get(name))
+
+    return added(base, option, look, right, asks=True)
 
 
 def close_to(value):
@@ -121,151 +114,87 @@ def in_brackets(name):
     )[name]
 
 
-def tasked(key):
-    return lambda done: {task[key] for task in done.tasks}
-
-
-def scene_told(key):
-    return lambda done: {task["scene"][key] for task in done.tasks}
-
-
-def ratio(done):
-    sizes = done.frames[-1].diameters
-    return round(float(sizes.max() / sizes.min()), 3)
-
-
-def reached(done):
-    z = done.summary["Z"]
-    return z["error"] <= 1e-3 * z["mean"]
-
-
-def close(value, within=0.0):
-    return lambda seen: abs(seen - value) <= within + 1e-9 * abs(value)
-
-
 OUT = ("--out", "out")
 SILENT = None  # looked at by a test of its own
-DRY = (*RUN[:6], "--dry-run")
-NO_LENGTH = without(RUN, "--collisions-per-particle")
-LOGGED = ("logged.toml", "--no-event-log")
-SPECIES = ("--species", "10:1", "--species", "10:1.4")
 
 MEASURE = ("two.extxyz", "rdf", *OUT)
 MOVIE = ("two.extxyz", "two.gif")
 
-TOO_SLOW = {
-    *(
-        ("view", option)
-        for option in (
-            "source", "--out", "--collisions", "--open", "--no-open", "--trust-code", "--overwrite",
-        )
-    ),
-    *(
-        ("movie", option)
-        for option in ("trajectory", "target", "--fps", "--size", "--color", "--overwrite")
-    ),
-    *(("trade", option) for option in ("study", "--out", "--seconds", "--seed")),
-    *(
-        ("plan", option)
-        for option in (
-            "scene", "--target", "--packing-fraction", "--dimension", "--species", "--n", "--seed", "--cores",
-            "--walltime", "--pilot", "--run", "--out", "--json",
-        )
-    ),
-    *(
-        ("eos", option)
-        for option in ("--dimension", "--relative-error", "--engine", "--cores", "--scheduler")
-    ),
-    *(
-        ("code", option)
-        for option in (
-            "--tries", "--seed", "--agree", "--rate", "--hops", "--starts", "--engine", "--cores",
-            "--scheduler",
-        )
-    ),
-    *(
-        ("shear", option)
-        for option in (
-            "study", "--out", "--packing-fraction", "--n", "--kT", "--lattice", "--replicas", "--dimension",
-            "--seed", "--relative-error", "--strains", "--equilibration", "--rate", "--restitution",
-            "--thermostat", "--engine", "--cores", "--scheduler",
-        )
-    ),
-    *(
-        ("transport", option)
-        for option in (
-            "study", "--out", "--packing-fraction", "--n", "--kT", "--lattice", "--replicas", "--dimension",
-            "--seed",
-            "--relative-error", "--collisions-per-particle", "--equilibration", "--engine", "--cores",
-            "--scheduler",
-        )
-    ),
+FIELDS = {
+    "packing_fraction": ("0.15", lambda seen: seen in (0.15, (0.15,))),
+    "n": ("40", lambda seen: seen in (40, (40,))),
+    "replicas": ("3", 3), "kT": ("2", 2.0), "dimension": ("2", 2), "lattice": ("fcc", "fcc"),
+    "seed": ("7", 7), "equilibration": ("30", 30.0), "relative_error": ("0.1", 0.1),
+    "collisions_per_particle": ("60", 60.0), "strains": ("60", 60.0), "restitution": ("0.8", 0.8),
+    "rate": ("0.3", lambda seen: seen in (0.3, (0.3,))), "thermostat": ("rescale", "rescale"),
+    "tries": ("4", 4), "agree": ("3", 3), "hops": ("2", 2), "starts": ("3", 3), "digits": ("40", 40),
+    "seconds": ("0.5", 0.5), "density": ("0.6", 0.6), "box": ("4,5,6", (4.0, 5.0, 6.0)), "cells": ("2", 2),
+    "diameter": ("2", 2.0), "time": ("3", 3.0), "walltime": ("9", 9.0), "frames": ("5", 5),
+    "write": ("extxyz", ("extxyz",)), "checkpoint_every": ("7", 7.0), "seeds": ("2", 2),
+    "until_Z": ("1e4", 1e4), "collisions": ("300", 300),
+    "stages": ("0.2:10", lambda seen: [*seen[0]] == [0.2, 10.0]),
+    "species": ("10:1.4", lambda seen: (seen[0]["count"], seen[0]["diameter"]) == (10, 1.4)),
 }  # fmt: skip
-"""Here the function behind the command is only asked: its own tests show what it does."""
+"""What is typed for a field of a specification, and what it becomes."""
+
+NEEDS = {"cells": ("--lattice", "fcc"), "walltime": ("--relative-error", "0.01")}
+"""Options without which another one means nothing."""
+
+
+def of_fields(base, *kinds):
+    """Return the cases of the fields of specifications: options of one machine, which are only asked for."""
+    found = {}
+    for field in (field for kind in kinds for field in fields_of(kind).values() if field.is_option):
+        name = field.name
+        on, _, off = (field.opt.flags or FLAGS.get(name, ("--" + name.replace("_", "-"),)))[0].partition("/")
+        if field.kind is bool:
+            found[on] = asked((*base, off) if off else base, (on,), name, True)
+            found |= {off: asked((*base, on), (off,), name, False)} if off else {}
+        else:
+            text, right = FIELDS[name]
+            found[on] = asked((*base, *NEEDS.get(name, ())), (on, text), name, right)
+    return found
+
+
+THAT_OF_SCENE = close_to((0.3,))
+
+
+def of_study(kind, needed, small, *argument):
+    """Return the cases of the command of a study.
+
+    With the arguments ``small`` it runs and writes its files; without any its own test looks at them.
+    """
+    found = {
+        "study": asked((), *argument),
+        "--out": added(needed, OUT, lambda done: str(done.asked["out"]), "out", asks=True),
+        "--quiet": SILENT,
+        **of_fields(needed, kind),
+    }
+    where = {} if kind.serial else {"engine": "threads", "scheduler": "tcp://x:1", "cores": "3"}
+    for name, text in where.items():
+        found[f"--{name}"] = asked(needed, (f"--{name}", text), *(
+            ("cores", 3) if name == "cores" else ("executor", text)
+        ))  # fmt: skip
+    drawn, bare = (*small, *OUT), (*small, *OUT, "--no-pictures")
+    png = lambda done: any((done.folder / "out").glob("*.png"))  # noqa: E731
+    return found | {
+        "--report": added(bare, ("--report",), made("out/report.html"), True) if small else SILENT,
+        "--pictures": added(bare, ("--pictures",), png, True) if small else SILENT,
+        "--no-pictures": added(drawn, ("--no-pictures",), png, False) if small else SILENT,
+        "--json": added(bare, ("--json",), json_alone, True) if small else SILENT,
+    }
+
 
 CASES = {
     "run": {
         "scene": added(("--dry-run",), ("scene.toml",), in_brackets("n"), "32"),
         "--out": added(RUN, ("--out", "elsewhere"), made("elsewhere/summary.json"), True),
-        "--seed": added(
-            (*RUN, *OUT), ("--seed", "5"),
-            lambda done: (done.summary["seed"], done.frames[0].positions[0, 0]), lambda seen: seen[0] == 5,
-        ),
         "--json": added((*RUN, *OUT), ("--json",), json_alone, True),
         "--quiet": SILENT,
         "--verbose": added((*RUN, *OUT), ("--verbose",), lambda done: "worst overlap" in done.printed, True),
         "--resume": added((*RUN, "--out", "finished"), ("--resume",), lambda done: done.code, 0),
         "--overwrite": added((*RUN, "--out", "full"), ("--overwrite",), lambda done: done.code, 0),
-        "--lattice": added(
-            without(DRY, "--lattice"), ("--lattice", "cubic"), lambda done: "n=27" in done.printed, True
-        ),
-        "--kT": added((*RUN, *OUT), ("--kT", "2"), told("kT"), close_to(2.0)),
-        "--time": added((*NO_LENGTH, *OUT), ("--time", "3"), told("time"), close_to(3.0)),
-        "--write": added(
-            (*RUN, *OUT), ("--write", "extxyz"), told("trajectories"), ["trajectory.extxyz"]
-        ),
-        "--dimension": added(("--dry-run",), ("--dimension", "2"), in_brackets("dimension"), "2"),
-        "--n": added(without(DRY, "--cells"), ("--n", "32"), in_brackets("n"), "32"),
-        "--cells": added(without(DRY, "--cells"), ("--cells", "2"), in_brackets("n"), "32"),
-        "--packing-fraction": added(
-            without(DRY, "--packing-fraction"), ("--packing-fraction", "0.2"),
-            lambda done: "packing_fraction=0.2)" in done.printed, True,
-        ),
-        "--density": added(
-            without(DRY, "--packing-fraction"), ("--density", "0.6"),
-            lambda done: "packing_fraction=0.314159)" in done.printed, True,
-        ),
-        "--box": added(
-            ("--dry-run", "--n", "20"), ("--box", "4,5,6"), lambda done: "box=(4, 5, 6)" in done.printed, True
-        ),
-        "--diameter": added(("--dry-run",), ("--diameter", "2"), in_brackets("diameter"), "2"),
-        "--equilibration": added(
-            without((*RUN, *OUT), "--equilibration"), ("--equilibration", "30"),
-            lambda done: done.summary["equilibration"]["collisions"], close(54 * 30, 8),
-        ),
-        # The time is chosen by the rate so far, which is that of the first collisions: about as many.
-        "--collisions-per-particle": added(
-            (*LOGGED, *OUT), ("--collisions-per-particle", "400"), told("collisions"),
-            close(54 * 400, 54 * 160),
-        ),
-        "--relative-error": added(
-            (*LOGGED, *OUT), ("--relative-error", "0.05"), told("relative_error"), 0.05
-        ),
-        "--walltime": added(
-            (*NO_LENGTH, *OUT, "--relative-error", "1e-3"), ("--walltime", "0.001"), reached, False
-        ),
-        "--frames": added((*RUN, *OUT), ("--frames", "5"), lambda done: len(done.frames), 5),
-        # How many there are is a matter of the clock, too: a checkpoint may take a tenth of a run.
-        "--checkpoint-every": added(
-            (*RUN, *OUT), ("--checkpoint-every", "7"),
-            lambda done: "checkpoint_every = 7.0" in (done.folder / "out/scene.toml").read_text(), True,
-        ),
-        "--event-log": added((*RUN, *OUT), ("--event-log",), made("out/events.h5"), True),
-        "--no-event-log": added(
-            ("logged.toml", *OUT), ("--no-event-log",), made("out/events.h5"), False
-        ),
-        "--pictures": added((*RUN, *OUT), ("--pictures",), made("out/pressure.png"), True),
-        "--no-pictures": added((*RUN[:-1], *OUT), ("--no-pictures",), made("out/pressure.png"), False),
+        **of_fields((), SceneSpec, RunSpec),
         "--dry-run": added((*RUN, *OUT), ("--dry-run",), made("out"), False),
         # Several change no bit; that the number is read is seen by one that is refused.
         "--cores": added((*RUN, *OUT), ("--cores", "0"), lambda done: done.code, 2),
@@ -280,18 +209,10 @@ CASES = {
     },
     "pack": {
         "scene": added(
-            (*PACK[4:], *OUT, "--collisions", "300"), ("scene.toml",), lambda done: done.summary["n"], 32
+            (*PACK[4:], *OUT, "--collisions", "30"), ("scene.toml",), lambda done: done.summary["n"], 32
         ),
-        "--packing-fraction": added(
-            (*PACK, *OUT), ("--packing-fraction", "0.3"), lambda done: done.history["packing_fraction"][0],
-            lambda seen: seen > 0.3,
-        ),
+        **of_fields((), PackSpec),
         "--out": added(PACK, ("--out", "elsewhere"), made("elsewhere/summary.json"), True),
-        "--seed": added(
-            (*PACK, *OUT), ("--seed", "5"),
-            lambda done: (done.summary["seed"], done.summary["packing_fraction"]), lambda seen: seen[0] == 5,
-        ),
-        "--seeds": added((*PACK, *OUT), ("--seeds", "2"), made("out/seed-2/summary.json"), True),
         "--cores": added((*PACK, *OUT), ("--cores", "1"), lambda done: done.code, 2),
         "--report": added((*PACK, *OUT, "--seeds", "1"), ("--report",), made("out/report.html"), True),
         "--json": added((*PACK, *OUT), ("--json",), json_alone, True),
@@ -300,23 +221,6 @@ CASES = {
             (*PACK, "--out", "stopped"), ("--resume",), lambda done: done.code, 0
         ),
         "--overwrite": added((*PACK, "--out", "packed"), ("--overwrite",), lambda done: done.code, 0),
-        "--n": added((*PACK, *OUT), ("--n", "30"), told("n"), 30),
-        "--dimension": added((*PACK, *OUT), ("--dimension", "1"), told("dimension"), 1),
-        "--species": added((*PACK, *OUT), SPECIES, ratio, 1.4),
-        "--walls": added((*PACK, *OUT), ("--walls",), lambda done: done.frames[-1].periodic, (False, False)),
-        "--rate": added((*PACK, *OUT), ("--rate", "0.2"), lambda done: {*done.history["rate"]}, {0.2}),
-        "--until-Z": added(
-            (*PACK, *OUT), ("--until-Z", "1e4"), told("note"), "Z = PV/NkT = 10000 reached"
-        ),
-        "--stage": added(
-            (*without(PACK, "--rate", "--until-Z"), *OUT, "--collisions", "2000"),
-            ("--stage", "0.2:10", "--stage", "0.1:1e3"),
-            lambda done: {*done.history["rate"]}, {0.1, 0.2},
-        ),
-        "--collisions": added((*PACK, *OUT), ("--collisions", "300"), told("collisions"), 300),
-        "--common": added((*PACK, *OUT, *SPECIES), ("--common",), ratio, 1.0),
-        "--pictures": added((*PACK, *OUT), ("--pictures",), made("out/gaps.png"), True),
-        "--no-pictures": added((*PACK[:-1], *OUT), ("--no-pictures",), made("out/gaps.png"), False),
     },
     "export": {
         "--quiet": SILENT,
@@ -369,20 +273,6 @@ CASES = {
         "--schema": added((), ("--schema",), json_alone, True),
         "--overwrite": added(("scene.toml",), ("--overwrite",), lambda done: done.code, 0),
     },
-    "trade": {
-        "--quiet": SILENT,
-        "study": added(
-            (), ("scene.toml",), lambda done: done.asked["spec"].scene["cells"], 2
-        ),
-        "--out": added((), OUT, lambda done: str(done.asked["out"]), "out"),
-        "--seconds": added((), ("--seconds", "0.5"), lambda done: done.asked["spec"].seconds, 0.5),
-        "--seed": added((), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
-        # What is written is looked at by the test of the trade and by those of other studies.
-        "--report": SILENT,
-        "--pictures": SILENT,
-        "--no-pictures": SILENT,
-        "--json": SILENT,
-    },
     "plan": {
         "--quiet": SILENT,
         "scene": added((), ("scene.toml",), lambda done: str(done.asked["scene"]), "scene.toml"),
@@ -399,136 +289,16 @@ CASES = {
         "--seed": added((), ("--seed", "7"), lambda done: done.asked["seed"], 7),
         "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
         "--walltime": added((), ("--walltime", "1800"), lambda done: done.asked["walltime"], 1800.0),
-        "--pilot": added((), ("--pilot", "2"), lambda done: done.asked["pilot_seconds"], 2.0),
+        "--pilot": added((), ("--pilot", "2"), lambda done: done.asked["pilot"], 2.0),
         "--run": added((), ("--run",), made("carom-plan/outcome.json"), True),
         "--out": added((), OUT, made("out/plan.json"), True),
         "--json": added((), ("--json",), json_alone, True),
     },
-    "code": {
-        "study": added(OUT, ("5",), made("out/code.json"), True),
-        "--out": added(("5",), ("--out", "elsewhere"), made("elsewhere/code.json"), True),
-        "--quiet": SILENT,
-        "--dimension": added(
-            ("5",), ("--dimension", "4"), lambda done: "5 points on S^3" in done.printed, True
-        ),
-        "--tries": added(("9",), ("--tries", "3"), lambda done: done.asked["spec"].tries, 3),
-        "--seed": added(("9",), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
-        "--agree": added(("9",), ("--agree", "3"), lambda done: done.asked["spec"].agree, 3),
-        "--rate": added(("9",), ("--rate", "0.1"), lambda done: done.asked["spec"].rate, 0.1),
-        "--hops": added(("9",), ("--hops", "2"), lambda done: done.asked["spec"].hops, 2),
-        "--starts": added(("9",), ("--starts", "3"), lambda done: done.asked["spec"].starts, 3),
-        "--digits": added(
-            ("5", "--json"), ("--digits", "40"), lambda done: len(json.loads(done.printed)["angle"]), 41
-        ),
-        "--engine": added(("9",), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
-        "--cores": added(("9",), ("--cores", "1"), lambda done: done.asked["cores"], 1),
-        "--scheduler": added(
-            ("9",), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
-        ),
-        "--report": added(("5", *OUT), ("--report",), made("out/report.html"), True),
-        "--pictures": added(("5", *OUT, "--no-pictures"), ("--pictures",), made("out/code.png"), True),
-        "--no-pictures": added(("5", *OUT), ("--no-pictures",), made("out/code.png"), False),
-        "--json": added(("5",), ("--json",), json_alone, True),
-    },
-    "eos": {
-        "--quiet": SILENT,
-        "study": added((*EOS, *OUT), ("study.toml",), scene_told("mass"), {2.0}),
-        "--out": added(EOS, ("--out", "elsewhere"), made("elsewhere/eos.csv"), True),
-        "--packing-fraction": added(
-            (*EOS[2:], *OUT, "study.toml"), ("--packing-fraction", "0.15"),
-            scene_told("packing_fraction"), {0.15},
-        ),
-        "--n": added((*EOS, *OUT), ("--n", "40"), scene_told("n"), {40}),
-        "--replicas": added((*EOS, *OUT), ("--replicas", "2"), lambda done: len(done.tasks), 2),
-        "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["spec"].dimension, 2),
-        "--lattice": added((*EOS, *OUT), ("--lattice", "fcc"), scene_told("initial"), {"fcc"}),
-        "--kT": added((*EOS, *OUT), ("--kT", "2"), scene_told("kT"), {2.0}),
-        "--seed": added((*EOS, *OUT), ("--seed", "7"), tasked("seed"), {7}),
-        "--relative-error": added(
-            (), ("--relative-error", "0.1"), lambda done: done.asked["spec"].relative_error, 0.1
-        ),
-        "--collisions-per-particle": added(
-            (*without(EOS, "--collisions-per-particle"), *OUT, "study.toml"),
-            ("--collisions-per-particle", "60"), tasked("collisions_per_particle"), {60.0},
-        ),
-        "--equilibration": added((*EOS, *OUT), ("--equilibration", "30"), tasked("equilibration"), {30.0}),
-        "--engine": added((), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
-        "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
-        "--scheduler": added(
-            (), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
-        ),
-        "--report": added((*EOS, *OUT), ("--report",), made("out/report.html"), True),
-        "--pictures": added((*EOS, *OUT), ("--pictures",), made("out/eos.png"), True),
-        "--no-pictures": added((*EOS[:-1], *OUT), ("--no-pictures",), made("out/eos.png"), False),
-        "--json": added((*EOS, *OUT), ("--json",), json_alone, True),
-    },
-    "transport": {
-        "--quiet": SILENT,
-        "study": added(
-            (), ("scene.toml",), lambda done: done.asked["spec"].packing_fraction, close_to((0.3,))
-        ),
-        "--out": added((), ("--out", "elsewhere"), lambda done: str(done.asked["out"]), "elsewhere"),
-        "--packing-fraction": added(
-            (), ("--packing-fraction", "0.15"), lambda done: done.asked["spec"].packing_fraction, (0.15,)
-        ),
-        "--n": added((), ("--n", "40"), lambda done: done.asked["spec"].n, (40,)),
-        "--kT": added((), ("--kT", "2"), lambda done: done.asked["spec"].kT, 2.0),
-        "--lattice": added((), ("--lattice", "fcc"), lambda done: done.asked["spec"].lattice, "fcc"),
-        "--replicas": added((), ("--replicas", "2"), lambda done: done.asked["spec"].replicas, 2),
-        "--dimension": added((), ("--dimension", "2"), lambda done: done.asked["spec"].dimension, 2),
-        "--seed": added((), ("--seed", "7"), lambda done: done.asked["spec"].seed, 7),
-        "--relative-error": added(
-            (), ("--relative-error", "0.1"), lambda done: done.asked["spec"].relative_error, 0.1
-        ),
-        "--collisions-per-particle": added(
-            (), ("--collisions-per-particle", "60"),
-            lambda done: done.asked["spec"].collisions_per_particle, 60.0,
-        ),
-        "--equilibration": added(
-            (), ("--equilibration", "30"), lambda done: done.asked["spec"].equilibration, 30.0
-        ),
-        "--engine": added((), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
-        "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
-        "--scheduler": added(
-            (), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
-        ),
-        "--report": added((*TRANSPORT, *OUT), ("--report",), made("out/report.html"), True),
-        "--pictures": added((*TRANSPORT, *OUT), ("--pictures",), made("out/transport.png"), True),
-        "--no-pictures": added(
-            (*TRANSPORT[:-1], *OUT), ("--no-pictures",), made("out/transport.png"), False
-        ),
-        "--json": added((*TRANSPORT, *OUT), ("--json",), json_alone, True),
-    },
-    "shear": {
-        "--quiet": SILENT,
-        "study": added(
-            (), ("scene.toml",), lambda done: done.asked["spec"].packing_fraction, close_to((0.3,))
-        ),
-        "--out": added((), ("--out", "elsewhere"), lambda done: str(done.asked["out"]), "elsewhere"),
-        **{
-            flag: added(
-                (), (flag, text),
-                lambda done, flag=flag: getattr(done.asked["spec"], flag[2:].replace("-", "_")), right,
-            )
-            for flag, text, right in (
-                ("--packing-fraction", "0.15", (0.15,)), ("--n", "40", (40,)), ("--kT", "2", 2.0),
-                ("--lattice", "fcc", "fcc"), ("--replicas", "3", 3), ("--dimension", "2", 2),
-                ("--seed", "7", 7),
-                ("--relative-error", "0.1", 0.1), ("--strains", "60", 60.0), ("--equilibration", "30", 30.0),
-                ("--rate", "0.2:0.6:3", (0.2, 0.4, 0.6)), ("--restitution", "0.8", 0.8),
-                ("--thermostat", "rescale", "rescale"),
-            )
-        },
-        "--engine": added((), ("--engine", "threads"), lambda done: done.asked["executor"], "threads"),
-        "--cores": added((), ("--cores", "3"), lambda done: done.asked["cores"], 3),
-        "--scheduler": added(
-            (), ("--scheduler", "tcp://x:1"), lambda done: done.asked["executor"], "tcp://x:1"
-        ),
-        "--report": added((*SHEAR, *OUT), ("--report",), made("out/report.html"), True),
-        "--pictures": added((*SHEAR, *OUT), ("--pictures",), made("out/shear.png"), True),
-        "--no-pictures": added((*SHEAR[:-1], *OUT), ("--no-pictures",), made("out/shear.png"), False),
-        "--json": added((*SHEAR, *OUT), ("--json",), json_alone, True),
-    },
+    "eos": of_study(StudySpec, (), EOS, ("study.toml",), "packing_fraction", (0.1,)),
+    "transport": of_study(TransportSpec, (), TRANSPORT, ("scene.toml",), "packing_fraction", THAT_OF_SCENE),
+    "shear": of_study(ShearSpec, (), SHEAR, ("scene.toml",), "packing_fraction", THAT_OF_SCENE),
+    "code": of_study(CodeSpec, ("9",), ("5",), ("9",), "n", 9),
+    "trade": of_study(TradeSpec, (), (), ("scene.toml",), "scene", lambda scene: scene["cells"] == 2),
     "view": {
         "source": added((), ("two.extxyz",), lambda done: str(done.asked.get("source")), "two.extxyz"),
         "--out": added(
@@ -588,10 +358,6 @@ def material(tmp_path_factory):
     """Return a folder of what commands read, and what stands in their way."""
     folder = tmp_path_factory.mktemp("material")
     (folder / "scene.toml").write_text("[scene]\nlattice = 'fcc'\ncells = 2\npacking_fraction = 0.3\n")
-    (folder / "logged.toml").write_text(
-        "[scene]\nlattice = 'fcc'\ncells = 3\npacking_fraction = 0.3\n[run]\nequilibration = 1\nframes = 2\n"
-        "collisions_per_particle = 40\nevent_log = true\npictures = false\n"
-    )
     (folder / "study.toml").write_text(
         "[study]\npacking_fraction = [0.1]\nn = 32\ncollisions_per_particle = 40\n[scene]\nmass = 2.0\n"
     )
@@ -638,7 +404,12 @@ def frame_at(scene, time):
 
 def type_in(folder, command, *arguments, asked=None):
     """Type a command in a folder."""
-    with contextlib.chdir(folder), pytest.MonkeyPatch.context() as patch:
+    compiled = command != "pack"  # of some hundred events
+    with (
+        contextlib.chdir(folder),
+        pytest.MonkeyPatch.context() as patch,
+        contextlib.nullcontext() if compiled else uncompiled(),
+    ):
         for name in [name for name in sys.modules if name.startswith("carom_rules_")]:
             patch.delitem(sys.modules, name)  # one source runs once in a process
         if asked is not None:
@@ -647,6 +418,14 @@ def type_in(folder, command, *arguments, asked=None):
             def plan(target, **settings):
                 asked.update(target=target, **settings)
                 return PLAN
+
+            def simulate(plan, out, **settings):
+                asked.update({**vars(plan.scene), **vars(plan.run)}, out=out, **settings)
+                raise Asked
+
+            def pack(spec, *settings):
+                asked.update(spec=spec)
+                raise Asked
 
             run_in_full = Study.run
 
@@ -669,20 +448,18 @@ def type_in(folder, command, *arguments, asked=None):
             patch.setattr("typer.launch", lambda page: asked.update(launched=page))
             patch.setattr("carom.studies.planner.plan.plan", plan)
             patch.setattr("carom.studies.study.Study.run", run)
+            patch.setattr("carom.studies.runs.execution.run", simulate)
+            patch.setattr("carom.studies.packings.pack.packed", pack)
         done = CliRunner().invoke(cli.app, [command, *arguments])
     if done.exception is not None and not isinstance(done.exception, SystemExit | Asked):
         raise done.exception
     return Done(folder, done.exit_code, done.stdout, asked or {})
 
 
-KERNELS = {("pack", "--walls"), ("pack", "--dimension")}
-"""Options that need kernels of their own, half a minute to compile."""
-
-
 @pytest.mark.parametrize(
     ("command", "option"),
     [
-        slow(command, option) if (command, option) in KERNELS else (command, option)
+        (command, option)
         for command, cases in CASES.items()
         for option, case in cases.items()
         if case is not SILENT
@@ -690,16 +467,16 @@ KERNELS = {("pack", "--walls"), ("pack", "--dimension")}
 )
 def test_an_option_changes_what_the_command_does(command, option, material, typed, tmp_path_factory):
     case = CASES[command][option]
-    asked = {} if (command, option) in TOO_SLOW else None
+    asks = case.asks or command in ("view", "movie", "plan")
     arguments = (command, *case.without)
     if arguments not in typed:
         folder = tmp_path_factory.mktemp("without") / "here"
         shutil.copytree(material, folder)
-        typed[arguments] = type_in(folder, *arguments, asked=asked)
+        typed[arguments] = type_in(folder, *arguments, asked={} if asks else None)
     before = case.look(typed[arguments])
     folder = tmp_path_factory.mktemp("with") / "here"
     shutil.copytree(material, folder)
-    after = case.look(type_in(folder, *arguments, *case.option, asked=None if asked is None else {}))
+    after = case.look(type_in(folder, *arguments, *case.option, asked={} if asks else None))
     assert after != before
     if callable(case.right):
         assert case.right(after), after
@@ -838,7 +615,9 @@ def test_what_does_not_exist_is_answered_with_what_is_meant(words, answer):
 
 def test_other_words_lead_to_options_and_commands_that_there_are():
     known = {name for _, _, names in names_of() for name in names}
-    assert {*OPTIONS} <= known
+    in_python = {*signature(carom.Scene.random).parameters, *SCENE_KEYWORDS}
+    for same in SAME:
+        assert {f"--{one.replace('_', '-')}" for one in same} & known or same[0] in in_python
     assert {each.split()[0] for each in meant.COMMANDS.values()} <= COMMANDS.keys()
     assert not meant.COMMANDS.keys() & COMMANDS.keys()
 

@@ -12,7 +12,6 @@ import MDAnalysis
 import numpy as np
 import pytest
 from helpers.commands import assert_same_run, began, carom as command, start, summary, wait_for, whole_run
-from helpers.marks import slow
 
 import carom
 from carom import io
@@ -53,7 +52,8 @@ def test_ctrl_c_stops_within_a_second(reference, tmp_path):
     assert taken < ONE_SECOND
 
 
-@pytest.mark.parametrize("number", [slow(signal.SIGINT), signal.SIGTERM])
+@pytest.mark.ci
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_a_run_stopped_by_a_signal_goes_on_and_ends_with_the_same_bits(reference, tmp_path, number):
     scene, whole = reference
     out = tmp_path / "run"

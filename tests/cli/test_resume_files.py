@@ -18,7 +18,6 @@ from carom.simulation.simulation import Simulation
 from carom.studies.runs import beside_theory, report
 from carom.studies.runs.folder import RunFolder
 
-pytest.importorskip("gsd")
 pytestmark = pytest.mark.filterwarnings("ignore:.*GSD knows no walls")
 
 

@@ -48,7 +48,7 @@ def table_of(path):
     return {name: np.array([float(row[name]) for row in rows if row[name]]) for name in rows[0]}, comments
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("dimension", [slow(2), 3])
 def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypatch):
     drawn, draw_pressure = {}, plots.pressure
 

@@ -8,6 +8,7 @@ import pytest
 from helpers.commands import assert_same_run, carom as command
 
 import carom
+from carom.compiling import compile_listeners
 from carom.errors import InputError
 from carom.observables.precision import FLOOR
 from carom.scene_file.scene_file import RunSpec, SceneFile
@@ -90,6 +91,23 @@ def test_the_wall_time_bounds_a_run_out_of_reach(finished, tmp_path):
     summary = json.loads(done.stdout)
     assert summary["frames"] >= 1
     assert summary["Z"]["error"] > 1e-6
+
+
+def test_seconds_of_earlier_sessions_count_for_the_wall_time(tmp_path, monkeypatch):
+    ahead, running = [0.0], compile_listeners.running
+    monkeypatch.setattr(compile_listeners, "running", lambda: running() + ahead[0])
+    plan = PRECISE.replace("3e-3", "1e-9\nwalltime = 20.0").replace("frames = 20", "frames = 200")
+
+    def stop(stage, fraction):
+        if stage == "Measuring" and fraction > 0.01:  # with two frames
+            ahead[0] = 30.0
+            os.kill(os.getpid(), signal.SIGINT)
+
+    with pytest.raises(carom.Interrupted):
+        carom.run(SceneFile.from_toml(plan), tmp_path / "run", progress=stop)
+    ahead[0] = 0.0
+    found = carom.resume(tmp_path / "run")
+    assert 2 <= found.summary["frames"] < 10
 
 
 @pytest.mark.parametrize(

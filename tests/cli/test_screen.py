@@ -12,10 +12,10 @@ import pytest
 from helpers.frames import crystal, frame_of
 from helpers.screens import printed, summary
 from rich.console import Console
-from rich.table import Table
 
-from carom.cli import heartbeat, screen, tables
+from carom.cli import heartbeat, screen
 from carom.observables.packing import DISTINCT, packing_network
+from carom.table import of_texts
 
 
 def test_all_pressures_of_a_table_have_one_unit_which_is_named():
@@ -38,12 +38,19 @@ def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_pri
     ("changes", "line"),
     [
         ({}, "Energy kept to 2e-15, no overlap beyond rounding, in equilibrium."),
+        *(
+            (
+                {name: {"mean": 3.9, "error": 0.1, "n_eff": 9.9}},
+                "Energy kept to 2e-15, no overlap beyond rounding.",
+            )
+            for name in ("Z", "U", "temperature", "volume")
+        ),
         ({"remarks": ["It drifts."]}, "Energy kept to 2e-15, no overlap beyond rounding."),
         ({"Z": {"mean": None, "error": None}}, "Energy kept to 2e-15, no overlap beyond rounding."),
-        ({"energy_drift": None, "worst_overlap": 3e-4}, "Overlaps up to 0.0003 diameters, in equilibrium."),
+        ({"energy_drift": None, "worst_overlap": 3e-4}, "Overlaps up to 0.0003 diameters, steady."),
         (
             {"energy_drift": 0.42},
-            "Energy changed by 0.42 of the kinetic energy, no overlap beyond rounding, in equilibrium.",
+            "Energy changed by 0.42 of the kinetic energy, no overlap beyond rounding, steady.",
         ),
     ],
 )
@@ -68,10 +75,11 @@ def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
     assert len(printed(table, 400).splitlines()) < len(shown.splitlines())
 
 
-def test_a_table_without_rows_is_its_title_and_caption_as_wide_as_the_terminal():
-    table = Table(title="40 units at packing fraction 0.000349066", caption="There is no one kT.")
-    table.add_column("measured")
-    assert tables.fitted(Console(width=60), table).splitlines() == [table.title, table.caption]
+def test_a_table_without_rows_is_its_title_and_its_notes():
+    table = of_texts(
+        ("", "measured"), [], "40 units at packing fraction 0.000349066", ["There is no one kT."]
+    )
+    assert printed(table, 60).splitlines() == [table.title, *table.notes]
 
 
 def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(monkeypatch, capsys):
@@ -106,7 +114,7 @@ def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeyp
     said = re.sub(r"\d+ s: ", "", capsys.readouterr().err).splitlines()
     assert [word for word, before in zip(said, [None, *said], strict=False) if word != before] == [
         "Starting",
-        "Compiling, ten seconds or more the first time, and the first runs",
+        "Compiling if need be, and the first runs",
         "Finishing",
     ]
     time.sleep(0.15)

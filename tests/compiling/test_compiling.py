@@ -51,7 +51,7 @@ def test_a_handler_of_one_s_own_hears_the_signal_once_and_is_there_again(number)
         signal.signal(number, before)
 
 
-@pytest.mark.skipif(os.name == "nt", reason="Windows sends no SIGINT to one process")
+@pytest.mark.needs("Unix")
 def test_a_command_ends_at_once_while_it_compiles():
     program = """
 import os, time
@@ -72,7 +72,7 @@ def test_what_the_compiler_raises_is_raised():
         raise ValueError("no such type")
 
 
-@pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled")
+@pytest.mark.needs("compiled code")
 def test_compiling_is_told_once_and_only_where_something_is_compiled(capsys):
     from numba import njit
 
@@ -91,7 +91,7 @@ def test_compiling_is_told_once_and_only_where_something_is_compiled(capsys):
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.skipif(bool(os.environ.get("NUMBA_DISABLE_JIT")), reason="nothing is compiled")
+@pytest.mark.needs("compiled code")
 def test_the_screen_says_once_that_worker_processes_compile(capsys):
     results = []
     done = lambda _, found: results.append(found)  # noqa: E731
@@ -123,7 +123,7 @@ def test_ctrl_c_during_the_first_compilation_of_a_command_is_one_line(tmp_path):
     command = [sys.executable, "-m", "carom", "run", "--n", "32", "--out", str(tmp_path / "run")]
     process = subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
     assert process.stderr is not None
-    assert process.stderr.readline().strip() == TEXT
+    assert process.stderr.readline().startswith("Compiling schedule (EqualCores, ")
     time.sleep(1.0)
     process.send_signal(signal.SIGINT)
     _, err = process.communicate(timeout=300)

@@ -1,19 +1,20 @@
 """The kernel as it is built: with and without compilation, with bounds checks, vectorised, never stale."""
 
 import os
-import platform
 import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
 from helpers.tiny import run_tiny
 from numba.core import event
 
 import carom
-from carom.compiling import dispatch, registry
+from carom.compiling import dispatch, registry, simd
+from carom.engine.state import row_type
 
 
 @pytest.mark.slow
@@ -46,6 +47,25 @@ def test_an_edited_kernel_is_compiled_anew(tmp_path):
     assert run_tiny(**settings) != first
 
 
+def test_room_on_the_stack_is_that_of_the_function_that_asks_for_it():
+    # In a function of its own, which is inlined, its life would end before it is used.
+    def asks(rows):
+        return len(simd.candidate_block(rows)[0])
+
+    compiled = []
+
+    class Listener(event.Listener):
+        def on_start(self, begun):
+            compiled.append(begun.data["dispatcher"].py_func.__name__)
+
+        def on_end(self, ended):
+            pass
+
+    with event.install_listener("numba:compile", Listener()):
+        assert numba.njit(**dispatch.ENTRY)(asks)(np.zeros(3, row_type(3)).view(np.recarray)) == 8
+    assert compiled == ["asks"]
+
+
 def test_an_inlined_function_is_compiled_once_for_all_its_callers():
     @registry.inner
     def half(x):
@@ -73,7 +93,7 @@ def test_an_inlined_function_is_compiled_once_for_all_its_callers():
     assert sorted(compiled) == ["both", "half", "quarter"]
 
 
-@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="reads x86-64 instructions")
+@pytest.mark.needs("an x86-64 processor")
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_the_search_for_a_partner_is_vectorised(kind):
     from numba import njit

@@ -1,16 +1,19 @@
 """Compiled code on disk: used again where nothing has changed, and never where something has."""
 
+import contextlib
 import importlib
 import os
 import shutil
 import subprocess
 import sys
+import time
 from typing import NamedTuple
 
 import numba
 import pytest
 from numba import types
 
+from carom.compiling import cache
 from carom.compiling.code_digest import digest_of
 from carom.compiling.compile_listeners import listening
 from carom.compiling.dispatch import entry
@@ -62,7 +65,7 @@ def probe(obstacle, x):
 
 def show(obstacle):
     said = []
-    with listening(lambda: said.append(1)):
+    with listening(said.append):
         time = probe(obstacle, 10.0)
     print("compiled" if said else "loaded", f"{time:.6g}")
 """
@@ -124,6 +127,104 @@ def test_what_is_compiled_already_is_loaded_without_what_compiles(folder):
     )
     assert run(folder, program) == "compiled 3\nTrue [1, 1]"
     assert run(folder, program) == "loaded 3\nFalse [1, 1]"
+
+
+TOLD = """
+from carom.compiling.compile_listeners import listening
+with listening(lambda news: print(news, flush=True)):
+    from probe import probe
+    from floor_model import Floor
+    print(probe(Floor(2.0), 10.0))
+"""
+HOLDER = """
+import filelock, sys, time
+lock = filelock.FileLock(sys.argv[1])
+lock.acquire()
+print(flush=True)
+time.sleep(600)
+"""
+
+
+@contextlib.contextmanager
+def busy(folder):
+    """Let another process hold the lock of the only code that is kept, which is gone."""
+    run(folder)
+    (kept,), (lock,) = folder.rglob("*.nbc"), folder.rglob("*.lock")
+    content = kept.read_bytes()
+    kept.unlink()
+    with subprocess.Popen([sys.executable, "-c", HOLDER, str(lock)], stdout=subprocess.PIPE) as holder:
+        assert holder.stdout is not None
+        try:
+            holder.stdout.readline()
+            yield holder, lambda: kept.write_bytes(content)
+        finally:
+            holder.kill()
+
+
+@contextlib.contextmanager
+def telling(folder):
+    """Let a process compile, or load, and say what it does."""
+    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
+    command = [sys.executable, "-B", "-c", TOLD]
+    with subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "Waiting for another process, which compiles probe (Floor).\n"
+        yield process
+
+
+def test_who_comes_second_waits_and_loads_what_the_first_has_compiled(folder):
+    with busy(folder) as (holder, compile_), telling(folder) as process:
+        compile_()
+        holder.kill()
+        assert process.communicate(timeout=60)[0] == "3.0\n"
+
+
+def test_a_killed_compiler_keeps_nobody_waiting(folder):
+    with busy(folder) as (holder, _), telling(folder) as process:
+        holder.kill()
+        said = process.communicate(timeout=60)[0].splitlines()
+        # Of what it calls, nothing is told.
+        assert [line for line in said if line] == [
+            "Compiling probe (Floor), which is new here: ten seconds or more.",
+            "3.0",
+        ]
+
+
+def test_a_compiler_that_has_stopped_keeps_nobody_waiting_for_ever(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr(cache, "PATIENCE", 0.5)
+    assert entry(twice)(1.5) == 3.0
+    (kept,), (lock,) = tmp_path.rglob("*.nbc"), tmp_path.rglob("*.lock")
+    kept.unlink()
+    said, times = [], []
+    with subprocess.Popen([sys.executable, "-c", HOLDER, str(lock)], stdout=subprocess.PIPE) as holder:
+        assert holder.stdout is not None
+        holder.stdout.readline()
+        with listening(said.append), listening(lambda _: times.append(time.monotonic())):
+            assert entry(twice)(1.5) == 3.0
+        holder.kill()
+    assert said == [
+        "Waiting for another process, which compiles twice.",
+        "Compiling twice, which is new here: ten seconds or more.",
+    ]
+    assert times[1] - times[0] >= 0.5
+
+
+def test_code_that_checks_bounds_has_files_of_its_own(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    for checked in (None, 1):
+        monkeypatch.setattr(cache, "BOUNDS_CHECKED", checked)
+        assert entry(twice)(1.5) == 3.0
+    assert len([*tmp_path.rglob("*.nbc")]) == 2
+
+
+def test_it_is_told_how_long_the_last_one_took(tmp_path, monkeypatch):
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
+    entry(twice)(1.5)
+    said = []
+    with listening(said.append):
+        entry(twice)(1)
+    assert said == ["Compiling twice, which is new here: it took 0 s the last time."]
 
 
 @pytest.fixture
@@ -253,12 +354,12 @@ def test_a_damaged_file_is_compiled_again(tmp_path, monkeypatch, maker):
 
     def result():
         said = []
-        with listening(lambda: said.append(1)):
+        with listening(said.append):
             assert MAKERS[maker]()(1.5) == 3.0
         return "compiled" if said else "loaded"
 
     assert [result(), result()] == ["compiled", "loaded"]
-    (kept,) = (path for path in tmp_path.rglob("*") if path.is_file())
+    (kept,) = tmp_path.rglob("*.nbc")
     whole = kept.read_bytes()
     for name, damage in DAMAGES.items():
         kept.write_bytes(damage(whole))

@@ -24,6 +24,7 @@ def test_two_rods_on_a_ring_schedule_each_other_again_at_once_only_if_they_see_a
     assert sim.statistics.third_party_first == 10 * each
 
 
+@pytest.mark.usefixtures("plain")
 def test_hits_of_walls_are_no_advancements():
     scene = carom.Scene([[1.0, 2.0]], (5.0, 6.0), velocities=[[1.0, 0.7]], walls=True)
     sim = carom.Simulation(scene, seed=0)

@@ -4,6 +4,7 @@ import itertools
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.oracle import EPS, moving
 
 import carom
@@ -39,7 +40,7 @@ def test_a_time_beyond_the_clock_is_an_error(sim):
         sim.run(time=1e300)
 
 
-@pytest.mark.parametrize("shape", [(4000,), (64, 64), (16, 16, 16)])
+@pytest.mark.parametrize("shape", [slow((4000,)), (64, 64), (16, 16, 16)])
 def test_thousands_collide_at_the_same_instant(shape):
     # The colours of a checkerboard move to the right and to the left: all pairs meet at once, and again.
     cells = np.stack(np.meshgrid(*map(np.arange, shape), indexing="ij"), axis=-1).reshape(-1, len(shape))
@@ -182,7 +183,7 @@ def test_long_thin_boxes(box):
     assert sim.statistics.energy_drift < 1e-12
 
 
-@pytest.mark.parametrize("dimension", [1, 2, 3, pytest.param(4, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("dimension", [slow(1), 2, 3, slow(4)])
 @pytest.mark.parametrize("speeds", ["along an axis", "diagonal"])
 def test_lattices_full_of_ties_keep_their_cores(dimension, speeds):
     # Whole layers meet at the same time, and triples of spheres, up to rounding or exactly.

@@ -432,6 +432,7 @@ def test_single_precision_holds_or_is_refused(name):
     assert found.energy_drift <= 8 * eps * (1 + math.sqrt(found.collisions)) * math.sqrt(scene.n)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("box", [None, slow((1500.0, 1.5))], ids=["cube", "tube"])
 def test_single_precision_overlaps_by_its_own_rounding_of_the_box(box):
     scene = (
@@ -467,7 +468,7 @@ def ulps(value, count):
     return value
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("count", [*range(-8, 9), -1000, 1000])
 def test_a_graze_within_ulps_is_a_touch_or_a_miss_and_changes_nothing_else(count):
     # Offset so many roundings of the coordinates from contact; where exactly they are, the Fraction knows.
@@ -541,7 +542,7 @@ def opposed_lattice(dimension):
     return scene.replace(velocities=v)
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("gap", [0.0, EPS, 1e-9])
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_newtons_cradle_passes_the_momentum_on(dimension, gap):

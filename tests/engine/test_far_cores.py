@@ -1,10 +1,6 @@
 """Hard cores that are small beside the reach of the steps around them: found from far away, never lost."""
 
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -120,30 +116,20 @@ def assert_order_of_wide_mixtures(*seeds):
             assert_order(*wide_mixture(d, 100 * d + seed), 60)
 
 
-def in_plain_python(call, *arguments):
-    """Run a function of this file without compiling: the same functions, and no scene costs a compilation."""
-    done = subprocess.run(
-        [sys.executable, "-c", f"import engine.test_far_cores as t; t.{call}{arguments}"],
-        cwd=Path(__file__).parents[1],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONWARNINGS": "ignore"},
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-
-
+@pytest.mark.usefixtures("plain")
 def test_a_graze_of_a_small_core_in_a_wide_well_hides_nobody_behind_it():
-    in_plain_python("assert_no_core_is_passed")
+    assert_no_core_is_passed()
 
 
+@pytest.mark.usefixtures("plain")
 def test_events_of_wide_steps_are_those_of_the_naive_algorithm():
-    in_plain_python("assert_order_of_wide_steps")
+    assert_order_of_wide_steps()
 
 
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("seed", [5, *(pytest.param(k, marks=pytest.mark.slow) for k in range(16) if k != 5)])
 def test_events_of_mixtures_with_wide_steps_are_those_of_the_naive_algorithm(seed):
-    in_plain_python("assert_order_of_wide_mixtures", seed)
+    assert_order_of_wide_mixtures(seed)
 
 
 @pytest.mark.slow

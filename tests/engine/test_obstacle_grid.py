@@ -2,7 +2,10 @@
 
 import json
 
+import numpy as np
 from helpers.plain import plain_python
+
+from carom.engine.obstacle_grid import Spheres, in_reach
 
 START = """
 import json, sys
@@ -24,7 +27,7 @@ def scattered(count, edge, d, radius):
 def bits(scene, neighbors, growth=None, time=6.0):
     sim = carom.Simulation(scene, seed=1, growth=growth, tuning=carom.Tuning(neighbors=neighbors))
     for frame in sim.sample(every=time / 4, count=4):
-        assert_no_overlap(scene, frame) if growth is None else None
+        assert_no_overlap(scene, frame)
     links, grids = sim._state.engine.model.obstacles.chain, 0
     while links is not None:
         grids += getattr(links, "grid", None) is not None
@@ -39,6 +42,13 @@ def line():
 def plane(**keywords):
     return carom.Scene.random(8, box=(6.0, 7.0), diameter=0.5, seed=3,
                               obstacles=scattered(9, 6.0, 2, 0.2), **keywords)
+
+def still():
+    # Each at rest, in the cell beside that of a ball into which it will grow.
+    places = [(x, y) for x in (2.0, 4.0) for y in np.arange(0.5, 6.0)]
+    balls = [Ball((x - 0.25, y), 0.1 + 0.002 * k) for k, (x, y) in enumerate(places)]
+    return carom.Scene(np.array(places) + [0.1, 0.0], (6.0, 6.0), diameter=0.1, obstacles=balls,
+                       velocities=np.zeros((12, 2)))
 
 def tiny():
     return carom.Scene([[1.3, 1.2]], (2.9, 2.7), velocities=[[1.0, 0.37]], diameter=1.0,
@@ -66,6 +76,7 @@ print(json.dumps({
     "walls": bits(plane(walls="y"), "auto"),
     "growth": bits(plane(), "sectors", growth=0.01),
     "growth in lists": bits(plane(), "lists", growth=0.01),
+    "growth at rest": bits(still(), "sectors", growth=0.2, time=4.0),
     "tiny": bits(tiny(), "auto", time=60.0),
     "table": bits(table(), "auto"),
     "space": bits(space(), "auto"),
@@ -80,3 +91,19 @@ def test_events_are_those_of_a_scene_whose_obstacles_are_all_asked():
         assert without[name].pop() == 0
         assert found == without[name], name
         assert sum(found[2]) > 5, name
+
+
+def test_who_grows_or_flies_into_a_sphere_before_a_time_is_in_reach_and_few_others_are():
+    rng = np.random.default_rng(2)
+    outcomes, times = {True: 0, False: 0}, np.linspace(0.0, 1.0, 401)
+    for _ in range(2000):
+        growth, until = rng.uniform(0.0, 1.0), rng.uniform(0.1, 5.0)
+        x, v = rng.uniform(-4.0, 4.0, 2), rng.normal(size=2)
+        paths = x + until * times[:, None] * v
+        least = (np.linalg.norm(paths, axis=1) - 1.0 - growth * until * times).min()
+        found = bool(in_reach(Spheres(np.zeros((1, 2)), np.array([0.7])), 0, x, v, 0.3, growth, until))
+        assert found or least > 0.0
+        slow = np.linalg.norm(v) <= growth  # of whom it is not asked
+        assert not found or slow or least < until / 400 * (np.linalg.norm(v) + growth)
+        outcomes[found] += 1
+    assert min(outcomes.values()) > 400

@@ -5,10 +5,15 @@ tests of one file after the other, as many as its memory allows, and the worker 
 reports. What one file has compiled the next need not compile again.
 """
 
+import faulthandler
 import gc
 import os
+import re
 import sys
+import tempfile
+import traceback
 from multiprocessing import Pipe
+from multiprocessing.connection import wait
 from pathlib import Path
 
 import pytest
@@ -41,9 +46,10 @@ def compile_common_kinds():
 class Apart:
     """The plugin of a worker."""
 
-    def __init__(self, config):
-        self.config = config
-        self.pid, self.pipe = 0, None
+    def __init__(self, config, limits):
+        self.config, self.limits = config, limits
+        self.pid, self.pipe, self.alive = 0, None, None
+        self.stacks = tempfile.TemporaryFile()  # noqa: SIM115 (as long as this process lives)
         self.inside = False
 
     def pytest_collection_finish(self, session):
@@ -71,19 +77,23 @@ class Apart:
         item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
         try:
             self.pipe.send((self.places[item.nodeid], self.places[nextitem.nodeid] if goes_on else None))
-            while (data := self.pipe.recv()) is not None:
+            while (data := self.answer()) is not None:
                 self.log(
                     item, self.config.hook.pytest_report_from_serializable(config=self.config, data=data)
                 )
         except (EOFError, OSError):
-            status = self.end()
-            what = f"the process of {item.path.name} ended: status {status}"
+            what = self.told(item.path.name, os.waitstatus_to_exitcode(self.end()))
             self.log(item, pytest.TestReport(item.nodeid, item.location, {}, "failed", what, "call"))
         else:
             if not goes_on:
                 self.end()
         item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
         return True
+
+    @pytest.hookimpl(tryfirst=True, optionalhook=True)
+    def pytest_timeout_set_timer(self):
+        """Leave limits to the copy."""
+        return None if self.inside else True
 
     def pytest_sessionfinish(self):
         """Leave no copy behind."""
@@ -93,6 +103,20 @@ class Apart:
     def log(self, item, report):
         item.ihook.pytest_runtest_logreport(report=report)
 
+    def answer(self):
+        """Return what the copy says next; EOFError once it has ended, also where its child has the pipe."""
+        if self.pipe not in wait([self.pipe, self.alive]):
+            raise EOFError
+        return self.pipe.recv()
+
+    def told(self, name, status):
+        """Return how a copy has ended, and where it was, but for the lines of pytest itself."""
+        self.stacks.seek(0)
+        lines = self.stacks.read().decode(errors="replace").splitlines()
+        how = "hung in this test until its time was over" if lines and "Timeout" in lines[0] else "ended"
+        own = [line for line in lines if not re.search(r"/(_pytest|pluggy|xdist|execnet)/", line)]
+        return "\n".join([f"The process of {name} {how}: status {status}.", *own])
+
     def size(self):
         """Return the memory [bytes] of the copy."""
         pages = int(Path(f"/proc/{self.pid}/statm").read_text().split()[1])
@@ -101,14 +125,22 @@ class Apart:
     def fork(self, session):
         """Start the copy."""
         self.pipe, other = Pipe()
+        self.stacks.seek(0)
+        self.stacks.truncate()
         self.pid = os.fork()
         if self.pid:
+            self.alive = os.pidfd_open(self.pid)
             other.close()
             return
         try:
             self.pipe.close()
             self.inside = True
+            self.limits.file = self.stacks.fileno()
+            faulthandler.enable(self.limits.file)
+            self.config.pluginmanager.register(self.limits)
             run(session, other)
+        except BaseException:
+            traceback.print_exc()
         finally:
             os._exit(1)
 
@@ -116,7 +148,8 @@ class Apart:
         """Wait until the copy has ended; return its status."""
         self.pipe.close()
         _, status = os.waitpid(self.pid, 0)
-        self.pid, self.pipe = 0, None
+        os.close(self.alive)
+        self.pid, self.pipe, self.alive = 0, None, None
         return status
 
 
@@ -124,7 +157,7 @@ def run(session, pipe):
     """Run tests as they are asked for, and send the reports, each time with None at the end."""
     plugins = session.config.pluginmanager
     for plugin in plugins.get_plugins():
-        if type(plugin).__name__ in ("WorkerInteractor", "TerminalReporter"):
+        if type(plugin).__name__ == "WorkerInteractor":
             plugins.unregister(plugin)
     plugins.register(Reports(session.config, pipe))
     try:

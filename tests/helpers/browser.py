@@ -9,13 +9,13 @@ import io
 import itertools
 import json
 import os
-import shutil
 import subprocess
 import tempfile
 from pathlib import Path
 
 import numpy as np
-import pytest
+
+from helpers.needs import chromium, skip_without
 
 SIZE = (640, 480)
 
@@ -32,12 +32,7 @@ class Browser:
     """Headless Chromium without a GPU, driven through its debugging pipe."""
 
     def __init__(self):
-        names = ("chromium", "chromium-browser", "google-chrome", "chrome")
-        path = next((path for name in names if (path := shutil.which(name))), None)
-        if path is None:
-            pytest.skip("no Chromium is installed")
-        if os.name == "nt":
-            pytest.skip("Windows hands no open pipes to a program")
+        skip_without("Chromium")
         import fcntl
 
         self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
@@ -46,7 +41,7 @@ class Browser:
         # Chromium reads its commands from 3 and answers on 4.
         high = [fcntl.fcntl(end, fcntl.F_DUPFD, 100) for end in (theirs_in, theirs_out)]
         self.process = subprocess.Popen(
-            [path, *FLAGS, f"--user-data-dir={self.profile.name}", "about:blank"],
+            [chromium(), *FLAGS, f"--user-data-dir={self.profile.name}", "about:blank"],
             preexec_fn=lambda: (os.dup2(high[0], 3), os.dup2(high[1], 4)),
             pass_fds=(3, 4), stderr=subprocess.DEVNULL,
         )  # fmt: skip
@@ -62,7 +57,7 @@ class Browser:
 
     def close(self):
         self.process.terminate()
-        self.process.wait()
+        self.process.wait(timeout=60)
         self.profile.cleanup()
 
     def ask(self, method, **values):

@@ -1,10 +1,9 @@
-"""Rare moments of the main cycle, constructed; `python -m helpers.constructed NAME...` tries some.
+"""Rare moments of the main cycle, constructed.
 
 In plain Python, where the parts of the cycle can be called one by one, and nothing has to be compiled.
 """
 
 import math
-import sys
 
 import numpy as np
 
@@ -124,7 +123,3 @@ def epochs():
 
 
 CASES = {case.__name__: case for case in (hair, met, left, epochs)}
-
-if __name__ == "__main__":
-    for name in sys.argv[1:]:
-        print(name, CASES[name]())

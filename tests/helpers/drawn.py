@@ -1,7 +1,9 @@
 """What a picture holds: the data of its artists, and whether they lie within its axes."""
 
+import dataclasses
+
 import numpy as np
-from matplotlib.collections import Collection, LineCollection
+from matplotlib.collections import Collection, LineCollection, PolyCollection
 
 
 def points_of(axes):
@@ -37,3 +39,56 @@ def segments(figure):
     """Return the ends of all lines of the collections of a figure, (m, 2, 2)."""
     collections = [c for axes in figure.axes for c in axes.collections if isinstance(c, LineCollection)]
     return [np.array(each) for c in collections for each in c.get_segments()]
+
+
+def bars(axes):
+    """Return the middle of every error bar of the axes and of every point of a band, and half its length."""
+    ends = [
+        segment[:, 1]
+        for container in axes.containers
+        for collection in container.lines[2]
+        for segment in collection.get_segments()
+    ]
+    for band in axes.collections:
+        if isinstance(band, PolyCollection):
+            x, y = np.concatenate([path.vertices for path in band.get_paths()]).T
+            ends += [y[x == each] for each in np.unique(x)]
+    return [(0.5 * (min(each) + max(each)), 0.5 * (max(each) - min(each))) for each in ends]
+
+
+def told(found):
+    """Return the numbers of a result that have a standard error of their own, and the error, (m, 2).
+
+    ``name_error`` is that of ``name``, and ``error`` that of all other arrays of its shape.
+    """
+    if isinstance(found, list | tuple) and not hasattr(found, "_fields"):
+        return np.concatenate([np.zeros((0, 2)), *map(told, found)])
+    if not dataclasses.is_dataclass(found) and not hasattr(found, "_fields"):
+        return np.zeros((0, 2))
+    names = getattr(found, "_fields", None) or [each.name for each in dataclasses.fields(found)]
+    values = {name: getattr(found, name) for name in names}
+    pairs = [told(list(values.values()))]
+    for name, error in values.items():
+        own = [name.removesuffix("_error")] if name.endswith("_error") else []
+        if name == "error":
+            alike = [one for one in values if np.shape(values[one]) == np.shape(error)]
+            own = ["mean"] if "mean" in alike else alike
+        for one in own:
+            pairs.append(np.column_stack([np.ravel(values[one]), np.ravel(error)]).astype(float))
+    return np.concatenate(pairs)
+
+
+def strange_bars(axes, found, scale=1.0):
+    """Return how many bars the axes have, and those that are of no number of a result and its error.
+
+    What is drawn is a number of the result over ``scale``.
+    """
+    pairs = told(found) / scale
+    pairs[~np.isfinite(pairs[:, 1]), 1] = 0.0
+    drawn = [each for one in (axes, *axes.child_axes) for each in bars(one)]
+    strange = []
+    for middle, half in drawn:
+        near = 8.0 * np.finfo(float).eps * (abs(middle) + half)  # its ends are rounded, and their sum
+        if not (np.abs(pairs - [middle, half]) <= near).all(axis=1).any():
+            strange.append((middle, half))
+    return len(drawn), strange

@@ -15,12 +15,11 @@ from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
+from carom.models.obstacles.dressing import Shaken, Surface
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface
 
 LOSS = Loss(0.5, elastic_below=1e-6)
 EDGE = 5.3  # no sum of its digits is exact

@@ -1,13 +1,9 @@
 """Small scenes of every kind beside the oracle, event by event.
 
-``python -m helpers.oracle_scenes NAME...``, in the folder of the tests, runs some.
-
 The state between every two events is compared, not a log of them: it holds for diameters that grow, too, and
 equal velocities before and after mean equal partners.
 """
 
-import sys
-import traceback
 from itertools import islice
 from typing import Any, NamedTuple
 
@@ -125,25 +121,10 @@ def check(case, neighbors):
     return horizon
 
 
-# Rounding of places in the box, where two touch: a few of the last digits of a coordinate.
-def assert_no_overlap(scene, frame, slack=1e-12):
-    """No two components, and none and an obstacle or wall, overlap by more than ``slack`` boxes."""
-    x, edges = frame.positions, np.array(scene.box)
-    wraps = np.array(scene.periodic)
-    contact = 0.5 * (frame.diameters[:, None] + frame.diameters)
-    if scene.contact is not None:
-        contact = scene.contact[scene.species[:, None], scene.species]
-    r = x[:, None] - x
-    r -= np.where(wraps, edges, 0.0) * np.rint(r / edges)
-    gap = np.sqrt((r**2).sum(axis=2)) - contact
-    np.fill_diagonal(gap, np.inf)
-    assert gap.min() >= -slack * edges.max(), "cores overlap"
-    for obstacle in scene.obstacles:
-        gap = obstacle.gap(x, 0.5 * frame.diameters, scene.box, scene.periodic)
-        assert gap.min() >= -slack * edges.max(), f"a core is inside {obstacle.name}"
-    for axis in np.flatnonzero(~wraps):
-        low, high = x[:, axis] - 0.5 * frame.diameters, edges[axis] - x[:, axis] - 0.5 * frame.diameters
-        assert min(low.min(), high.min()) >= -slack * edges.max(), "a core is beyond a wall"
+def assert_no_overlap(scene, frame):
+    """No two components, and none and an obstacle or wall, overlap by more than rounding."""
+    report = carom.check(scene, frames=[frame])
+    assert report.passed, report
 
 
 def placed(n, box, seed, *, diameters=(0.6, 1.4), masses=(0.3, 3.0), **more):
@@ -329,16 +310,3 @@ def compare(name):
     kind, d, neighbors = name.split("-")
     make, dimension = CASES[f"{kind}-{d}"]
     return check(make(dimension), neighbors)
-
-
-if __name__ == "__main__":
-    np.seterr(all="ignore")  # compiled code divides by zero without a word
-    failed = False
-    for each in sys.argv[1:]:
-        try:
-            print(each, compare(each), flush=True)
-        except Exception:  # of any kind: the cases after it are looked at all the same
-            failed = True
-            print(each, "FAILED", flush=True)
-            traceback.print_exc()
-    sys.exit(failed)

@@ -1,7 +1,5 @@
 """All sums of a run, however it is cut, beside the oracle's.
 
-``python -m helpers.oracle_sums NAME...``, in the folder of the tests, runs some.
-
 A sum that is forgotten where a run is cut (a chunk, a sample, a checkpoint, a larger array, a refit) is
 forgotten in the whole and in its parts alike where both are cut in the same places. The oracle is never cut.
 """
@@ -9,7 +7,6 @@ forgotten in the whole and in its parts alike where both are cut in the same pla
 import contextlib
 import copy
 import math
-import sys
 import tempfile
 from collections.abc import Callable
 from itertools import islice
@@ -401,9 +398,3 @@ def check_log(case: Case, end: float, right: dict[str, np.ndarray]) -> None:
 def compare(name):
     """Check the case of this name."""
     return check_live(live()) if name == "live" else check(KINDS[name]())
-
-
-if __name__ == "__main__":
-    np.seterr(all="ignore")  # compiled code divides by zero without a word
-    for each in sys.argv[1:]:
-        print(each, compare(each), flush=True)

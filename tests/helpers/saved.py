@@ -5,13 +5,15 @@ from carom.studies import RunPlan
 from carom.studies.planner.choice import Design
 from carom.studies.planner.system import System
 from carom.studies.planner.target import Target
+from helpers.plain import uncompiled
 
 
 def one_of_each(where):
     """Fill a folder with a run, a packing, two studies, a plan, a code and a checkpoint; return it."""
     scene = carom.Scene.crystal(32, 0.3)
     carom.run(scene, where / "run1", collisions_per_particle=60, equilibration=5, frames=3, pictures=False)
-    carom.pack(20, dimension=2, rate=0.1, until_Z=1e4, out=where / "pack1", pictures=False)
+    with uncompiled():  # of some hundred events
+        carom.pack(20, dimension=2, rate=1.0, until_Z=1e4, out=where / "pack1", pictures=False)
     small = {"n": 32, "replicas": 1, "equilibration": 5, "executor": "serial"}
     carom.equation_of_state([0.1, 0.2], collisions_per_particle=40, out=where / "eos1", **small)
     carom.transport(0.1, collisions_per_particle=40, out=where / "transport1", **small)

@@ -6,8 +6,6 @@ import io
 
 from rich.console import Console
 
-from carom.cli import tables
-
 NOTHING = {"mean": None, "error": None}
 
 
@@ -29,5 +27,5 @@ def summary(**changes):
 
 def printed(table, width=200):
     console = Console(file=io.StringIO(), width=width, highlight=False)
-    tables.show(console, table)
+    console.print(table.rich(console))
     return console.file.getvalue()

@@ -5,7 +5,7 @@ import pytest
 
 import carom
 from carom.engine.pair_steps import read_steps
-from carom.reference.steps import NaiveSteps
+from helpers.naive.steps import NaiveSteps
 
 KINDS = ("core", "in", "out", "bounce")
 

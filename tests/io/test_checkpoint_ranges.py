@@ -1,4 +1,9 @@
-"""Checkpoints that do not fit their scene are refused, and those whose calendar begins anywhere are not."""
+"""Checkpoints that were changed on purpose, with a digest that fits: refused in a sentence, or run on."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,26 +14,210 @@ from carom.engine.domains.logical_process import refill_queue
 from carom.errors import FileError
 from carom.io import checkpoint
 
+TESTS = Path(__file__).parents[1]
 
-def test_an_array_that_does_not_fit_the_scene_is_refused(tmp_path):
-    arrays, attributes = saved("disks", tmp_path / "state.h5")
+
+@pytest.fixture(scope="module")
+def states(tmp_path_factory):
+    """The content of a checkpoint of disks in sectors, and of one in lists."""
+    folder = tmp_path_factory.mktemp("states")
+    return {name: saved(name, folder / "state.h5") for name in ("disks", "disks in lists")}
+
+
+def put(index, value):
+    """Return a change of one number, or of all with ``...``."""
+
+    def change(array):
+        array.reshape(-1)[index] = value
+        return array
+
+    return change
+
+
+def nobody_in_a_sector(members):
+    """Put the ghost where the first sector that holds somebody names its first member."""
+    members[np.flatnonzero(members[:, -1])[0], 0] = 80
+    return members
+
+
+LAST = -1
+REFUSED = [
+    ("disks", "calendar.buckets", put(..., 2**30)),
+    ("disks", "calendar.buckets", put(0, 15)),  # entries of the first bucket
+    ("disks", "calendar.buckets", put(1, 60)),  # its link
+    ("disks", "calendar.buckets", put(2, 80)),  # its first entry: there are components 0 to 79
+    ("disks", "calendar.lines", put(2, 80)),
+    ("disks", "calendar.component", put(LAST, -1)),
+    ("disks", "calendar.component", put(LAST, 80)),
+    ("disks", "calendar.control.cursor", put(0, -2)),
+    ("disks", "calendar.control.cursor", put(0, 16)),
+    ("disks", "calendar.control.waiting", put(0, -1)),
+    ("disks", "calendar.control.waiting", put(0, 257)),
+    ("disks", "calendar.control.lines", put(0, 2**40)),
+    ("disks", "calendar.control.width", put(0, 0.0)),
+    ("disks", "calendar.control.inverse", put(0, 3.0)),
+    ("disks", "calendar.control.end", put(0, np.inf)),
+    ("disks", "state.partner", put(5, 80)),
+    ("disks", "state.partner", put(5, -2)),  # a wall, and there is none
+    ("disks", "state.partner", put(5, -(2**30))),  # a unit that is woken
+    ("disks", "state.crossing_time", put(5, np.nan)),
+    ("disks", "state.crossing_time", put(5, -1e300)),
+    ("disks", "state.rows.x", put(5, np.nan)),
+    ("disks", "state.rows.x", put(5, 1e300)),
+    ("disks", "state.rows.v", put(5, 1e200)),
+    ("disks", "state.rows.t", put(5, -1.0)),
+    ("disks", "state.rows.event_time", put(5, np.nan)),
+    ("disks", "state.rows.event_time", put(LAST, 0.0)),  # the ghost's
+    ("disks", "state.clock.epoch", put(0, 2**40)),
+    ("disks", "state.clock.now", put(0, -1.0)),
+    ("disks", "state.clock.length", put(0, 1.0)),
+    ("disks", "neighbors.members", nobody_in_a_sector),
+    ("disks", "neighbors.members", put(7, 8)),  # how many the first sector holds
+    ("disks", "neighbors.cell", put(0, 10)),
+    ("disks", "neighbors.cell", lambda array: np.ascontiguousarray(array[::-1])),
+    ("disks", "neighbors.wraps", put(0, 2**31 - 1)),
+    ("disks", "neighbors.exit_face", put(0, 4)),
+    ("disks", "neighbors.refs", put(0, 2**31)),
+    ("disks", "neighbors.ways", put(0, 10**6)),
+    ("disks", "tallies.collisions", put(0, -1)),
+    ("disks", "tallies.virial", put(0, np.inf)),
+    ("disks", "initial_velocities", put(0, np.nan)),
+    ("disks in lists", "neighbors.cells", put(0, 2**32 - 1)),
+    ("disks in lists", "neighbors.members", put(0, 2**16 - 1)),
+    ("disks in lists", "neighbors.members", put(..., 0)),
+    ("disks in lists", "neighbors.reference", put(0, 0)),
+    ("disks in lists", "neighbors.refs", put(0, 2**32 - 1)),
+    ("disks in lists", "neighbors.refs", put(0, 0)),  # itself
+    ("disks in lists", "neighbors.refs", put(0, 79)),  # who does not list it
+    ("disks in lists", "neighbors.counts", put(0, 2**16 - 1)),
+    ("disks in lists", "neighbors.counts", put(0, 0)),
+    ("disks in lists", "neighbors.found", put(0, 81)),
+    ("disks in lists", "neighbors.grid.shape", put(0, 10**9)),
+    ("disks in lists", "neighbors.grid.spans", put(0, 10**9)),
+    ("disks in lists", "neighbors.newcomers", put(0, 81)),
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "array", "change"), REFUSED, ids=[f"{k}: {each[1]}" for k, each in enumerate(REFUSED)]
+)
+def test_a_number_that_the_engine_cannot_use_is_refused(states, tmp_path, name, array, change):
+    arrays, attributes = states[name]
+    changed = change(arrays[array].copy())
+    assert changed.tobytes() != arrays[array].tobytes()
+    checkpoint.save(tmp_path / "c.h5", {**arrays, array: changed}, attributes)
+    with pytest.raises(FileError, match="cannot be loaded as a checkpoint") as caught:
+        carom.Simulation.load(tmp_path / "c.h5")
+    assert "\n" not in str(caught.value)
+
+
+def scheme(**changes):
+    def change(attributes):
+        return {"scheme": json.dumps({**json.loads(attributes["scheme"]), **changes})}
+
+    return change
+
+
+ATTRIBUTES = [
+    lambda _: {"base": "1/0"},
+    lambda _: {"base": "1e999999999"},
+    lambda _: {"base": "-1/2"},
+    lambda _: {"epoch": -1},
+    lambda _: {"epoch": 10**30},
+    lambda _: {"epoch": 1.5},
+    lambda _: {"offset": float("nan")},
+    lambda _: {"offset": 1e300},
+    lambda _: {"time_unit": 2**40},
+    lambda _: {"counted": -1},
+    lambda _: {"seconds": "long"},
+    lambda _: {"wish": '["everything", null]'},
+    lambda _: {"wish": "[]"},
+    lambda _: {"scheme": "[]"},
+    lambda _: {"scene": "{}"},
+    lambda _: {"extra": "[]"},
+    lambda _: {"images": False},
+    lambda _: {"logged": {"events": -1, "sums": {}}},
+    lambda _: {"logged": {"events": 1}},
+    lambda _: {"logged": {"events": 0, "sums": {}}, "event_log": "a\0b"},
+    scheme(shape=[2**30, 2**30]),
+    scheme(shape=[10]),
+    scheme(shape=[0, 10]),
+    scheme(cell_capacity=2**40),
+    scheme(capacity=-1),
+    scheme(heap=2**40),
+    scheme(epoch=0.0),
+    scheme(epoch=3.0),
+    scheme(width=float("nan")),
+    scheme(kind="pairs", span=float("nan")),
+    scheme(kind=[]),
+]
+
+
+@pytest.mark.parametrize("change", ATTRIBUTES, ids=range(len(ATTRIBUTES)))
+def test_an_attribute_that_no_run_has_is_refused(states, tmp_path, change):
+    arrays, attributes = states["disks"]
+    checkpoint.save(tmp_path / "c.h5", arrays, {**attributes, **change(attributes)})
+    with pytest.raises(FileError) as caught:
+        carom.Simulation.load(tmp_path / "c.h5")
+    assert "\n" not in str(caught.value)
+
+
+def test_links_of_the_calendar_that_go_round_are_refused(states, tmp_path):
+    """Whoever follows them never comes to the end."""
+    arrays, attributes = states["disks"]
+    lines, buckets = arrays["calendar.lines"].copy(), arrays["calendar.buckets"].copy()
+    lines[1, 1], lines[2, 1] = 0, 1
+    buckets[:, 1] = 2
+    control = {"calendar.lines": lines, "calendar.buckets": buckets, "calendar.control.lines": np.array([3])}
+    checkpoint.save(tmp_path / "c.h5", {**arrays, **control}, attributes)
+    carom.Simulation.load(tmp_path / "c.h5")
+    for link in (1, 2):  # itself, and the one after it, which is linked to it
+        lines[1, 1] = link
+        checkpoint.save(tmp_path / "c.h5", {**arrays, **control}, attributes)
+        with pytest.raises(FileError, match="linked in a circle"):
+            carom.Simulation.load(tmp_path / "c.h5")
+
+
+def test_an_array_too_few_or_too_many_is_refused(states, tmp_path):
+    arrays, attributes = states["disks"]
     few = {name: array for name, array in arrays.items() if name != "state.crossing_time"}
-    for given in (few, {**arrays, "state.crossing_time": np.ones(3)}):
+    for given in (
+        few,
+        {**arrays, "model.pair.radii": np.ones(81)},
+        {**arrays, "state.crossing_time": np.ones(3)},
+    ):
         checkpoint.save(tmp_path / "c.h5", given, attributes)
-        with pytest.raises(FileError, match=r"state\.crossing_time"):
+        with pytest.raises(FileError, match=r"state\.crossing_time|model\.pair\.radii"):
             carom.Simulation.load(tmp_path / "c.h5")
 
 
-def test_attributes_of_no_run_are_refused(tmp_path):
-    arrays, attributes = saved("disks", tmp_path / "state.h5")
-    for change in ({"base": "1/0"}, {"wish": "[]"}, {"scheme": "[]"}, {"scene": "{}"}):
-        checkpoint.save(tmp_path / "c.h5", arrays, {**attributes, **change})
-        with pytest.raises(FileError) as caught:
-            carom.Simulation.load(tmp_path / "c.h5")
-        assert "\n" not in str(caught.value)
+TRY = """
+import sys
+sys.path.insert(0, {tests!r})
+from helpers import checkpoints
+sys.exit(bool(checkpoints.faults({name!r}, every={every})))
+"""
 
 
-def test_a_calendar_whose_window_begins_anywhere_goes_on(tmp_path):
+def tried(name, every):
+    script = TRY.format(tests=str(TESTS), name=name, every=every)
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stdout + done.stderr[-2000:]
+
+
+@pytest.mark.needs("Linux")
+def test_a_few_numbers_in_the_place_of_others_end_no_interpreter():
+    tried("disks in lists", 211)
+
+
+@pytest.mark.slow
+@pytest.mark.needs("Linux")
+@pytest.mark.parametrize("name", SCENES)
+def test_any_number_in_the_place_of_another_ends_no_interpreter(name):
+    tried(name, 61)  # of each scene about the sixtieth part; `python -m helpers.checkpoints NAME` tries all
+
+
+def test_a_calendar_whose_window_begins_anywhere_is_sound(tmp_path):
     # As after a window of several workers, or where lines ran out. Its end is rounded, and may then be a hair
     # further from the beginning than its buckets are wide.
     scene, settings = SCENES["disks"]()

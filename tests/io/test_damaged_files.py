@@ -23,7 +23,6 @@ from carom.io.events import EventLog, read_events, read_initial
 from carom.io.hdf5 import Output
 from carom.io.validation import flaw
 from carom.observables import RDF
-from carom.observables.interrdf import rdf_mdanalysis
 from carom.simulation.replay import Replay
 
 FLIPS = 100
@@ -237,7 +236,6 @@ def readers(path, tmp_path):
         lambda: carom.io.convert(path, tmp_path / "out.extxyz"),
         lambda: carom.io.rebuild(path, tmp_path / "out.extxyz", 1),
         lambda: carom.io.universe(path),
-        lambda: rdf_mdanalysis(path),
     ]
 
 
@@ -299,7 +297,8 @@ def test_hdf5_files_that_do_not_end_are_refused_at_once(tmp_path):
 
 def test_gsd_of_more_particles_than_bytes_is_refused_at_once(tmp_path):
     """Its library makes room for what is missing: for 4 billion particles 300 GB."""
-    fl = pytest.importorskip("gsd.fl")
+    from gsd import fl
+
     path = write(tmp_path / "a.gsd", make_frames(3, count=1))
     whole = path.read_bytes()
     for value in (2**32 - 1, len(whole) + 1):
@@ -547,7 +546,8 @@ def test_any_damage_to_a_log_or_a_checkpoint_is_a_sentence(tmp_path, damage):
 
 
 def test_other_readers_take_files_with_checksums(tmp_path):
-    MDAnalysis = pytest.importorskip("MDAnalysis")
+    import MDAnalysis
+
     frames = make_frames(3, count=3)
     path = write(tmp_path / "a.h5md", frames)
     universe = MDAnalysis.Universe(str(path))

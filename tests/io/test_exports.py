@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
+import sys
+
 import ase.io
 import MDAnalysis
 import numpy as np
 import pytest
-from helpers.frames import frames_of
+from helpers.frames import frames_of, write
 
 import carom.io
-from carom.errors import InputError
+from carom.errors import CaromWarning, InputError
 
 
 def exported(tmp_path, name, frames):
@@ -101,6 +104,15 @@ def test_a_lammps_data_file_labels_its_types_where_lammps_takes_the_names(tmp_pa
     assert len(MDAnalysis.Universe(str(path), format="DATA", atom_style="id type diam den x y z").atoms) == 7
 
 
+def test_a_lammps_data_file_of_points_holds_their_masses(tmp_path):
+    frames = [dataclasses.replace(frame, diameters=np.zeros(frame.n)) for frame in frames_of(3)]
+    path, _ = exported(tmp_path, "a.data", frames)
+    with pytest.warns(CaromWarning, match="periodic"):
+        found = carom.io.read(path)
+    assert not found.diameters.any()
+    np.testing.assert_allclose(found.masses, frames[-1].masses, rtol=1e-8)
+
+
 def test_what_is_only_written_is_not_opened(tmp_path):
     with pytest.raises(InputError, match="written by carom export"):
         carom.io.open(tmp_path / "a.dcd", "w")
@@ -108,8 +120,27 @@ def test_what_is_only_written_is_not_opened(tmp_path):
         exported(tmp_path, "a.pdb", frames_of(4))
 
 
+def test_what_cannot_be_written_is_told_all_that_can(tmp_path):
+    with pytest.raises(InputError, match=r"\.gro', which .* one of \.h5md, .*\.gsd, \.lammpstrj, .*\.dcd"):
+        exported(tmp_path, "a.gro", frames_of(3))
+
+
+def test_where_gsd_is_not_installed_the_file_that_was_asked_for_is_named(tmp_path, monkeypatch):
+    """Not the temporary one that would have taken its place."""
+    path, far = write(tmp_path / "a.extxyz", frames_of(3, periodic=True)), tmp_path / "far.gsd"
+    monkeypatch.setitem(sys.modules, "gsd.hoomd", None)
+    for ask in (lambda: carom.io.convert(path, far), lambda: carom.io.open(far, "w")):
+        with pytest.raises(InputError) as caught:
+            ask()
+        assert str(caught.value) == (
+            f"{far} needs the package gsd, which is not installed: pip install 'carom[gsd]'."
+        )
+    assert [file.name for file in tmp_path.iterdir()] == ["a.extxyz"]
+
+
 def test_mdanalysis_and_ase_read_a_lammps_dump_and_gsd_its_own_file(tmp_path):
-    gsd = pytest.importorskip("gsd.hoomd")
+    import gsd.hoomd as gsd
+
     frames = frames_of(3, periodic=True)
     path, _ = exported(tmp_path, "a.lammpstrj", frames)
     universe = MDAnalysis.Universe(str(path), format="LAMMPSDUMP", lammps_coordinate_convention="unscaled",

@@ -5,6 +5,10 @@ import gzip
 import json
 import warnings
 
+import ase
+import gsd.hoomd as gsd
+import h5py
+import MDAnalysis as mda
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -12,11 +16,6 @@ from typer.testing import CliRunner
 import carom
 from carom.cli import app
 from carom.errors import CaromWarning, FileError, InputError, OverlapError
-
-ase = pytest.importorskip("ase")
-mda = pytest.importorskip("MDAnalysis")
-gsd = pytest.importorskip("gsd.hoomd")
-h5py = pytest.importorskip("h5py")
 
 N, EDGE, COUNT = 27, 6.0, 3
 RNG = np.random.default_rng(5)
@@ -93,6 +92,18 @@ def test_a_dump_is_found_by_its_name_or_its_first_line_and_particles_by_their_id
         assert frame.species_names == ("2", "3")
         assert frame.images is None
     assert told.endswith("(LAMMPS dump): assumed a mass of 1; no velocities; left out c_pe.")
+
+
+def test_a_dump_that_says_the_time_has_it_and_others_have_that_of_their_steps(tmp_path):
+    path = dump(tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i + 1} 1 {wrapped(i, k)}")
+    assert [frame.time for frame in read(path)[0]] == [0.0, 1000.0, 2000.0]
+    text = path.read_text()
+    for k in range(COUNT):
+        text = text.replace(
+            f"ITEM: TIMESTEP\n{1000 * k}\n", f"ITEM: TIME\n{0.25 * k}\nITEM: TIMESTEP\n{1000 * k}\n"
+        )
+    path.write_text(text)
+    assert [frame.time for frame in read(path)[0]] == [0.0, 0.25, 0.5]
 
 
 @pytest.mark.parametrize("columns", ["xs ys zs", "xu yu zu", "xsu ysu zsu", "x y z ix iy iz"])
@@ -195,6 +206,29 @@ def test_a_data_file_is_a_start_with_or_without_sizes(tmp_path, style, between, 
     assert scene.diameters[1] == (0.5 if "sphere" in style else 1.5)
     with pytest.warns(CaromWarning), pytest.raises(OverlapError):
         carom.Scene.from_file(path, diameter=2.2)
+
+
+def test_the_density_of_a_point_in_a_data_file_is_its_mass(tmp_path):
+    path = tmp_path / "a.data"
+    path.write_bytes(data(" # sphere", [f"{i} 1 {0.5 * (i % 2)} 2.5 {xyz}" for i, xyz in PLACED.items()]))
+    (frame,), _ = read(path)
+    np.testing.assert_array_equal(frame.diameters, [0.5, 0.0, 0.5, 0.0])
+    np.testing.assert_allclose(frame.masses, [2.5 * np.pi / 48, 2.5] * 2, rtol=4e-16)
+
+
+def test_a_box_of_pdb_whose_edges_are_one_stands_for_none(tmp_path):
+    path, places = tmp_path / "a.pdb", np.array([[1.0, 2.0, 3.0], [4.5, 5.5, 6.5]])
+    atoms = [
+        f"ATOM  {i + 1:5d}  X   X   X   1    " + "".join(f"{c:8.3f}" for c in x) + "  1.00  0.00\n"
+        for i, x in enumerate(places)
+    ]
+    path.write_text(
+        "CRYST1    1.000    1.000    1.000  90.00  90.00  90.00 P 1           1\n" + "".join(atoms)
+    )
+    with pytest.raises(FileError, match="holds no box"):
+        carom.open(path)
+    (frame,), _ = read(path, box=(9.0, 9.0, 9.0), diameter=0.5)
+    close(frame.positions, places, THOUSANDTH)
 
 
 def test_a_data_file_that_hides_its_style_or_lacks_rows_is_refused(tmp_path):

@@ -5,15 +5,14 @@ import subprocess
 import sys
 import warnings
 
+import ase
+import MDAnalysis as mda
 import numpy as np
 import pytest
 from helpers.frames import assert_same, float32_spacing, make_frames, write
 
 import carom.io
 from carom.errors import FileError, InputError
-
-ase = pytest.importorskip("ase")
-mda = pytest.importorskip("MDAnalysis")
 
 
 def pad(vectors):
@@ -179,8 +178,6 @@ def test_a_file_open_in_carom_opens_in_mdanalysis_too(tmp_path):
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 @pytest.mark.parametrize("suffix", [".extxyz", ".h5md", ".gsd", None])
 def test_universe_of_any_file_or_frames(tmp_path, dimension, suffix):
-    if suffix == ".gsd":
-        pytest.importorskip("gsd")
     masses = np.random.default_rng(3).uniform(0.1, 10.0, 13)
     frames = make_frames(dimension, masses=masses)
     source = frames if suffix is None else write(tmp_path / f"a{suffix}", frames)

@@ -5,6 +5,9 @@ import os
 import time
 import warnings
 
+import ase
+import h5py
+import MDAnalysis as mda
 import numpy as np
 import pytest
 from helpers.frames import make_frames, write
@@ -12,9 +15,7 @@ from typer.testing import CliRunner
 
 import carom
 from carom.cli import app
-from carom.errors import FileError, InputError
-
-mda = pytest.importorskip("MDAnalysis")
+from carom.errors import CaromWarning, FileError, InputError
 
 CELL = 'Lattice="10 0 0 0 10 0 0 0 10"'
 ROWS = ("1 2 3", "4 5 6")
@@ -282,8 +283,6 @@ def test_tilted_cells_unwrap_along_their_edges(tmp_path):
 
 # ------------------------------------------------------------------------------------------------ ASE
 
-ase = pytest.importorskip("ase")
-
 
 def test_atoms_come_in_the_order_of_their_ids():
     frame = make_frames(3)[0]
@@ -322,7 +321,6 @@ def test_a_file_of_others_keeps_its_velocities_and_ids_through_ase(tmp_path):
 
 @pytest.mark.parametrize(("unit", "ps"), [("fs", 1e-3), ("ps", 1.0), ("ns", 1e3), ("s", 1e12)])
 def test_h5md_of_others_keeps_its_units(tmp_path, unit, ps):
-    h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "other.h5md", "w") as file:
         file.create_group("h5md").attrs["version"] = np.array([1, 1])
         atoms = file.create_group("particles/trajectory")
@@ -366,7 +364,8 @@ SIZES = {
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 @pytest.mark.parametrize("name", SIZES)
 def test_gsd_says_how_large_the_spheres_of_every_frame_are(tmp_path, name, dimension):
-    fl = pytest.importorskip("gsd.fl")
+    from gsd import fl
+
     frames = frames_of(SIZES[name], dimension)
     path = write(tmp_path / "a.gsd", frames)
     with carom.io.open(path, "a", keep=1) as writer:  # which writes the first frame anew
@@ -382,12 +381,12 @@ def test_gsd_says_how_large_the_spheres_of_every_frame_are(tmp_path, name, dimen
         np.testing.assert_array_equal(found.diameters, frame.diameters)
 
 
+@pytest.mark.needs("OVITO")
 @pytest.mark.parametrize("name", SIZES)
 def test_ovito_draws_the_spheres_of_gsd_as_large_as_they_are(tmp_path, name):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        ovito = pytest.importorskip("ovito.io")
-    pytest.importorskip("gsd")
+        import ovito.io as ovito
     frames = frames_of(SIZES[name])
     pipeline = ovito.import_file(str(write(tmp_path / "a.gsd", frames)))
     for k, frame in enumerate(frames):
@@ -400,7 +399,6 @@ def test_ovito_draws_the_spheres_of_gsd_as_large_as_they_are(tmp_path, name):
 @pytest.mark.parametrize(("mask", "mode"), [(0o022, 0o644), (0o077, 0o600), (0o002, 0o664)])
 def test_every_file_has_the_mode_that_the_mask_leaves(tmp_path, mask, mode):
     """Trajectories, those cut and those converted; a checkpoint, a log, and what takes another's place."""
-    pytest.importorskip("gsd")
     before = os.umask(mask)
     try:
         frames = frames_of(SIZES["unit spheres"])
@@ -431,3 +429,18 @@ def test_every_file_has_the_mode_that_the_mask_leaves(tmp_path, mask, mode):
     modes = {path.name: path.stat().st_mode & 0o777 for path in tmp_path.iterdir()}
     assert len(modes) == 16
     assert set(modes.values()) == {mode}, {name: oct(each) for name, each in modes.items()}
+
+
+def test_h5md_of_others_with_an_interval_of_time_begins_at_its_offset(tmp_path):
+    with h5py.File(tmp_path / "other.h5md", "w") as file:
+        atoms = file.create_group("particles/all")
+        box = atoms.create_group("box")
+        box.attrs["dimension"], box.attrs["boundary"] = 3, np.array([b"periodic"] * 3)
+        box["edges"] = [9.0, 9.0, 9.0]
+        group = atoms.create_group("position")
+        group["value"] = np.ones((3, 1, 3))
+        group["time"] = 0.25
+        group["time"].attrs["offset"] = 5.0
+    with pytest.warns(CaromWarning, match="assumed"):
+        frames = carom.io.read(tmp_path / "other.h5md", ":")
+    assert [frame.time for frame in frames] == [5.0, 5.25, 5.5]

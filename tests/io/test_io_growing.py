@@ -19,8 +19,6 @@ from carom.io.claims import Claim, steady, under_way
 from carom.io.events import EventLog, read_events, read_initial
 from carom.paths import replacing
 
-linux = pytest.mark.skipif(sys.platform != "linux", reason="needs locks of open files")
-
 COUNT, FEW = 4000, 20
 
 _WRITER = """
@@ -73,11 +71,9 @@ class Growing:
         self.process.wait()
 
 
-@linux
+@pytest.mark.needs("Linux")
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_trajectory_that_grows_is_read_as_far_as_it_is_whole(tmp_path, suffix):
-    if suffix == ".gsd":
-        pytest.importorskip("gsd")
     seen = []
     with Growing(tmp_path / f"a{suffix}") as growing:
         while len(seen) < 25 or seen[-1] == seen[0]:
@@ -95,7 +91,7 @@ def test_a_trajectory_that_grows_is_read_as_far_as_it_is_whole(tmp_path, suffix)
         np.testing.assert_array_equal(frame.positions, right.positions)
 
 
-@linux
+@pytest.mark.needs("Linux")
 def test_an_event_log_that_grows_is_read_as_far_as_it_is_whole(tmp_path):
     right = make_events(100 * COUNT)
     with Growing(tmp_path / "events.h5") as growing:
@@ -107,12 +103,10 @@ def test_an_event_log_that_grows_is_read_as_far_as_it_is_whole(tmp_path):
         assert growing.process.poll() is None, "it was over before it was read"
 
 
-@linux
+@pytest.mark.needs("Linux")
 @pytest.mark.parametrize("suffix", SUFFIXES)
 @pytest.mark.parametrize("mode", ["a", "w"])
 def test_what_another_process_writes_is_left_to_it(tmp_path, suffix, mode):
-    if suffix == ".gsd":
-        pytest.importorskip("gsd")
     with Growing(tmp_path / f"a{suffix}") as growing:
         # Of HDF5 the size is no measure: a file is extended in advance, and cut back.
         with carom.io.open(growing.path) as reader:
@@ -126,11 +120,9 @@ def test_what_another_process_writes_is_left_to_it(tmp_path, suffix, mode):
     carom.io.open(growing.path, "a").close()
 
 
-@linux
+@pytest.mark.needs("Linux")
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_reader_keeps_no_writer_out_and_a_writer_leaves_no_mark(tmp_path, suffix):
-    if suffix == ".gsd":
-        pytest.importorskip("gsd")
     frames = make_frames(2, count=3)
     path = write(tmp_path / f"a{suffix}", frames[:1])
     assert not under_way(path)
@@ -147,7 +139,7 @@ def test_a_reader_keeps_no_writer_out_and_a_writer_leaves_no_mark(tmp_path, suff
     assert len(carom.io.read(path, ":")) == 2
 
 
-@linux
+@pytest.mark.needs("Linux")
 def test_a_writer_waits_for_a_reader_but_not_for_ever(tmp_path):
     claim = Claim(tmp_path / "file")
     with steady(tmp_path / "file"):
@@ -167,7 +159,7 @@ def test_a_writer_waits_for_a_reader_but_not_for_ever(tmp_path):
     assert not under_way(tmp_path / "file")
 
 
-@linux
+@pytest.mark.needs("Linux")
 @pytest.mark.parametrize("suffix", [".h5md", ".gsd"])
 def test_a_file_that_is_written_and_cannot_be_read_is_not_called_damaged(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
@@ -231,10 +223,9 @@ def test_appending_keeps_every_frame_or_leaves_the_file_alone(tmp_path, end, cou
         assert_same(a, b)
 
 
+@pytest.mark.needs("a user who is not root")
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_appending_to_what_may_only_be_read_is_refused(tmp_path, suffix):
-    if os.geteuid() == 0:
-        pytest.skip("root may write everything")
     path = write(tmp_path / f"a{suffix}", make_frames(2))
     path.chmod(0o444)
     before = path.read_bytes()
@@ -321,10 +312,9 @@ assert sorted(path for path in __import__("os").listdir() if path.startswith("."
 """
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="needs RLIMIT_FSIZE")
+@pytest.mark.needs("Linux")
 @pytest.mark.parametrize("limit", [600, 5000, 30_000])
 def test_a_full_disk_is_a_sentence_wherever_it_fills_up(tmp_path, limit):
-    pytest.importorskip("gsd")
     done = subprocess.run(
         [sys.executable, "-c", _FULL, str(limit)], cwd=tmp_path, capture_output=True, text=True, timeout=300,
         check=False,
@@ -382,7 +372,7 @@ except carom.FileError as error:
 """
 
 
-@linux
+@pytest.mark.needs("Linux")
 def test_a_log_is_not_cut_while_its_run_goes_on_elsewhere(tmp_path):
     sim = logged_run(tmp_path)
     before = (tmp_path / "events.h5").read_bytes()

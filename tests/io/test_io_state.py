@@ -86,7 +86,6 @@ def test_the_state_of_a_generator_survives(tmp_path):
 
 
 def test_h5py_opens_a_checkpoint(tmp_path):
-    h5py = pytest.importorskip("h5py")
     checkpoint.save(tmp_path / "c.h5", {"x": np.arange(3.0)}, {"a": 1})
     with h5py.File(tmp_path / "c.h5", "r") as file:
         np.testing.assert_array_equal(file["arrays/x"][:], np.arange(3.0))
@@ -305,7 +304,7 @@ for start in range(0, 100_000, 100):
 """
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+@pytest.mark.needs("Unix")
 def test_kill_9_costs_no_event_that_was_appended(tmp_path):
     path = tmp_path / "e.h5"
     script = _LOG_FOR_EVER.format(tests=str(Path(__file__).parents[1]), path=str(path))

@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 from helpers.frames import SUFFIXES, assert_same, endless, float32_spacing, make_frames, write
@@ -52,7 +53,6 @@ def test_one_particle_and_extreme_doubles_come_back(tmp_path, suffix):
 
 @pytest.mark.parametrize("dimension", [1, 2, 3])
 def test_gsd_keeps_float32(tmp_path, dimension):
-    pytest.importorskip("gsd")
     frames = make_frames(dimension)
     path = write(tmp_path / "a.gsd", frames)
     for a, b in zip(frames, carom.io.read(path, ":"), strict=True):
@@ -71,7 +71,6 @@ def test_gsd_keeps_float32(tmp_path, dimension):
 
 def test_gsd_keeps_unwrapped_positions_at_faces_and_places_at_walls(tmp_path):
     """Rounding to float32 carries a component onto the face: of the next image, or a wall."""
-    pytest.importorskip("gsd")
     [frame] = make_frames(2, count=1)
     frame.positions[2] = np.nextafter(frame.box, 0.0)
     frame = dataclasses.replace(frame, periodic=(True, False))
@@ -86,7 +85,8 @@ def test_gsd_keeps_unwrapped_positions_at_faces_and_places_at_walls(tmp_path):
 
 
 def test_gsd_as_hoomd_reads_it(tmp_path):
-    hoomd = pytest.importorskip("gsd.hoomd")
+    from gsd import hoomd
+
     frames = make_frames(2)
     path = write(tmp_path / "a.gsd", frames)
     with hoomd.open(str(path)) as trajectory:
@@ -340,7 +340,6 @@ def test_missing_folder_and_foreign_files_are_file_errors(tmp_path, suffix):
 
 
 def test_hdf5_of_others_needs_a_box(tmp_path):
-    h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "a.h5md", "w") as file:
         file["particles/trajectory/position/value"] = np.zeros((2, 3, 3))
     with pytest.raises(FileError, match="holds no box"):
@@ -348,7 +347,6 @@ def test_hdf5_of_others_needs_a_box(tmp_path):
 
 
 def test_a_newer_layout_is_refused(tmp_path):
-    h5py = pytest.importorskip("h5py")
     path = write(tmp_path / "a.h5md", make_frames(2))
     with h5py.File(path, "r+") as file:
         file["parameters/carom"].attrs["layout"] = 99
@@ -443,7 +441,7 @@ def test_a_changed_word_of_extxyz_is_refused_or_read_as_written(tmp_path, at, wo
 # ------------------------------------------------------------------------------------------------ full disks
 
 
-@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+@pytest.mark.needs("/dev/full")
 def test_a_full_disk_is_a_file_error(tmp_path):
     path = tmp_path / "a.extxyz"
     path.symlink_to("/dev/full")
@@ -470,7 +468,7 @@ except FileError as error:
 """
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="needs RLIMIT_FSIZE")
+@pytest.mark.needs("Linux")
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_file_that_cannot_grow_is_a_file_error(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
@@ -507,7 +505,7 @@ for k in range(10**9):
 """
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="needs SIGKILL")
+@pytest.mark.needs("Unix")
 @pytest.mark.parametrize("seed", range(5))
 def test_kill_9_leaves_files_that_open_and_continue(tmp_path, seed):
     script = _WRITE_FOR_EVER.format(tests=str(Path(__file__).parents[1]), folder=str(tmp_path))
@@ -576,7 +574,6 @@ def test_momenta_of_masses_that_are_powers_of_two_are_exact(velocities, exponent
 
 def test_no_data_set_is_gone_through_element_by_element(tmp_path, monkeypatch):
     """`"value" in dataset` compares every element in a call of its own: 11.7 s at N = 10^6."""
-    h5py = pytest.importorskip("h5py")
 
     def iterate(self):
         raise AssertionError("a data set was iterated")

@@ -170,8 +170,6 @@ def test_what_is_asked_for_is_written_whatever_its_size():
 @pytest.mark.parametrize("dimension", [2, 3])
 @pytest.mark.parametrize("form", ["h5md", "extxyz", "gsd"])
 def test_a_frame_takes_about_as_many_bytes_as_is_thought(form, dimension, tmp_path):
-    if form == "gsd":
-        pytest.importorskip("gsd")
     scene, dice = (
         Scene.random(5000, packing_fraction=0.3, dimension=dimension, seed=0),
         np.random.default_rng(1),

@@ -14,7 +14,7 @@ from carom.models.drives import Andersen, Brownian, Langevin, kick, next_time
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.questions.particles import NEVER, Particles
-from carom.models.white_noise import WhiteNoise, opponent, rounds
+from carom.models.white_noise import WhiteNoise, opponent, partner, rounds
 from carom.observables import HelfandCurrents
 from carom.observables.statistics import blocking
 from carom.scene_file.scene_file import SceneFile
@@ -205,6 +205,9 @@ def test_noise_in_pairs_conserves_momentum_and_heats_by_its_power(d, n):
     kicks = sim.drive.drawn
     assert kicks.min() >= 299  # at the rate, and none is left out
     assert kicks.max() <= 300
+    # Of an odd number one is left out of each round, and the others get more.
+    kicked = np.mean([partner(sim.drive, i, k) != i for i in range(n) for k in range(20)])
+    assert sim.drive.width**2 * kicked == pytest.approx(0.3 / 2.0, rel=1e-12)
     after = sim.frame().velocities
     rounding = 2.0**-52 * 300 * n * np.abs(masses[:, None] * after).max()
     assert np.abs(masses @ (after - before)).max() < rounding

@@ -19,12 +19,11 @@ from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN, cushions
 from carom.models.obstacles.containers import SphericalContainer
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.faces import stand_ins, yielding
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.segments import Segment, polygon
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.models.questions.walls import soonest_wall
 
 EPS = np.finfo(float).eps
@@ -33,7 +32,7 @@ OPEN = (False, False)
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
-    printed = plain_python("-W", "ignore", "-m", "helpers.faces", tmp_path_factory.mktemp("runs"))
+    printed = plain_python("-m", "helpers.faces", tmp_path_factory.mktemp("runs"))
     return [json.loads(line) for line in printed.splitlines()]
 
 

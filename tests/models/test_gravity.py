@@ -5,16 +5,16 @@ import math
 
 import numpy as np
 import pytest
+from helpers.naive.falling import Floor, fall
 from helpers.round_things import around_a_ball
 
 import carom
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
+from carom.models.obstacles.dressing import Shaken
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
-from carom.models.obstacles.shaken import Shaken
-from carom.reference.falling import Floor, fall
 from carom.simulation.replay import Replay
 
 HEIGHT = 12.0

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.plain import plain_python
+from helpers.naive.falling import Floor, fall
 
 import carom
 from carom.io.events import read_events
@@ -14,7 +14,6 @@ from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
-from carom.reference.falling import Floor, fall
 
 HEIGHT, EDGE, OFFSET = 12.0, 4.5, 0.5
 AMPLITUDE, PERIOD, CONTACT_TIME = 0.3, 2.0, 1e-3
@@ -78,12 +77,8 @@ def assert_events_are_the_oracles(d, restitution, count, time=60.0):
     return pairs
 
 
-def in_plain_python():
+def test_events_in_space_are_those_of_the_oracle(plain):
     assert assert_events_are_the_oracles(3, 0.9, 18, time=16.0) > 3
-
-
-def test_events_in_space_are_those_of_the_oracle():
-    plain_python("-c", "import models.test_gravity_oracle as t; t.in_plain_python()")
 
 
 @pytest.mark.slow

@@ -6,11 +6,11 @@ import math
 import numpy as np
 import pytest
 from helpers.marks import slow
+from helpers.naive import great_circles as oracle
 
 import carom
 from carom.errors import InputError, OverlapError
 from carom.models.motions.great_circles import GreatCircles, cosine_and_sine
-from carom.reference import great_circles as oracle
 from carom.scene.temperature import temperature
 from carom.simulation.explanation import explain
 from carom.simulation.replay import Replay

@@ -665,7 +665,7 @@ def probe(obstacle, x):
 
 said = []
 wall = Wall(1.5).model()
-with listening(lambda: said.append(1)):
+with listening(said.append):
     time = probe(wall, 10.0)
 print("compiled" if said else "loaded", time)
 """

@@ -11,8 +11,10 @@ from helpers.faulty import Curved, Drag, DragCores, Parity, Two
 
 import carom
 from carom.errors import FileError, InputError, OverlapError
+from carom.models.drives import kick, next_time
 from carom.models.interactions.wells import SquareWell
 from carom.models.mathematics.contact import elastic, first_contact
+from carom.models.own import uniform
 from carom.models.questions.contact import exchanged_part, transfer
 from carom.models.questions.interaction import core_square, interaction_time, jump, mass, record_impulse
 from carom.models.questions.memory import copy_state, shift_epoch
@@ -184,6 +186,80 @@ def test_a_motion_that_is_not_uniform_is_refused():
 
 def test_a_motion_that_is_not_uniform_needs_an_interaction_that_knows_it():
     explain(SCENE.replace(motion=Drag(0.1), interaction=DragCores(0.1)))
+
+
+def test_the_check_of_a_motion_that_is_not_uniform_says_what_to_give():
+    found = carom.check(Drag(0.1), pairs=20)
+    assert [each.condition for each in found.failures] == ["relative"] * 4
+    assert "with an interaction that computes its times along this motion" in str(found)
+    assert carom.check(DragCores(0.1), motion=Drag(0.1), pairs=20).passed
+
+
+class Clock(NamedTuple):
+    """Events at random times: ``kind`` says of which fault."""
+
+    kind: str
+    due: np.ndarray
+    drawn: np.ndarray
+
+    def draw(self, i, time):
+        return -math.log(uniform(1, i, self.drawn[i]))
+
+
+@next_time.register
+def _(clock: Clock, i, x, v, time):
+    if clock.kind == "kept":
+        return clock.due[i]
+    if clock.kind == "kept from the first question":
+        if clock.due[i] <= time:
+            clock.due[i] = time + clock.draw(i, time)
+        return clock.due[i]
+    if clock.kind == "a place ahead":  # moves towards it at the same speed
+        return time + ((7.0 - x[0]) / v[0]) % (20.0 / abs(v[0]))
+    if clock.kind == "a turn":
+        return 0.25 * (math.floor(time / 0.25 + 1e-9) + 1.0)
+    if clock.kind == "drawn by the question":
+        clock.drawn[i] += 1
+    if clock.kind == "an age":
+        return time + 1.0 / np.linalg.norm(v)
+    if clock.kind == "never, until then":
+        return NEVER if time < 0.3 else clock.due[i] + 0.3
+    return time + clock.draw(i, time)
+
+
+@kick.register
+def _(clock: Clock, i, mass, x, v, time):
+    clock.drawn[i] += 1
+    if clock.kind == "kept":
+        clock.due[i] += clock.draw(i, time)
+    if clock.kind not in ("kept", "a place ahead"):
+        v *= -1.0
+
+
+@dataclass(frozen=True)
+class Clocked:
+    """Kicks at the times of a clock."""
+
+    kind: str
+
+    def model(self, particles):
+        n = len(particles.radii)
+        return Clock(self.kind, np.full(n, 0.5 * (self.kind == "kept")), np.zeros(n, np.int64))
+
+
+@pytest.mark.parametrize("kind", ["kept", "kept from the first question", "a place ahead", "a turn"])
+def test_a_drive_whose_time_is_the_same_whenever_it_is_asked_passes(kind):
+    found = carom.check(Clocked(kind), pairs=20, dimensions=(1, 3))
+    assert found.passed, str(found)
+
+
+@pytest.mark.parametrize("kind", ["drawn anew", "drawn by the question", "an age", "never, until then"])
+def test_a_drive_whose_time_depends_on_when_it_is_asked_is_refused(kind):
+    found = carom.check(Clocked(kind), pairs=20)
+    assert {each.condition for each in found.failures} == {"asked"}
+    assert "next_time is the same whenever it is asked on the way there" in str(found)
+    with pytest.raises(InputError, match=r"asked: .* keep in a memory when it is due"):
+        carom.Simulation(SCENE.replace(drive=Clocked(kind)))
 
 
 class Uniform(NamedTuple):

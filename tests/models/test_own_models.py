@@ -287,7 +287,7 @@ def test_charges_that_grow_keep_to_the_walls():
 
 
 def test_nothing_else_is_checked():
-    for wrong in (3, HardCores, SCENE):
+    for wrong in (3, HardCores):
         with pytest.raises(InputError, match="check\\(\\) needs the value of an interaction"):
             carom.check(wrong)
 

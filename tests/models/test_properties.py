@@ -25,10 +25,8 @@ from carom.models import (
 )
 from carom.models.files.tables import obstacle_from_table
 from carom.models.files.to_tables import obstacle_to_table
-from carom.models.obstacles.dressing import dressed
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal, dressed
 from carom.models.obstacles.properties import Properties
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.scene.fields import standing
 
 PATH = Sine(0.2, period=1.5)
@@ -168,14 +166,15 @@ def test_keywords_and_walls_have_the_bits_of_the_nested_form(kind):
     assert before.obstacles[0].hits == 0 < before.obstacles[2].hits
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_shaken_floor_by_name_drives_a_bed_and_bears_it(tmp_path):
-    sim = final(bed(walls={"y_low": Wall(shake=Sine(0.3, 2.0), impact=LOSS)}), time=20.0)
+    sim = final(bed(walls={"y_low": Wall(shake=Sine(0.3, 2.0), impact=LOSS)}), time=10.0)
     floor = next(each for each in sim.obstacles if each.name == "y_low")
     assert floor.work > 0.0
     # The floor bears the weight and the change of the momentum; the ceiling is never hit.
     gained = (sim.frame().velocities[:, 1] - sim.scene.velocities[:, 1]).sum()
     assert floor.impulse == pytest.approx(6.0 * sim.time + gained, rel=1e-12)
-    pressure = sim.measure(carom.WallPressure("y_low"), time=20.0, blocks=16)
+    pressure = sim.measure(carom.WallPressure("y_low"), time=5.0, blocks=16)
     assert (pressure.name, pressure.area) == ("y_low", 8.5)
     with pytest.raises(InputError, match=r"y_low stands for the wall plain y_low.*measure 'y_low'"):
         carom.WallPressure(0).prepare(sim.scene)
@@ -185,7 +184,7 @@ def test_a_shaken_floor_by_name_drives_a_bed_and_bears_it(tmp_path):
     sim.save(tmp_path / "bed.h5")
     again = carom.Simulation.load(tmp_path / "bed.h5")
     for each in (sim, again):
-        each.run(time=5.0)
+        each.run(time=2.0)
     np.testing.assert_array_equal(again.frame().velocities, sim.frame().velocities)
 
 
@@ -211,6 +210,7 @@ def test_the_threshold_of_a_restitution_follows_the_thermal_speed_and_is_kept(tm
     np.testing.assert_array_equal(again.frame().velocities, sim.frame().velocities)
 
 
+@pytest.mark.usefixtures("plain")
 def test_a_surface_of_a_given_restitution_has_the_bits_of_a_loss():
     laws = Restitution(0.9, 0.1), Loss(0.9, elastic_below=0.1)
     scenes = [bed(walls={"y_low": Wall(impact=law)}) for law in laws]

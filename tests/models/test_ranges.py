@@ -4,13 +4,11 @@ import base64
 import math
 import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.browser import shown, where
+from helpers.naive.rules import NaiveRules
 
 import carom
 from carom.bridges.palette import FACES, rgb
@@ -19,7 +17,6 @@ from carom.errors import InputError
 from carom.io.events import read_events
 from carom.models import CHANGED, ENTERED, LEFT, TIMER, Kind, Ranges, draw
 from carom.pictures import viewdata
-from carom.reference.rules import NaiveRules
 from carom.simulation.replay import Replay
 
 CIRCLES = ((2.0, 3.0), (2.5,))
@@ -232,17 +229,10 @@ def run_in(d, n=8, edge=7.0):
     assert min(asked["entered"], asked["left"], asked["timer"]) > 3
 
 
-def test_counters_in_one_three_and_four_dimensions():
-    # In plain Python: the same functions, without a compilation for each dimension.
-    done = subprocess.run(
-        [sys.executable, "-c", "import models.test_ranges as t; [t.run_in(d) for d in (1, 3, 4)]"],
-        cwd=Path(__file__).parents[1],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("d", [1, 3, 4])
+def test_counters_in_one_three_and_four_dimensions(d):
+    run_in(d)
 
 
 @pytest.mark.usefixtures("unscheduled")

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.plain import plain_python
 
 import carom
 from carom.errors import InputError
@@ -151,7 +150,8 @@ def test_units_at_their_limits_are_counted_right_and_runaways_end_in_a_sentence(
     assert done.returncode == 0, done.stderr
 
 
-def rounds():
+@pytest.mark.usefixtures("plain")
+def test_a_rule_is_told_the_time_since_the_start_in_every_epoch():
     """One flies round the box and crosses the circle of one at rest: 2.2 after each round of 10, for 1.6."""
     flights = {"positions": [[5.0, 5.0], [2.0, 5.6]], "velocities": [[0.0, 0.0], [1.0, 0.0]]}
     sim = carom.Simulation(scene(remembers, [1.0], [1e-12], n=2, memory=(0.0, 0.0), **flights), seed=0)
@@ -160,11 +160,8 @@ def rounds():
     assert sim.interaction.memory[0] == pytest.approx([472.2, 473.8], rel=1e-12)
 
 
-def test_a_rule_is_told_the_time_since_the_start_in_every_epoch():
-    plain_python("-W", "ignore", "-c", "import models.test_ranges_extremes as t; t.rounds()")
-
-
-def zeno():
+@pytest.mark.usefixtures("plain")
+def test_a_unit_that_turns_ever_more_often_between_two_ends_the_run_in_a_sentence():
     """Two walk at a unit between them, which turns round whenever it sees one: ever more often, up to 2."""
     places, velocities = np.full((3, 2), 0.5 * EDGE), np.zeros((3, 2))
     places[:, 0] = 5.3, 2.0, 8.0
@@ -188,10 +185,6 @@ def zeno():
     ):
         sim.run(time=3.0)
     assert abs(sim.time - 2.0) < 8 * 2.0**-52
-
-
-def test_a_unit_that_turns_ever_more_often_between_two_ends_the_run_in_a_sentence():
-    plain_python("-c", "import models.test_ranges_extremes as t; t.zeno()")
 
 
 @pytest.mark.parametrize(

@@ -273,16 +273,17 @@ def test_a_bumpy_floor_of_pinned_particles_turns_those_that_fall_on_it():
     assert sim.statistics.energy_drift < 1e-13
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_a_run_is_resumed_and_replayed_with_its_spins(tmp_path):
     scene = gas(2, n=60, restitution=0.9, tangential=0.5, friction=0.3)
     whole = carom.Simulation(scene, seed=1)
-    whole.run(collisions=1500)
+    whole.run(collisions=300)
     half = carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5")
-    half.run(collisions=700)
+    half.run(collisions=140)
     list(half.sample(every=0.01, count=5))
     half.save(tmp_path / "half.h5")
     resumed = carom.Simulation.load(tmp_path / "half.h5")
-    resumed.run(collisions=1500 - resumed.collisions)
+    resumed.run(collisions=300 - resumed.collisions)
     resumed.close()
     assert resumed.frame().spins.tobytes() == whole.frame().spins.tobytes()
     assert resumed.frame().velocities.tobytes() == whole.frame().velocities.tobytes()

@@ -11,9 +11,8 @@ from carom.models.contacts.losses import Loss
 from carom.models.files.tables import obstacle_from_table
 from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles import Arc, Ball, Cuboid, Segment, Triangle, outwards, polygon
+from carom.models.obstacles.dressing import Shaken, Surface
 from carom.models.obstacles.paths import Sine
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface
 from carom.models.questions.obstacle import encounter, is_periodic, outward
 from carom.models.questions.particles import NEVER
 

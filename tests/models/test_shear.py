@@ -1,5 +1,7 @@
 """Uniform shear: against all pairs and images, exact balances, published steady states, and files."""
 
+import dataclasses
+import itertools
 import math
 
 import ase.io
@@ -12,11 +14,14 @@ from helpers.plain import plain_python
 from helpers.sheared import Naive
 
 import carom
+from carom.engine.neighbors import tilt_window
 from carom.engine.neighbors.points import coordinate_bits
 from carom.engine.neighbors.skins import list_range_sq
+from carom.errors import InputError
 from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.shear import LONGEST_STRAIN
+from carom.observables.packing import packing_network
 from carom.scene.overlaps import Room
 from carom.simulation.readings import momentum_flux
 from carom.simulation.replay import Replay
@@ -83,8 +88,8 @@ def mixed_in_lists():
 
 @pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("make", [
-    lambda: carom.Simulation(gas(2, 60, 0.4, 0.6), seed=1, tuning=carom.Tuning(neighbors="lists")),
-    slow(lambda: carom.Simulation(gas(3, 200, 0.4, -0.6), seed=1, tuning=carom.Tuning(neighbors="lists"))),
+    lambda: carom.Simulation(gas(2, 60, 0.4, -0.6), seed=1, tuning=carom.Tuning(neighbors="lists")),
+    slow(lambda: carom.Simulation(gas(3, 200, 0.4, 0.6), seed=1, tuning=carom.Tuning(neighbors="lists"))),
     mixed_in_lists,
 ], ids=["disks", "spheres", "two levels"])  # fmt: skip
 def test_lists_hold_everybody_who_comes_near_in_their_window(make):
@@ -126,6 +131,24 @@ def near_in_window(sim):
     return {(i, j) for i, j in np.argwhere(square <= within).tolist() if i < j}
 
 
+def test_a_way_is_multiplied_with_a_move_as_in_space_at_every_tilt_of_a_window(monkeypatch):
+    """In lattice coordinates the product of a way r and a move s is r . (M^T M s), with M of the tilt."""
+    monkeypatch.setattr(tilt_window, "grid_difference", lambda move, to, since, axis: move[axis])
+    pull = getattr(tilt_window.pull, "py_func", tilt_window.pull)
+    rng, closest = np.random.default_rng(4), 0.0
+    for _ in range(200):
+        middle, half, move = rng.uniform(-0.6, 0.6), rng.uniform(0.05, 0.2), rng.normal(size=3)
+        window = tilt_window.TiltWindow(np.array([middle]), half)
+        found = np.array([pull(window, move, 1, 0, axis) for axis in range(3)])
+        for tilt in middle + half * np.linspace(-1.0, 1.0, 9):
+            shear = np.array([[1.0, tilt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
+            apart = np.abs(shear.T @ shear @ move - found[:, 0])
+            assert (apart <= found[:, 1] + 1e-14).all()
+            assert tilt != middle or apart.max() < 1e-14
+            closest = max(closest, (apart[:2] / found[:2, 1]).min())
+    assert closest > 0.9  # no wider than needed
+
+
 def test_collisions_of_growing_disks_are_those_of_all_pairs_and_images():
     # As plain Python: growth under shear would be a kernel of its own.
     assert plain_python("-m", "helpers.sheared") == "12 steps\n"
@@ -152,6 +175,30 @@ def test_energy_grows_by_the_work_of_the_stream(d, n, law):
     assert sim.statistics.energy_drift < 1e-12
     assert sim.statistics.momentum_drift < 1e-13
     assert sim.statistics.worst_overlap < 1e-12
+
+
+@pytest.mark.parametrize("rate", [0.1, -0.1])  # so small that epochs, which count all anew, are long
+def test_the_flight_before_a_kick_counts(plain, rate):
+    """The integral of the peculiar momentum flux is that over frames; nobody meets anybody here."""
+    bath = Andersen(kT=1.0, rate=1.0)
+    scene = carom.Scene(
+        [[1.0, 1.0], [5.0, 4.0]], (8.0, 6.0), diameter=1e-3, mass=[1.0, 3.0], motion=Shear(rate), drive=bath
+    )
+    sim, whole = (carom.Simulation(scene, seed=1) for _ in range(2))
+    step, moments = 2.0**-7, []
+    for frame in itertools.chain([sim.frame()], sim.sample(every=step, count=512)):
+        moments.append(np.einsum("i,ia,ib->ab", scene.masses, frame.velocities, frame.velocities))
+    moments, kicks = np.array(moments), int(sim.drive.drawn.sum())
+    assert sim.collisions == 0
+    assert kicks > 4
+    integral = step * (moments.sum(axis=0) - 0.5 * (moments[0] + moments[-1]))
+    # A kick between two frames is half a step off at most.
+    bound = 0.5 * step * kicks * np.ptp(moments, axis=0).max()
+    whole.run(time=4.0)  # a stop would count the flight up to it
+    found = momentum_flux(whole._state)
+    assert np.abs(found.carried - integral).max() < bound
+    assert bound < 0.05 * np.abs(integral).max()
+    assert not found.handed_over.any()
 
 
 def mixture_in_shear():
@@ -311,7 +358,67 @@ def test_files_hold_the_tilted_cell_and_a_run_goes_on_from_them(suffix, d, tmp_p
         assert plain.trajectory.ts.triclinic_dimensions == pytest.approx(cell, abs=1e-5)
 
 
-def test_lammps_and_ovito_see_the_tilted_cell(tmp_path):
+@pytest.mark.parametrize(("box", "tilt"), [
+    ((6.0, 5.0), 0.55), ((5.0, 6.0), -0.4), ((1.6, 1.5), 0.3), ((4.0, 3.5, 3.0), -0.55),
+    ((3.0, 3.2, 3.1, 2.9), 0.2),
+], ids=str)  # fmt: skip
+def test_contacts_in_a_tilted_cell_are_those_of_all_images(box, tilt):
+    rng, d = np.random.default_rng(2), len(box)
+    positions = rng.uniform(size=(max(3, int(np.prod(box))), d)) * box
+    positions[:, 0] += tilt * positions[:, 1]  # into the tilted cell
+    n = len(positions)
+    sizes = rng.uniform(0.6, 1.0, n)
+    cell = np.diag(box)
+    cell[1, 0] = tilt * box[1]
+    shifts = np.array(list(np.ndindex(*(7,) * d))) - 3
+    apart = positions[None] - positions[:, None]
+    distances = np.linalg.norm(apart[:, :, None] + shifts @ cell, axis=3)
+    near = distances < 1.2 * 0.5 * (sizes[:, None] + sizes)[:, :, None]
+    images = np.zeros((n, d), np.int32)
+    frame = carom.Frame(
+        0.0, 0, positions, np.zeros((n, d)), box, sizes, np.ones(n), images=images, tilt=tilt
+    )  # fmt: skip
+    network = packing_network(frame, gap=0.2)
+    # All images of a component itself are counted, and of a pair both ways.
+    assert len(network.bonds) == (near.sum() - n) / 2
+    i, j = network.bonds.T
+    found = np.linalg.norm(network.vectors, axis=1)
+    assert found == pytest.approx(
+        distances[i, j][np.arange(len(i)), nearest(distances[i, j], found)], rel=1e-12
+    )
+    upright = dataclasses.replace(frame, tilt=None)
+    if n > 3:
+        assert len(packing_network(upright, gap=0.2).bonds) != len(network.bonds)
+
+
+def nearest(distances, found):
+    """Return where in each row (m, k) the value ``found`` (m,) is."""
+    return np.argmin(np.abs(distances - found[:, None]), axis=1)
+
+
+def test_overlaps_of_single_precision_are_parted_across_a_tilted_face():
+    edge, tilt, u = 4.0, 0.3, np.array([0.6, 0.8])
+    here = np.array([2.0, 0.3])
+    above = here - (1.0 - 5e-8) * u + edge * np.array([tilt, 1.0])
+    frame = carom.Frame(
+        0.0, 0, np.array([here, above]), np.zeros((2, 2)), (edge, edge), np.ones(2), np.ones(2), tilt=tilt
+    )  # fmt: skip
+    with pytest.warns(carom.CaromWarning, match="moved apart"):
+        scene = carom.Scene.from_frame(frame, motion=Shear(1.0))
+    assert np.abs(scene.positions - frame.positions).max() < 1e-5
+
+
+@pytest.mark.parametrize(("n", "fraction", "d", "tilt"), [(60, 0.6, 2, 0.3), (60, 0.45, 3, -0.4)])
+def test_a_random_start_in_a_tilted_cell_has_no_overlap(n, fraction, d, tilt):
+    # A scene refuses overlaps, as it does those of this start with another tilt.
+    scene = carom.Scene.random(n, fraction, d, motion=Shear(1.0, tilt), seed=1)
+    with pytest.raises(carom.OverlapError):
+        carom.Scene(scene.positions, scene.box, motion=Shear(1.0))
+    with pytest.raises(InputError, match=r"up to packing fraction 0\.714"):
+        carom.Scene.random(n, 0.78, 2, motion=Shear(1.0, tilt))
+
+
+def test_a_lammps_dump_has_the_tilted_cell(tmp_path):
     sim = carom.Simulation(gas(3), seed=1)
     sim.run(time=0.5)
     sim.write(tmp_path / "run.extxyz", every=0.1, count=1)
@@ -322,7 +429,15 @@ def test_lammps_and_ovito_see_the_tilted_cell(tmp_path):
     cell = np.diag(frame.box)
     cell[1, 0] = frame.tilt * frame.box[1]
     assert universe.trajectory.ts.triclinic_dimensions == pytest.approx(cell, abs=1e-4)
-    pytest.importorskip("ovito")
+
+
+@pytest.mark.needs("OVITO")
+def test_ovito_sees_the_tilted_cell():
+    sim = carom.Simulation(gas(3), seed=1)
+    sim.run(time=0.5)
+    frame = sim.frame()
+    cell = np.diag(frame.box)
+    cell[1, 0] = frame.tilt * frame.box[1]
     assert np.asarray(frame.to_ovito().cell)[:, :3] == pytest.approx(cell.T)
 
 

@@ -68,7 +68,7 @@ def test_events_are_those_of_all_pairs_and_images(depth):
     assert sim.time * 0.7 > 0.5
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(("interaction", "more"), [
     (SquareWell(1.5, 1.0), {}), (STAIRS, {"drive": Andersen(kT=1.0, rate=2.0)}),
     (SPECIES, {"species": np.arange(24) % 2}), (CHAINS, {}),
@@ -112,7 +112,7 @@ def test_kinetic_and_potential_energy_grow_by_the_work_of_the_stream():
     assert sim.statistics.momentum_drift < 1e-13
 
 
-@pytest.mark.usefixtures("both_ways")
+@pytest.mark.usefixtures("plain")
 def test_no_shear_is_free_flight_but_for_rounding():
     # Lists of a lattice that might tilt hold more pairs, which are looked at at other times.
     still = carom.Simulation(disks(STAIRS, 0.0), seed=1, kT=1.2)

@@ -95,6 +95,7 @@ def test_events_are_those_of_the_naive_algorithm_in_the_plane_and_in_four_dimens
     assert_order(scene, lambda i, j: (distances, [*energies, 0.0]), 60)
 
 
+@pytest.mark.usefixtures("plain")
 def test_a_bonded_chain_in_a_well_follows_the_naive_algorithm():
     n = 6
     bonds = Bonds(chains(1, n), inner=0.9, outer=1.2, others=SquareWell(1.5, 1.0))

@@ -85,7 +85,8 @@ def test_harmonics_of_the_plane_and_of_space_are_cosines_and_legendre_polynomial
 
 @pytest.mark.parametrize("voronoi", [False, True])
 def test_orders_are_those_of_freud(voronoi):
-    freud = pytest.importorskip("freud")
+    import freud
+
     for d, nearest in ((2, 6), (3, 12)):
         frame = gas(300, d, seed=9)
         box, points = frame.to_freud()
@@ -243,3 +244,55 @@ def test_the_error_of_a_correlation_is_that_of_a_ratio_of_sums():
     sums = 0.3 * counts + rng.normal(0.0, 2.0, 256)
     mine, its = _ratio(sums, counts), ratio(sums, counts)
     assert (mine.mean, mine.error) == pytest.approx((its.mean, its.error), rel=1e-12)
+
+
+def _rounded(way, x, edge):
+    """Return coordinates as files hold them."""
+    if way == "single":
+        return x.astype(np.float32).astype(float)
+    if way == "centred":  # GSD
+        return (x - 0.5 * edge).astype(np.float32).astype(float) + 0.5 * float(np.float32(edge))
+    if way == "xtc":
+        return np.round(x, 3).astype(np.float32).astype(float)
+    return np.array([[float(format(c, way)) for c in row] for row in x])
+
+
+WAYS = ("single", "centred", "xtc", ".9g", ".6g", ".8f", ".3f")
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("unit", [1.0, 0.1, 3.4, 10.0])
+def test_faces_that_only_rounding_makes_are_no_neighbours(way, unit):
+    """In fcc six cells share a corner, in a square lattice four; rounding may make faces of it."""
+    crystal = carom.Scene.crystal(108, 0.6)
+    a = 1.1234567891
+    square = a * np.stack(np.meshgrid(*[np.arange(12)] * 2), axis=-1).reshape(-1, 2) + 0.123456789
+    for places, box, neighbors in ((crystal.positions, crystal.box, 12), (square, (12 * a,) * 2, 4)):
+        n, d = places.shape
+        edges = np.array(box) * unit
+        x = _rounded(way, places * unit, edges[0]) % edges
+        frame = Frame(0.0, 0, x, np.zeros((n, d)), edges, np.ones(n), np.ones(n))
+        found = measured(frame, voronoi=True, l=6 if d == 3 else 4)
+        assert found.neighbors.mean == neighbors
+        known = 0.57452 if d == 3 else 1.0
+        assert found.local_order.mean == pytest.approx(known, abs=1e-5 if way not in ("xtc", ".3f") else 0.02)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_narrow_faces_of_a_fluid_are_neighbours_however_it_is_rounded(way):
+    """Points in the plane have six neighbours on average, exactly, by Euler's formula."""
+    fluid = gas(2000, 2, 5)
+    x = _rounded(way, fluid.positions, 10.0) % 10.0
+    for places in (fluid.positions, x):
+        frame = Frame(0.0, 0, places, fluid.velocities, fluid.box, fluid.diameters, fluid.masses)
+        assert measured(frame, voronoi=True).neighbors.mean == 6.0
+
+
+def test_a_strain_by_a_millionth_is_seen_in_double_precision():
+    """A square lattice stretched along a diagonal has six neighbours."""
+    a = 1.1234567891
+    along = np.array([[1.0, 1e-6], [1e-6, 1.0]]) * a
+    cells = np.stack(np.meshgrid(*[np.arange(9)] * 2), axis=-1).reshape(-1, 2)
+    inner = np.flatnonzero(((cells > 2) & (cells < 6)).all(axis=1))
+    pairs, _ = voronoi_bonds(Room(np.full(2, 12.0), np.zeros(2, bool)), cells @ along + 0.5)
+    assert (np.bincount(pairs[:, 0])[inner] == 6).all()

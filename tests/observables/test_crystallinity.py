@@ -105,7 +105,7 @@ def test_what_it_cannot_measure_is_refused():
     with pytest.raises(InputError, match="No frame"):
         Crystallinity().result()
     scenes = [carom.Scene.random(n, 0.1, seed=1) for n in (20, 21)]
-    with pytest.raises(InputError, match="after one with"):
+    with pytest.raises(InputError, match="the first one"):
         Crystallinity().over([frame_of(scene.positions, scene.box) for scene in scenes])
 
 

@@ -121,6 +121,19 @@ def test_frames_that_cannot_be_correlated_are_refused(frames):
         Dynamics(species=1).update(frames[0])
 
 
+@pytest.mark.parametrize(("start", "count"), [(0.0, 40), (1e4, 40)])
+def test_times_in_single_precision_are_equally_spaced_and_a_lost_frame_is_seen(frames, start, count):
+    def correlated(steps):
+        dynamics = Dynamics()
+        for k in steps:
+            time = float(np.float32(start + 0.1 * k))
+            dynamics.update(dataclasses.replace(frames[k % 2], time=time))
+
+    correlated(range(count))
+    with pytest.raises(InputError, match="equal spacing"):
+        correlated([*range(count), count + 1])
+
+
 @pytest.mark.slow
 def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coupling():
     # J. J. Erpenbeck and W. W. Wood, Phys. Rev. A 32, 412 (1985): from 15 to 30 mean free times on, spheres
@@ -264,6 +277,8 @@ def test_scattering_of_one_species_is_that_of_its_components_alone(frames, kind)
         dynamics.update(dataclasses.replace(frame, species=kinds))
         alone.append(frame.positions[kinds == kind])
     found, waves = dynamics.result(), Waves.of(frames[0].box, 3)
+    moves = [np.mean(frame.velocities[kinds == kind] ** 2) for frame in frames[:40]]
+    assert found.velocity_square.mean == pytest.approx(np.mean(moves), rel=1e-9)
     q = 2.0 * np.pi * waves.numbers / np.array(frames[0].box)
     rho = np.array([np.exp(1j * places @ q.T).sum(axis=0) for places in alone])
     for lag, values in ((0, found.structure_factor), (1, found.scattering[0])):

@@ -1,5 +1,6 @@
 """The potential energy with its error, of two rods, of fluids and in a field; and how a fluid comes to kT."""
 
+import itertools
 import json
 import math
 import re
@@ -10,7 +11,7 @@ import pytest
 from helpers import full_run
 
 import carom
-from carom.block import Block, Energy
+from carom.block import Block, Energy, MomentumFlux, Sizes, VolumeSums
 from carom.errors import InputError
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains
 from carom.models.motions.gravity import Gravity
@@ -178,7 +179,34 @@ def test_blocks_without_energies_are_refused():
 def test_neighbouring_blocks_of_any_length_have_the_means_of_both():
     one, other = (Block(t, 3, 1.0, energy=Energy(u, kT)) for t, u, kT in ((1.0, -2.0, 1.0), (3.0, -4.0, 2.0)))
     assert merged(one, other).energy == Energy(-3.5, 1.75)
-    assert merged(one, other._replace(energy=None)).energy is None
+
+
+def block_of(value, duration):
+    """Return a block in which no field is left out, and each number is another one."""
+    numbers = (value + 2.0**k for k in itertools.count())
+
+    def some(count):
+        return tuple(itertools.islice(numbers, count))
+
+    flux = MomentumFlux(*(np.reshape(some(4), (2, 2)) for _ in range(2)))
+    return Block(
+        duration, int(value), next(numbers), some(2), some(3), next(numbers), Sizes(*some(2), True), some(2),
+        some(4), Energy(*some(2)), flux, VolumeSums(*some(3)),
+    )  # fmt: skip
+
+
+def test_a_merged_block_is_the_sum_of_its_parts_field_by_field():
+    one, other = block_of(3.0, 1.0), block_of(40.0, 3.0)
+    assert None not in one
+    both = merged(one, other)
+    for name, a, b in zip(Block._fields, one, other, strict=True):
+        found, means = getattr(both, name), name in ("sizes", "energy")
+        x, y = (0.25, 0.75) if means else (1.0, 1.0)
+        assert type(found) is type(a), name
+        assert np.array_equal(np.array(found), x * np.array(a) + y * np.array(b)), name
+        if Block._field_defaults.get(name, ()) is None:
+            assert getattr(merged(one, other._replace(**{name: None})), name) is None
+    assert merged(one, other._replace(sizes=Sizes(1.0, 1.0, False))).sizes.equal is False
 
 
 @pytest.mark.parametrize("heat", [None, 3.0])
@@ -192,16 +220,34 @@ def test_a_segment_has_the_mean_energy_of_both_of_its_ends(heat):
     assert stretch.energy_drift(SimpleNamespace(degrees_of_freedom=12)) == pytest.approx(4.0 / 6.0)
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
-    ("kT", "impact", "told"),
-    [(1.98, None, True), (1.995, None, False), (2.005, None, False), (2.02, None, True), (1.0, 0.9, False)],
+    ("kT", "error", "impact", "equilibration", "told"),
+    [
+        (1.98, 0.0, None, 50.0, True),
+        (1.995, 0.0, None, 50.0, False),
+        (2.005, 0.0, None, 50.0, False),
+        (2.02, 0.0, None, 50.0, True),
+        (1.0, 0.0, 0.9, 50.0, False),  # contacts decide it
+        (2.04, 0.02, None, 50.0, False),  # two error bars
+        (2.12, 0.02, None, 50.0, True),
+        (2.12, 0.02, None, 2.0, False),  # velocities were scaled by a mean that was hardly known
+        (2.12, math.inf, None, 50.0, False),
+    ],
 )
-def test_a_temperature_that_is_missed_either_way_is_told_unless_contacts_decide_it(kT, impact, told):
+def test_a_temperature_that_is_missed_by_more_than_its_error_bar_is_told(
+    kT, error, impact, equilibration, told
+):
     plan = SimpleNamespace(run=SimpleNamespace(kT=2.0, event_log=False))
     sim = carom.Simulation(carom.Scene.crystal(32, 0.3, impact=impact), seed=0)
-    said = _other_temperature(SimpleNamespace(plan=plan, sim=sim, energy_drift=1e-15), Estimate.exact(kT))
+    facts = SimpleNamespace(
+        plan=plan, sim=sim, energy_drift=1e-15, blocks=[Block(10.0, 1, 1.0)], equilibration=(9, equilibration)
+    )
+    said = _other_temperature(facts, Estimate(kT, error, 100.0, 1.0, 100))
     assert (said is not None) == told
-    assert not told or f"its mean is {kT}" in said
+    if told:
+        assert f"its mean is {kT}" in said[0]
+        assert said[1]  # it speaks against equilibrium
 
 
 WELLS = """

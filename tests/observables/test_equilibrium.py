@@ -83,6 +83,9 @@ def test_slow_changes_are_no_error_bar():
     assert re.search("Only 7 independent samples of the pressure .* 256 blocks.*Run longer", sentence)
     # Who asks for few blocks gets few, and an error bar that knows it.
     assert doubts("the pressure", Estimate(9.4, 0.19, 7.0, 1.1, 8), [9.3, 9.5] * 4) == []
+    # Where there are hardly any, it is said of what.
+    [sentence] = doubts("the volume", Estimate(9.4, 0.19, 0.5, 16.0, 8), [9.3, 9.5] * 4)
+    assert sentence.startswith("Fewer than 2 independent samples of the volume were found")
 
 
 def test_less_than_one_sample_is_said_without_decimals():

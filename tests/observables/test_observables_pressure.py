@@ -8,6 +8,7 @@ import pytest
 from carom import Scene, Simulation, theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
+from carom.models import Active, Andersen
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.observables import Pressure
@@ -116,7 +117,7 @@ def test_one_particle_has_z_one_exactly():
 
 
 def test_no_collision_leaves_the_error_infinite_and_warns():
-    with pytest.warns(CaromWarning, match="Only 0 collisions"):
+    with pytest.warns(CaromWarning, match="0 collisions in all"):
         result = Pressure.estimate(
             [Block(1.0, 0, 0.0)] * 32, n=2, dimension=3, volume=1e6, diameter=1.0, kT=1.0
         )
@@ -168,6 +169,64 @@ def test_the_correction_to_infinite_size_warns_where_images_are_felt():
         measured(108, 0.8).infinite_size()
     measured(108, 0.4).infinite_size()
     measured(256, 0.8).infinite_size()
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("scene", "solid"),
+    [
+        (Scene.crystal(32, 0.6), True),
+        (Scene.crystal(16, 0.8, 2, nearest=True), True),
+        (Scene.crystal(32, 0.3), False),
+        (Scene.crystal(32, 0.6, impact=0.9), False),  # nothing is known of it
+    ],
+    ids=str,
+)
+def test_a_measurement_knows_whether_particles_beyond_freezing_stay_where_they_began(scene, solid):
+    found = Simulation(scene, seed=1).measure(Pressure(), time=0.1, blocks=4)
+    assert found.solid is solid
+    if solid:  # exact for n - 1 oscillators
+        n = found.n
+        assert found.infinite_size().mean == pytest.approx(
+            1.0 + (found.Z.mean - 1.0) * n / (n - 1), rel=1e-12
+        )
+        law = theory.solid(found.dimension)
+        shift = -theory.crystal_finite_size_shift(found.packing_fraction, n, law)
+        assert found.infinite_size(law).mean == pytest.approx(found.Z.mean + shift, rel=1e-12)
+    else:
+        law = theory.carnahan_starling
+        shift = -theory.finite_size_shift(found.packing_fraction, found.n, law)
+        assert found.infinite_size(law).mean == pytest.approx(found.Z.mean + shift, rel=1e-12)
+
+
+def test_where_fluid_and_solid_coexist_there_is_no_correction_to_infinite_size():
+    volume = 100 * theory.ball_volume(2, 1.0) / 0.71
+    found = Pressure.estimate(
+        [Block(1.0, 100, 300.0)] * 32, n=100, dimension=2, volume=volume, diameter=1.0, kT=1.0
+    )
+    with pytest.raises(InputError, match="side by side"):
+        found.infinite_size()
+
+
+@pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"drive": Active(1.0, persistence=5.0, step=0.1)}, "The drive Active changes the energy (kT"),
+        ({"drive": Andersen(1.0, rate=0.5)}, "The drive Andersen changes the energy (kT"),
+        ({"drive": Andersen(1.0, rate=0.5), "impact": 0.9}, "Contacts and the drive Andersen change the en"),
+        ({"impact": 0.9}, "Contacts change the energy (kT"),
+        ({}, ""),
+    ],
+    ids=str,
+)
+def test_the_note_names_what_changes_the_energy(given, said):
+    scene = Scene([[1.0, 1.0], [2.5, 1.2], [1.4, 3.0], [3.1, 3.2]], (4.2, 4.0), **given)
+    found = Simulation(scene, seed=1).measure(Pressure(), time=4.0, blocks=4)
+    assert found.note.startswith(said)
+    assert bool(found.note) == bool(said)
 
 
 def test_the_error_of_the_contact_value_is_that_of_z():

@@ -16,6 +16,7 @@ from carom.models.obstacles.named_walls import axes_without
 from carom.models.obstacles.segments import Segment
 from carom.observables import WallPressure
 from carom.observables.momentum_balance import weighted_momenta
+from carom.observables.statistics import blocking
 from carom.scene import temperature
 from carom.scene.velocities import maxwell_velocities
 from carom.scene_file.scene_file import SceneFile
@@ -54,8 +55,8 @@ def test_force_by_area_of_every_kind_of_obstacle():
             assert found.force.mean == pytest.approx(forces[k], rel=1e-12)
             assert found.primary == found.pressure
             assert found.name == name
-            # 64 independent blocks: their error is known to 1 / sqrt(126), 9 %.
-            assert found.force.error == pytest.approx(values[:, k].std() / 16.0, rel=6 * 0.09)
+            assert found.force.error == pytest.approx(blocking(values[:, k]).error / 2.0, rel=1e-9)
+            assert found.pressure.error == pytest.approx(found.force.error / areas[k], rel=1e-12)
             assert str(found).startswith(f"P on {name} = ")
 
 

@@ -40,6 +40,7 @@ SCENES = {
 }
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("name", ["a mixture", slow("walls"), slow("an obstacle"), "wells"])
 def test_the_trace_is_the_pressure_from_the_virial_of_the_same_stretch(name):
     sim = SCENES[name]()

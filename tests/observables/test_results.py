@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.drawn import strange_bars
 
 import carom
 from carom import results
@@ -75,7 +76,6 @@ class TestEveryResult:
         assert len(repr(result)) < 20000
 
     def test_is_a_table_with_all_digits(self, result, k, tmp_path):
-        pytest.importorskip("pandas")
         table = result.to_dataframe()
         result.save(tmp_path / "result.csv")
         lines = [line for line in (tmp_path / "result.csv").read_text().splitlines() if line[0] != "#"]
@@ -85,6 +85,17 @@ class TestEveryResult:
         for name, text in zip(header, lines[1].split(","), strict=True):
             if isinstance(table[name][0], float):
                 assert (float(text) == table[name][0]) if math.isfinite(table[name][0]) else text == ""
+
+    def test_draws_the_error_of_each_number_beside_it(self, result, k):
+        if KINDS[k] == "EnergyResult":
+            return
+        (axes,) = result.plot().axes
+        if KINDS[k] in ("PressureResult", "WallPressureResult"):  # the band is that of the mean up to there
+            assert len(strange_bars(axes, result)[1]) == (len(result.block_values) - 1) * (k == 0)
+            return
+        count, strange = strange_bars(axes, result)
+        assert not strange
+        assert count >= 3
 
     def test_draws_itself(self, result, k, tmp_path):
         if KINDS[k] == "EnergyResult":
@@ -218,7 +229,7 @@ def test_frames_of_a_list_a_file_and_a_folder_are_the_same(tmp_path):
     assert g.over(iter(frames)) == g.over(path) == g.over(str(path.parent)) == right
     with carom.io.open(path) as reader:
         assert g.over(reader) == right
-    with pytest.raises(FileError, match="holds no trajectory"):
+    with pytest.raises(FileError, match="folder without a trajectory"):
         g.over(tmp_path)
     for wrong in (3, frames[0], [1.0]):
         with pytest.raises(InputError, match="frames must"):

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import carom
+from carom.block import Block
 from carom.errors import CaromWarning
 from carom.models import Ball, Plane, Segment
 from carom.models.obstacles.named_walls import axes_without
@@ -57,6 +58,25 @@ def test_a_contact_changes_the_first_sum_by_what_the_obstacle_takes_up():
     assert after[0] - before[0] == pytest.approx(slope.impulse, rel=1e-8)
     distance = SLANTING.gap(sim.frame().positions, np.array([0.5]), scene.box, scene.periodic)[0]
     assert after[1] == pytest.approx(after[0] * distance / 4.5, rel=1e-8)
+
+
+def test_the_sound_of_an_obstacle_is_taken_off_by_its_own_sums():
+    posts = (Post((8.0, 8.0), 0.5, "a"), Post((8.0, 3.0), 0.5, "b"), Post((2.0, 3.0), 0.5, "c"))
+    scene = carom.Scene([[2.0, 8.0]], 10.0, obstacles=posts)
+    rng = np.random.default_rng(1)
+    durations, sums = rng.uniform(1.0, 2.0, 64), rng.normal(size=(64, 6))
+    weights = rng.normal(size=(3, 2))
+    for k in range(3):
+        sound = sums[:, 2 * k : 2 * k + 2] @ weights[k]
+        blocks = [
+            Block(time, 1, 0.0, impulses=(9.0,) * k + (4.0 * time + more,) + (9.0,) * (2 - k),
+                  surface_changes=tuple(changes))
+            for time, more, changes in zip(durations, sound, sums, strict=True)
+        ]  # fmt: skip
+        found = WallPressure(k, area=2.0).of_scene(blocks, scene, kT=1.0)
+        assert found.force.mean == pytest.approx(4.0, rel=1e-12)
+        assert found.force.error < 1e-12
+        assert found.pressure.mean == pytest.approx(2.0, rel=1e-12)
 
 
 @pytest.mark.usefixtures("unscheduled")

@@ -69,7 +69,7 @@ def test_a_picture_made_in_bands_is_that_made_at_once(dimension, monkeypatch):
 @pytest.mark.parametrize("suffix", [".gif", ".mp4"])
 def test_a_movie_has_every_frame_at_its_time(tmp_path, suffix):
     if suffix == ".mp4":
-        imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
+        import imageio_ffmpeg
     frames = frames_of(3, count=5)
     done = []
     count = carom.movie(frames, tmp_path / f"a{suffix}", size=96, fps=10, progress=lambda *k: done.append(k))

@@ -37,8 +37,9 @@ RUN = (
 
 def executed(cells):
     """Return what each cell shows, run headless by a kernel of its own."""
-    nbformat = pytest.importorskip("nbformat")
-    nbclient = pytest.importorskip("nbclient")
+    import nbclient
+    import nbformat
+
     book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
     nbclient.NotebookClient(book, timeout=600, kernel_name="python3").execute()
     return [[output.get("data", {}) for output in cell.outputs] for cell in book.cells]
@@ -79,7 +80,6 @@ def test_a_frame_prints_in_ten_lines_and_its_box_is_an_array():
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_freud_gets_box_dimension_walls_and_centred_positions(dimension):
-    pytest.importorskip("freud")
     frame = frames_of(dimension)[0]
     box, points = frame.to_freud()
     assert box.dimensions == dimension
@@ -89,7 +89,9 @@ def test_freud_gets_box_dimension_walls_and_centred_positions(dimension):
 
 
 def test_pandas_and_xarray_hold_a_frame_and_a_trajectory(tmp_path):
-    pandas, xarray = pytest.importorskip("pandas"), pytest.importorskip("xarray")
+    import pandas
+    import xarray
+
     frames = frames_of(2)
     table = frames[0].to_pandas()
     assert isinstance(table, pandas.DataFrame)
@@ -109,9 +111,23 @@ def test_pandas_and_xarray_hold_a_frame_and_a_trajectory(tmp_path):
     assert frames[0].to_xarray().positions.shape == frames[0].positions.shape
 
 
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_each_column_of_a_table_is_the_axis_that_it_names(d):
+    rng = np.random.default_rng(d)
+    turns = {2: ["w"], 3: ["wx", "wy", "wz"]}.get(d, [])
+    spins = rng.normal(size=(5, len(turns))) if turns else None
+    places, speeds = rng.random((2, 5, d))
+    frame = carom.Frame(0.0, 0, places, speeds, (9.0,) * d, np.ones(5), np.ones(5), spins=spins)
+    axes = ["x", "y", "z"][:d] if d < 4 else ["x0", "x1", "x2", "x3"]
+    columns = np.column_stack([places, speeds, *([] if spins is None else [spins])])
+    table = frame.to_pandas()
+    assert list(table)[:-2] == [*axes, *(f"v{axis}" for axis in axes), *turns]
+    np.testing.assert_array_equal(table.to_numpy()[:, :-2], columns)
+
+
 def test_a_missing_package_is_named(monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "freud", None)
-    with pytest.raises(InputError, match="pip install freud-analysis"):
+    with pytest.raises(InputError, match=r"pip install 'carom\[freud\]'"):
         frames_of(3)[0].to_freud()
 
 

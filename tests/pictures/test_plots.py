@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from helpers.drawn import outside, segments
+from helpers.drawn import bars, outside, segments, strange_bars
 from helpers.estimates import estimate
 from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.figure import Figure
@@ -50,6 +50,10 @@ def test_pressure_draws_the_mean_and_theory_at_finite_n(dimension, tmp_path):
     lines = {line.get_label(): line for line in axes.lines}
     running = next(line for label, line in lines.items() if label.startswith("running"))
     assert running.get_ydata()[-1] == pytest.approx(result.Z.mean, rel=1e-12)
+    count = len(result.block_values)
+    middle, half = np.transpose(bars(axes))
+    np.testing.assert_allclose(middle, running.get_ydata(), rtol=1e-12)
+    np.testing.assert_allclose(half, result.Z.error * np.sqrt(count / np.arange(1.0, count + 1.0)), rtol=1e-9)
     if dimension == 3:
         shown = next(line.get_ydata()[0] for label, line in lines.items() if label.startswith("Carnahan"))
         eta = result.packing_fraction
@@ -131,6 +135,9 @@ def test_rdf_draws_g_and_both_contact_values(tmp_path):
     curve = max(axes.lines, key=lambda line: len(line.get_ydata()))
     np.testing.assert_array_equal(curve.get_ydata(), distribution.g)
     inset = axes.child_axes[0]
+    count, strange = strange_bars(axes, [distribution, implied])
+    near = int((distribution.r < 1.25 * distribution.diameter).sum())
+    assert (count, strange) == (len(distribution.g) + near + 2, [])
     labels = inset.get_legend_handles_labels()[1]
     assert any("pressure 2.000" in label for label in labels)
     assert any(distribution.contact_value.value_text[:4] in label for label in labels)
@@ -242,6 +249,7 @@ def test_every_picture_of_numbers_holds_its_data_within_its_axes():
     figure = plots.partial_rdf({"a-b": g})
     assert not outside(figure, but=lambda artist: artist in figure.axes[0].collections)
     np.testing.assert_array_equal(figure.axes[0].lines[1].get_ydata()[2:], g.g)
+    assert strange_bars(figure.axes[0], g) == (len(g.g), [])
     network = packing_network(lattice(2, 6), gap=0.2)
     figure = plots.gaps(network)
     assert not outside(figure)
@@ -270,7 +278,7 @@ def test_every_particle_of_a_snapshot_is_drawn_within_its_axes(dimension):
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
     from carom.observables.packing import packing_network
-    from carom.pictures import drawing
+    from carom.pictures.render import Camera
 
     places = lattice(dimension, 3)
     places = frame(places.positions, places.box, 1.1 - 1e-9)
@@ -279,7 +287,7 @@ def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
     figure = plots.packing(network)
     assert not outside(figure)
     if dimension == 3:
-        right, up, _ = drawing._camera()
+        right, up, _ = Camera.on(places, 100).axes
         plane, centre = np.stack([right, up], axis=1), 0.5 * np.asarray(places.box)
     else:
         plane, centre = np.eye(2), 0.0

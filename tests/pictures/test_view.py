@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import base64
+import dataclasses
 import json
+import math
 import os
 import re
 import shutil
@@ -37,10 +39,9 @@ from carom.models import (
 )
 from carom.models.contacts.losses import Loss
 from carom.models.motions.free_flight import FreeFlight
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.outlines import Hull
 from carom.models.obstacles.paths import Sine
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.observables.packing import packing_network
 from carom.pictures import plots, viewdata
 from carom.pictures.shapes import shapes_of
@@ -88,6 +89,17 @@ def test_psi_6_of_a_triangular_lattice_is_one_and_turns_with_it():
     np.testing.assert_allclose(modulus[:, 1], 1.0, atol=1e-9)
     # Neighbours at 0, 60, ... degrees; float64 angles of neighbours are known to 2^-50 or so, times 6.
     assert np.ptp(np.cos(modulus[:, 0])) < 1e-6
+
+
+def test_psi_6_across_the_face_of_a_tilted_cell_is_that_of_the_lattice():
+    # Of five rows, each half a disk beside the one below, the first begins again half a disk aside.
+    k, row = np.arange(6.0), np.arange(5.0)
+    places = np.stack(np.broadcast_arrays(k + 0.5 * row[:, None] % 1.0, row[:, None] * math.sqrt(0.75)), -1)
+    box, n = (6.0, 5.0 * math.sqrt(0.75)), 30
+    frame = carom.Frame(0.0, 0, places.reshape(n, 2), np.zeros((n, 2)), box, np.ones(n), np.ones(n))
+    slipped = dataclasses.replace(frame, tilt=0.5 / box[1])
+    np.testing.assert_allclose(viewdata.psi_6(slipped)[:, 1], 1.0, atol=1e-9)
+    assert viewdata.psi_6(frame)[:, 1].min() < 0.9
 
 
 def test_a_sheared_frame_is_shown_in_the_box_with_right_angles():
@@ -409,6 +421,37 @@ def test_the_folder_of_a_packing_is_shown_with_its_obstacles(tmp_path):
     (tmp_path / "summary.json").write_text("[1")
     with pytest.raises(FileError, match="not the summary of a packing"):
         carom.view(tmp_path)
+
+
+# --------------------------------------------------------------------------------------------- Node
+
+PLACES = Path(plots.__file__).parent / "viewer" / "places.js"
+
+STAGE = """
+const [n, count, periodic, flat, boxes] = %s, box = [...boxes[0]], look = {frame: 1}, replay = false;
+const positions = new Float32Array(flat), radii = new Float32Array(n), velocities = null, grows = false;
+%s
+const paths = [];
+for (look.frame = 1; look.frame <= count; look.frame++) { move(); paths.push(pathOf(1)); }
+console.log(JSON.stringify(paths));
+"""
+
+
+@pytest.mark.needs("Node")
+def test_a_path_goes_back_over_frames_of_other_boxes_in_parts_of_their_edges():
+    rng = np.random.default_rng(3)
+    boxes = np.array([[8.0, 6.0, 4.0], [4.0, 7.0, 5.0], [6.0, 3.0, 8.0], [5.0, 5.0, 5.0]])
+    parts = 0.5 + np.cumsum(rng.uniform(-0.45, 0.45, (4, 2, 3)), axis=0)  # of the edges, across the faces
+    parts[:, :, 2] = 0.5 + 0.1 * rng.uniform(-1.0, 1.0, (4, 2))  # between walls
+    positions = (parts - np.floor(parts)) * boxes[:, None]
+    given = [2, 4, [True, True, False], positions.ravel().tolist(), boxes.tolist()]
+    script = STAGE % (json.dumps(given), PLACES.read_text(encoding="utf-8"))
+    done = subprocess.run(
+        [shutil.which("node"), "-"], input=script, capture_output=True, text=True, check=True, timeout=60
+    )
+    for k, path in enumerate(json.loads(done.stdout)):
+        steps = (parts[k::-1, 1] - parts[k, 1]) * boxes[k]
+        np.testing.assert_allclose(path, positions[k, 1] + steps, atol=1e-5)  # of float32
 
 
 # ----------------------------------------------------------------------------------------- Chromium

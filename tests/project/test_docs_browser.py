@@ -6,15 +6,14 @@
 import functools
 import http.server
 import json
-import os
 import re
-import shutil
 import subprocess
 import sys
 import threading
 from pathlib import Path
 
 import pytest
+from helpers.needs import chromium
 
 DOCS = Path(__file__).parents[2] / "docs"
 WIDTHS = (1300, 390)
@@ -67,8 +66,6 @@ class Quiet(http.server.SimpleHTTPRequestHandler):
 
 @pytest.fixture(scope="module")
 def html(tmp_path_factory):
-    for module in ("sphinx", "myst_nb", "furo", "sphinx_copybutton", "sphinx_design"):
-        pytest.importorskip(module)
     folder = tmp_path_factory.mktemp("html")
     subprocess.run(
         [sys.executable, "-m", "sphinx", "-q", "-t", "stored", "-b", "html", DOCS, folder],
@@ -79,10 +76,8 @@ def html(tmp_path_factory):
 
 
 @pytest.mark.slow
+@pytest.mark.needs("Sphinx", "Chromium")
 def test_no_page_overflows_asks_the_network_or_lacks_a_formula(html):
-    chromium = os.environ.get("CHROMIUM") or shutil.which("chromium")
-    if not chromium:
-        pytest.skip("no Chromium is installed")
     pages = sorted(str(p.relative_to(html)) for p in html.rglob("*.html") if "_static" not in p.parts)
     pages = [page for page in pages if not page.startswith("_modules")]
     assert len(pages) > 40
@@ -91,7 +86,7 @@ def test_no_page_overflows_asks_the_network_or_lacks_a_formula(html):
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(html)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     try:
-        command = [chromium, "--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1400,1000"]
+        command = [chromium(), "--headless=new", "--no-sandbox", "--disable-gpu", "--window-size=1400,1000"]
         command += ["--virtual-time-budget=600000", "--dump-dom"]
         command += [f"http://127.0.0.1:{server.server_port}/harness.html"]
         done = subprocess.run(command, capture_output=True, text=True, timeout=400)

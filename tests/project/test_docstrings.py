@@ -167,7 +167,7 @@ def raised(x: Public) -> set[str]:
         functions = [vars(x.thing)[name] for name in ("__init__", "__post_init__") if name in vars(x.thing)]
     found = set()
     for function in functions:
-        if function.__code__.co_filename.startswith("<"):  # written by dataclass
+        if inspect.unwrap(function).__code__.co_filename.startswith("<"):  # written by dataclass
             continue
         for node in ast.walk(ast.parse(textwrap.dedent(inspect.getsource(function)))):
             if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):

@@ -46,6 +46,7 @@ def test_there_are_examples():
     assert len(EXAMPLES) >= 6
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "example",
     [

@@ -61,7 +61,6 @@ def test_every_result_has_the_same_methods(folder, name, tmp_path):
 
 @pytest.mark.parametrize("name", SAVED)
 def test_every_result_becomes_a_data_frame(folder, name):
-    pytest.importorskip("pandas")
     found = carom.load(folder / name)
     assert tuple(found.to_dataframe().columns) == tuple(found._columns())
 
@@ -239,7 +238,7 @@ def test_a_page_of_somebody_else_is_not_replaced(folder, tmp_path):
         (lambda: carom.pack(carom.Scene.crystal(32, 0.3), dimension=3), "dimension is for points"),
         (lambda: carom.run(100), "takes a Scene, a scene file .* or the folder of a run"),
         (lambda: carom.run(carom.Scene.crystal(32, 0.3), hours=3), "it is called walltime"),
-        (lambda: carom.run(seconds=3), "did you mean"),
+        (lambda: carom.run(seconds=3), "it is called walltime"),
         (lambda: carom.equation_of_state(phi=0.3), "it is called packing_fraction"),
         (lambda: carom.equation_of_state(0.3, workers=2), "it is called cores"),
         (lambda: carom.equation_of_state(packing_fractions=[0.3]), "it is called packing_fraction"),
@@ -249,6 +248,15 @@ def test_a_page_of_somebody_else_is_not_replaced(folder, tmp_path):
         (lambda: carom.plan(0.3), "begins with a target"),
         (lambda: carom.plan("Z=1e-3", eta=0.3), "it is called packing_fraction"),
         (lambda: carom.plan("Z=1e-3", packing_fraction=0.3, hours=1.0), "it is called walltime"),
+        (lambda: carom.run(dim=2), "dimension is a keyword of Scene.random and Scene.crystal"),
+        (lambda: carom.pack(100, num_particles=3), "it is called n"),
+        (lambda: carom.transport(0.1, temperature=2.0), "it is called kT"),
+        (lambda: carom.shear(0.1, replica=2), "did you mean replicas"),
+        (lambda: carom.shear(0.1, shear_rate=2), "it is called rate"),
+        (lambda: carom.Species("small", diamter=2.0), "Species has no keyword 'diamter'; did you mean diam"),
+        (lambda: carom.Tuning(neighbours="lists"), "did you mean neighbors"),
+        (lambda: carom.Barostat(P=1.0), r"'P' \(known: interval, pressure, seed, step\)"),
+        (lambda: carom.Swaps(attemps=1.0), "did you mean attempts"),
         (lambda: carom.open(3), "the path of a file or folder"),
     ],
 )

@@ -90,8 +90,6 @@ def test_command_tells_its_version():
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     """Return the folder with a wheel made from an sdist made from this checkout: what an index would get."""
-    for module in ("build", "hatchling"):
-        pytest.importorskip(module)
     out = tmp_path_factory.mktemp("dist")
     subprocess.run(
         [sys.executable, "-m", "build", "--no-isolation", "--outdir", out, ROOT],
@@ -102,6 +100,7 @@ def built(tmp_path_factory):
     return out
 
 
+@pytest.mark.ci
 def test_wheel_holds_the_package_alone_and_its_types(built):
     (wheel,) = built.glob("*.whl")
     names = zipfile.ZipFile(wheel).namelist()
@@ -113,6 +112,7 @@ def test_wheel_holds_the_package_alone_and_its_types(built):
     assert {name.split("/")[0] for name in names} == {"carom", f"carom-{carom.__version__}.dist-info"}
 
 
+@pytest.mark.ci
 def test_sdist_holds_what_the_tests_need(built):
     (sdist,) = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
@@ -134,6 +134,7 @@ def test_sdist_holds_what_the_tests_need(built):
     assert here | texts <= names
 
 
+@pytest.mark.ci
 def test_wheel_installs_and_runs(built, tmp_path):
     (wheel,) = built.glob("*.whl")
     target = tmp_path / "site"
@@ -214,6 +215,7 @@ print("code 5:", runner.invoke(carom.cli.app, ["code", "5"]).exit_code)
 """
 
 
+@pytest.mark.ci
 def test_every_command_starts_where_only_the_plain_dependencies_are(tmp_path):
     """``carom trade`` once failed after the README's install, because it needs mpmath."""
     done = subprocess.run(

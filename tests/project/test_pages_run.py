@@ -80,6 +80,7 @@ LONG = (
 """Pages whose blocks take more than a quarter of a minute."""
 
 
+@pytest.mark.ci
 @pytest.mark.parametrize(
     "page",
     [
@@ -88,8 +89,6 @@ LONG = (
     ],
 )
 def test_the_blocks_of_a_page_run_in_turn(page, tmp_path):
-    if page.name == "studies.md":
-        pytest.importorskip("distributed")
     code = BEFORE.get(page.name, "") + "\n".join(python_blocks(page))
     script = tmp_path / "page.py"
     script.write_text(code, encoding="utf-8")
@@ -99,6 +98,6 @@ def test_the_blocks_of_a_page_run_in_turn(page, tmp_path):
         env={**os.environ, "MPLBACKEND": "Agg"},
         capture_output=True,
         text=True,
-        timeout=900,
+        timeout=600,
     )
     assert done.returncode == 0, done.stderr

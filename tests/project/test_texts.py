@@ -20,10 +20,11 @@ from carom import notebook, texts
 from carom.cli import files, tables, trouble
 from carom.errors import CaromWarning, FileError
 from carom.observables.partial_rdf import write_partial
-from carom.observables.rdf import distributions
+from carom.observables.rdf import Histograms
 from carom.pictures import plots
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.study import spherical_code
+from carom.table import of_texts
 
 HOSTILE = (
     "<img src=x onerror=alert(1)>", "</script><script>alert(1)</script>", "<!--<script>", '"><b>', "'&amp;",
@@ -139,19 +140,14 @@ def test_errors_and_warnings_print_names_as_text(text, capsys):
 
 @pytest.mark.parametrize("width", [200, 12])
 def test_cells_and_lines_of_the_screen_are_text(width):
-    from rich.table import Table
-
-    table = Table(title="[/b]", caption=":smile: [red]c")
-    table.add_column("[/x]")
-    table.add_column("b")
-    table.add_row("g [/b]", "\x1b[2J")
+    table = of_texts(("[/x]", "b", "c"), [("g [/b]", "\x1b[2J", "0")], "[/b]", [":smile: [red]c"])
     file = io.StringIO()
     console = tables.Screen(file=file, width=width)
-    tables.show(console, table)
+    console.print(table.rich(console))
     console.print("[/b] \x1b[2J")
     shown = " ".join(file.getvalue().split())
     assert not acting(shown)
-    for text in ("[/b]", ":smile:", "[/x]" if width > 20 else "g [/b]:", r"\x1b[2J"):
+    for text in ("[/b]", ":smile:", "[/x] g [/b]" if width < 20 else "[/x]", r"\x1b[2J"):
         assert text in shown
 
 
@@ -179,7 +175,9 @@ def test_species_of_any_name_are_in_the_legend_and_in_the_table(tmp_path):
         species=np.arange(40) % 2, species_names=names,
     )  # fmt: skip
     wanted = {f"{names[a]}-{names[b]}": ((a, b), None) for a, b in ((0, 0), (0, 1), (1, 1))}
-    found = distributions([frame], wanted, rmax=3.0, width=0.5)
+    counted = Histograms(wanted, rmax=3.0, width=0.5)
+    counted.update(frame)
+    found = counted.result()
     figure = plots.partial_rdf(found, path=tmp_path / "rdf.png")
     shown = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert [text.replace(r"\$", "$").strip("\N{ZERO WIDTH SPACE}") for text in shown] == list(wanted)

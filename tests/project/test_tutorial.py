@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 NOTEBOOK = Path(__file__).parents[2] / "docs" / "tutorial.ipynb"
 CELLS = [c for c in json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"] if c["cell_type"] == "code"]
 
@@ -14,6 +16,7 @@ def printed(cell):
     return "".join("".join(out["text"]) for out in cell["outputs"] if out["output_type"] == "stream")
 
 
+@pytest.mark.ci
 def test_the_cells_run_in_turn_and_print_what_the_notebook_shows(tmp_path):
     # A line that begins with % is a word for the notebook alone.
     code = [

@@ -85,5 +85,5 @@ def test_the_order_of_a_species_between_walls_is_that_of_its_own_pairs():
     assert found.global_order.mean == pytest.approx(abs(psi.mean()), rel=1e-11)
     i, j = np.nonzero(np.triu(squares(room, places) < 1.0))
     right = np.real(psi[i] * psi[j].conj()).sum() / len(i)
-    within = order._products[0][:10].sum() / order._pairs[0][:10].sum()  # ten bins of 0.1
+    within = order._samples[0][3][:10].sum() / order._samples[0][4][:10].sum()  # ten bins of 0.1
     assert within == pytest.approx(right, rel=1e-11)

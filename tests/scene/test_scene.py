@@ -235,9 +235,8 @@ def test_overlaps_in_small_boxes_are_those_of_a_search_over_all_images(dimension
             legal += 1
         else:
             assert found is not None
-            # sharing a cell is reported first, and is then not the deepest; in these scenes it mostly is
-            assert found.distance < 1
-            assert distances[found.i, found.j] == pytest.approx(found.distance, rel=1e-12)
+            assert found.distance == pytest.approx(closest, rel=1e-12)
+            assert distances[found.i, found.other] == pytest.approx(found.distance, rel=1e-12)
     assert 5 < legal < 145
 
 

@@ -81,11 +81,37 @@ def test_species_are_a_list_of_species():
 
 
 @pytest.mark.parametrize(
-    ("wrong", "right"), [("eta", "packing_fraction"), ("phi", "packing_fraction"), ("rho", "density")]
+    ("wrong", "right"),
+    [
+        ("eta", "it is called packing_fraction"),
+        ("phi", "it is called packing_fraction"),
+        ("packing_fracton", "did you mean packing_fraction"),
+        ("rho", "it is called density"),
+        ("dim", "it is called dimension"),
+        ("ndim", "it is called dimension"),
+        ("num_particles", "it is called n"),
+        ("sed", "did you mean seed"),
+        ("wals", "did you mean walls"),
+        ("interactoin", "did you mean interaction"),
+        ("temperature", "kT is a keyword of carom.Simulation"),
+        ("lattic", "did you mean lattice"),
+        ("radius", "it is called diameter, twice the radius"),
+        ("zzz", "known: box"),
+    ],
 )
 @pytest.mark.parametrize("make", [carom.Scene.random, carom.Scene.crystal])
-def test_a_letter_of_a_formula_is_answered_by_the_word(make, wrong, right):
-    with pytest.raises(InputError, match=f"no keyword '{wrong}'; it is called {right}"):
+def test_a_wrong_keyword_of_a_start_is_answered_by_the_one_that_is_meant(make, wrong, right):
+    if (make, wrong) == (carom.Scene.crystal, "zzz"):
+        right = "known: cells"
+    with pytest.raises(InputError, match=f"no keyword '{wrong}'.*{right}"):
         make(32, **{wrong: 0.3})
-    with pytest.raises(InputError, match="no keyword 'interactoin'; did you mean interaction"):
-        make(32, 0.3, interactoin=None)
+
+
+@pytest.mark.parametrize(
+    "change", [carom.Scene([[1.0]], [3.0]).replace, lambda **k: carom.Scene([[1.0]], [3.0], **k)]
+)
+def test_a_keyword_of_a_start_is_told_from_one_of_a_scene(change):
+    with pytest.raises(InputError, match=r"'eta'; packing_fraction is a keyword of Scene\.random"):
+        change(eta=0.3)
+    with pytest.raises(InputError, match="'velocites'; did you mean velocities"):
+        change(velocites=0.3)

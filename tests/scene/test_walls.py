@@ -9,8 +9,7 @@ from carom.errors import InputError
 from carom.models import Plane, Sine, Wall
 from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.wall_names import place_of, wall_name
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing
@@ -204,7 +203,8 @@ def test_walls_are_read_back_from_a_trajectory(tmp_path, suffix, walls):
 
 
 def test_atoms_have_the_walls_that_pbc_leaves():
-    ase = pytest.importorskip("ase")
+    import ase
+
     atoms = ase.Atoms("Ar2", [[1, 1, 1], [3, 3, 4]], cell=[6, 6, 6], pbc=[True, True, False])
     for walls in (True, "z", {"z_low": FLOOR}):
         scene = Scene.from_ase(atoms, diameter=1.0, walls=walls, impact=0.9)

@@ -76,7 +76,7 @@ BAD = [
     ("[[scene]]", r"\[scene\] must be a section, found a list"),
     ("[scene]\nceels = 8", r"\[scene\] ceels is no known key; did you mean cells"),
     ("[run]\nframs = 8", r"\[run\] frams is no known key; did you mean frames"),
-    ("[run]\nzzz = 8", r"\[run\] zzz is no known key \(known: barostat, checkpoint_every,"),
+    ("[run]\nzzz = 8", r"\[run\] zzz is no known key \(known: barostat, check, checkpoint_every,"),
     ("[run]\ntrajectory = ['h5md']", r"trajectory is no known key; give write = "),
     ("[run]\npressure = 10.0", r"pressure is no known key; give barostat = \{ pressure = 10.0"),
     ("[scene]\ninitial = 'fcc'", r'initial is no known key; places are random; give lattice = "fcc"'),

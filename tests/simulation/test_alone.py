@@ -160,7 +160,7 @@ def test_a_simulation_is_neither_pickled_nor_copied(copied):
         copied(small())
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.needs("Unix")
 def test_a_forked_process_goes_on_with_a_simulation_of_its_own():
     sim = small()
     sim.run(collisions=100)
@@ -188,7 +188,7 @@ def forked(body):
     return os.waitpid(child, 0)[1]
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.needs("Unix")
 def test_a_forked_process_has_threads_of_its_own():
     # Those of the parent are not there, and were waited for.
     pool, meeting = ThreadPool(2), threading.Barrier(2)
@@ -212,7 +212,7 @@ def test_a_forked_process_has_threads_of_its_own():
     pool.close()
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+@pytest.mark.needs("Unix")
 def test_a_forked_process_leaves_the_event_log_to_its_parent(tmp_path):
     with small(event_log=tmp_path / "log.h5") as sim:
         sim.run(collisions=100)

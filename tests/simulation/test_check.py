@@ -20,9 +20,8 @@ from carom.models.interactions.wells import StepTable
 from carom.models.mathematics.contact import elastic, exit_sphere, first_contact
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
+from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.paths import Sine, pace, place
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.models.questions.contact import exchanged_part, transfer
 from carom.models.questions.interaction import core_square, interaction_time, jump
 from carom.models.questions.motion import carry, meeting_time, position, velocity

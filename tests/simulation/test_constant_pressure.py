@@ -1,5 +1,6 @@
 """Volume and pressure under a barostat, measured: exact values of rods, runs of scene files, refusals."""
 
+import functools
 import json
 
 import numpy as np
@@ -9,13 +10,16 @@ from typer.testing import CliRunner
 
 import carom
 from carom import theory
-from carom.block import combined
+from carom.block import Block, VolumeSums
 from carom.cli import app
 from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
+from carom.simulation.barostat import VolumeMoves, volume_sums
+from carom.simulation.until_precise import merged
 from carom.studies.phase import phase_of
 from carom.studies.runs import constant_pressure
 from carom.studies.runs.constant_pressure import MeanBox
+from carom.studies.runs.stretch import Stretch
 
 SLOW = pytest.mark.slow
 
@@ -50,6 +54,26 @@ def test_rods_have_the_length_and_the_pressure_of_the_ensemble(plain):
     assert abs(found.volume.mean - exact) < FOUR_SIGMA * found.volume.error < 0.2 * exact
     assert found.packing_fraction.mean == pytest.approx(2.0 / found.volume.mean, rel=1e-14)
     assert found.packing_fraction.relative_error == pytest.approx(found.volume.relative_error, rel=1e-12)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_volume_and_pressure_are_means_over_the_time_of_all_blocks(d):
+    rng = np.random.default_rng(d)
+    durations, sums = rng.uniform(1.0, 2.0, 16), rng.uniform(1.0, 2.0, (16, 3))
+    blocks = [
+        Block(time, 1, 99.0, volumes=VolumeSums(*each)) for time, each in zip(durations, sums, strict=True)
+    ]
+    scene = carom.Scene(2.0 * np.eye(2, d), box=(5.0,) * d)
+    found = Volume().of_scene(blocks, scene, kT=3.0)
+    volume, inverse, virial = sums.sum(axis=0) / durations.sum()
+    assert found.volume.mean == pytest.approx(volume)
+    assert found.pressure.mean == pytest.approx(2 * 3.0 * inverse + virial / d)
+    assert found.packing_fraction.mean == pytest.approx(scene.packing_fraction * scene.volume / volume)
+    assert found.block_values == pytest.approx(sums[:, 0] / durations)
+    numbers = constant_pressure.numbers(found, VolumeMoves(carom.Barostat(0.7, 1.0, 0.1)), 2.0)
+    assert numbers["Z"].mean == pytest.approx(0.7 * volume / (2 * 3.0))
+    assert numbers["reduced_pressure"].mean == pytest.approx(found.pressure.mean * 2.0**d / 3.0)
+    assert numbers["volume"] == found.volume
 
 
 @SLOW
@@ -90,16 +114,42 @@ def test_blocks_add_up_to_the_whole_however_the_run_is_cut(plain):
     def fresh():
         return carom.Simulation(rods(3), barostat=carom.Barostat(1.0, 0.3, 1.0), seed=1)
 
-    whole = fresh().run(time=12.0).volumes
-    sim, parts = fresh(), []
-    for length in (0.3, 0.35, 5.05, 6.3):
-        parts.append(sim.run(time=length).volumes)
-    together = parts[0]
-    for part in parts[1:]:
-        together = combined(together, part)
-    assert together == pytest.approx(whole, rel=1e-12)
+    whole = fresh().run(time=12.0)
+    sim = fresh()
+    together = functools.reduce(merged, [sim.run(time=length) for length in (0.3, 0.35, 5.05, 6.3)])
+    assert together.volumes == pytest.approx(whole.volumes, rel=1e-12)
+    assert together.virial == pytest.approx(whole.virial, rel=1e-12)
     assert sim.statistics.volume_moves_accepted > 5
     assert carom.Simulation(rods(3)).run(time=0.1).volumes is None
+
+
+def test_a_stretch_that_begins_anew_holds_nothing_of_the_pilot(plain):
+    sim = carom.Simulation(rods(3), barostat=carom.Barostat(1.0, 0.3, 1.0), seed=1)
+    stretch = Stretch.of(1)
+    for segments in (2, 4):
+        stretch.begin(sim, segments, 1.5 * segments)
+        start = volume_sums(sim._state)
+        for _ in range(segments):
+            sim.run(time=stretch.step)
+            stretch.mark(sim)
+            stretch.temperatures.append((1.0,))
+            stretch.layers.append((1.0,))
+        blocks = stretch.blocks(sim)
+        assert len(blocks) == len(stretch.temperatures) == len(stretch.layers) == segments
+        added = np.sum([block.volumes for block in blocks], axis=0)
+        assert added == pytest.approx(np.subtract(volume_sums(sim._state), start), rel=1e-12)
+
+
+def test_what_happens_between_two_moves_counts_with_the_volume_of_then(plain):
+    barostat = carom.Barostat(1.0, 0.25, 1.0)
+    sim, right = carom.Simulation(rods(3), barostat=barostat, seed=1), np.zeros(3)
+    for _ in range(40):
+        volume = sim.scene.volume
+        block = sim.run(time=0.25)  # a move is made at the end
+        right += 0.25 * volume, 0.25 / volume, block.virial / volume
+    assert tuple(volume_sums(sim._state)) == pytest.approx(tuple(right), rel=1e-12)
+    assert sim.statistics.volume_moves_accepted > 5
+    assert sim.collisions > 5
 
 
 def test_an_observable_of_ones_own_is_measured_under_a_barostat(plain):
@@ -204,7 +254,7 @@ def test_a_run_at_constant_pressure_that_was_killed_ends_with_the_same_bits(fini
     assert len(set(volumes)) == 4
     result = carom.resume(whole)
     assert result.volume.mean == volume["mean"]
-    assert "the barostat gives frames boxes" in result.summary["without_rdf"]
+    assert "a barostat changes the volume" in result.summary["without_rdf"]
     shown = CliRunner().invoke(app, ["resume", str(whole)]).output
     assert "of the barostat" in shown
     assert "volume moves accepted" in shown

@@ -151,6 +151,18 @@ def test_few_of_many_states_are_kept_and_evenly():
     assert apart.max() <= 2.0 * 1000.0 / MOST
 
 
+@pytest.mark.usefixtures("unscheduled")
+def test_the_present_counts_where_the_end_of_the_last_run_was_not_kept():
+    sim = carom.Simulation(in_a_row(2, velocities=np.zeros((4, 2))))
+    for k in range(MOST + 2):
+        sim._state.clock.offset = float(k)
+        sim._state.depths.keep(sim._state)
+    sim._state.clock.offset = MOST + 3.0
+    x = sim._state.engine.state.rows["x"]
+    x[1] = x[0] + np.array([0.0, 1.0 - DEPTH])
+    assert sim.statistics.worst_overlap == pytest.approx(DEPTH, rel=16 * EPS)
+
+
 @own.interaction
 class Forgetful:
     """Hard cores, of which two never tell that they meet."""

@@ -51,6 +51,8 @@ def test_what_the_interaction_adds_up_is_that_of_the_scene():
         ("precision", r"Tuning\(precision=\.\.\.\)"),
         ("workers", "it is called cores"),
         ("seeds", "did you mean seed"),
+        ("temperature", "it is called kT"),
+        ("packing_fracton", "did you mean packing_fraction, a keyword of Scene.random and Scene.crystal"),
     ],
 )
 def test_an_old_or_wrong_word_is_answered_with_the_right_one(word, says):

@@ -164,6 +164,20 @@ def test_rates_of_growth_go_with_the_diameters():
     assert block.sizes.packing_fraction == pytest.approx(filled * scene.packing_fraction, rel=1e-12)
 
 
+def test_rates_of_growth_stay_with_the_diameters_in_another_engine_and_from_a_file(plain, tmp_path):
+    scene = spheres(12, fraction=0.2)
+    sim = swapping(scene, growth=0.02 * scene.diameters, seed=1)
+    sim.run(time=1.0)
+    assert sim.statistics.swaps_accepted > 5
+    sim.rescale(1.0)
+    sim.run(time=0.2)
+    sim.save(tmp_path / "growing.h5")
+    again = carom.Simulation.load(tmp_path / "growing.h5")
+    again.run(time=0.2)
+    for each, grown in ((sim, 1.024), (again, 1.028)):
+        assert np.allclose(np.sort(each.diameters), grown * np.sort(scene.diameters), rtol=1e-12)
+
+
 @SLOW
 @pytest.mark.parametrize(("fraction", "settling"), [(0.45, 20.0), (0.55, 60.0)])
 @pytest.mark.parametrize("swapped", [False, True])

@@ -1,16 +1,13 @@
 """Temperature and pressure are the same to everyone who moves along an axis of conserved momentum."""
 
-import json
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
+import warnings
 
 import numpy as np
 import pytest
 from helpers.mixtures import mixed
 from helpers.oracle_scenes import placed
+from helpers.plain import uncompiled
 
 import carom
 from carom import theory
@@ -94,16 +91,9 @@ def measured_of(scene, boost):
 @pytest.fixture(scope="module")
 def seen():
     """What everybody measures, without compilation of so many kinds of scenes."""
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-m", "simulation.test_temperature"],
-        cwd=Path(__file__).parents[1],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=True,
-    )
-    return json.loads(done.stdout)
+    with uncompiled(), warnings.catch_warnings():
+        warnings.simplefilter("ignore", carom.CaromWarning)  # some twenty collisions are a guess
+        return {name: [measured(name, boost) for boost in BOOSTS] for name in SCENES}
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -181,11 +171,6 @@ def test_along_an_axis_with_walls_a_common_velocity_is_heat():
         cross = 2 * 3.0 * float(scene.masses @ rest[:, 1])
         added = heat * (scene.masses.sum() * 9.0 + cross) / (2 * scene.n - 1)
         assert temperature(scene, moving) == pytest.approx(temperature(scene, rest) + added, rel=1e-13)
-
-
-if __name__ == "__main__":
-    np.seterr(all="ignore")
-    print(json.dumps({name: [measured(name, boost) for boost in BOOSTS] for name in SCENES}))
 
 
 def test_what_a_run_should_keep_does_not_depend_on_the_unit_of_time_of_the_engine():

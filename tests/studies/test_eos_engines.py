@@ -4,7 +4,6 @@ import contextlib
 import json
 import os
 import random
-import shutil
 import signal
 import subprocess
 import sys
@@ -14,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from helpers.commands import CAROM, WAIT, carom as command, wait_for
+from helpers.needs import mpiexec
 from helpers.workers import die, number_of, rest
 
 import carom
@@ -25,8 +25,6 @@ SMALL = {"n": 108, "collisions_per_particle": 200, "equilibration": 20, "blocks"
 
 #: Runs of about half a second each, so that kills fall into them.
 LONG = ["--eta", "0.3,0.4,0.45", "--n", "256", "--collisions-per-particle", "8000", "--no-pictures"]
-
-unix = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 
 
 def bits(study):
@@ -89,7 +87,7 @@ def test_scripts_need_no_main_guard(tmp_path):
     assert done.stdout == "lines True\n"
 
 
-@unix
+@pytest.mark.needs("Unix")
 def test_a_killed_worker_costs_its_own_task_only(tmp_path):
     values = [{"number": k, "always": k == 1, "mark": str(tmp_path / str(k))} for k in range(4)]
     done, failed = {}, {}
@@ -109,7 +107,7 @@ def test_a_killed_worker_costs_its_own_task_only(tmp_path):
     assert "killed" in failed[1]
 
 
-@unix
+@pytest.mark.needs("Unix")
 def test_a_worker_killed_while_it_is_idle_costs_nothing():
     with engines.opened(1) as place:
         worker = place.submit(number_of, 0).result()
@@ -142,7 +140,7 @@ def alive(process):
     return True
 
 
-@unix
+@pytest.mark.needs("Unix")
 def test_workers_end_at_once_when_told_to():
     seen = []
     began = time.monotonic()
@@ -173,12 +171,12 @@ def test_the_overhead_of_a_task_is_small(tmp_path):
 
 
 @pytest.mark.slow
-@unix
+@pytest.mark.needs("Unix")
 def test_killing_workers_and_the_study_at_random_leaves_a_study_that_finishes_with_the_same_bits(tmp_path):
     kill_at_random(tmp_path, rounds=2, seed=1)
 
 
-@unix
+@pytest.mark.needs("Unix")
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2, 7))
 def test_killing_more_often(tmp_path, seed):
@@ -228,7 +226,7 @@ def kill_at_random(folder, rounds, seed):
     assert stored(out) == expected
 
 
-@unix
+@pytest.mark.needs("Unix")
 @pytest.mark.parametrize("engine", ["processes", pytest.param("threads", marks=pytest.mark.slow), "serial"])
 def test_ctrl_c_leaves_a_study_that_can_be_finished(tmp_path, engine):
     process = subprocess.Popen(
@@ -259,7 +257,6 @@ def stored_count(folder):
 
 @pytest.fixture(scope="module")
 def dask(tmp_path_factory):
-    pytest.importorskip("distributed")
     folder = tmp_path_factory.mktemp("dask")
     listed = folder / "scheduler.json"
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "cwd": folder}
@@ -311,7 +308,6 @@ def test_the_command_line_uses_a_scheduler(dask, tmp_path):
 
 
 def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
-    pytest.importorskip("distributed")
     monkeypatch.setattr(engines, "PATIENCE", 1.0)
     with pytest.raises(InputError, match="No Dask scheduler answers"), engines.opened("tcp://127.0.0.1:9"):
         pass
@@ -320,14 +316,11 @@ def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
 # MPI.
 
 
+@pytest.mark.needs("MPI")
 def test_mpi_gives_the_same_bits(tmp_path):
-    pytest.importorskip("mpi4py")
-    mpiexec = shutil.which("mpiexec", path=str(Path(sys.executable).parent)) or shutil.which("mpiexec")
-    if mpiexec is None:
-        pytest.skip("mpiexec is not installed")
     short = ["--eta", "0.1,0.3", "--n", "108", "--collisions-per-particle", "200", "--no-pictures"]
-    launcher = [mpiexec, "-n", "3"]
-    version = subprocess.run([mpiexec, "--version"], capture_output=True, text=True, check=False)
+    launcher = [mpiexec(), "-n", "3"]
+    version = subprocess.run([mpiexec(), "--version"], capture_output=True, text=True, check=False)
     if "Open MPI" in version.stdout or "open-mpi" in version.stdout:
         # More processes than cores, and as any user: small machines run tests, too.
         launcher += ["--oversubscribe", "--allow-run-as-root"]
@@ -342,7 +335,7 @@ def test_mpi_gives_the_same_bits(tmp_path):
     assert len({record["provenance"]["process"] for record in records}) == 2
 
 
+@pytest.mark.needs("MPI")
 def test_mpi_without_mpiexec_is_told():
-    pytest.importorskip("mpi4py")
     with pytest.raises(InputError, match="mpiexec"), engines.opened("mpi"):
         pass

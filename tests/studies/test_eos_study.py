@@ -7,12 +7,14 @@ import json
 import math
 import re
 import sys
+from types import SimpleNamespace
 from typing import ClassVar
 
 import numpy as np
 import pytest
-from helpers.drawn import outside
+from helpers.drawn import outside, strange_bars
 from helpers.marks import slow
+from helpers.needs import chromium
 from scipy.stats import linregress, norm
 
 import carom
@@ -141,7 +143,7 @@ def test_studies_that_cannot_be_are_refused_before_anything_runs(words, text):
 
 
 def test_unknown_arguments_are_refused():
-    with pytest.raises(InputError, match="has no argument 'densities'"):
+    with pytest.raises(InputError, match="has no keyword 'densities'"):
         carom.equation_of_state(densities=[0.1])
 
 
@@ -351,11 +353,12 @@ def made(
 ):
     """A record as a worker would send it."""
     estimate = {"mean": z, "error": error, "n_eff": 500.0, "tau": 1.0, "blocks": 512}
+    pressure = {**estimate, "mean": 0.4 * z, "error": 0.3 * error}
     return {
         "task": {"scene": {"packing_fraction": eta, "n": n, "initial": initial}, "replica": replica},
         "result": {
             "n": n, "dimension": d, "packing_fraction": eta, "kT": 1.0, "Z": estimate,
-            "reduced_pressure": estimate, "block_values": list(values), "moved": moved, "moved_at_end": moved,
+            "reduced_pressure": pressure, "block_values": list(values), "moved": moved, "moved_at_end": moved,
             "order": order, "time": time, "collisions": 1000, "species": [[1.0, n]], "confined": False,
         },
         "provenance": {"seconds": 1.0},
@@ -373,6 +376,8 @@ def test_replicas_are_weighted_and_their_chi_squared_told():
         assert pytest.approx((2.0 / 0.01 + 2.3 / 0.04) / (100 + 25), rel=1e-15) == row.Z
         assert row.Z_error == pytest.approx(1 / math.sqrt(125), rel=1e-15)
         assert row.chi2 == pytest.approx(0.09 / (0.01 + 0.04), rel=1e-12)
+        assert row.reduced_pressure == pytest.approx(0.4 * row.Z)
+        assert (row.replicas, row.collisions) == (2, 2000)
     assert row.equilibrated
     shift = theory.finite_size_shift(0.2, 108, theory.pieprzyk)
     assert row.Z_infinite == row.Z - shift
@@ -512,7 +517,6 @@ def test_tables_are_written_and_read(tmp_path):
 
 
 def test_tables_become_data_frames():
-    pytest.importorskip("pandas")
     study = carom.equation_of_state([0.1, 0.2], replicas=1, **SMALL)
     frame = study.to_dataframe()
     assert list(frame.columns) == [f.name for f in dataclasses.fields(table.Row)]
@@ -717,7 +721,8 @@ def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene
 def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
     frame = carom.Simulation(carom.Scene.random(1000, 0.6, 2, seed=0), seed=1).frame()
     own = psi_6(frame)
-    freud = pytest.importorskip("freud")
+    import freud
+
     system = frame.to_freud()
     near = freud.locality.Voronoi().compute(system).nlist
     theirs = freud.order.Hexatic(k=6).compute(system, neighbors=near).particle_order
@@ -816,22 +821,27 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
             if point > 0.0  # where 1 / N is 0 stands what is extrapolated
         ]
         assert len(hollow) == (1 if figure.axes[0].get_xlabel() == "$1/N$" else 4)
+    rows = study.table[:]
+    top, *_, bottom = study.plot().axes
+    assert strange_bars(top, [Estimate(row.Z_infinite, row.Z_error, 1.0, 1.0, 1) for row in rows]) == (12, [])
+    assert strange_bars(bottom, rows) == (12, [])
+    for axes in pictures.sizes(study).axes[:4]:  # with the fitted value at 0
+        assert strange_bars(axes, [rows, study.extrapolate()]) == (4, [])
+    known = [dataclasses.replace(row, order_error=0.01 * (k + 1)) for k, row in enumerate(rows)]
+    axes = pictures.order(SimpleNamespace(table=known)).axes[0]
+    assert strange_bars(axes, known) == (12, [])
     studies.EquationOfState(spec).report(tmp_path / "empty.html")
 
 
+@pytest.mark.needs("Chromium")
 def test_a_report_opens_in_a_browser_without_a_network(tmp_path):
-    import shutil
     import subprocess
 
-    names = ("chromium", "chromium-browser", "google-chrome", "chrome")
-    browser = next((path for name in names if (path := shutil.which(name))), None)
-    if browser is None:
-        pytest.skip("no Chromium is installed")
     study = carom.equation_of_state([0.1, 0.2, 0.3], replicas=1, **SMALL)
     study.report(tmp_path / "report.html")
     picture = tmp_path / "page.png"
     done = subprocess.run(
-        [browser, "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
+        [chromium(), "--headless", "--no-sandbox", "--disable-gpu", "--host-resolver-rules=MAP * ~NOTFOUND",
          f"--user-data-dir={tmp_path / 'profile'}", "--window-size=1100,2400", f"--screenshot={picture}",
          (tmp_path / "report.html").as_uri()],
         capture_output=True, text=True, timeout=120,
@@ -947,6 +957,10 @@ def test_a_point_at_another_temperature_is_flagged():
     record["task"]["scene"].update(interaction=WELL, kT=0.9)
     (row,) = rows_of_records([record])
     assert (row.equilibrated, row.remarks) == (False, ("kT is 1, not 0.9",))
+    for kT, off in ((0.4, 0.03), (40.0, 1.0)):  # 7.5 % and 2.5 %
+        record["task"]["scene"]["kT"], record["result"]["kT"] = kT, kT + off
+        (row,) = rows_of_records([record])
+        assert row.equilibrated == (kT == 40.0)
 
 
 @pytest.mark.parametrize(

@@ -4,13 +4,11 @@ The default study, `carom eos`, is the same with relative errors of 7e-5.
 """
 
 import math
-import os
 
 import pytest
 
 import carom
 from carom import theory
-from carom.simulation.workers.thread_pool import cores
 from carom.studies.eos.spec import StudySpec
 
 pytestmark = pytest.mark.slow
@@ -56,9 +54,8 @@ def test_crystals_extrapolate_to_the_infinite_crystal():
     assert fit.theory_slope > fit.slope > 1.3 * fit.theory_slope
 
 
+@pytest.mark.needs("two idle cores")
 def test_two_processes_do_nearly_twice_the_work_of_one():
-    if cores() < 2 or os.getloadavg()[0] > 0.5:
-        pytest.skip("needs two idle cores")
     rates = []
     for workers in (1, 2):
         study = carom.equation_of_state(

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from helpers.naive.stepping import SteppedSystem
 
 import carom
 from carom.opponents import lammps
 from carom.opponents.pairs import PairList
 from carom.opponents.pseudo_hard import CUT, PseudoHardSpheres
 from carom.opponents.stepping import Stepper
-from carom.reference.stepping import SteppedSystem
 from carom.studies.accuracy.trade import melted
 
 EPS = np.finfo(float).eps
@@ -128,8 +128,9 @@ def test_the_error_of_verlet_falls_with_the_square_of_the_step():
             system.run(round(2e-3 / step))
             worst = max(worst, abs(system.energy - begin) / begin)
         drifts.append(worst)
-    assert drifts[0] / drifts[1] == pytest.approx(4.0, rel=0.5)
-    assert drifts[1] / drifts[2] == pytest.approx(4.0, rel=0.5)
+    # The next order, of the fourth power, and rounding change these by a hundredth or two.
+    assert drifts[0] / drifts[1] == pytest.approx(4.0, rel=0.1)
+    assert drifts[1] / drifts[2] == pytest.approx(4.0, rel=0.1)
 
 
 @pytest.mark.slow
@@ -148,7 +149,7 @@ def test_pseudo_hard_spheres_keep_their_temperature_and_have_the_pressure_of_har
     assert 0.94 < system.closest < 1.0
 
 
-@pytest.mark.skipif(not lammps.available(), reason="LAMMPS is not installed")
+@pytest.mark.needs("LAMMPS")
 def test_lammps_moves_pseudo_hard_spheres_as_carom_does():
     scene, _ = melted(carom.Scene.crystal(cells=3, density=0.5), 1)
     ours, theirs = (

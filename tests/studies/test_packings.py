@@ -59,6 +59,15 @@ def test_means_have_the_standard_error_of_independent_packings(study):
         study.mean("note")
 
 
+def test_packings_whose_value_is_unknown_count_in_no_mean_and_no_error(study):
+    unknown = {**study.records[1], "result": dict(study.records[1]["result"], jamming_fraction=None)}
+    some = Packings(study.spec, (study.records[0], unknown, study.records[2]))
+    a, b = (study.packings[k].jamming_fraction for k in (0, 2))
+    assert some.mean("jamming_fraction") == pytest.approx((0.5 * (a + b), 0.5 * abs(a - b)), rel=1e-12)
+    assert some.mean("packing_fraction") == study.mean("packing_fraction")
+    assert len(next(line for line in some.plot().axes[0].lines if line.get_marker() == "o").get_xdata()) == 2
+
+
 def test_numbers_of_contacts_that_are_not_clear_are_not_told(study):
     """Such a fast compression leaves no void between the gaps of contacts and the others."""
     assert all(packing.network.note for packing in study.packings)
@@ -84,6 +93,10 @@ def test_the_picture_has_a_point_for_each_seed(study):
     points = next(line for line in axes.lines if line.get_marker() == "o")
     assert list(points.get_ydata()) == [1, 2, 3]
     assert list(points.get_xdata()) == [packing.jamming_fraction for packing in study.packings]
+    mean, error = study.mean("jamming_fraction")
+    (span,) = axes.patches
+    ends = span.get_x(), span.get_x() + span.get_width()
+    assert ends == pytest.approx((mean - error, mean + error), rel=1e-12)
     with pytest.raises(InputError, match="nothing to draw"):
         Packings(study.spec).plot()
 

@@ -1,5 +1,6 @@
 """Which phase `carom run` takes a run for, and with what it compares it."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
@@ -11,9 +12,9 @@ from carom import theory
 from carom.block import Block
 from carom.frame import Frame
 from carom.observables import Pressure
+from carom.observables.drift import moved
 from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.eos.table import phase
-from carom.studies.phase import Phase, finite_size_shift, moved, phase_of
+from carom.studies.phase import expected, finite_size_shift, phase_of
 from carom.studies.planner.system import System
 from carom.studies.runs.beside_theory import _theory, compared, lines, of_infinite_size
 from carom.studies.runs.report import _phase
@@ -56,7 +57,7 @@ def test_run_study_plan_and_picture_agree_at_freezing_itself(eta):
     assert not theory.is_stable_fluid(2, eta)
     assert theory.is_stable_fluid(2, 0.7 - 1e-8)
     assert phase_of(Dense, "random", GONE).name == "coexistence"
-    assert phase(eta, 2, "random") == "coexistence"
+    assert expected(eta, 2, "random") == "coexistence"
     with pytest.raises(carom.InputError, match="coexist"):
         System(eta, 2)
     with pytest.raises(carom.InputError, match="beyond freezing"):
@@ -79,6 +80,7 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
         [Block(1.0, 100, 3 * 108 * (best["Z"] - 1))] * 32,
         n=108, dimension=3, volume=scene.volume, diameter=1.0, kT=1.0,
     )  # fmt: skip
+    measured = dataclasses.replace(measured, solid=True)
     assert of_infinite_size(measured, phase).mean == pytest.approx(infinite, rel=1e-12)
     # The picture of the pressure draws what the table shows.
     still = Frame(
@@ -94,7 +96,7 @@ def test_a_crystal_is_compared_with_a_crystal_of_as_many():
 
 def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off():
     """The canonical ensemble lacks fluctuations of the density: Z_N < Z, by the Tonks gas exactly."""
-    shift = finite_size_shift(Phase("fluid", {}, ""), 0.6, 20, theory.tonks)
+    shift = finite_size_shift("fluid", 0.6, 20, theory.tonks)
     assert shift == pytest.approx(theory.tonks(0.6, 20) - theory.tonks(0.6), rel=1e-6)
     scene = carom.Scene([[float(k)] for k in range(6)], 10.0)
     (row,) = _theory(scene, phase_of(scene, "file", 9.0))

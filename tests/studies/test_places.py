@@ -1,13 +1,12 @@
 """Folders of results hold one kind each, failures have exit codes, and standard streams may be full."""
 
 import dataclasses
-import os
 import subprocess
-import sys
 
 import pytest
 import typer
 from helpers.commands import CAROM
+from helpers.needs import skip_without
 from helpers.options import COMMANDS, PLAN
 from typer.testing import CliRunner
 
@@ -205,6 +204,14 @@ WRONG = {
 }  # fmt: skip
 
 
+def test_a_result_under_the_name_of_another_task_is_not_taken(tmp_path):
+    folder, tasks = Folder(tmp_path), [{"seed": 1}, {"seed": 2}]
+    folder.store({"task": tasks[0], "result": {"Z": 1.5}, "provenance": {}})
+    folder.result(tasks[1]).write_bytes(folder.result(tasks[0]).read_bytes())
+    assert folder.load(tasks[0])["result"] == {"Z": 1.5}
+    assert folder.load(tasks[1]) is None
+
+
 def test_a_command_that_fails_says_so_in_its_exit_code_with_json_as_well(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert WRONG.keys() == {
@@ -240,7 +247,7 @@ def test_a_study_with_missing_or_flagged_points_has_an_exit_code_of_its_own(caps
 # Streams.
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such shell")
+@pytest.mark.needs("Unix")
 @pytest.mark.parametrize(
     ("words", "code"),
     [
@@ -255,8 +262,8 @@ def test_a_study_with_missing_or_flagged_points_has_an_exit_code_of_its_own(caps
     ],
 )
 def test_full_and_closed_streams_are_no_traceback(tmp_path, words, code):
-    if "/dev/full" in words and not os.path.exists("/dev/full"):
-        pytest.skip("there is no /dev/full")
+    if "/dev/full" in words:
+        skip_without("/dev/full")
     command = " ".join([*CAROM, words])
     done = subprocess.run(["sh", "-c", command], cwd=tmp_path, capture_output=True, text=True, timeout=60)
     assert done.returncode == code, done

@@ -1,14 +1,17 @@
 """What a design costs, and what can be reached in a time, as sums that can be done by hand."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from carom import Scene, theory
+from carom import Scene, Species, theory
 from carom.studies.planner import measures
-from carom.studies.planner.choice import Costs, Design, design, slowed, within
+from carom.studies.planner.choice import PART, Costs, Design, design, slowed, within
+from carom.studies.planner.pilot import Pilot
+from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import OF_CRYSTAL, residual
 from carom.studies.planner.system import System
 
@@ -29,12 +32,33 @@ def test_what_is_said_to_be_within_reach_is_reached_in_the_time(bias):
     assert 57.0 < found.seconds(1) <= 60.0 * 1.001
 
 
+def test_the_shortest_run_that_has_an_error_bar_is_within_reach_and_no_shorter_one():
+    costs = Costs(
+        n=500, variance=10.0, bias=1e-3, collisions_per_second=1e5, setup_seconds=2.0, overhead_seconds=1.0,
+        equilibration=100.0, shortest=1000.0,
+    )  # fmt: skip
+    measured = 0.5 * 500 * 1000.0
+    least = 2.0 + 1.0 + (0.5 * 500 * 100.0 + (1.0 + PART) * measured) / 1e5
+    assert within(costs, cores=1, limit=0.999 * least) == math.inf
+    error = math.hypot(math.sqrt(10.0 / measured), 1e-3)
+    assert 0.99 * error < within(costs, cores=1, limit=1.001 * least) < error
+
+
 def test_a_crystal_is_trusted_to_its_own_part_of_the_shift():
     crystal = System(0.6)
     assert crystal.crystal
     shift = abs(theory.crystal_finite_size_shift(0.6, 500, theory.solid(3)))
     assert residual(crystal, 500) == pytest.approx(OF_CRYSTAL * shift, rel=0.01)
     assert OF_CRYSTAL * shift < residual(crystal, 500)
+
+
+@pytest.mark.parametrize("fractions", [(1.0, 1.0, 1.0), (0.05, 0.35, 0.6), (0.3, 0.7)])
+def test_a_plan_counts_the_species_of_a_mixture_as_its_scene_does(fractions):
+    mixed = [{"fraction": part, "diameter": 1.0 + k} for k, part in enumerate(fractions)]
+    species = [Species(**each) for each in mixed]
+    for n in (64, 70, 91):
+        there = Scene.random(n, 0.05, 3, species=species, seed=1)
+        assert list(System(0.05, scene={"species": mixed}).counts(n)) == np.bincount(there.species).tolist()
 
 
 def test_what_two_spheres_carry_is_known_exactly():
@@ -62,6 +86,14 @@ def test_the_error_of_few_correlated_blocks_is_that_of_the_mean():
     assert squares.mean() == pytest.approx(exact, rel=0.08)
 
 
+def test_a_weight_that_is_fitted_to_few_blocks_costs_a_degree_of_freedom():
+    a, b = np.random.default_rng(4).normal(size=(2, 10))
+    weight = np.cov(a, a - b)[0, 1] / np.var(a - b, ddof=1)
+    alone, found = measures.mean(a - weight * (a - b)), measures.together(a, b)
+    assert found.mean == pytest.approx(alone.mean, rel=1e-12)
+    assert found.error == pytest.approx(alone.error * math.sqrt(9.0 / 8.0), rel=1e-12)
+
+
 def test_what_is_planned_of_diffusion_has_the_units_of_the_scene():
     from carom.studies.planner.diffusion import DiffusionMethod
 
@@ -72,6 +104,84 @@ def test_what_is_planned_of_diffusion_has_the_units_of_the_scene():
     found = scaled.shift(500, 0.7 * 4.0 * speed / length**2, 0.2 * speed * length)
     assert found == pytest.approx(plain.shift(500, 0.7, 0.2) * speed * length, rel=1e-12)
     assert scaled.block(500) == pytest.approx(plain.block(500), rel=1e-12)  # in collisions
+
+
+@pytest.mark.parametrize("quantity", ["Z", "P", "g(contact)"])
+def test_the_costs_of_a_pressure_are_those_of_z_in_its_unit(quantity):
+    system = System(0.3, scene={"diameter": 2.0, "kT": 3.0})
+    method, offset, factor = PressureMethod(system, quantity), 0.0, 1.0
+    if quantity == "P":
+        factor = 0.3 / (math.pi / 6.0 * 8.0) * 3.0  # rho kT
+    if quantity == "g(contact)":
+        offset, factor = 1.0, 1.0 / (4.0 * 0.3)
+    pilot = Pilot(
+        n=128, variances={"virial": 3.0, "both": 2.0}, collisions_per_second=1e5, setup_seconds=0.5,
+        equilibration=50.0, sure=True, seconds=1.0, counts=(128,), z=4.0, block_seconds=1e-3,
+    )  # fmt: skip
+    assert method.value(pilot) == pytest.approx((4.0 - system.shift(128) - offset) * factor, rel=1e-12)
+    ns = [64, 128, 512, 4096]
+    costs = [method.costs(pilot, n) for n in ns]
+    for n, each in zip(ns, costs, strict=True):
+        assert each.n == n
+        assert each.variance == pytest.approx(2.0 * factor**2)
+        assert each.bias == pytest.approx(residual(system, n) * factor)
+        assert each.setup_seconds == pytest.approx(0.5 * n / 128)
+    seconds = [design(dataclasses.replace(each, bias=0.0), 1e-3 * factor).cpu_seconds for each in costs]
+    assert seconds == sorted(seconds)
+    z = 3.0 + np.random.default_rng(1).normal(size=(2, 64))
+    records = [
+        {"result": {"n": 128, "counts": [128], "dimension": 3, "by_virial": z[k].tolist(), "by_rate": None}}
+        for k in (0, 1)
+    ]
+    found, bias, _ = method.reached(records, "virial")
+    assert found.mean == pytest.approx((z.mean() - system.shift(128) - offset) * factor, rel=1e-12)
+    assert found.error == pytest.approx(measures.mean(z.ravel()).error * factor, rel=1e-12)
+    assert bias == pytest.approx(residual(system, 128) * factor)
+
+
+def test_wells_take_from_the_pressure_what_their_second_virial_coefficient_says():
+    for kT in (3.0, 6.0):
+        well = System(
+            0.1, scene={"interaction": {"type": "square-well", "range": 1.5, "depth": 1.0}, "kT": kT}
+        )
+        # B_2 over that of hard spheres (J. A. Barker and D. Henderson, Rev. Mod. Phys. 48, 587 (1976)).
+        second = 1.0 - (1.5**3 - 1.0) * math.expm1(1.0 / kT)
+        assert well.z() == pytest.approx(theory.best(3)(0.1) + 4.0 * 0.1 * (second - 1.0), rel=1e-12)
+
+
+def test_a_mixture_has_the_mean_mass_and_the_density_of_its_species():
+    mixed = [{"fraction": 3.0, "mass": 2.0, "diameter": 1.0}, {"fraction": 1.0, "mass": 6.0, "diameter": 2.0}]
+    system = System(0.2, scene={"species": mixed})
+    assert system.mean_mass == pytest.approx(3.0)
+    assert system.density == pytest.approx(0.2 / (math.pi / 6.0 * (0.75 + 0.25 * 8.0)))
+
+
+def test_diffusion_costs_more_in_a_larger_box_whose_slope_is_taken_later():
+    """The window begins at four decay times of the longest wave, which grow with the square of the edge."""
+    from carom.studies.planner.diffusion import DiffusionMethod, DiffusionPilot
+
+    method = DiffusionMethod(System(0.3))
+    pilot = DiffusionPilot(
+        n=1000, value=0.2, variances={"displacement": 3.0, "velocity": 2.0}, viscosity=0.7, of_viscosity=0.0,
+        collisions_per_second=1e5, setup_seconds=0.0, equilibration=100.0, sure=True, seconds=1.0,
+    )  # fmt: skip
+    ns = [1000, 2000, 4000, 8000]
+    costs = [method.costs(pilot, n) for n in ns]
+    assert [each.variance for each in costs] == pytest.approx([2.0 * (n / 1000) ** (2 / 3) for n in ns])
+    assert [each.shortest for each in costs] == pytest.approx(
+        [costs[0].shortest * (n / 1000) ** (2 / 3) for n in ns]
+    )
+    biases = [each.bias for each in costs]
+    assert biases == sorted(biases, reverse=True)
+    # With the same bias, more particles never cost less.
+    seconds = [design(dataclasses.replace(each, bias=0.0), 1e-3).cpu_seconds for each in costs]
+    assert seconds == sorted(seconds)
+    # The viscosity, of which a run gives one value, is known by its time: after as many collisions of more
+    # particles it is known worse.
+    unsure = dataclasses.replace(pilot, of_viscosity=5.0)
+    for n, each in zip(ns, costs, strict=True):
+        more = method.costs(unsure, n).variance - each.variance
+        assert more == pytest.approx(method.shift(n, 0.7, 0.2) ** 2 * 5.0 * n / 1000)
 
 
 def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(monkeypatch):

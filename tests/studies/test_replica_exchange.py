@@ -2,17 +2,106 @@
 
 import math
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
+from helpers.drawn import strange_bars
 from helpers.scripts import module_of
+
+import carom
 
 FOUR_SIGMA = 4.0
 """Above the standard error of five means: one run in 3000 would fail by chance, once."""
 
 
 @pytest.fixture
-def measure():
-    return module_of(Path(__file__).parents[2] / "examples" / "replica_exchange.py").measure
+def example():
+    return module_of(Path(__file__).parents[2] / "examples" / "replica_exchange.py")
+
+
+@pytest.fixture
+def measure(example):
+    return example.measure
+
+
+class Still:
+    """Two disks that stay where they are: of the first three such runs the first is bound, by a well of 1."""
+
+    PLACES = np.array([[[1.0, 1.0], [1.0 + apart, 1.0]] for apart in (1.2, 2.0, 2.2)])
+    begun, ran = 0, []
+
+    def __init__(self, scene, kT, seed):
+        assert scene.drive.kT == kT
+        self.kT = kT
+        self.places = scene.positions if Still.begun >= 3 else Still.PLACES[Still.begun]
+        Still.begun += 1
+
+    def run(self, time):
+        Still.ran.append((self.kT, time))
+
+    @property
+    def potential_energy(self):
+        return -1.0 if self.places[1, 0] - self.places[0, 0] < 1.5 else 0.0
+
+    def frame(self):
+        return SimpleNamespace(positions=self.places)
+
+
+def test_copies_that_move_by_exchange_alone_are_where_boltzmann_has_them(example, monkeypatch, tmp_path):
+    kT, rounds = (0.4, 0.8, 1.6), 400
+    monkeypatch.setattr(Still, "begun", 0)
+    monkeypatch.setattr(Still, "ran", [])
+    monkeypatch.setattr(example, "carom", SimpleNamespace(Scene=carom.Scene, Simulation=Still))
+    spec = example.LadderSpec(kT=kT, n=2, packing_fraction=0.1, every=1.0, rounds=rounds, seeds=(1,))
+    study = example.Ladders(spec).run(executor="serial", out=tmp_path / "out")
+    assert Still.ran == [(each, 1.0) for each in kT] * rounds
+    bound = np.exp(1.0 / np.array(kT))
+    bound /= bound.sum()
+    for row, right in zip(study.table, bound, strict=True):
+        assert abs(-2.0 * row.energy - right) < FOUR_SIGMA * 2.0 * row.energy_error
+        assert row.energy_error < 0.03
+    for i, row in enumerate(study.table[:2]):  # refused at times where the colder one is bound
+        part = 1.0 + bound[i] * math.expm1(1.0 / kT[i + 1] - 1.0 / kT[i])
+        assert abs(row.exchanged - part) < FOUR_SIGMA * math.sqrt(part * (1.0 - part) / (rounds / 2))
+    assert study.table[2].exchanged == 0.0
+    (axes,) = study.plot().axes
+    assert strange_bars(axes, study.table[:]) == (3, [])
+
+
+class Stuck:
+    """A copy whose energy is that of its places, which nothing moves; the first copy, a cold one, has 0."""
+
+    made = 0
+
+    def __init__(self, scene, kT, seed):
+        assert scene.drive.kT == kT
+        if Stuck.made < 3:
+            scene = scene.replace(positions=scene.positions + float(Stuck.made))
+        Stuck.made += 1
+        self.places = scene.positions
+
+    def run(self, time):
+        pass
+
+    @property
+    def potential_energy(self):
+        return -2.0 * float(self.places[0, 0])
+
+    def frame(self):
+        return SimpleNamespace(positions=self.places)
+
+
+def test_copies_exchange_their_configurations(measure, monkeypatch):
+    # Of three copies with the energies 0, -2 and -4 the lowest sinks to the lowest temperature, for good.
+    first = carom.Scene([[0.0, 0.0], [4.0, 4.0]], 9.0)
+    scenes = SimpleNamespace(random=lambda *size, **given: first.replace(interaction=given["interaction"]))
+    monkeypatch.setitem(measure.__globals__, "carom", SimpleNamespace(Scene=scenes, Simulation=Stuck))
+    ladder = {"kT": [0.01, 0.02, 0.04], "n": 2, "dimension": 2, "packing_fraction": 0.1, "every": 1.0}
+    found = measure({**ladder, "rounds": 64, "seed": 1}, lambda: None)
+    assert [mean for mean, _ in found["U"]] == [-2.0, -1.0, 0.0]
+    # Neighbours swap places at 0, 1 and 2, and later tries are refused: 3 of 64 rounds.
+    assert [64 * part / 2.0 for part in found["exchanged"]] == [2.0, 1.0, 0.0]
 
 
 @pytest.mark.slow

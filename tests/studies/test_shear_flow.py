@@ -1,9 +1,11 @@
 """The study of sheared fluids: its table, what stops and goes on, what is refused, and published flows."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from helpers.drawn import strange_bars
 
 import carom
 from carom.errors import InputError
@@ -76,7 +78,9 @@ def test_a_study_of_a_flow_goes_on_where_it_was_stopped(grains):
 
 def test_one_rate_at_several_packing_fractions_is_drawn_against_the_packing_fraction(grains):
     study, _ = grains
-    assert study.plot().axes[0].get_xlabel() == "shear rate"
+    (axes,) = study.plot().axes
+    assert axes.get_xlabel() == "shear rate"
+    assert strange_bars(axes, study.table[:]) == (2, [])
     one = carom.shear(1.0, restitution=0.9, strains=10, **{**SMALL, "packing_fraction": [0.1, 0.2]})
     axes = one.plot().axes[0]
     assert axes.get_xlabel() == "packing fraction"
@@ -108,7 +112,7 @@ def test_elastic_spheres_are_kept_at_their_temperature_and_are_near_enskog():
         ({"scene": {"interaction": BRIDGES}}, "hysteretic steps"),
         ({"scene": {"interaction": carom.models.Bonds([(0, 1)], outer=1.5)}}, "has bonds"),
         ({"scene": {"motion": carom.models.Gravity((0.0, 0.0, -1.0))}}, "motion is the flow"),
-        ({"rates": 1.0}, "no argument 'rates'; did you mean rate"),
+        ({"rates": 1.0}, "no keyword 'rates'; did you mean rate"),
     ],
 )
 def test_what_cannot_flow_is_refused_at_once_in_one_sentence(given, says):
@@ -158,6 +162,29 @@ def test_the_stress_of_wells_is_the_power_of_the_flow():
     power = means(sim.scene, parts, 1.2)["stress"] * sim.scene.volume + carried / (1.2 * (sim.n - 1.0))
     assert abs(gained) > 0.1 * kinetic
     assert gained == pytest.approx(1.2 * power, abs=1e-13 * kinetic * sim.collisions)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_the_means_of_a_block_are_those_of_its_pressure_tensor(d):
+    rng = np.random.default_rng(d)
+    carried, handed_over = rng.normal(size=(2, 3, d, d))  # of three parts of a block
+    parts = [
+        SimpleNamespace(
+            momentum_flux=SimpleNamespace(carried=carried[k], handed_over=handed_over[k]),
+            collisions=10 * k, kT_time=0.5 * k,
+        )
+        for k in range(3)
+    ]  # fmt: skip
+    found = means(SimpleNamespace(n=5, volume=7.0, dimension=d), parts, 2.0)
+    # The center of mass rests, and takes a fifth of the thermal motion.
+    tensor = (1.25 * carried + handed_over).sum(axis=0) / (7.0 * 2.0)
+    expected = {
+        "collision_rate": 2.0 * 30 / (5 * 2.0), "kT": 0.75, "stress": -tensor[1, 0],
+        "pressure": np.trace(tensor) / d, "first": tensor[0, 0] - tensor[1, 1],
+    }  # fmt: skip
+    if d > 2:
+        expected["second"] = tensor[1, 1] - tensor[2, 2]
+    assert found == pytest.approx(expected, rel=1e-12)
 
 
 def test_normal_stresses_are_a_ratio_of_means_with_its_error():

@@ -412,7 +412,7 @@ def test_a_file_says_what_is_searched_for_and_options_override_it(tmp_path):
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        ("[code]\nn = 8\nseeds = 3\n", "did you mean seed"),
+        ("[code]\nn = 8\nseeds = 3\n", "it is called tries"),
         ("[code]\nn = 8\ntries = 0\n", "tries must be"),
         ("[code]\nn = 8\nseed = -1\n", "seed must be"),
         ("[code]\nn = 'many'\n", "n must be"),

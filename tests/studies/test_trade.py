@@ -5,21 +5,22 @@ import io
 import json
 import math
 import signal
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from helpers.commands import carom as command, complaints
+from helpers.naive.stepping import SteppedSystem
 from rich.console import Console
 
 import carom
 from carom import theory
 from carom.errors import InputError
 from carom.reference import NaiveSystem
-from carom.reference.stepping import SteppedSystem
 from carom.studies.accuracy import measures as trade_measures
 from carom.studies.accuracy.diffusion import EinsteinSlope, looks
 from carom.studies.accuracy.methods import engine, naive, oracle, stepping
-from carom.studies.accuracy.picture import pareto
+from carom.studies.accuracy.picture import LOOKS, pareto, picture
 from carom.studies.accuracy.scenes import small_scene
 from carom.studies.accuracy.spec import TradeSpec, methods
 from carom.studies.accuracy.study import Trade
@@ -162,6 +163,26 @@ def test_the_front_is_of_those_that_nobody_beats_twice():
     speeds = [100.0, 10.0, 1.0, 50.0, 5.0]
     errors = [1e-3, 1e-6, 1e-9, 1e-2, math.nan]
     assert pareto(speeds, errors) == [2, 1, 0]
+
+
+def test_the_picture_has_the_error_of_each_bias_and_both_errors_of_each_size():
+    rng = np.random.default_rng(2)
+    rows = [
+        SimpleNamespace(algorithm=algorithm, method=f"{algorithm} {k}", collisions_per_second=rate,
+                        error_1=rate, z_bias=bias, z_error=error)
+        for k, algorithm in enumerate(LOOKS)
+        for rate, bias, error in rng.uniform(0.1, 1.0, (2, 3)) * [1.0, -1.0, 0.5]
+    ]  # fmt: skip
+    sizes = [SimpleNamespace(n=n, relative_error_1s=1.0 / n, finite_size_bias=-9.0 / n**2) for n in (64, 256)]
+    _, panel, last = picture(rows, sizes).axes
+    bars = [line.get_data() for line in panel.get_lines() if line.get_linewidth() == 1.0]
+    ends = [(end := max(-row.z_bias, row.z_error), end + row.z_error) for row in rows]
+    assert [tuple(y) for _, y in bars] == ends
+    assert [tuple(x) for x, _ in bars] == [(row.collisions_per_second,) * 2 for row in rows]
+    assert [line.get_ydata().tolist() for line in last.get_lines()] == [
+        [row.relative_error_1s for row in sizes],
+        [-row.finite_size_bias for row in sizes],
+    ]
 
 
 def test_a_small_scene_has_the_same_density_and_room_for_stepping():

@@ -7,7 +7,7 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from helpers.drawn import outside
+from helpers.drawn import outside, strange_bars
 
 import carom
 from carom import studies, theory
@@ -313,6 +313,21 @@ def test_a_fluid_of_moderate_density_is_near_enskog(study):
     assert row.erpenbeck_wood == wood
     (line,) = (line for line in study[0].remarks() if "Erpenbeck and Wood" in line)
     assert f"{wood:.5g}" in line
+
+
+def test_the_picture_of_a_study_has_the_error_of_each_coefficient_over_enskogs(study):
+    (row,) = study[0].points
+    left, right = study[0].plot().axes
+
+    def over(found, enskog):
+        return [Estimate(each.mean / enskog, each.error / enskog, 1.0, 1.0, 1) for each in found]
+
+    assert strange_bars(left, [over([c], enskog) for c, enskog in row.quantities().values()]) == (4, [])
+    shear, enskog = row.quantities()["shear_viscosity"]
+    shown = [each for each in shear.running if each.relative_error < pictures.WIDEST]
+    assert strange_bars(right, over(shown, enskog)) == (len(shown), [])
+    (window,) = (line.get_xdata() for line in right.get_lines() if line.get_linewidth() == 4.0)
+    assert [x * row.mean_free_time for x in window] == pytest.approx(list(shear.window))
 
 
 def test_the_row_of_infinitely_many_shows_enskogs_value_and_the_ratio_to_it(study):

@@ -454,3 +454,12 @@ def test_bmcsl_is_as_low_as_its_help_says(eta, ratio, large, measured, error, lo
     least, most = (1.0 - part for part in low)
     assert measured * most - 4.0 * error <= z <= measured * least + 4.0 * error
     assert "0.7 % for 1 : 5" in " ".join(theory.bmcsl.__doc__.split())
+
+
+@pytest.mark.parametrize("eta", [0.05, 0.3, 0.45])
+def test_long_waves_of_density_have_the_compressibility(eta):
+    """Of rods, (1 - eta)^2, and of spheres that of the Percus-Yevick equation (Wertheim 1963)."""
+    assert theory.structure_factor(0.0, eta, dimension=1) == pytest.approx((1.0 - eta) ** 2, rel=1e-12)
+    spheres = (1.0 - eta) ** 4 / (1.0 + 2.0 * eta) ** 2
+    assert theory.structure_factor(0.0, eta) == pytest.approx(spheres, rel=1e-12)
+    assert theory.structure_factor(1e-3, eta, diameter=2.0) == theory.structure_factor(2e-3, eta)

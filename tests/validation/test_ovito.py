@@ -9,14 +9,14 @@ from helpers.frames import frames_of, write
 import carom.io
 from carom.bridges.palette import FACES, rgb
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.needs("OVITO")]
 
 
 @pytest.fixture
 def read():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        io = pytest.importorskip("ovito.io")
+        from ovito import io
     return lambda path: io.import_file(str(path)).compute()
 
 

@@ -112,13 +112,7 @@ def parted(word: str) -> tuple[str, ...]:
 
 
 def require_at_most_three(dimension: int, format_name: str) -> None:
-    """Refuse frames that do not fit into three columns.
-
-    Raises
-    ------
-    InputError
-        If ``dimension > 3``.
-    """
+    """Refuse frames that do not fit into three columns."""
     if dimension > 3:
         raise InputError(
             f"{format_name} holds at most 3 dimensions, and these frames have {dimension}; "

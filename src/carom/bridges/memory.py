@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from carom.bridges.embedding import about_axes, cell_of, embed, names_of, periodic, require_at_most_three
 from carom.bridges.palette import colours_of
+from carom.checks import needed
 from carom.errors import InputError
 
 if TYPE_CHECKING:
@@ -23,21 +23,11 @@ if TYPE_CHECKING:
 AXES = "xyz"
 
 
-def _needed(module: str, package: str) -> Any:
-    """Import a package that Carom does not require."""
-    try:
-        return importlib.import_module(module)
-    except ImportError:
-        raise InputError(
-            f"This needs the package {package}, which is not installed: pip install {package}."
-        ) from None
-
-
 def to_freud(frame: Frame) -> tuple[freud.box.Box, np.ndarray]:
     """Return freud's box, periodic where the frame is, and centred float32 positions (n, 3)."""
     if frame.dimension not in (2, 3):
         raise InputError(f"freud knows two and three dimensions, and this frame has {frame.dimension}.")
-    box = _needed("freud", "freud-analysis").box
+    box = needed("freud", "A frame for freud", "'carom[freud]'").box
     lengths = dict(zip(("Lx", "Ly", "Lz"), frame.box.tolist(), strict=False))
     if frame.tilt:
         lengths["xy"] = frame.tilt
@@ -50,7 +40,7 @@ def to_freud(frame: Frame) -> tuple[freud.box.Box, np.ndarray]:
 def to_ovito(frame: Frame) -> ovito.data.DataCollection:
     """Return OVITO's data collection of a frame."""
     require_at_most_three(frame.dimension, "OVITO")
-    data = _needed("ovito.data", "ovito")
+    data = needed("ovito.data", "A frame for OVITO", "ovito")
     result = data.DataCollection()
     cell = data.SimulationCell(pbc=periodic(frame.periodic), is2D=frame.dimension < 3)
     cell[:, :3] = cell_of(frame).T
@@ -77,7 +67,7 @@ def to_ovito(frame: Frame) -> ovito.data.DataCollection:
 
 def to_pandas(frame: Frame) -> pandas.DataFrame:
     """Return a row for each component."""
-    pandas = _needed("pandas", "pandas")
+    pandas = needed("pandas", "A DataFrame", "pandas")
     axes = AXES[: frame.dimension] if frame.dimension <= 3 else [f"x{k}" for k in range(frame.dimension)]
     columns: dict[str, Any] = dict(zip(axes, frame.positions.T, strict=True))
     columns |= {f"v{axis}": speeds for axis, speeds in zip(axes, frame.velocities.T, strict=True)}
@@ -92,7 +82,7 @@ def to_pandas(frame: Frame) -> pandas.DataFrame:
 
 def to_xarray(frames: Sequence[Frame]) -> xarray.Dataset:
     """Return positions and velocities (time, component, axis) of frames, and the other fields."""
-    xarray = _needed("xarray", "xarray")
+    xarray = needed("xarray", "A Dataset", "xarray")
     first = frames[0]
     each, vector = ("time", "particle"), ("time", "particle", "axis")
     found = {

@@ -26,8 +26,9 @@ def compile_(
     """Compile ahead what runs need.
 
     The first run of a kind of scene compiles for ten seconds or more. This does it now, for a container or
-    the nodes of a cluster; NUMBA_CACHE_DIR says where the code is kept. Scenes with other numbers, densities
-    or seeds are of the same kind.
+    the nodes of a cluster; NUMBA_CACHE_DIR says where the code is kept. A kind is a dimension, what the scene
+    has, and its neighbors: sectors where it is dilute, lists where it is dense. Other numbers are no other
+    kind. Processes that need the same kind wait for the first of them.
 
     [bold]Examples[/bold]
 

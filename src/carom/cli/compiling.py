@@ -1,4 +1,4 @@
-"""A line on the screen when something is compiled, so that the first seconds do not look like a hang.
+"""A line on the screen for each thing that is compiled, so that these seconds do not look like a hang.
 
 Ctrl-C then ends the process at once.
 """
@@ -14,7 +14,7 @@ from typing import NoReturn
 from carom.cli.heartbeat import quiet, say
 from carom.cli.trouble import INTERRUPTED
 
-TEXT = "Compiling for this kind of scene: ten seconds or more, the first time only."
+TEXT = "Compiling."
 STOPPED = "Stopped while compiling: type the same command again, or carom resume with its folder."
 
 
@@ -28,17 +28,17 @@ def _leave() -> NoReturn:
 
 @contextlib.contextmanager
 def compiling_told() -> Iterator[None]:
-    """Print one line on standard error if the body compiles something, here or in a worker process."""
+    """Print on standard error, each line once, what the body compiles, here or in a worker process."""
     from carom.compiling.compile_listeners import listening
     from carom.compiling.deferred_signals import leaving
 
-    said = False
+    said: set[str] = set()
 
-    def tell() -> None:
-        nonlocal said
-        if not said and not quiet():
-            said = True
-            say(TEXT)
+    def tell(news: str) -> None:
+        text = news or ("" if said else TEXT)
+        if text and text not in said and not quiet():
+            said.add(text)
+            say(text)
 
     with listening(tell), leaving(_leave):
         yield

@@ -160,7 +160,7 @@ def init(
     """
     import json
 
-    from carom import checks
+    from carom import meant
     from carom.cli import templates
     from carom.errors import InputError
     from carom.paths import replacing, writing
@@ -173,7 +173,7 @@ def init(
         return
     if template not in templates.NAMES:
         raise InputError(
-            f"There is no template {template!r}{checks.suggestion(template, templates.NAMES)}; "
+            f"There is no template {template!r}{meant.suggestion(template, templates.NAMES)}; "
             "`carom init --list` shows all."
         )
     path = Path(f"{template}.toml") if path is None else path

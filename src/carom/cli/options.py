@@ -1,13 +1,19 @@
-"""Options that several commands share."""
+"""Options of commands: those of the fields of specifications, and those that several commands share."""
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import typer
 
 from carom.cli.heartbeat import hush
+from carom.cli.trouble import friendly
+
+if TYPE_CHECKING:
+    from carom.spec import Spec
 
 Json = Annotated[
     bool, typer.Option("--json", help="Print the summary as JSON, and nothing else, to standard output.")
@@ -47,6 +53,53 @@ FLAGS: dict[str, tuple[str, ...]] = {
     "quiet": ("--quiet", "-q"),
 }
 """Options with more than one name, which they have in every command."""
+
+
+def takes(*options: inspect.Parameter) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Return a decorator for a command with these options, whose errors are sentences."""
+
+    def decorate(command: Callable[..., None]) -> Callable[..., None]:
+        made = friendly(command)
+        made.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+        made.__annotations__ = {each.name: each.annotation for each in options}
+        return made
+
+    return decorate
+
+
+def shared(name: str, hint: Any, default: Any = False) -> inspect.Parameter:
+    """Return an option of many commands, such as :data:`Json`."""
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
+
+
+def argument(name: str, help: str, metavar: str | None = None) -> inspect.Parameter:
+    """Return the argument of a command, a file; it can be left out if its name is in brackets, or unsaid."""
+    hint = Annotated[Path | None, typer.Argument(help=help, metavar=metavar, show_default=False)]
+    needed = metavar is not None and not metavar.startswith("[")
+    return shared(name, hint, inspect.Parameter.empty if needed else None)
+
+
+def option(
+    name: str, kind: Any, default: Any, *flags: str, help: str = "", panel: str = ""
+) -> inspect.Parameter:
+    """Return an option that typer understands."""
+    said = typer.Option(*(flags or FLAGS.get(name, ())), help=help, rich_help_panel=panel or None)
+    return shared(name, Annotated[kind | None if default is None else kind, said], default)
+
+
+def of_fields(*kinds: type[Spec]) -> list[inspect.Parameter]:
+    """Return the options of the fields of specifications; without one, its default or the file's is meant."""
+    from carom.declared import fields_of
+
+    found = []
+    for field in (each for kind in kinds for each in fields_of(kind).values() if each.is_option):
+        opt, kind = field.opt, field.kind
+        assert opt is not None
+        if opt.read is not None:
+            kind = list[str] if opt.many else str
+        kind = next((k for k in get_args(kind) if k is not type(None) and not opt.many), kind)
+        found.append(option(field.name, kind, None, *(opt.flags or ()), help=opt.help, panel=opt.panel))
+    return found
 
 
 _LACKING = "Files of other programs"

@@ -3,97 +3,30 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Any
 
-import typer
-
-from carom.cli.options import FLAGS, GoOn, Json, Quiet
+from carom.cli.options import GoOn, Json, Quiet, argument, of_fields, option, shared, takes
 from carom.cli.study import carry_out
-from carom.cli.trouble import friendly
-from carom.declared import helps
-from carom.studies.packings.spec import PackSpec
-
-_SAYS = helps(PackSpec)
-_SCENE = "The system"
-_LENGTH = "How long"
-_SEEDS = "Several packings"
-_OUTPUT = "What to write"
+from carom.declared import of_options
+from carom.studies.packings.spec import SEEDS, PackSpec
 
 
-@friendly
+@takes(
+    argument("scene", r"Scene file (TOML): \[scene] and \[pack]. Without: random points."),
+    option("out", Path, Path("carom-pack"), help="Folder for the results."),
+    shared("as_json", Json),
+    shared("quiet", Quiet),
+    option("overwrite", bool, False, "--overwrite", help="Replace the packing in the folder."),
+    shared("go_on", GoOn),
+    *of_fields(PackSpec),
+    option("cores", str, None, help="Number of processes; default one per core.", panel=SEEDS),
+    option("report", bool, False, "--report", help="A page with tables and pictures: report.html.",
+           panel=SEEDS),
+)  # fmt: skip
 def pack(
-    scene: Annotated[
-        Path | None, typer.Argument(help=r"Scene file (TOML): \[scene] and \[pack]. Without: random points.")
-    ] = None,
-    out: Annotated[Path, typer.Option(*FLAGS["out"], help="Folder for the results.")] = Path("carom-pack"),
-    seed: Annotated[int | None, typer.Option(help=_SAYS["seed"])] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-    overwrite: Annotated[
-        bool, typer.Option("--overwrite", help="Replace the packing in the folder.")
-    ] = False,
-    go_on: GoOn = False,
-    n: Annotated[int | None, typer.Option("--n", help=_SAYS["n"], rich_help_panel=_SCENE)] = None,
-    dimension: Annotated[
-        int | None,
-        typer.Option(*FLAGS["dimension"], help=_SAYS["dimension"], rich_help_panel=_SCENE),
-    ] = None,
-    packing_fraction: Annotated[
-        float | None,
-        typer.Option(
-            *FLAGS["packing_fraction"],
-            help=_SAYS["packing_fraction"],
-            rich_help_panel=_SCENE,
-        ),
-    ] = None,
-    species: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Instead of --n: COUNT:DIAMETER. Repeat the option for each species.", rich_help_panel=_SCENE
-        ),
-    ] = None,
-    walls: Annotated[
-        bool | None, typer.Option("--walls", help=_SAYS["walls"], rich_help_panel=_SCENE)
-    ] = None,
-    rate: Annotated[
-        float | None,
-        typer.Option(help=_SAYS["rate"], rich_help_panel=_LENGTH),
-    ] = None,
-    until_Z: Annotated[
-        float | None,
-        typer.Option(help=_SAYS["until_Z"], rich_help_panel=_LENGTH),
-    ] = None,
-    stage: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Instead of both: RATE:Z. Repeat the option for each stage.", rich_help_panel=_LENGTH
-        ),
-    ] = None,
-    collisions: Annotated[int | None, typer.Option(help=_SAYS["collisions"], rich_help_panel=_LENGTH)] = None,
-    common: Annotated[
-        bool | None, typer.Option("--common", help=_SAYS["common"], rich_help_panel=_LENGTH)
-    ] = None,
-    seeds: Annotated[
-        int | None,
-        typer.Option(help=_SAYS["seeds"], rich_help_panel=_SEEDS),
-    ] = None,
-    cores: Annotated[
-        str | None,
-        typer.Option(
-            "--cores", "-j", help="Number of processes; default one per core.", rich_help_panel=_SEEDS
-        ),
-    ] = None,
-    report: Annotated[
-        bool,
-        typer.Option(
-            "--report", help="A page with tables and pictures: report.html.", rich_help_panel=_SEEDS
-        ),
-    ] = False,
-    pictures: Annotated[
-        bool | None,
-        typer.Option("--pictures/--no-pictures", help=_SAYS["pictures"], rich_help_panel=_OUTPUT),
-    ] = None,
-) -> None:
+    scene: Path | None, out: Path, as_json: bool, overwrite: bool, go_on: bool, cores: str | None,
+    report: bool, quiet: bool = False, **given: Any,
+) -> None:  # fmt: skip
     """Compress particles until they jam.
 
     Points grow into spheres, or the spheres of a scene grow. The folder then holds packing.h5md,
@@ -116,17 +49,9 @@ def pack(
     from carom.cli.compiling import compiling_told
     from carom.cli.screen import packed, watched
     from carom.errors import InputError
-
-    kinds = [(_whole(count), diameter) for count, diameter in _pairs(species, "--species", "COUNT:DIAMETER")]
-    given = {
-        "n": n, "dimension": dimension, "packing_fraction": packing_fraction, "walls": walls,
-        "species": [{"count": count, "diameter": diameter} for count, diameter in kinds] or None,
-        "seeds": seeds, "seed": seed, "rate": rate, "until_Z": until_Z, "collisions": collisions,
-        "stages": _pairs(stage, "--stage", "RATE:Z") or None, "common": common, "pictures": pictures,
-    }  # fmt: skip
     from carom.studies.packings.pack import asked_of, packed as compressed
 
-    asked, start = asked_of(scene, given)
+    asked, start = asked_of(scene, of_options(PackSpec, given))
     if asked.seeds is not None:
         if overwrite:
             raise InputError("--overwrite is for one packing; a study of several goes on in its folder.")
@@ -147,26 +72,3 @@ def pack(
         progress("Preparing", 0.0)
         found = compressed(asked, start, out, overwrite, go_on, progress)
     packed(found.to_dict(), out, as_json)
-
-
-def _pairs(given: list[str] | None, option: str, form: str) -> list[tuple[float, float]]:
-    """Return the values of an option, each two numbers with a colon between them."""
-    from carom.errors import InputError
-
-    result = []
-    for text in given or ():
-        try:
-            first, second = map(float, text.split(":"))
-        except ValueError:
-            raise InputError(f"{option} takes {form}, two numbers, found '{text}'.") from None
-        result.append((first, second))
-    return result
-
-
-def _whole(number: float) -> int:
-    """Return a number of spheres as an integer."""
-    from carom.errors import InputError
-
-    if not number.is_integer() or number < 1:
-        raise InputError(f"--species takes a whole number of spheres before the colon, found {number:g}.")
-    return int(number)

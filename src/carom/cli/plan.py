@@ -5,83 +5,42 @@ from __future__ import annotations
 import dataclasses
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from carom.cli.options import FLAGS, Json, Quiet, number_of
-from carom.cli.trouble import friendly
-from carom.declared import helps
+from carom.cli.options import Json, Quiet, argument, number_of, of_fields, option, shared, takes
 from carom.scene_file.commands import PlanSpec
+from carom.spec import tables_of
 
 if TYPE_CHECKING:
     from carom.studies.planner.plan import RunPlan
     from carom.studies.planner.system import System
 
-_SAYS = helps(PlanSpec)
-_SCENE = "The system, without a scene file"
-_BUDGET = "Available cores and time"
-_OUTPUT = "What to do with the plan"
+_SCENE, _OUTPUT = "The system, without a scene file", "What to do with the plan"
+
+FORMS = ("FRACTION:DIAMETER", "FRACTION:DIAMETER:MASS")
+"""What --species takes."""
 
 FOLDER = Path("carom-plan")
 """Default folder for a plan that is run."""
 
 
-@friendly
+@takes(
+    argument("scene", r"Scene file (TOML): \[scene] and \[plan]."),
+    option("packing_fraction", float, None, help="Fraction of the volume filled by spheres.", panel=_SCENE),
+    option("dimension", int, None, help="Dimension of space, 2 to 6; 3.", panel=_SCENE),
+    option("species", list[str], None, panel=_SCENE,
+           help="FRACTION:DIAMETER, or FRACTION:DIAMETER:MASS. Repeat it for each species."),
+    *of_fields(PlanSpec),
+    option("run", bool, False, "--run", help="Run the plan, and compare the result with it.", panel=_OUTPUT),
+    option("out", Path, None, panel=_OUTPUT,
+           help="Folder for plan.json, and with --run for the study, which continues there; carom-plan."),
+    shared("as_json", Json),
+    shared("quiet", Quiet),
+)  # fmt: skip
 def plan(
-    scene: Annotated[Path | None, typer.Argument(help=r"Scene file (TOML): \[scene] and \[plan].")] = None,
-    target: Annotated[str | None, typer.Option("--target", "-t", help=_SAYS["target"])] = None,
-    packing_fraction: Annotated[
-        float | None,
-        typer.Option(
-            *FLAGS["packing_fraction"],
-            help="Fraction of the volume filled by spheres.",
-            rich_help_panel=_SCENE,
-        ),
-    ] = None,
-    dimension: Annotated[
-        int | None,
-        typer.Option(*FLAGS["dimension"], help="Dimension of space, 2 to 6; 3.", rich_help_panel=_SCENE),
-    ] = None,
-    species: Annotated[
-        list[str] | None,
-        typer.Option(
-            help=r"FRACTION:DIAMETER, or FRACTION:DIAMETER:MASS. Repeat it for each species.",
-            rich_help_panel=_SCENE,
-        ),
-    ] = None,
-    n: Annotated[
-        int | None,
-        typer.Option("--n", help=_SAYS["n"], rich_help_panel=_SCENE),
-    ] = None,
-    seed: Annotated[int | None, typer.Option(help=_SAYS["seed"], rich_help_panel=_SCENE)] = None,
-    cores: Annotated[
-        str | None,
-        typer.Option(*FLAGS["cores"], help=_SAYS["cores"], rich_help_panel=_BUDGET),
-    ] = None,
-    walltime: Annotated[
-        float | None,
-        typer.Option(help=_SAYS["walltime"], rich_help_panel=_BUDGET),
-    ] = None,
-    pilot: Annotated[
-        float | None,
-        typer.Option(help=_SAYS["pilot"], rich_help_panel=_BUDGET),
-    ] = None,
-    run: Annotated[
-        bool,
-        typer.Option("--run", help="Run the plan, and compare the result with it.", rich_help_panel=_OUTPUT),
-    ] = False,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            *FLAGS["out"],
-            help="Folder for plan.json, and with --run for the study, which continues there; carom-plan.",
-            rich_help_panel=_OUTPUT,
-        ),
-    ] = None,
-    as_json: Json = False,
-    quiet: Quiet = False,
-) -> None:
+    scene: Path | None, packing_fraction: float | None, dimension: int | None, species: list[str] | None,
+    run: bool, out: Path | None, as_json: bool, quiet: bool = False, **given: Any,
+) -> None:  # fmt: skip
     """Find the cheapest run that reaches an error.
 
     The plan says how many particles, how long, how many replicas, and what it costs here. A pilot of seconds
@@ -109,11 +68,12 @@ def plan(
         def shown(part: float, text: str) -> None:
             progress(text, part)
 
-        kinds = _species(species)
-        given = {"n": n, "seed": seed, "cores": number_of(cores), "walltime": walltime}
+        kinds = tables_of("--species", *FORMS)(species) if species else None
+        given = {**given, "cores": number_of(given["cores"])}
+        target = given.pop("target")
         if run and folder is not None and (folder / NAME).exists():
             system = planner.system_of(packing_fraction, dimension, kinds, scene)
-            asked = planner.asked_of(target, scene, {**given, "pilot": pilot})
+            asked = planner.asked_of(target, scene, given)
             found = _held(folder, asked, system)
         else:
             if folder is not None:
@@ -122,7 +82,7 @@ def plan(
                     folder.mkdir(parents=True, exist_ok=True)
             found = planner.plan(
                 target, packing_fraction=packing_fraction, dimension=dimension, species=kinds, scene=scene,
-                **given, pilot_seconds=pilot, progress=shown,
+                **given, progress=shown,
             )  # fmt: skip
             if folder is not None:
                 found.save(folder)
@@ -164,26 +124,6 @@ def _held(folder: Path, asked: PlanSpec, system: System) -> RunPlan:
                 f"{folder} holds a plan whose {name} is {old}, found --{name} {value}; leave it out to go on "
                 "with that plan, or give another --out."
             )
-    return found
-
-
-def _species(given: list[str] | None) -> list[dict[str, float]] | None:
-    """Return the species that options name."""
-    from carom.errors import InputError
-
-    if not given:
-        return None
-    found = []
-    for text in given:
-        try:
-            numbers = [float(part) for part in text.split(":")]
-            if len(numbers) not in (2, 3):
-                raise ValueError
-        except ValueError:
-            raise InputError(
-                f"--species takes FRACTION:DIAMETER or FRACTION:DIAMETER:MASS, numbers, found '{text}'."
-            ) from None
-        found.append(dict(zip(("fraction", "diameter", "mass"), numbers, strict=False)))
     return found
 
 

@@ -2,26 +2,37 @@
 
 from __future__ import annotations
 
-import inspect
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from carom.cli.options import FLAGS, Cores, GoOn, Json, Quiet, Trusted, number_of
-from carom.cli.study import _of_field, _option
+from carom.cli import options
+from carom.cli.options import FLAGS, Cores, GoOn, Json, Quiet, Trusted, number_of, option, shared
 from carom.cli.trouble import friendly
-from carom.declared import fields_of
+from carom.declared import of_options
 from carom.scene_file.sections import RunSpec, SceneSpec
-from carom.spec import Spec
 from carom.texts import visible
 
-_ARGUMENT = (
-    "Scene file (TOML), as `carom init` writes it, a file with frames to start from (start.data), or the "
-    "folder of a run. Without: 2048 hard spheres."
-)
 
-
+@options.takes(
+    options.argument(
+        "scene", "Scene file (TOML), as `carom init` writes it, a file with frames to start from "
+        "(start.data), or the folder of a run. Without: 2048 hard spheres.",
+    ),
+    option("out", Path, Path("carom-run"), help="Folder for the results."),
+    option("overwrite", bool, False, "--overwrite", help="Replace the run in the folder."),
+    *options.of_fields(SceneSpec, RunSpec),
+    shared("as_json", Json),
+    shared("quiet", Quiet),
+    shared("go_on", GoOn),
+    shared("cores", Cores, "1"),
+    shared("trust_code", Trusted),
+    option("verbose", bool, False, "--verbose", "-v",
+           help="Print rate, drifts and overlaps of the run as well."),
+    option("dry_run", bool, False, "--dry-run",
+           help="Print what would be compiled and which arrays are made, then stop."),
+)  # fmt: skip
 def run(
     scene: Path | None,
     out: Path,
@@ -63,10 +74,10 @@ def run(
     from carom.studies.runs.asked import plan_of
 
     asked = SceneFile() if scene is None else plan_of(scene)
-    words = _values(SceneSpec, given)
+    words = of_options(SceneSpec, given)
     # Without a file, n and density have the defaults of what is given.
     there = SceneSpec(**words) if scene is None else asked.scene.replaced(**words)
-    plan = SceneFile(there, asked.run.replaced(**_values(RunSpec, given)))
+    plan = SceneFile(there, asked.run.replaced(**of_options(RunSpec, given)))
     plan = plan.trusted() if trust_code else plan
     if go_on and overwrite:
         raise InputError("--resume and --overwrite contradict each other; give one of them.")
@@ -92,47 +103,6 @@ def run(
         else:
             result = carry_out(plan, out, overwrite=overwrite, **how)
     results(result, as_json, verbose)
-
-
-def _values(kind: type[Spec], given: dict[str, Any]) -> dict[str, Any]:
-    """Return the fields of a section that options set."""
-    fields = fields_of(kind)
-    return {k: fields[k].of_option(v) for k, v in given.items() if k in fields and v is not None}
-
-
-def _options() -> list[inspect.Parameter]:
-    """Return the options of ``carom run``: the keys of the scene file that have one, and its own."""
-    keys = [each for kind in (SceneSpec, RunSpec) for each in fields_of(kind).values() if each.is_option]
-    shared = {
-        "as_json": (Json, False), "quiet": (Quiet, False), "go_on": (GoOn, False), "cores": (Cores, "1"),
-        "trust_code": (Trusted, False),
-    }  # fmt: skip
-    return [
-        inspect.Parameter(
-            "scene", inspect.Parameter.KEYWORD_ONLY, default=None,
-            annotation=Annotated[Path | None, typer.Argument(help=_ARGUMENT)],
-        ),
-        _option("out", Path, Path("carom-run"), *FLAGS["out"], help="Folder for the results."),
-        _option("overwrite", bool, False, "--overwrite", help="Replace the run in the folder."),
-        *map(_of_field, keys),
-        *(
-            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
-            for name, (hint, default) in shared.items()
-        ),
-        _option(
-            "verbose", bool, False, "--verbose", "-v",
-            help="Print rate, drifts and overlaps of the run as well.",
-        ),
-        _option(
-            "dry_run", bool, False, "--dry-run",
-            help="Print what would be compiled and which arrays are made, then stop.",
-        ),
-    ]  # fmt: skip
-
-
-run.__signature__ = inspect.Signature(_options())  # type: ignore[attr-defined]
-run.__annotations__ = {option.name: option.annotation for option in _options()}
-run = friendly(run)
 
 
 @friendly

@@ -14,7 +14,7 @@ import typer
 
 from carom.cli.heartbeat import quiet, say
 from carom.cli.trouble import PARTLY
-from carom.table import decimals
+from carom.table import Table, decimals, facts, of_texts
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -33,6 +33,9 @@ EPSILON = sys.float_info.epsilon
 
 LONGER = 5.0
 """Length of a longer run that is proposed [that of the run]."""
+
+FEWEST = 10.0
+"""Independent samples from which a run is said to be in equilibrium."""
 
 UNMEASURED = ("Preparing", "Compiling", "Drawing")
 """Stages that do not report their progress: the bar moves to and fro instead of staying at 0 %."""
@@ -152,14 +155,14 @@ def _shown(result: RunResult, as_json: bool, verbose: bool) -> None:
         return
     if not result.new:
         print(f"{visible(result.folder)} was finished already; nothing was left to do.")
-    from carom.cli.tables import Screen, show
+    from carom.cli.tables import Screen
     from carom.studies.runs.folder import RunFolder
 
     console = Screen()
-    show(console, _physics(result.summary))
+    console.print(_physics(result.summary).rich(console))
     if result.summary.get("layers"):
-        show(console, _bed(result.summary))
-    show(console, _mechanics(result, verbose))
+        console.print(_bed(result.summary).rich(console))
+    console.print(_mechanics(result, verbose).rich(console))
     for note in (result.summary["phase_note"], result.summary["note"]):
         if note:
             console.print(note)
@@ -182,9 +185,13 @@ def _health(summary: dict[str, Any]) -> str:
     overlap = summary["worst_overlap"]
     small = overlap < EPSILON**0.75
     said.append("no overlap beyond rounding" if small else f"overlaps up to {overlap:.1g} diameters")
+    if (frames := summary.get("frames_with_overlaps")) is not None:
+        said[-1] += f" in {f'{frames} of ' if frames else ''}{summary['frames']} checked frames"
     doubts = summary.get("remarks") or summary.get("phase_note")
-    if summary["Z"]["mean"] is not None and not doubts:
-        said.append("in equilibrium")
+    samples = [summary.get(name, {}).get("n_eff") for name in ("Z", "U", "temperature", "volume")]
+    few = any(each is not None and each < FEWEST for each in samples)
+    if summary["Z"]["mean"] is not None and not (doubts or few):
+        said.append("in equilibrium" if drift is not None and kept else "steady")
     line = ", ".join(said)
     return f"{line[0].upper()}{line[1:]}."
 
@@ -216,19 +223,11 @@ def _longer(result: RunResult) -> str:
     return f"{more}    Longer: carom run {shlex.quote(str(where))} {length} -o {out}"
 
 
-def _physics(summary: dict[str, Any]) -> Any:
+def _physics(summary: dict[str, Any]) -> Table:
     """Return the table that compares the measurement with theory."""
-    from rich import box
-    from rich.table import Table
-
     n, dimension = summary["n"], summary["dimension"]
-    system = summary.get("system", "particles")  # older summaries do not have it
-    title = f"{n} {system} at packing fraction {summary['packing_fraction']:.6g}"
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("")
-    table.add_column("measured", justify="right")
-    for row in summary["theory"]:
-        table.add_column(row["name"], justify="right")
+    system = summary.get("system", "particles")
+    shown: list[tuple[str, ...]] = []
     rows = [
         (f"Z, N = {n}", "Z", "Z"),
         ("Z, infinite N", "Z_infinite", "Z_infinite"),
@@ -240,40 +239,38 @@ def _physics(summary: dict[str, Any]) -> Any:
         if measured["mean"] is None:
             continue
         places = decimals(measured["error"])
-        cells = [_with_error(measured)]
-        for row in summary["theory"]:
-            cells.append(_beside(row[theoretical], measured, places))
-        table.add_row(name, *cells)
+        beside = [_beside(row[theoretical], measured, places) for row in summary["theory"]]
+        shown.append((name, _with_error(measured), *beside))
     for name, key in (("V", "volume"), ("U / N", "U"), ("kT", "temperature")):
         if (measured := summary.get(key)) and measured["mean"] is not None:
-            table.add_row(name, _with_error(measured))
+            shown.append((name, _with_error(measured)))
     for name, measured in summary["contact_values_from_rdf"].items():
         if measured["mean"] is not None:
-            table.add_row(f"g(σ+) {name}", _with_error(measured))
+            shown.append((f"g(σ+) {name}", _with_error(measured)))
     per_kT = f"P σ{_superscript(dimension)}/kT"
     if (pressure := summary["reduced_pressure"])["mean"] is not None:
-        table.add_row(per_kT, _with_error(pressure))
+        shown.append((per_kT, _with_error(pressure)))
     if barostat := summary.get("barostat"):
         reduced = barostat["pressure"] * summary["diameter"] ** dimension / summary["kT"]
-        table.add_row(f"{per_kT} of the barostat", f"{reduced:.6g}")
-        table.add_row("volume moves accepted", _share(barostat))
+        shown.append((f"{per_kT} of the barostat", f"{reduced:.6g}"))
+        shown.append(("volume moves accepted", _share(barostat)))
     if (rate := summary["collision_rate"])["mean"] is not None:
-        table.add_row("collision rate of one", _with_error(rate))
+        shown.append(("collision rate of one", _with_error(rate)))
     if (swaps := summary.get("swaps")) and swaps["tried"]:
-        table.add_row("swaps accepted", _share(swaps))
+        shown.append(("swaps accepted", _share(swaps)))
     for obstacle in summary["obstacles"]:
         for name, unit, factor in _units_of_force(summary):
             # Of what is never hit neither a number nor its error is known.
             if (borne := obstacle[name])["mean"] is not None and borne["error"] is not None:
-                table.add_row(f"{unit} on {obstacle['name']}", _with_error(_scaled(borne, factor)))
+                shown.append((f"{unit} on {obstacle['name']}", _with_error(_scaled(borne, factor))))
                 break
     for obstacle in summary["obstacles"]:
-        given = obstacle.get("power", _NONE)  # older summaries do not have it
+        given = obstacle.get("power", _NONE)
         if given["mean"] is not None and given["error"] is not None:
-            table.add_row(f"work of {obstacle['name']} a time", _with_error(given))
-    table.caption = "\n".join(_meaning(summary))
-    table.caption_justify = "left"
-    return table
+            shown.append((f"work of {obstacle['name']} a time", _with_error(given)))
+    title = f"{n} {system} at packing fraction {summary['packing_fraction']:.6g}"
+    heads = "", "measured", *(row["name"] for row in summary["theory"])
+    return of_texts(heads, shown, title, _meaning(summary))
 
 
 def _share(moves: dict[str, Any]) -> str:
@@ -300,30 +297,15 @@ def _units_of_force(summary: dict[str, Any]) -> list[tuple[str, str, float]]:
     return [("pressure", "P", 1.0), ("force", "force", 1.0)]
 
 
-def _bed(summary: dict[str, Any]) -> Any:
+def _bed(summary: dict[str, Any]) -> Table:
     """Return the table of the layers along a field."""
-    from rich import box
-    from rich.table import Table
-
-    table = Table(
-        title="Layers along the field, from below",
-        title_justify="left",
-        title_style="bold",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
-    )
-    for name in ("height/σ", "components", "granular kT/mgσ"):
-        table.add_column(name, justify="right")
-    sigma = summary["diameter"]
+    sigma, rows = summary["diameter"], []
     for layer in summary["layers"]:
         kT = _scaled(layer["kT"], 1.0 / (summary["weight"] * sigma))
         known = kT["mean"] is not None and kT["error"] is not None
-        table.add_row(
-            f"{layer['low'] / sigma:.4g} to {layer['high'] / sigma:.4g}",
-            f"{layer['members']:.4g}",
-            _with_error(kT) if known else "-",
-        )
-    return table
+        place = f"{layer['low'] / sigma:.4g} to {layer['high'] / sigma:.4g}"
+        rows.append((place, f"{layer['members']:.4g}", _with_error(kT) if known else "-"))
+    return of_texts(("height/σ", "components", "granular kT/mgσ"), rows, "Layers along the field, from below")
 
 
 _WHOLE_BOX = (
@@ -369,16 +351,11 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
     if as_json:
         print(json.dumps(summary, indent=2, allow_nan=False, ensure_ascii=True))
         return
-    from rich import box
-    from rich.table import Table
-
-    from carom.cli.tables import Screen, show
+    from carom.cli.tables import Screen
     from carom.scene.description import particles
     from carom.studies.packings.compression import PackingFolder
 
     kind = particles(summary["dimension"], summary["n"])
-    title = f"{summary['n']} {kind}: {summary['note']}"
-    table = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE, show_header=False)
     rows = [
         ("packing fraction", f"{summary['packing_fraction']:.8g}"),
         ("Z = PV/NkT", "-" if summary["Z"] is None else f"{summary['Z']:.4g}"),
@@ -394,25 +371,19 @@ def packed(summary: dict[str, Any], folder: Path, as_json: bool) -> None:
         ]
         if summary["contacts_note"]:  # the number of contacts is not known then
             rows[-2:] = [("pairs", f"{summary['contacts']} with a gap below {summary['gap']:.2g}")]
-    for name, text in rows:
-        table.add_row(name, text)
     meant = ["Z is that of the last collisions, from pairs alone. A gap is a part of the contact distance."]
-    if summary.get("confined"):  # older summaries do not have it
+    if summary.get("confined"):
         meant = [_WHOLE_BOX, *meant, "Contacts with walls and obstacles count as contacts, not in Z."]
-    table.caption, table.caption_justify = "\n".join(meant), "left"
     console = Screen()
-    show(console, table)
+    console.print(facts(f"{summary['n']} {kind}: {summary['note']}", rows, meant).rich(console))
     if told := summary.get("contacts_note"):
         console.print(told)
     ready(console, PackingFolder(folder))
 
 
-def _mechanics(result: RunResult, verbose: bool) -> Any:
+def _mechanics(result: RunResult, verbose: bool) -> Table:
     """Return the table about the run itself: what was asked for, and if ``verbose`` drifts and the rate."""
-    from rich.table import Table
-
     summary = result.summary
-    table = Table.grid(padding=(0, 3, 0, 0))
     asked, spared = summary["relative_error"], summary["spared_contacts"]
     rows = [
         *([("relative error of Z", _reached(summary))] if asked is not None else []),
@@ -432,9 +403,7 @@ def _mechanics(result: RunResult, verbose: bool) -> Any:
             ("rate", f"{_rounded(timing['collisions_per_second'])} collisions per second"),
             ("wall time", f"{timing['seconds']:.1f} s"),
         ]
-    for name, text in [*rows, *(engine if verbose else [])]:
-        table.add_row(name, text)
-    return table
+    return facts("", [*rows, *(engine if verbose else [])])
 
 
 def _reached(summary: dict[str, Any]) -> str:

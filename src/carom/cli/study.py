@@ -4,24 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import functools
-import inspect
 import json
 import shlex
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import typer
 
 from carom.cli.heartbeat import quiet, say
 from carom.cli.meant import Command
-from carom.cli.options import FLAGS, Json, Quiet, number_of
-from carom.cli.trouble import PARTLY, friendly, started
+from carom.cli.options import Json, Quiet, argument, number_of, of_fields, option, shared, takes
+from carom.cli.trouble import PARTLY, started
 from carom.texts import visible
 
 if TYPE_CHECKING:
-    from carom.declared import SpecField
     from carom.spec import Spec
     from carom.studies.study import Study
 
@@ -43,47 +41,41 @@ def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callabl
     kind : callable
         Returns the class of the study when the command runs: its import takes longer than the help.
     """
-    from carom.declared import fields_of
 
     def run(
         study: Path | None, out: Path, report: bool, pictures: bool, as_json: bool, quiet: bool = False,
         engine: str | None = None, scheduler: str | None = None, cores: str | None = None, **given: Any,
     ) -> None:  # fmt: skip
+        from carom.declared import of_options
         from carom.errors import InputError
 
         if engine is not None and scheduler is not None:
             raise InputError("--engine and --scheduler contradict each other; give one of them.")
         refuse_folder(out, name, asked)  # first: to check a scene may compile for seconds
-        fields = fields_of(asked)
-        values = {key: fields[key].of_option(value) for key, value in given.items() if value is not None}
         carry_out(
-            kind()(asked.of(study, values)), out, executor=scheduler or engine, cores=cores, report=report,
-            pictures=pictures, as_json=as_json,
+            kind()(asked.of(study, of_options(asked, given))), out, executor=scheduler or engine, cores=cores,
+            report=report, pictures=pictures, as_json=as_json,
         )  # fmt: skip
 
     run.__doc__ = asked.about
-    where = (
-        _option("engine", str, None, help="processes, threads, serial or mpi.", panel=WHERE),
-        _option("cores", str, None, *FLAGS["cores"],
-                help="Number of processes or threads; default one per core.", panel=WHERE),
-        _option("scheduler", str, None, help="Address of a Dask scheduler, e.g. tcp://host:8786.",
-                panel=WHERE),
-    )  # fmt: skip
-    options = [
-        _argument("study", asked),
-        _option("out", Path, Path(f"carom-{name}"), *FLAGS["out"],
-                help="Folder for the results; the same study continues there."),
-        *(_of_field(field) for field in fields_of(asked).values() if field.is_option),
+    places = {
+        "engine": "processes, threads, serial or mpi.",
+        "cores": "Number of processes or threads; default one per core.",
+        "scheduler": "Address of a Dask scheduler, e.g. tcp://host:8786.",
+    }
+    where = [option(name, str, None, help=said, panel=WHERE) for name, said in places.items()]
+    return takes(
+        argument("study", asked.argument, asked.argument_name),
+        option("out", Path, Path(f"carom-{name}"),
+               help="Folder for the results; the same study continues there."),
+        *of_fields(asked),
         *(() if asked.serial else where),
-        _option("report", bool, False, "--report", help="A page with tables and pictures: report.html.",
-                panel=OUTPUT),
-        _option("pictures", bool, True, "--pictures/--no-pictures", help=f"{name}.png.", panel=OUTPUT),
-        inspect.Parameter("as_json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Json),
-        inspect.Parameter("quiet", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=Quiet),
-    ]  # fmt: skip
-    run.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
-    run.__annotations__ = {option.name: option.annotation for option in options}
-    return friendly(run)
+        option("report", bool, False, "--report", help="A page with tables and pictures: report.html.",
+               panel=OUTPUT),
+        option("pictures", bool, True, "--pictures/--no-pictures", help=f"{name}.png.", panel=OUTPUT),
+        shared("as_json", Json),
+        shared("quiet", Quiet),
+    )(run)  # fmt: skip
 
 
 def carry_out(
@@ -147,40 +139,6 @@ def command(kind: type[Study[Any]]) -> None:
     started(app)
 
 
-def _argument(name: str, asked: type[Spec]) -> inspect.Parameter:
-    """Return the argument of the command, which can be left out if its name is in brackets."""
-    hint = Annotated[
-        Path | None, typer.Argument(help=asked.argument, metavar=asked.argument_name, show_default=False)
-    ]
-    default = None if asked.argument_name.startswith("[") else inspect.Parameter.empty
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
-
-
-def _option(
-    name: str, kind: Any, default: Any, *flags: str, help: str = "", panel: str = ""
-) -> inspect.Parameter:
-    """Return an option that typer understands."""
-    said = typer.Option(*flags, help=help, rich_help_panel=panel or None)
-    hint = Annotated[kind | None if default is None else kind, said]  # type: ignore[valid-type]
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=hint)
-
-
-def _of_field(field: SpecField) -> inspect.Parameter:
-    """Return the option of a field; its default is that of the specification, or the file's."""
-    assert field.opt is not None
-    kind = (
-        str if field.opt.read else next((k for k in get_args(field.kind) if k is not type(None)), field.kind)
-    )
-    return _option(
-        field.name,
-        kind,
-        None,
-        *(field.opt.flags or FLAGS.get(field.name, ())),
-        help=field.opt.help,
-        panel=field.opt.panel,
-    )
-
-
 def finish(study: Study[Any]) -> None:
     """Exit with a code of its own if points are missing or flagged."""
     if not study.complete:
@@ -190,13 +148,7 @@ def finish(study: Study[Any]) -> None:
 
 
 def refuse_folder(out: Path, name: str, asked: type[Spec]) -> None:
-    """Refuse a folder for a study that holds other results, and a file; change nothing.
-
-    Raises
-    ------
-    FileError
-        If it does, or is one.
-    """
+    """Refuse a folder for a study that holds other results, and a file; change nothing."""
     from carom.errors import FileError
     from carom.studies import places
     from carom.studies.folder import Folder
@@ -208,14 +160,7 @@ def refuse_folder(out: Path, name: str, asked: type[Spec]) -> None:
 
 
 def reserve(study: Study[Any], out: Path) -> None:
-    """Refuse a folder where :func:`write` would replace files of the user, or mix results; change nothing.
-
-    Raises
-    ------
-    FileError
-        If the folder holds other results; if it is new, and has files by the names of a study's; or if its
-        study.toml was written or annotated by somebody and describes another study.
-    """
+    """Refuse a folder where :func:`write` would replace files of the user, or mix results; change nothing."""
     from carom.errors import FileError
     from carom.studies import places
     from carom.studies.folder import SETTINGS
@@ -287,7 +232,7 @@ def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[
     if not sys.stderr.isatty():
         from carom.cli.heartbeat import Heartbeat
 
-        first = f"Compiling, ten seconds or more the first time, and the first {unit}"
+        first = f"Compiling if need be, and the first {unit}"
         with Heartbeat(first).beating() as heart:
             yield (lambda fraction, text: heart.tell(text if fraction else first, fraction)), None
         return

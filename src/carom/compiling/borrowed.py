@@ -7,19 +7,43 @@ call lasts.
 
 from __future__ import annotations
 
+import hashlib
 from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic, models, overload, register_model
+from numba.extending import models, register_model
 
-from carom.compiling import numba_features
-from carom.compiling.dispatch import INLINE
-
-BORROWING = "arrays without reference counts"
+from carom.compiling.intrinsics import compiled_as
 
 
-class BorrowedArray(types.Array):
+class _Known:
+    """A type that is compared and named over and over: it keeps its hash, and functions have a short name of
+    it.
+    """
+
+    name: str
+    key: Any
+
+    @property
+    def mangling_args(self):
+        """Return what the names of functions hold of it."""
+        return f"b{hashlib.sha256(self.name.encode()).hexdigest()[:16]}", ()
+
+    def __hash__(self):
+        known = self.__dict__
+        if "hash" not in known:
+            known["hash"] = hash(self.key)
+        return known["hash"]
+
+    def __eq__(self, other):
+        return self is other or (self.__class__ is other.__class__ and self.key == other.key)
+
+    def __getstate__(self):  # another process hashes otherwise
+        return {name: value for name, value in self.__dict__.items() if name != "hash"}
+
+
+class BorrowedArray(_Known, types.Array):
     """An array that somebody else keeps alive."""
 
     def __init__(self, owned: types.Array):
@@ -38,11 +62,11 @@ class BorrowedArray(types.Array):
         return BorrowedArray(self.owned.copy(*args, **changes))
 
 
-class BorrowedTuple(types.NamedTuple):
+class BorrowedTuple(_Known, types.NamedTuple):
     """A model with nothing inside that is counted."""
 
 
-class BorrowedUniTuple(types.NamedUniTuple):
+class BorrowedUniTuple(_Known, types.NamedUniTuple):
     """The same, of parts of one type."""
 
 
@@ -126,16 +150,6 @@ def _convert(context, builder, source, target, value):
     return context.make_tuple(builder, target, lent)
 
 
-@intrinsic
-def _borrow(typingctx, value):
-    target = _borrowed_type(value)
-
-    def codegen(context, builder, signature, args):
-        return _convert(context, builder, value, target, args[0])
-
-    return target(value), codegen
-
-
 def borrowed(value):
     """Return ``value``, an array or a tuple of models and arrays, without reference counts (compiled code
     only).
@@ -143,23 +157,11 @@ def borrowed(value):
     return value
 
 
-@overload(borrowed, jit_options=INLINE)
-def _borrowed(value):
-    if numba_features.has(BORROWING):
-        return lambda value: _borrow(value)  # type: ignore[call-arg]  # Numba supplies the context
-    return lambda value: value
+@compiled_as(borrowed)
+def _borrow(typingctx, value):
+    target = _borrowed_type(value)
 
+    def codegen(context, builder, signature, args):
+        return _convert(context, builder, value, target, args[0])
 
-@numba_features.trial(BORROWING)
-def _try() -> bool:
-    import numpy as np
-    from numba import njit
-
-    @njit(error_model="numpy")
-    def total(pair):
-        (values, number), records = borrowed(pair)
-        return values[1] + number + records["x"][0, 1] + len(values)
-
-    rows = np.zeros(1, [("x", np.float64, 2)])
-    rows["x"] = 0.5
-    return total(((np.arange(3.0), 4), rows)) == 8.5
+    return target(value), codegen

@@ -5,38 +5,52 @@ from __future__ import annotations
 import glob
 import hashlib
 import pickle
-from contextlib import suppress
+import struct
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
+import filelock
 import numba
-from numba.core import config
+from numba.core import config, types
+from numba.core.caching import FunctionCache
+from numba.core.runtime import rtsys
 
-from carom.compiling import numba_features
 from carom.compiling.code_digest import classes_in, digest_of
-
-KEEPING = "compiled code kept on disk"
+from carom.compiling.compile_listeners import notify
 
 BOUNDS_CHECKED = getattr(config, "BOUNDSCHECK", None)
 """What NUMBA_BOUNDSCHECK says."""
 
-
 CHECKED = hashlib.sha256().digest_size
-"""Bytes at the beginning of a file: the SHA-256 of the others."""
+"""Bytes at the beginning of a file: the SHA-256 of the others, which begin with the seconds that it took."""
+
+SECONDS = struct.Struct("<d")
+
+PATIENCE = 600.0
+"""Seconds for which a process waits for another that compiles the same. The lock of one that is killed ends
+with it; nobody waits longer for one that is stopped, or whose drive keeps its lock."""
 
 
 def cached(function, options):
-    """Return a compiled function whose code is kept on disk, or None where that cannot be."""
-    try:
-        return keep(numba.njit(**options, cache=True)(function))
-    except (RuntimeError, OSError):  # Numba found no folder that can be written: compile in every process
-        return None
-    except AttributeError as error:
-        numba_features.leave_out(KEEPING, error)
-        return None
+    """Return a compiled function whose code is kept on disk, where a folder can be written."""
+    compiled = numba.njit(**options)(function)
+    if compiled is not function:  # as it is without a compiler
+        with suppress(RuntimeError, OSError):  # Numba found no such folder: compile in every process
+            compiled._cache = kept = NamedFiles(compiled)
+            compile_for = compiled.compile
+
+            def compile_alone(sig):
+                with kept.alone(sig, compiled.targetctx.codegen()):
+                    return compile_for(sig)
+
+            compiled.compile = compile_alone
+    return compiled
 
 
-def keep(compiled):
-    """Let a compiled function keep its code in files that are named after all that it depends on.
+class NamedFiles(FunctionCache):
+    """The code of a function in files that are named after all that it depends on.
 
     Every file begins with its checksum. A damaged one is compiled again, and would end the process if it were
     loaded.
@@ -47,103 +61,108 @@ def keep(compiled):
     two processes that compile for different scenes could take the same number. Here there is no index: a file
     is found by its name, and what cannot be read is compiled again.
 
-    Parameters
-    ----------
-    compiled : dispatcher
-        The function, for which nothing has been compiled yet.
-
-    Raises
-    ------
-    AttributeError
-        If this Numba keeps its files in another way.
+    Whoever comes first compiles; other processes wait for that.
     """
-    from numba.core.runtime import rtsys
 
-    file = compiled._cache._cache_file
-    pattern, pickled, opened = file._data_name_pattern, file._dump, file._open_for_write
-    folder = Path(file._cache_path)
-    if not callable(file.load) or not callable(file.save):
-        raise AttributeError("load or save")
-    load_one, save_all = compiled._cache._load_overload, compiled._cache.save_overload
+    def __init__(self, compiled):
+        super().__init__(compiled.py_func)
+        self.compiled = compiled
+        self._began = 0.0
 
-    def read(name):
-        content = (folder / name).read_bytes()
-        if hashlib.sha256(content[CHECKED:]).digest() != content[:CHECKED]:
-            raise ValueError("damaged")
-        return pickle.loads(content[CHECKED:])
+    @contextmanager
+    def alone(self, sig, codegen) -> Iterator[None]:
+        """Let the body compile for a signature, or load what another process has just compiled."""
+        kind, file = self._names(sig, codegen)
+        if file is None or file.exists():
+            yield
+            return
+        lock = filelock.FileLock(f"{kind}.lock", thread_local=False)
+        with suppress(OSError, NotImplementedError):  # nothing can be written, or the drive has no locks
+            self._impl.locator.ensure_cache_path()
+            try:
+                lock.acquire(blocking=False)
+            except filelock.Timeout:
+                notify(f"Waiting for another process, which compiles {self._kind_of(sig)}.")
+                lock.acquire(PATIENCE)  # a Timeout is an OSError
+        try:
+            yield
+        finally:
+            lock.release()
 
-    def write(name, data):
-        content = pickled(data)
-        with opened(str(folder / name)) as target:
-            target.write(hashlib.sha256(content).digest() + content)
+    def news(self, sig) -> str:
+        """Return a sentence about what is about to be compiled, and how long it took here last time."""
+        last = "ten seconds or more"
+        with suppress(OSError, ValueError, struct.error):
+            kept = Path(self.cache_path).glob(f"{glob.escape(self._impl.filename_base)}.*.nbc")
+            with max(kept, key=lambda file: file.stat().st_mtime).open("rb") as file:
+                last = f"it took {SECONDS.unpack_from(file.read(64), CHECKED)[0]:.0f} s the last time"
+        return f"Compiling {self._kind_of(sig)}, which is new here: {last}."
 
-    def load_overload(signature, target):
+    def _kind_of(self, sig) -> str:
+        """Return what is compiled, in words: the function, and the models that it is compiled for."""
+        names = []
+        for part in _parts(getattr(sig, "args", sig)):
+            if isinstance(part, types.UniTuple) and isinstance(part.dtype, types.Float):  # one an axis
+                names.append(f"d = {part.count}")
+            elif hasattr(part, "instance_class") and _is_choice(part.instance_class.__module__):
+                names.append(part.instance_class.__name__)
+        words = f" ({', '.join(dict.fromkeys(names))})" if names else ""
+        return f"{self.compiled.py_func.__name__}{words}"
+
+    def load_overload(self, sig, target_context):
+        """Return the code for a signature, or None."""
         # Numba's own would first load all that it compiles with, which takes 11 MiB. Code that is compiled
         # already needs Numba's runtime alone.
-        rtsys.initialize(target)
-        try:
-            return load_one(signature, target)
-        except OSError:
-            return None
-
-    def save_overload(signature, data):
-        with suppress(OSError):  # a full disk, or a folder that is gone, is no reason to stop
-            save_all(signature, data)
-
-    def name_of(key):
-        """Return what the name of the file begins with, and all of it; None if nobody can know it."""
-        kinds = getattr(key[0], "args", key[0])
-        origins = digest_of(compiled, kinds)
-        if origins is None:
-            return None
-        models = [(cls.__module__, cls.__qualname__) for cls in classes_in(kinds)]
-        kind = _short(numba.__version__, BOUNDS_CHECKED, key[:2], models)
-        names = kind, f"{kind}.{_short(key, origins)}"
-        return tuple(pattern.replace("{number:d}", name) for name in names)
-
-    def load(key):
-        names = name_of(key)
-        try:
-            if names is not None:
-                return read(names[1])
-        except Exception:  # not there, damaged, or written by who knows whom: compiled again and replaced
-            pass
-        numba_features.try_out()  # before anything is compiled
+        rtsys.initialize(target_context)
+        with suppress(Exception):  # not there, damaged, or written by who knows whom: compiled again
+            content = Path(self._names(sig, target_context.codegen())[1] or "").read_bytes()
+            if hashlib.sha256(content[CHECKED:]).digest() == content[:CHECKED]:
+                return self._impl.rebuild(target_context, pickle.loads(content[CHECKED + SECONDS.size :]))
+        self._began = time.perf_counter()
         return None
 
-    def save(key, data):
-        names = name_of(key)
-        if names is None:
+    def save_overload(self, sig, data):
+        """Keep the code for a signature, in the place of what was compiled of other sources."""
+        if not self._impl.check_cachable(data):
             return
-        start = names[0].removesuffix(".nbc")
-        stale = [old for old in folder.glob(f"{glob.escape(start)}.*.nbc") if old.name != names[1]]
-        try:
-            write(names[1], data)
+        kind, file = self._names(sig, data.codegen)
+        if kind is None or file is None:
+            return
+        with suppress(OSError):  # a full disk, or a folder that is gone, is no reason to stop
+            self._impl.locator.ensure_cache_path()
+            stale = [old for old in kind.parent.glob(f"{glob.escape(kind.name)}.*.nbc") if old != file]
+            content = SECONDS.pack(time.perf_counter() - self._began)
+            content += self._cache_file._dump(self._impl.reduce(data))
+            with self._cache_file._open_for_write(str(file)) as target:
+                target.write(hashlib.sha256(content).digest() + content)
             for old in stale:
                 old.unlink(missing_ok=True)
-        except OSError:
-            raise
-        except Exception as error:
-            numba_features.leave_out(KEEPING, error)
 
-    file.load, file.save = load, save
-    compiled._cache.load_overload, compiled._cache.save_overload = load_overload, save_overload
-    return compiled
+    def _names(self, sig, codegen) -> tuple[Path, Path] | tuple[None, None]:
+        """Return what the name of the file begins with, and all of it; twice None if nobody can know it."""
+        key = self._index_key(sig, codegen)
+        kinds = getattr(sig, "args", sig)
+        origins = digest_of(self.compiled, kinds)
+        if origins is None:
+            return None, None
+        models = [(cls.__module__, cls.__qualname__) for cls in classes_in(kinds)]
+        kind = f"{self._impl.filename_base}.{_short(numba.__version__, BOUNDS_CHECKED, key[:2], models)}"
+        folder = Path(self.cache_path)
+        return folder / kind, folder / f"{kind}.{_short(key, origins)}.nbc"
+
+
+def _parts(kinds) -> Iterator[types.Type]:
+    """Yield types, and those within."""
+    for kind in kinds:
+        yield kind
+        if isinstance(kind, types.BaseTuple):
+            yield from _parts(kind)
+
+
+def _is_choice(module: str) -> bool:
+    """Tell whether some scenes have classes of a module, and others have not: not the frame of the engine."""
+    return not module.startswith("carom.engine.") or module.startswith("carom.engine.neighbors.")
 
 
 def _short(*words) -> str:
     return hashlib.sha256(repr(words).encode()).hexdigest()[:32]
-
-
-@numba_features.trial(KEEPING)
-def _try() -> bool:
-    asked: list = []
-    compiled = numba.njit(cache=True)(_same)
-    file = keep(compiled)._cache._cache_file
-    file.load = asked.append
-    file.save = lambda key, data: asked.append(key)
-    return compiled(1) == 1 and len(asked) == 2 and isinstance(asked[0][0], tuple) and asked[0] == asked[1]
-
-
-def _same(x):
-    return x

@@ -56,13 +56,7 @@ def class_of(model):
 
 
 def classes_in(kinds) -> Iterator[type]:
-    """Yield the classes of models within types of arguments.
-
-    Raises
-    ------
-    Unknown
-        For a type that may hold code of its own.
-    """
+    """Yield the classes of models within types of arguments."""
     for kind in kinds:
         cls = class_of(kind)
         if cls is not None:
@@ -76,11 +70,6 @@ def classes_in(kinds) -> Iterator[type]:
 def digest_of(function, kinds) -> str | None:
     """Return the SHA-256 of all that a function is compiled of for arguments of these types, or None if that
     cannot be known.
-
-    Parameters
-    ----------
-    function : dispatcher or generic function
-    kinds : iterable of Numba types
     """
     try:
         return Walk(function, kinds).digest.hexdigest()
@@ -114,13 +103,7 @@ def _importable(cls) -> bool:
 
 
 class Walk:
-    """Follows what a function is made of for arguments of some types, each thing once.
-
-    Raises
-    ------
-    Unknown
-        For what cannot be followed.
-    """
+    """Follows what a function is made of for arguments of some types, each thing once."""
 
     def __init__(self, function, kinds):
         self.digest = hashlib.sha256(room_digest().encode())

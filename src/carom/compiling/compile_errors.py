@@ -29,15 +29,7 @@ def comes_from_numba(error: BaseException) -> bool:
 
 
 def reason(function: Any, *arguments: Any) -> str | None:
-    """Return why a function of the user's cannot be compiled, or None where it can.
-
-    Parameters
-    ----------
-    function : callable
-        In plain Python.
-    *arguments
-        Values of the types that it is called with.
-    """
+    """Return why a function of the user's cannot be compiled, or None where it can."""
     from numba import njit, typeof
 
     try:
@@ -52,20 +44,7 @@ def reason(function: Any, *arguments: Any) -> str | None:
 
 
 def unknown_part(value: Any, name: str) -> tuple[str, Any] | None:
-    """Return what in the field of a model no type of the compiler stands for: where it is, and what it is.
-
-    Parameters
-    ----------
-    value : object
-        The field, or a part of it.
-    name : str
-        Where it is.
-
-    Returns
-    -------
-    name, value
-        Of the first such part; None where there is none.
-    """
+    """Return what in the field of a model no type of the compiler stands for: where it is, and what it is."""
     if isinstance(value, np.ndarray) and value.dtype.char in "?bBhHiIlLqQfdFD" and value.dtype.isnative:
         return None
     if isinstance(value, tuple):
@@ -89,15 +68,7 @@ def unknown_part(value: Any, name: str) -> tuple[str, Any] | None:
 
 
 def of_models(error: Exception, answers: Sequence[tuple[str, type, Callable[..., Any]]]) -> str:
-    """Return a sentence that says why models cannot be compiled.
-
-    Parameters
-    ----------
-    error : Exception
-        What the compiler raised.
-    answers : sequence of tuples
-        The user's answers that may be the reason: name of the question, class of the model, function.
-    """
+    """Return a sentence that says why models cannot be compiled."""
     page = str(error) or type(error).__name__
     for address in PLACE.finditer(page):
         for question, model, function in answers:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import contextlib
 import time
 from collections.abc import Callable, Iterator
+from typing import Any
 
-_LISTENERS: list[Callable[[], object]] = []
+_LISTENERS: list[Callable[[str], object]] = []
 _taken = 0.0
 
 
@@ -26,26 +27,27 @@ def running() -> float:
     return time.perf_counter() - _taken
 
 
-def notify() -> None:
-    """Tell all who listen in this process that something is being compiled."""
+def notify(news: str) -> None:
+    """Tell all who listen in this process what is being compiled, in a sentence."""
     for listener in [*_LISTENERS]:
-        listener()
+        listener(news)
 
 
-def listen(listener: Callable[[], object]) -> Callable[[], None]:
+def listen(listener: Callable[[str], object]) -> Callable[[], None]:
     """Call a function whenever something is compiled, or :func:`notify` is called; return how to end that.
 
-    What is found in the cache is not compiled, and nobody is told of it. Who listens until the process ends
-    need not end it.
+    It is called with a sentence that says what, or with an empty text where nobody knows. What is found in
+    the cache is not compiled, and nobody is told of it. Who listens until the process ends need not end it.
     """
     from numba.core import event
 
     class Watch(event.Listener):
         """Passes on what Numba says."""
 
-        def on_start(self, event: object) -> None:
+        def on_start(self, event: Any) -> None:
             """Pass it on."""
-            listener()
+            cache = event.data["dispatcher"]._cache
+            listener(cache.news(event.data["args"]) if hasattr(cache, "news") else "")
 
         def on_end(self, event: object) -> None:
             """Say nothing."""
@@ -62,7 +64,7 @@ def listen(listener: Callable[[], object]) -> Callable[[], None]:
 
 
 @contextlib.contextmanager
-def listening(listener: Callable[[], object]) -> Iterator[None]:
+def listening(listener: Callable[[str], object]) -> Iterator[None]:
     """Call a function as :func:`listen` does, while the body runs."""
     end = listen(listener)
     try:

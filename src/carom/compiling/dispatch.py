@@ -10,22 +10,21 @@ from contextlib import suppress
 from functools import partial, wraps
 from typing import Any
 
-from numba import njit
 from numba.core import config
 
-from carom.compiling import numba_features, registry
-from carom.compiling.cache import KEEPING, cached
+from carom.compiling import registry
+from carom.compiling.cache import cached
 from carom.compiling.code_digest import FACES, INLINED, Unknown, class_of, classes_in
 from carom.compiling.compile_errors import of_models
 from carom.compiling.compile_listeners import compiling
 from carom.compiling.deferred_signals import signals_held
-from carom.compiling.inlined_compiler import INLINING, SHARING, InlinedCompiler, compile_once
+from carom.compiling.inlined_compiler import InlinedCompiler, OurCompiler, compile_once
 from carom.errors import InputError
 
 # Division must not test for zero, or no loop that divides can be vectorised.
 STRICT: Any = {"error_model": "numpy", "nogil": True}
 # What is called from Python alone.
-ENTRY: Any = {**STRICT, "no_cfunc_wrapper": True}
+ENTRY: Any = {**STRICT, "no_cfunc_wrapper": True, "pipeline_class": OurCompiler}
 # Nobody but compiled code calls what is inlined: the two wrappers that Numba makes for every function would
 # be a third of the time of compilation.
 INLINE: Any = {
@@ -42,24 +41,6 @@ FAST: Any = {**INLINE, "fastmath": {"nsz"}}
 APPROXIMATE: Any = {**INLINE, "fastmath": {"nsz", "contract"}}
 OPTIONS = {"inner": INLINE, "fast": FAST, "approximate": APPROXIMATE}
 """How a function that compiled code inlines is compiled, by what the registry notes of it."""
-
-
-@numba_features.trial(SHARING)
-@numba_features.trial(INLINING)
-def _try() -> bool:
-    @registry.inner
-    def half(x):
-        return 0.5 * x
-
-    @registry.fast
-    def quarter(x):
-        return half(half(x))
-
-    @njit(**ENTRY)
-    def both(x):
-        return half(x) + quarter(x)
-
-    return both(4.0) == 3.0
 
 
 def _compile(function, how: str) -> None:
@@ -122,7 +103,7 @@ def entry(function):
     def chosen(*args):
         classes = tuple(_classes_of(args))
         if classes not in compiled:
-            compiled[classes] = watched(cached(function, ENTRY) or njit(**ENTRY)(function))
+            compiled[classes] = watched(cached(function, ENTRY))
         return compiled[classes](*args)
 
     return chosen
@@ -147,10 +128,6 @@ def watched(compiled):
     compile_for = compiled.compile
 
     def compile_watched(signature):
-        numba_features.try_out(KEEPING)
-        if not numba_features.has(KEEPING):
-            compiled._cache.disable()
-            numba_features.try_out()
         collecting = gc.isenabled()
         gc.disable()
         try:
@@ -164,7 +141,6 @@ def watched(compiled):
         finally:
             if collecting:
                 gc.enable()
-            numba_features.warn_of_missing()
             with suppress(Unknown):
                 IN_USE.update(cls for cls in classes_in(signature) if issubclass(cls, tuple))
 

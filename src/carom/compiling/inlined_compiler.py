@@ -1,43 +1,48 @@
 """Compiling functions that compiled code inlines and nobody else calls: once each, and no further than that.
 
 Left alone, Numba makes machine code of every one of them, and compiles it again for each kind of caller. Both
-together were a quarter of the time of compilation.
+together were a quarter of the time of compilation. Half of its passes look for what our functions do not
+have, and before and after each it computes anew what has not changed.
 """
 
 from __future__ import annotations
 
-import weakref
-from functools import cache
-
-from numba.core import compiler
+from numba.core import compiler, typed_passes, untyped_passes
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler_machinery import PassManager
+from numba.core.postproc import PostProcessor
+from numba.core.typing.templates import builtin_registry
 from numba.extending import overload
 
-from carom.compiling import numba_features
+PASSES = (
+    untyped_passes.TranslateByteCode,
+    untyped_passes.FixupArgs,
+    untyped_passes.IRProcessing,
+    untyped_passes.RewriteSemanticConstants,
+    untyped_passes.DeadBranchPrune,
+    untyped_passes.GenericRewrites,
+    untyped_passes.ReconstructSSA,
+    typed_passes.NopythonTypeInference,
+    typed_passes.PreLowerStripPhis,
+    typed_passes.NopythonRewrites,
+    typed_passes.IRLegalization,
+    typed_passes.NativeLowering,
+    typed_passes.NoPythonBackend,
+)
+"""What our own functions need of Numba's passes."""
 
-SHARING = "code shared by all callers"
-INLINING = "inlining without machine code"
+OTHERS = {"literal_unroll", "literally", "objmode"}
+"""Names of what needs more."""
 
 
 def compile_once(function, choose, options) -> None:
-    """Register ``choose``, which returns the code of ``function`` for the types of arguments given."""
+    """Register ``choose``, which returns the code of ``function`` for the types of arguments given: the same
+    code for all callers.
+    """
     overload(function, strict=False, jit_options=options)(choose)
-    if numba_features.has(SHARING):
-        try:
-            _share(function)
-        except Exception as error:
-            numba_features.leave_out(SHARING, error)
-
-
-def _share(function) -> None:
-    """Let all callers of a function that has just been registered use the same code."""
-    from numba.core.typing.templates import builtin_registry
-
     registered, kind = builtin_registry.globals[-1]
-    if registered is not function:
-        raise LookupError("the last function registered is another")
+    assert registered is function
     for template in kind.templates:
-        if not isinstance(template._impl_cache, dict):
-            raise LookupError("code is not kept in a dict")
         template._impl_cache = _ByMeaning()
 
 
@@ -55,64 +60,71 @@ class _ByMeaning(dict):
 
 
 def _meaning(key):
-    if not numba_features.has(SHARING):
-        return key
     context, args, keywords, flags = key
     return context, args, keywords, frozenset(flags.fastmath.flags) if flags else None
 
 
-class InlinedCompiler(compiler.Compiler):
-    """Numba's compiler, without the last step."""
+class FewPasses(PassManager):
+    """Runs passes without messages and timers; only pruned branches change what is computed anew."""
+
+    def _runPass(self, index, pss, state):
+        pss.analysis = self._analysis
+        changed = [each(state) for each in (pss.run_initialization, pss.run_pass, pss.run_finalizer)]
+        if any(changed) and isinstance(pss, untyped_passes.DeadBranchPrune):
+            PostProcessor(state.func_ir).run()
+
+
+FEW = FewPasses("nopython")
+for each in PASSES:
+    FEW.add_pass(each, each.__name__)
+FEW.finalize()
+
+
+class OurCompiler(compiler.Compiler):
+    """Numba's compiler, with few passes for functions of this package."""
+
+    def define_pipelines(self):
+        """Return the passes."""
+        function = self.state.func_id.func
+        code, (package, _, _) = function.__code__, __name__.partition(".")
+        ours = (function.__globals__.get("__name__") or "").partition(".")[0] == package
+        plain = not OTHERS & set(code.co_names) and not any(
+            hasattr(each, "co_code") for each in code.co_consts
+        )
+        return [FEW] if ours and plain else super().define_pipelines()
+
+
+class InlinedCompiler(OurCompiler):
+    """The same, without the last step."""
 
     def __init__(self, typingctx, targetctx, library, *rest, **more):
         if library is None:
-            library = _library(targetctx.codegen())
+            library = InlinedLibrary(targetctx.codegen(), "inlined")
         super().__init__(typingctx, targetctx, library, *rest, **more)
 
 
-def _library(codegen):
-    """Return a library for code to be inlined, or None: what Numba takes for any code."""
-    if numba_features.has(INLINING):
-        try:
-            return _library_class()(codegen, "inlined")
-        except (ImportError, AttributeError, TypeError) as error:
-            numba_features.leave_out(INLINING, error)
-    return None
+class InlinedLibrary(JITCodeLibrary):
+    """Code to be linked into that of others, where it becomes machine code.
 
+    LLVM simplifies each function on its own, and optimises all of them together where they are linked: to
+    do so here as well took a tenth of the time of compilation, and made nothing faster.
+    """
 
-@cache
-def _library_class():
-    from numba.core.codegen import JITCodeLibrary
+    def _optimize_final_module(self):
+        """Do nothing."""
 
-    # What is overridden, and what is called, must be there.
-    for name in ("_optimize_final_module", "_finalize_final_module", "_finalize_dynamic_globals"):
-        getattr(JITCodeLibrary, name)
+    def _finalize_final_module(self):
+        self._finalize_dynamic_globals()
+        self._finalized = True
 
-    class InlinedLibrary(JITCodeLibrary):
-        """Code to be linked into that of others, where it becomes machine code.
+    def get_pointer_to_function(self, name):
+        """Return zero: there is no machine code."""
+        return 0
 
-        LLVM simplifies each function on its own, and optimises all of them together where they are linked: to
-        do so here as well took a tenth of the time of compilation, and made nothing faster.
-        """
+    @property
+    def codegen(self):
+        """Who is asked to tell the machine code of its environment: for want of any, the library."""
+        return self
 
-        def _optimize_final_module(self):
-            """Do nothing."""
-
-        def _finalize_final_module(self):
-            self._finalize_dynamic_globals()
-            self._final_module.__library = weakref.proxy(self)
-            self._finalized = True
-
-        def get_pointer_to_function(self, name):
-            """Return zero: there is no machine code."""
-            return 0
-
-        @property
-        def codegen(self):
-            """Who is asked to tell the machine code of its environment: for want of any, the library."""
-            return self
-
-        def set_env(self, name, env):
-            """Do nothing."""
-
-    return InlinedLibrary
+    def set_env(self, name, env):
+        """Do nothing."""

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import singledispatch, wraps
 from inspect import CO_VARARGS
+from types import FunctionType
 from typing import Any
 
 from carom.errors import InputError
@@ -31,13 +32,7 @@ def _note(function: Any, how: str) -> Any:
 
 
 def attach(compile_: Compile) -> None:
-    """Hand every function noted so far, and every later one, to a compiler.
-
-    Parameters
-    ----------
-    compile_ : callable
-        Called with the function and how it is meant: the name of the decorator.
-    """
+    """Hand every function noted so far, and every later one, to a compiler."""
     for function, how in _noted:
         compile_(function, how)
     _compilers.append(compile_)
@@ -75,6 +70,24 @@ def required(function):
 def optional(function):
     """Make ``function(model, ...)`` a question; its body is the answer of models that register no other."""
     return _note(_strict(singledispatch(function), function), "optional")
+
+
+def answering(*places):
+    """Let the methods of a class of models answer the questions of their names: a class decorator."""
+    asked = {
+        name: each
+        for place in places
+        for name, each in ({place.__name__: place} if hasattr(place, "registry") else vars(place)).items()
+        if hasattr(each, "registry")
+    }
+
+    def decorate(kind):
+        for name, method in list(vars(kind).items()):
+            if name in asked and isinstance(method, FunctionType):  # a field may have the name of a question
+                asked[name].register(kind)(method)
+        return kind
+
+    return decorate
 
 
 def _strict(generic, question):

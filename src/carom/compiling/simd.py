@@ -15,7 +15,7 @@ the model a view of itself, and a j of a type of its own. In the view ``pair.rad
 ``pair.radii[i]`` the array. Neither leaves a trace in the machine code, and j is a whole number like any
 other.
 
-Each function is written in plain Python, too, which is compiled where this Numba lacks what vectors need.
+Each function is written in plain Python, too.
 """
 
 from __future__ import annotations
@@ -31,11 +31,9 @@ from numba.core.registry import cpu_target
 from numba.core.typeconv import Conversion
 from numba.extending import intrinsic, models, overload, register_model
 
-from carom.compiling import numba_features
-from carom.compiling.borrowed import BORROWING, BorrowedArray, BorrowedTuple, BorrowedUniTuple
+from carom.compiling.borrowed import BorrowedArray, BorrowedTuple, BorrowedUniTuple
 from carom.compiling.dispatch import INLINE
-
-VECTORS = "eight values at a time"
+from carom.compiling.intrinsics import compiled_as
 
 LANES = 8
 """Values in a register."""
@@ -59,20 +57,21 @@ def _named(builder, words, start_index, bits):
         yield builder.lshr(builder.zext(ref, INT), bits)
 
 
-def _in_vectors(function):
-    """Let compiled code take an intrinsic for a function, where this Numba has what that needs."""
+def gather_rows(rows, words, start_index, bits, block):
+    """Copy eight rows, ``words[start_index:][:8] >> bits``, in double precision, into the columns of a
+    block: one line a field (:func:`candidate_block`).
+    """
+    for k in range(LANES):
+        old_event = rows[int(words[start_index + k]) >> int(bits)]
+        d = len(old_event.x)
+        for axis in range(d):
+            block[axis, k] = old_event.x[axis]
+            block[d + 1 + axis, k] = old_event.v[axis]
+        block[d, k] = old_event.t
+        block[2 * d + 1, k] = old_event.event_time
 
-    def decorate(answer):
-        def chosen(*args):
-            return answer if numba_features.has(VECTORS) else function
 
-        overload(function, strict=False, jit_options=INLINE)(chosen)
-        return answer
-
-    return decorate
-
-
-@intrinsic
+@compiled_as(gather_rows)
 def _gather_rows(typingctx, rows, words, start_index, bits, block):
     number = rows.dtype.fields["t"].type
     width = number.bitwidth // 8
@@ -120,34 +119,6 @@ def _transpose(builder, rows):
     ]
 
 
-def gather_rows(rows, words, start_index, bits, block):
-    """Copy the rows of eight candidates, widened to double precision, into the columns of a block.
-
-    Parameters
-    ----------
-    rows : (n + 1,) array of rows
-        All components.
-    words : uint32 array
-        ``words[start_index : start_index + 8] >> bits`` are the rows meant.
-    block : (fields, LANES) float64 array
-        One line a field of a row: x, t, v, event_time, padding (:func:`candidate_block`).
-    """
-    for k in range(LANES):
-        old_event = rows[int(words[start_index + k]) >> int(bits)]
-        d = len(old_event.x)
-        for axis in range(d):
-            block[axis, k] = old_event.x[axis]
-            block[d + 1 + axis, k] = old_event.v[axis]
-        block[d, k] = old_event.t
-        block[2 * d + 1, k] = old_event.event_time
-
-
-@_in_vectors(gather_rows)
-def _gather_rows_compiled(rows, words, start_index, bits, block):
-    # Numba supplies the context, here and below
-    _gather_rows(rows, words, start_index, bits, block)  # type: ignore[call-arg]
-
-
 def _on_stack(context, builder, kind, shape):
     """Return an array of that type and shape on the stack."""
     number, size = context.get_value_type(kind.dtype), math.prod(shape)
@@ -163,7 +134,15 @@ def _on_stack(context, builder, kind, shape):
     return array._getvalue()
 
 
-@intrinsic
+def candidate_block(rows):
+    """Return room for the old events of eight candidates, (fields, LANES) float64, and for a key of each,
+    (LANES,) int64: on the stack of the function that asks.
+    """
+    columns = rows.dtype.itemsize // rows.dtype["t"].itemsize
+    return np.zeros((columns, LANES)), np.zeros(LANES, np.int64)
+
+
+@compiled_as(candidate_block)
 def _candidate_block(typingctx, rows):
     columns = rows.dtype.size // (rows.dtype.fields["t"].type.bitwidth // 8)
     block = BorrowedArray(types.Array(types.float64, 2, "C"))
@@ -177,28 +156,12 @@ def _candidate_block(typingctx, rows):
     return types.Tuple([block, keys])(rows), codegen
 
 
-def candidate_block(rows):
-    """Return room for the old events of eight candidates, (fields, LANES) float64, and for a key of each,
-    (LANES,) int64: on the stack of the function that asks.
-    """
-    columns = rows.dtype.itemsize // rows.dtype["t"].itemsize
-    return np.zeros((columns, LANES)), np.zeros(LANES, np.int64)
+def least(keys):
+    """Return the smallest of eight keys."""
+    return keys.min()
 
 
-@overload(candidate_block, jit_options=INLINE)
-def _candidate_block_compiled(rows):
-    columns = rows.dtype.size // (rows.dtype.fields["t"].type.bitwidth // 8)
-
-    def on_stack(rows):
-        return _candidate_block(rows)  # type: ignore[call-arg]
-
-    def on_heap(rows):
-        return np.zeros((columns, LANES)), np.zeros(LANES, np.int64)
-
-    return on_stack if numba_features.has(VECTORS) and numba_features.has(BORROWING) else on_heap
-
-
-@intrinsic
+@compiled_as(least)
 def _least(typingctx, keys):
     def codegen(context, builder, signature, args):
         eight = ir.VectorType(INT, LANES)
@@ -209,16 +172,6 @@ def _least(typingctx, keys):
         return builder.call(smallest, [loaded])
 
     return types.int64(keys), codegen
-
-
-def least(keys):
-    """Return the smallest of eight keys."""
-    return keys.min()
-
-
-@_in_vectors(least)
-def _least_compiled(keys):
-    return _least(keys)  # type: ignore[call-arg]
 
 
 def _line_up(context, builder, values, words, start_index, bits, target, offset):
@@ -233,7 +186,13 @@ def _line_up(context, builder, values, words, start_index, bits, target, offset)
         builder.store(value, builder.gep(places, [builder.add(offset, ir.Constant(INT, k))]), align=size)
 
 
-@intrinsic
+def pack(values, words, start_index, bits, target, offset):
+    """Copy eight values, ``words[start_index:][:8] >> bits``, side by side to ``target[offset:]``."""
+    for k in range(LANES):
+        target[int(offset) + k] = values[int(words[start_index + k]) >> int(bits)]
+
+
+@compiled_as(pack)
 def _pack(typingctx, values, words, start_index, bits, target, offset):
     def codegen(context, builder, signature, args):
         given = (values, args[0]), (words, args[1]), args[2], args[3], (target, args[4]), args[5]
@@ -241,27 +200,6 @@ def _pack(typingctx, values, words, start_index, bits, target, offset):
         return context.get_dummy_value()
 
     return types.void(values, words, types.int64, types.int64, target, types.int64), codegen
-
-
-def pack(values, words, start_index, bits, target, offset):
-    """Copy the values of eight candidates side by side.
-
-    Parameters
-    ----------
-    values : array
-        One a component.
-    words : uint32 array
-        ``words[start_index : start_index + 8] >> bits`` are the components meant.
-    target : array
-        Of the same type, filled from ``offset`` on.
-    """
-    for k in range(LANES):
-        target[int(offset) + k] = values[int(words[start_index + k]) >> int(bits)]
-
-
-@_in_vectors(pack)
-def _pack_compiled(values, words, start_index, bits, target, offset):
-    _pack(values, words, start_index, bits, target, offset)  # type: ignore[call-arg]
 
 
 def _eight(context, builder, kind, value, cell, start):
@@ -281,7 +219,18 @@ def _filled(builder, value):
     return builder.shuffle_vector(single, single, ir.Constant(WORDS, [0] * LANES))
 
 
-@intrinsic
+def copy_words(members, cell, start, words, total, bits, code):
+    """Write ``member << bits | code`` of the eight members of a cell from ``start`` on to ``words`` from
+    ``total`` on; the last of the eight may be the next cell's.
+    """
+    cell_capacity = members.shape[1]
+    offset = int(cell) * cell_capacity + int(start)
+    for k in range(LANES):
+        member = members[(offset + k) // cell_capacity, (offset + k) % cell_capacity]
+        words[int(total) + k] = (member << np.uint32(bits)) | np.uint32(code)
+
+
+@compiled_as(copy_words)
 def _copy_words(typingctx, members, cell, start, words, total, bits, code):
     def codegen(context, builder, signature, args):
         copied = builder.load(_eight(context, builder, members, args[0], args[1], args[2]), align=4)
@@ -294,28 +243,14 @@ def _copy_words(typingctx, members, cell, start, words, total, bits, code):
     return types.void(*arguments), codegen
 
 
-def copy_words(members, cell, start, words, total, bits, code):
-    """Write ``member << bits | code`` of the eight members of a cell from ``start`` on to ``words`` from
-    ``total`` on; the last of the eight may be the next cell's.
-
-    Parameters
-    ----------
-    members : (cells, room) uint32 array
-    words : uint32 array
-    """
-    cell_capacity = members.shape[1]
-    offset = int(cell) * cell_capacity + int(start)
+def replace_words(members, cell, start, old, new):
+    """Write ``new`` wherever ``old`` is among the eight members of a cell from ``start`` on."""
     for k in range(LANES):
-        member = members[(offset + k) // cell_capacity, (offset + k) % cell_capacity]
-        words[int(total) + k] = (member << np.uint32(bits)) | np.uint32(code)
+        if members[cell, int(start) + k] == old:
+            members[cell, int(start) + k] = new
 
 
-@_in_vectors(copy_words)
-def _copy_words_compiled(members, cell, start, words, total, bits, code):
-    _copy_words(members, cell, start, words, total, bits, code)  # type: ignore[call-arg]
-
-
-@intrinsic
+@compiled_as(replace_words)
 def _replace_words(typingctx, members, cell, start, old, new):
     def codegen(context, builder, signature, args):
         address = _eight(context, builder, members, args[0], args[1], args[2])
@@ -325,23 +260,6 @@ def _replace_words(typingctx, members, cell, start, old, new):
         return context.get_dummy_value()
 
     return types.void(members, types.int64, types.int64, types.int64, types.int64), codegen
-
-
-def replace_words(members, cell, start, old, new):
-    """Write ``new`` wherever ``old`` is among the eight members of a cell from ``start`` on.
-
-    Parameters
-    ----------
-    members : (cells, room) uint32 array
-    """
-    for k in range(LANES):
-        if members[cell, int(start) + k] == old:
-            members[cell, int(start) + k] = new
-
-
-@_in_vectors(replace_words)
-def _replace_words_compiled(members, cell, start, old, new):
-    _replace_words(members, cell, start, old, new)  # type: ignore[call-arg]
 
 
 class Lanes(NamedTuple):
@@ -354,12 +272,7 @@ class Lanes(NamedTuple):
 
 
 def make_lanes(pair: Any) -> Lanes | None:
-    """Return room for the fields that the type of a pair model names in ``lanes``; None where there are none,
-    or where this Numba lacks what lanes need.
-    """
-    numba_features.try_out(VECTORS, BORROWING)
-    if not (numba_features.has(VECTORS) and numba_features.has(BORROWING)):
-        return None
+    """Return room for the fields that the type of a pair model names in ``lanes``; None if it names none."""
     lanes = None
     for name in reversed(lanes_of(type(pair))):
         lanes = Lanes(np.zeros(2 * WIDTH, getattr(pair, name).dtype), lanes)
@@ -380,7 +293,13 @@ def _rooms(builder, pair, kind, value):
         kind = rest
 
 
-@intrinsic
+def pack_fields(pair, lanes, words, start_index, bits, address):
+    """Put what the search reads of eight candidates into the lanes: left to itself the compiler gathers,
+    which takes several times as long.
+    """
+
+
+@compiled_as(pack_fields)
 def _pack_fields(typingctx, pair, lanes, words, start_index, bits, address):
     def codegen(context, builder, signature, args):
         parts = cgutils.unpack_tuple(builder, args[0], len(pair))
@@ -390,32 +309,6 @@ def _pack_fields(typingctx, pair, lanes, words, start_index, bits, address):
         return context.get_dummy_value()
 
     return types.void(pair, lanes, words, types.int64, types.int64, types.int64), codegen
-
-
-def pack_fields(pair, lanes, words, start_index, bits, address):
-    """Put what the search reads of eight candidates into the lanes: left to itself the compiler gathers,
-    which takes several times as long.
-
-    Parameters
-    ----------
-    pair : model
-        The pair interaction.
-    lanes : Lanes or None
-        Filled from ``address`` on.
-    words : uint32 array
-        ``words[start_index : start_index + 8] >> bits`` are the candidates.
-    """
-
-
-@overload(pack_fields, jit_options=INLINE)
-def _pack_fields_compiled(pair, lanes, words, start_index, bits, address):
-    if isinstance(lanes, types.NoneType):
-        return lambda pair, lanes, words, start_index, bits, address: None
-
-    def body(pair, lanes, words, start_index, bits, address):
-        _pack_fields(pair, lanes, words, start_index, bits, address)  # type: ignore[call-arg]
-
-    return body
 
 
 class Candidate(types.Integer):
@@ -488,21 +381,7 @@ def _lined(typingctx, pair, lanes, address):
 
 
 def asked_of(question, pair, lanes, address, i, j, others):
-    """Return the answer of a pair model to a question about i, the candidate j, and others.
-
-    Parameters
-    ----------
-    question : function
-        Which is asked as ``question(pair, i, j, *others)``.
-    pair, lanes : models
-        The pair interaction, and its lanes or None.
-    address : int
-        Where in the lanes the candidate is.
-    i, j : int
-        The two.
-    others : tuple
-        What else the question takes.
-    """
+    """Return the answer of a pair model to a question about i, the candidate j, and others."""
     return question(pair, int(i), int(j), *others)
 
 
@@ -551,28 +430,3 @@ def _getitem(array, j):
     if isinstance(j, Candidate):
         return lambda array, j: _lane(array)[_address(array)]
     return lambda array, j: _array(array)[j]
-
-
-@numba_features.trial(VECTORS)
-def _try() -> bool:
-    from numba import njit
-
-    def copy(rows, words, block, values, target, members):
-        gather_rows(rows, words, 1, 2, block)
-        pack(values, words, 1, 2, target, 3)
-        copy_words(members, 1, 2, words, 3, 4, 5)
-        replace_words(members, 2, 0, 33, 7)
-        return least(words[:LANES].astype(np.int64))
-
-    rows = np.zeros(9, [("x", "f8", (3,)), ("t", "f8"), ("v", "f8", (3,)), ("event_time", "f8")])
-    for number, name in enumerate(("x", "t", "v", "event_time")):
-        rows[name] = np.arange(rows[name].size).reshape(rows[name].shape) + 100.0 * number
-    done = []
-    for function in (copy, njit(error_model="numpy")(copy)):
-        words = (np.arange(16, dtype=np.uint32)[::-1] // 2 << 2).copy()
-        members = np.arange(48, dtype=np.uint32).reshape(4, 12)
-        members[2, 3] = members[2, 9] = 33
-        block, target = np.zeros((8, LANES)), np.zeros(16)
-        smallest = function(rows.view(np.recarray), words, block, np.arange(9.0), target, members)
-        done.append((words, members, block, target, np.array(smallest)))
-    return all((a == b).all() for a, b in zip(*done, strict=True))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional, required
+from carom.compiling.registry import inner, required
 from carom.engine.advance import advance
 from carom.engine.boundary import index, separation
 from carom.engine.constants import TIMER_EVENT
@@ -79,17 +79,14 @@ def _settle(rules, model, state, neighbors, slot, i, now):
         recount_listed(neighbors, rules, model.boundary, i, was)
 
 
-@optional
+@inner
 def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
     """Call the rules of the units whose circle a pair has crossed; both are at the time now.
 
     Both decide on the state before either decision.
     """
-    return
-
-
-@on_crossing.register
-def _(rules: Units, model, state, neighbors, i, j, ref, kind, now):
+    if rules is None:
+        return
     crossed = step_of(model.boundary, ref) - np.int64(kind != IN)
     mine = rules.watch[rules.kinds[i], crossed]
     yours = rules.watch[rules.kinds[j], crossed]
@@ -97,7 +94,7 @@ def _(rules: Units, model, state, neighbors, i, j, ref, kind, now):
         return
     cause = ENTERED if kind == IN else LEFT
     clock = state.clock[0]
-    time = clock.epoch * clock.length + now
+    time = rules.origin[0] + (clock.epoch * clock.length + now)
     me = state.rows[i]
     other = state.rows[j]
     fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
@@ -141,7 +138,8 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
     clock = state.clock[0]
     me = state.rows[i]
     fill_agent(rules, 0, np.int64(i), me.x, me.v, now)
-    fill_event(rules, 0, cause, NO_AGENT, other, clock.epoch * clock.length + now)
+    time = rules.origin[0] + (clock.epoch * clock.length + now)
+    fill_event(rules, 0, cause, NO_AGENT, other, time)
     if other != NO_AGENT:
         far = state.rows[other]
         for axis in range(len(model.boundary.edges)):
@@ -152,18 +150,13 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
     _settle(rules, model, state, neighbors, 0, i, now)
 
 
-@optional
+@inner
 def notify_next(rules, model, state, calendar, now):
     """Give the next unit in the queue of news an event of its own, now; its partner gets an advancement.
 
     Return False if the queue is empty.
     """
-    return False
-
-
-@notify_next.register
-def _(rules: Units, model, state, calendar, now):
-    if rules.queued[0] == 0:
+    if rules is None or rules.queued[0] == 0:
         return False
     rules.queued[0] -= 1
     i = np.uint64(rules.queue[rules.queued[0]])

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import optional, required
+from carom.compiling.registry import inner, required
 
 
 class NearestImage(NamedTuple):
@@ -45,6 +45,19 @@ class SectorImage(NamedTuple):
     """Bits of a word that hold the neighbouring sector."""
 
 
+class SteppedImage(NamedTuple):
+    """A wide periodic box as a :class:`NearestImage`, and words that name steps of pairs
+    (:mod:`carom.engine.pair_steps`).
+    """
+
+    edges: tuple
+    """Edges of the box [length]."""
+    inverse: tuple
+    """Their inverses."""
+    bits: int
+    """Low bits of a word that hold the step."""
+
+
 @required
 def index(boundary, ref):
     """Return the component that a word names."""
@@ -56,7 +69,7 @@ def _(boundary: NearestImage, ref):
 
 
 @index.register
-def _(boundary: SectorImage, ref):
+def _(boundary: SectorImage | SteppedImage, ref):
     return np.int64(ref) >> boundary.bits
 
 
@@ -71,7 +84,7 @@ def _(boundary: NearestImage):
 
 
 @index_bits.register
-def _(boundary: SectorImage):
+def _(boundary: SectorImage | SteppedImage):
     return boundary.bits
 
 
@@ -81,7 +94,7 @@ def lasting(boundary):
 
 
 @lasting.register
-def _(boundary: NearestImage):
+def _(boundary: NearestImage | SteppedImage):
     return True
 
 
@@ -106,6 +119,11 @@ def _(boundary: SectorImage, i, ref):
     return (i << boundary.bits) | (len(boundary.digits) - 1 - code)
 
 
+@mirror.register
+def _(boundary: SteppedImage, i, ref):
+    return (i << boundary.bits) | (np.int64(ref) & ((np.int64(1) << boundary.bits) - 1))
+
+
 @required
 def separation(boundary, i, ref, axis, dx):
     """Return the coordinate of the image named by ``ref`` relative to i, from the difference ``dx`` of
@@ -114,7 +132,7 @@ def separation(boundary, i, ref, axis, dx):
 
 
 @separation.register
-def _(boundary: NearestImage, i, ref, axis, dx):
+def _(boundary: NearestImage | SteppedImage, i, ref, axis, dx):
     return dx - boundary.edges[axis] * np.rint(dx * boundary.inverse[axis])
 
 
@@ -138,7 +156,7 @@ def in_box(boundary, i, axis, x):
 
 
 @in_box.register
-def _(boundary: NearestImage, i, axis, x):
+def _(boundary: NearestImage | SteppedImage, i, axis, x):
     return x - np.floor(x * boundary.inverse[axis]) * boundary.edges[axis]
 
 
@@ -147,12 +165,8 @@ def _(boundary: SectorImage, i, axis, x):
     return x - boundary.wraps[i, axis] * boundary.edges[axis] if boundary.inverse[axis] > 0.0 else x
 
 
-@optional
+@inner
 def count_images(images, i, axis, crossings):
     """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""
-    return
-
-
-@count_images.register
-def _(images: np.ndarray, i, axis, crossings):
-    images[i, axis] += crossings
+    if images is not None:
+        images[i, axis] += crossings

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import inner
 from carom.compiling.simd import make_lanes
-from carom.engine import agents, obstacle_events  # noqa: F401 (they register their events)
+from carom.engine import agents, obstacle_events  # noqa: F401 (agents registers its events)
 from carom.engine.calendar import Calendar, make_calendar, most_lines
 from carom.engine.contact_timing import timing_of
 from carom.engine.dynamic_obstacles import is_live, with_work
@@ -19,16 +20,16 @@ from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.build import make_observers
-from carom.engine.observers.interface import kept_arrays
+from carom.engine.observers.interface import at_rest, kept_arrays
 from carom.engine.obstacle_grid import with_grids
 from carom.engine.obstacles import Crowd, make_obstacles
-from carom.engine.pair_steps import SteppedImage
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
-from carom.engine.tallies import TALLY
+from carom.engine.tallies import POWERS, TALLY
 from carom.engine.timed_events import make_timers
 from carom.models.copies import copied
 from carom.models.interactions.units import Units
+from carom.models.questions.memory import copy_state
 
 
 class Model(NamedTuple):
@@ -51,6 +52,10 @@ class Model(NamedTuple):
     """The pair model again, where units decide by rules, or None."""
     timers: Any
     """What kicks single components at times of its own (:mod:`carom.engine.timed_events`), or None."""
+
+
+PARTS = ("pair", "motion", "impact", "obstacles", "timers")
+"""Parts of a model that may remember something, beside its observers."""
 
 
 class Engine(NamedTuple):
@@ -99,16 +104,18 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     changes = model.impact is not None or system.rates is not None or system.stepped or live
     lossy = changes or model.timers is not None
     neighbors, boundary = build_neighbors(scheme, system, pair, model.motion)
+    timing = timing_of(scheme, system, neighbors, pair)
     obstacles = model.obstacles
     if obstacles is not None:
         chain = with_grids(obstacles.chain, scheme, system, neighbors, pair)
-        obstacles = obstacles._replace(chain=chain)
+        at_obstacles = obstacle_events.timing_of(timing, model.motion, obstacles.live)
+        obstacles = obstacles._replace(chain=chain, timing=at_obstacles)
     return Engine(
         model._replace(
             lanes=make_lanes(pair),
             boundary=boundary,
             obstacles=obstacles,
-            timing=timing_of(scheme, system, neighbors, pair),
+            timing=timing,
             observers=make_observers(system, pair, velocities, lossy),
         ),
         state,
@@ -142,22 +149,16 @@ def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> E
     return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
 
 
-def keep_tallies(old: Engine, new: Engine, slower: int) -> None:
-    """Copy what has been counted so far into an engine that takes the place of another, and whose unit of
-    time is longer by ``2**slower``.
-    """
+def take_over(old: Engine, new: Engine, instant: Fraction, passed: float, slower: int) -> None:
+    """Let an engine go on with what the one remembers whose place it takes (see ``copy_state``)."""
     new.tallies[:] = old.tallies
-    new.tallies["virial"] = np.ldexp(old.tallies["virial"], slower)
-    if hasattr(old.model.pair, "impulse"):  # what pinned components took up
-        new.model.pair.impulse[:] = np.ldexp(old.model.pair.impulse, slower)
-    if isinstance(old.model.boundary, SteppedImage):
-        new.model.pair.events[:] = old.model.pair.events
-    for counted, before in zip(new.model.impact or (), old.model.impact or (), strict=True):
-        if isinstance(counted, np.ndarray):  # what a contact law counts
-            counted[:] = before
-    if old.model.obstacles is not None:
-        new.model.obstacles.hits[:] = old.model.obstacles.hits
-        new.model.obstacles.impulse[:] = np.ldexp(old.model.obstacles.impulse, slower)
+    for name, power in POWERS.items():
+        new.tallies[name] = np.ldexp(old.tallies[name], -power * slower)
+    observers = copied(old.model.observers)
+    at_rest(observers, passed, 0.0)
+    copy_state(new.model.observers, observers, instant, passed, slower)
+    for part in PARTS:
+        copy_state(getattr(new.model, part), getattr(old.model, part), instant, passed, slower)
 
 
 def enlarge_heap(engine: Engine, capacity: int) -> Engine:
@@ -206,7 +207,7 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
 
     for part in ("state", "neighbors", "calendar", "tallies"):
         gather(part, getattr(engine, part))
-    for part in ("pair", "motion", "impact", "obstacles", "timers"):
+    for part in PARTS:
         gather(f"model.{part}", getattr(engine.model, part))
     for observer, its in kept_arrays(engine.model.observers).items():
         found |= {f"observers.{observer}.{field}": array for field, array in its.items()}
@@ -214,13 +215,7 @@ def arrays(engine: Engine) -> dict[str, np.ndarray]:
 
 
 def restore(engine: Engine, saved: dict[str, np.ndarray]) -> None:
-    """Fill the arrays of a freshly built engine with those of a checkpoint.
-
-    Raises
-    ------
-    ValueError
-        If an array is missing or has another shape or type.
-    """
+    """Fill the arrays of a freshly built engine with those of a checkpoint."""
     mine = arrays(engine)
     for name, target in mine.items():
         source = saved.get(name)

@@ -7,7 +7,7 @@ import numpy as np
 from carom.compiling.registry import inner, required
 from carom.engine.advance import advance, into_next_epoch
 from carom.engine.agents import on_crossing
-from carom.engine.boundary import NearestImage, SectorImage, index
+from carom.engine.boundary import NearestImage, SectorImage, SteppedImage, index
 from carom.engine.constants import LAMBDA
 from carom.engine.dynamic_obstacles import age_obstacles
 from carom.engine.events import retime
@@ -21,7 +21,7 @@ from carom.engine.observers.interface import (
     count_pair,
     record,
 )
-from carom.engine.pair_steps import SteppedImage, put_step, step_of
+from carom.engine.pair_steps import put_step, step_of
 from carom.engine.rubbing import rub
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, growth, jump, record_impulse

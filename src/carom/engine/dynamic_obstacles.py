@@ -5,36 +5,51 @@ Scenes without them have none of this. An obstacle is *live* where its value has
 
 from __future__ import annotations
 
-from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling import registry
-from carom.compiling.registry import optional
-from carom.engine.observers.interface import listed
-from carom.engine.obstacles import Chain, Crowd, Obstacles, gained, normal_along, reflect
+from carom.compiling.registry import answering, inner, optional
+from carom.engine import obstacles
+from carom.engine.obstacles import Chain, Crowd, Obstacles, normal_along
 from carom.engine.rubbing import rub_obstacle
 from carom.models.questions.interaction import growth, mass
-from carom.models.questions.memory import copy_state, shift_epoch
-from carom.models.questions.obstacle import at_time, recoil, surface_speed
-
-QUESTIONS = (recoil, surface_speed, at_time, shift_epoch, copy_state)
-"""What is asked of live obstacles only."""
+from carom.models.questions.memory import ROOM, kept, remembers, shift_epoch
+from carom.models.questions.obstacle import LIVE, at_time, recoil
 
 
+@answering(obstacles)
 class ObstacleWork(NamedTuple):
     """What live obstacles add up to."""
 
-    work: np.ndarray
+    work: Annotated[np.ndarray, kept(-2)]
     """Energy that each wall and obstacle gave to components, (numbers,) float64."""
-    energy: np.ndarray
+    energy: Annotated[np.ndarray, ROOM]
     """That of the contact now, (1,) float64."""
+
+    def reflect(self, model, state, i, number, now):
+        obstacles = model.obstacles
+        set_time(obstacles.chain, number, now)
+        normal_along(obstacles.chain, obstacles, model.boundary, number)
+        reflect_from(obstacles.chain, model, state, np.int64(i), number, now)
+        me = state.rows[i]
+        along = 0.0
+        energy = 0.0
+        for axis in range(len(model.boundary.edges)):
+            change = obstacles.v[axis] - me.v[axis]
+            along += obstacles.image[axis] * change
+            energy += 0.5 * change * (obstacles.v[axis] + me.v[axis])
+            me.v[axis] = obstacles.v[axis]
+        weight = mass(model.pair, np.int64(i))
+        self.energy[0] = weight * energy
+        self.work[number] += weight * energy
+        return weight * along
 
 
 def is_live(model: Any) -> bool:
-    """Return whether the model of an obstacle has its own answer to one of these questions."""
-    return any(registry.answers(question, type(model)) for question in QUESTIONS)
+    """Return whether the model of an obstacle remembers something, or answers one of these questions."""
+    return remembers(model) or any(registry.answers(question, type(model)) for question in LIVE)
 
 
 def with_work(obstacles: Obstacles | None, models) -> Obstacles | None:
@@ -42,14 +57,6 @@ def with_work(obstacles: Obstacles | None, models) -> Obstacles | None:
     if obstacles is None or not any(map(is_live, models)):
         return obstacles
     return obstacles._replace(live=ObstacleWork(np.zeros(len(obstacles.hits)), np.zeros(1)))
-
-
-def models_in(chain: Any) -> list:
-    """Return the models of the live obstacles in a chain."""
-    if chain is None:
-        return []
-    heads = chain.head if isinstance(chain, Chain) else ()
-    return [model for model in heads if is_live(model)] + models_in(chain.tail)
 
 
 def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
@@ -65,41 +72,18 @@ def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
     return found
 
 
-def take_over_all(model, old, instant: Fraction, passed: float, slower: int) -> None:
-    """Copy what pairs, impact, drive, obstacles and observers remember from the model of an old engine."""
-    copy_state(model.pair, old.pair, instant, passed, slower)
-    copy_state(model.impact, old.impact, instant, passed, slower)
-    copy_state(model.timers, old.timers, instant, passed, slower)
-    for mine, before in zip(listed(model.observers), listed(old.observers), strict=True):
-        copy_state(mine, before, instant, passed, slower)
-    if model.obstacles is None or model.obstacles.live is None:
-        return
-    model.obstacles.live.work[:] = np.ldexp(old.obstacles.live.work, 2 * slower)
-    chains = (models_in(each.obstacles.chain) for each in (model, old))
-    for mine, before in zip(*chains, strict=True):
-        copy_state(mine, before, instant, passed, slower)
-
-
-@optional
+@inner
 def age_obstacles(obstacles, duration):
     """Refer the times that obstacles remember to the start of the next epoch."""
-    return
+    if obstacles is not None:
+        age_live(obstacles.live, obstacles.chain, duration)
 
 
-@age_obstacles.register
-def _(obstacles: Obstacles, duration):
-    age_live(obstacles.live, obstacles.chain, duration)
-
-
-@optional
+@inner
 def age_live(live, chain, duration):
     """Do so, if there are live ones."""
-    return
-
-
-@age_live.register
-def _(live: ObstacleWork, chain, duration):
-    age_link(chain, duration)
+    if live is not None:
+        age_link(chain, duration)
 
 
 @optional
@@ -166,28 +150,3 @@ def _(chain: Chain, model, state, i, number, now):
 @reflect_from.register
 def _(chain: Crowd, model, state, i, number, now):
     reflect_from(chain.tail, model, state, i, number, now)
-
-
-@reflect.register
-def _(live: ObstacleWork, model, state, i, number, now):
-    obstacles = model.obstacles
-    set_time(obstacles.chain, number, now)
-    normal_along(obstacles.chain, obstacles, model.boundary, number)
-    reflect_from(obstacles.chain, model, state, np.int64(i), number, now)
-    me = state.rows[i]
-    along = 0.0
-    energy = 0.0
-    for axis in range(len(model.boundary.edges)):
-        change = obstacles.v[axis] - me.v[axis]
-        along += obstacles.image[axis] * change
-        energy += 0.5 * change * (obstacles.v[axis] + me.v[axis])
-        me.v[axis] = obstacles.v[axis]
-    weight = mass(model.pair, np.int64(i))
-    live.energy[0] = weight * energy
-    live.work[number] += weight * energy
-    return weight * along
-
-
-@gained.register
-def _(live: ObstacleWork, momentum, rate):
-    return live.energy[0]

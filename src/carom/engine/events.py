@@ -9,7 +9,8 @@ from carom.engine.boundary import index, mirror
 from carom.engine.calendar import insert, time_of
 from carom.engine.constants import LAMBDA
 from carom.engine.neighbors.interface import transit_time
-from carom.engine.one_body import event_in_view, retime_event, schedule_one_body
+from carom.engine.obstacle_events import event_in_view, retime_contact
+from carom.engine.one_body import schedule_one_body
 from carom.engine.search import NO_REF, FromRows, contact_time_of, search
 from carom.models.questions.particles import NEVER
 
@@ -74,7 +75,7 @@ def _(timing: FromRows, model, state, i):
             rows[i].event_time = event_time
             rows[j].event_time = event_time
     elif ref != LAMBDA:
-        retime_event(model.obstacles, model, state, i, ref)
+        retime_contact(model.motion, model.obstacles, model, state, i, ref)
     else:
         # A former partner may still be there then: not a rounding too late for it.
         rows[i].event_time = rows[i].event_time - slightly

@@ -247,12 +247,8 @@ def _(motion: Sheared, state, edges, length):
     return True
 
 
-@optional
+@inner
 def shift_images(images, i, turns):
     """Refer the images of component i to a lattice whose tilt is less by so many boxes."""
-    return
-
-
-@shift_images.register
-def _(images: np.ndarray, i, turns):
-    images[i, 0] += turns * images[i, 1]
+    if images is not None:
+        images[i, 0] += turns * images[i, 1]

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import optional
+from carom.compiling.registry import inner, optional
 from carom.engine.advance import advance
 from carom.engine.constants import LAMBDA, OBSTACLE
-from carom.engine.dynamic_obstacles import ObstacleWork
 from carom.engine.observers.interface import ObstacleEvent, after_obstacle, before_obstacle, gain, record
 from carom.engine.obstacles import Obstacles, gained, reflect_component, soonest
-from carom.engine.one_body import earlier_event, event_in_view, retime_event, run_event
+from carom.engine.one_body import earlier_event, run_event
 from carom.engine.search import FromRows, start_before
 from carom.models.motions.free_flight import Inertial
 from carom.models.questions.interaction import growth
@@ -20,15 +19,19 @@ from carom.models.questions.particles import NEVER
 
 @earlier_event.register
 def _(source: Obstacles, model, state, i, now, t, code):
-    touch, number = meet_obstacle(model.timing, model, state, i, now, True, t)
+    touch, number = meet_obstacle(source.timing, model, state, i, now, True, t)
     return (touch, OBSTACLE - number) if touch < t else (t, code)
 
 
-@event_in_view.register
-def _(source: Obstacles, model, state, i, now):
-    # Of obstacles that stand in every image of the box, those in the next images are seen.
+@inner
+def event_in_view(source, model, state, i, now):
+    """Return the same of those contacts alone that a change of sector may have brought into view: of
+    obstacles that stand in every image of the box, those in the next images are seen.
+    """
+    if source is None:
+        return NEVER, LAMBDA
     until = np.float64(state.rows[i].event_time)
-    touch, number = meet_obstacle(model.timing, model, state, i, now, False, until)
+    touch, number = meet_obstacle(source.timing, model, state, i, now, False, until)
     return touch, OBSTACLE - number
 
 
@@ -47,55 +50,40 @@ def _(source: Obstacles, model, state, neighbors, i, code, now):
     return True
 
 
-@retime_event.register
-def _(source: Obstacles, model, state, i, code):
-    retime_contact(model.motion, source, model, state, i, code)
-
-
 @optional
 def retime_contact(motion, obstacles, model, state, i, code):
-    """Compute the contact of i with its obstacle anew; in a field, by default, keep it."""
+    """Compute the contact of i with its obstacle anew, at the beginning of an epoch; in a field, by default,
+    keep it.
+    """
     return
 
 
 @retime_contact.register
 def _(motion: Inertial, obstacles, model, state, i, code):
-    touch, number = meet_resting(obstacles.live, model.timing, model, state, i, 0.0, True, NEVER)
+    if obstacles is None:
+        return
+    touch, number = meet_obstacle(obstacles.timing, model, state, i, 0.0, True, NEVER)
     if OBSTACLE - number == code:
         state.rows[i].event_time = touch
 
 
-@optional
+def timing_of(timing, motion, live) -> FromRows | None:
+    """Return how times of contacts are computed: as those of pairs, where all obstacles rest and components
+    fly straight.
+    """
+    rests = live is None and isinstance(motion, Inertial)
+    return timing if rests and isinstance(timing, FromRows) else None
+
+
+@inner
 def meet_obstacle(timing, model, state, i, now, every, until):
-    """Return when i touches an obstacle, and the number of that obstacle, or -1; by default as it is computed
-    now. ``every`` and ``until`` as for :func:`carom.engine.obstacles.soonest`.
+    """Return when i touches an obstacle, and the number of that obstacle, or -1: as it is computed now, or
+    from the row of i or shortly before the contact. ``every`` and ``until`` as for
+    :func:`carom.engine.obstacles.soonest`.
     """
-    t, number = soonest(model.obstacles, model, state, i, now, every, until)
-    return now + t, number
-
-
-@meet_obstacle.register
-def _(timing: FromRows, model, state, i, now, every, until):
-    return meet_in_flight(model.motion, timing, model, state, i, now, every, until)
-
-
-@optional
-def meet_in_flight(motion, timing, model, state, i, now, every, until):
-    """Return the same; by default, in a field, as it is computed now."""
-    t, number = soonest(model.obstacles, model, state, i, now, every, until)
-    return now + t, number
-
-
-@meet_in_flight.register
-def _(motion: Inertial, timing, model, state, i, now, every, until):
-    return meet_resting(model.obstacles.live, timing, model, state, i, now, every, until)
-
-
-@optional
-def meet_resting(live, timing, model, state, i, now, every, until):
-    """Return the same, computed from the row of i or from shortly before the contact, where all obstacles
-    rest.
-    """
+    if timing is None:
+        t, number = soonest(model.obstacles, model, state, i, now, every, until)
+        return now + t, number
     me = state.rows[i]
     vv = 0.0
     for axis in range(len(model.boundary.edges)):
@@ -110,9 +98,3 @@ def meet_resting(live, timing, model, state, i, now, every, until):
         t, repeats = soonest(model.obstacles, model, state, i, then, every, until)
         event_time = then + t if repeats == number else event_time
     return max(event_time, now), number
-
-
-@meet_resting.register
-def _(live: ObstacleWork, timing, model, state, i, now, every, until):
-    t, number = soonest(model.obstacles, model, state, i, now, every, until)
-    return now + t, number

@@ -12,14 +12,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answers, inner, optional
+from carom.compiling.registry import answering, answers, inner
+from carom.engine import obstacles
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.skins import EqualBounds
-from carom.engine.obstacles import Chain, soonest_member
+from carom.engine.obstacles import Chain
 from carom.engine.system import System
 from carom.models.motions.free_flight import FreeFlight
-from carom.models.obstacles.balls import SolidBalls
+from carom.models.obstacles.balls import SolidBall
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.cells import cells_of
 from carom.models.questions.interaction import radius
@@ -36,6 +37,7 @@ class Spheres(NamedTuple):
     """(k,) [length]."""
 
 
+@answering(obstacles)
 class Grid(NamedTuple):
     """Cells of a crowd (:class:`carom.models.obstacles.cells.Cells`), and how far a path is followed."""
 
@@ -52,6 +54,52 @@ class Grid(NamedTuple):
     """Room for the place of a cell, (d,) int64."""
     turns: np.ndarray
     """Room for the boxes from that of the component to this cell, (d,) int64."""
+
+    def soonest_member(self, crowd, obstacles, model, size, rate, every, now, before, sight):
+        boundary, x, v = model.boundary, obstacles.x, obstacles.v
+        best = NEVER
+        number = np.int64(-1)
+        limit = NEVER
+        for axis in range(len(self.sides)):
+            if v[axis] != 0.0:
+                limit = min(limit, sight.since + self.reach[axis] / abs(v[axis]))
+        place_in(self, obstacles, boundary)
+        before = min(before, sight.until)
+        going = True
+        while going:
+            cell = np.int64(0)
+            leaves = NEVER
+            axis_out = np.int64(0)
+            way = np.int64(0)
+            for axis in range(len(self.sides)):
+                cell = cell * self.shape[axis] + self.cell[axis]
+                if v[axis] != 0.0:
+                    up = np.int64(v[axis] > 0.0)
+                    ahead = self.cell[axis] + self.turns[axis] * self.shape[axis] + up
+                    t = (ahead * self.sides[axis] - x[axis]) / v[axis]
+                    if t < leaves:
+                        leaves = t
+                        axis_out = np.int64(axis)
+                        way = 2 * up - 1
+            for k in range(self.starts[cell], self.starts[cell + 1]):
+                for axis in range(len(self.sides)):
+                    edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
+                    turns = np.float64(self.shifts[k, axis] - self.turns[axis])
+                    obstacles.image[axis] = x[axis] + turns * edge
+                who = np.int64(self.members[k])
+                wanted = min(best, before, limit)
+                if not in_reach(self.spheres, who, obstacles.image, v, size, rate, wanted):
+                    continue
+                t = meeting(model.motion, member(crowd, who), obstacles.image, v, size, rate, now)
+                # Of two at one time, the first: as where all are asked.
+                if t < best or (t == best and who < number):
+                    best = t
+                    number = who
+            going = min(best, before) > leaves and leaves < limit
+            if going:
+                going = step_in(self, boundary, axis_out, way)
+        # What is farther away is found after the next look.
+        return (best, number) if best <= limit else (NEVER, np.int64(-1))
 
 
 def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any, pair: Any) -> Any:
@@ -72,7 +120,7 @@ def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any,
     low, high = chain.head.extent()
     cells = cells_of(low - largest, high + largest, system.box, system.periodic)
     spheres = None
-    if not isinstance(chain.head, SolidBalls):
+    if not isinstance(chain.head, SolidBall.Crowd):  # type: ignore[attr-defined]
         hair = ROUNDING_MARGIN * max(system.box)
         spheres = Spheres(0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1) + hair)
     room = (np.zeros(system.dimension, np.int64) for _ in range(2))
@@ -116,14 +164,11 @@ def step_in(grid, boundary, axis, way):
     return boundary.inverse[axis] > 0.0
 
 
-@optional
+@inner
 def in_reach(spheres, who, x, v, radius, growth, until):
     """Tell whether a component may touch one of a crowd before a time; by default it may."""
-    return True
-
-
-@in_reach.register
-def _(spheres: Spheres, who, x, v, radius, growth, until):
+    if spheres is None:
+        return True
     distance = spheres.radii[who] + radius
     a = -growth * growth
     b = -growth * distance
@@ -137,51 +182,3 @@ def _(spheres: Spheres, who, x, v, radius, growth, until):
     if c <= 0.0 or a <= 0.0 or (a * until + 2.0 * b) * until + c <= 0.0:
         return True
     return b < 0.0 and b * b >= a * c and -b <= a * until
-
-
-@soonest_member.register
-def _(grid: Grid, crowd, obstacles, model, size, rate, every, now, before, sight):
-    boundary, x, v = model.boundary, obstacles.x, obstacles.v
-    best = NEVER
-    number = np.int64(-1)
-    limit = NEVER
-    for axis in range(len(grid.sides)):
-        if v[axis] != 0.0:
-            limit = min(limit, sight.since + grid.reach[axis] / abs(v[axis]))
-    place_in(grid, obstacles, boundary)
-    before = min(before, sight.until)
-    going = True
-    while going:
-        cell = np.int64(0)
-        leaves = NEVER
-        axis_out = np.int64(0)
-        way = np.int64(0)
-        for axis in range(len(grid.sides)):
-            cell = cell * grid.shape[axis] + grid.cell[axis]
-            if v[axis] != 0.0:
-                up = np.int64(v[axis] > 0.0)
-                ahead = grid.cell[axis] + grid.turns[axis] * grid.shape[axis] + up
-                t = (ahead * grid.sides[axis] - x[axis]) / v[axis]
-                if t < leaves:
-                    leaves = t
-                    axis_out = np.int64(axis)
-                    way = 2 * up - 1
-        for k in range(grid.starts[cell], grid.starts[cell + 1]):
-            for axis in range(len(grid.sides)):
-                edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
-                turns = np.float64(grid.shifts[k, axis] - grid.turns[axis])
-                obstacles.image[axis] = x[axis] + turns * edge
-            who = np.int64(grid.members[k])
-            wanted = min(best, before, limit)
-            if not in_reach(grid.spheres, who, obstacles.image, v, size, rate, wanted):
-                continue
-            t = meeting(model.motion, member(crowd, who), obstacles.image, v, size, rate, now)
-            # Of two at one time, the first: as where all are asked.
-            if t < best or (t == best and who < number):
-                best = t
-                number = who
-        going = min(best, before) > leaves and leaves < limit
-        if going:
-            going = step_in(grid, boundary, axis_out, way)
-    # What is farther away is found after the next look.
-    return (best, number) if best <= limit else (NEVER, np.int64(-1))

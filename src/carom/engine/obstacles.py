@@ -7,14 +7,15 @@ there (``outward``).
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import inner, optional
 from carom.engine.advance import place_at
-from carom.models.obstacles.cells import CROWD_FROM
+from carom.models.obstacles.cells import CROWD_FROM, together
 from carom.models.questions.interaction import growth, mass, radius
+from carom.models.questions.memory import ROOM, kept
 from carom.models.questions.motion import push, rebound_speed
 from carom.models.questions.obstacle import anchor, is_periodic, meeting, member, members, outward
 from carom.models.questions.particles import NEVER
@@ -68,34 +69,26 @@ class Obstacles(NamedTuple):
     walls: Any
     """The walls of the box, or None."""
     chain: Chain | Crowd | None
-    hits: np.ndarray
+    hits: Annotated[np.ndarray, kept()]
     """Collisions with each, (numbers,) int64."""
-    impulse: np.ndarray
+    impulse: Annotated[np.ndarray, kept(-1)]
     """Momentum that each took up along its normal, (numbers,) float64."""
-    x: np.ndarray
+    x: Annotated[np.ndarray, ROOM]
     """Room for a position in the box, (d,)."""
-    image: np.ndarray
+    image: Annotated[np.ndarray, ROOM]
     """Room for one of its images, (d,)."""
-    v: np.ndarray
+    v: Annotated[np.ndarray, ROOM]
     """Room for a velocity, (d,)."""
     live: Any = None
     """What those that move, lose energy or remember add up to (:mod:`carom.engine.dynamic_obstacles`), or
     None.
     """
+    timing: Any = None
+    """How the time of a contact is computed (:mod:`carom.engine.obstacle_events`); None: from now."""
 
 
 def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
-    """Return the obstacles of a scene, or None if there are none.
-
-    Parameters
-    ----------
-    dimension : int
-        d.
-    walls : model or None
-        The walls of the box.
-    models : sequence of NamedTuple
-        The others; those of one kind follow each other (see :func:`numbering`).
-    """
+    """Return the obstacles of a scene, or None if there are none."""
     if walls is None and not models:
         return None
     kinds: dict[tuple, list] = {}
@@ -104,13 +97,10 @@ def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
     total = 2 * dimension + len(models)
     number = total
     chain: Chain | Crowd | None = None
-    for kind, group in reversed(kinds.items()):
+    for group in reversed(kinds.values()):
         number -= len(group)
-        together = getattr(kind[0], "together", None)
-        if together is not None and len(group) >= CROWD_FROM:
-            chain = Crowd(together(group), number, chain)
-        else:
-            chain = Chain(tuple(group), number, chain)
+        crowd = together(group) if len(group) >= CROWD_FROM else None
+        chain = Chain(tuple(group), number, chain) if crowd is None else Crowd(crowd, number, chain)
     places = (np.zeros(dimension) for _ in range(3))
     return Obstacles(walls, chain, np.zeros(total, np.int64), np.zeros(total), *places)
 
@@ -137,7 +127,7 @@ def numbers_of(periodic, models) -> list[int]:
     return walls + [2 * len(periodic) + k for k in numbering(models)]
 
 
-@optional
+@inner
 def soonest(obstacles, model, state, i, now, every, until):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
 
@@ -145,11 +135,6 @@ def soonest(obstacles, model, state, i, now, every, until):
     seen as far as the next images, and looked for again whenever i has gone as far as its neighbours reach.
     Contacts after the time ``until`` need not be found.
     """
-    return NEVER, np.int64(-1)
-
-
-@soonest.register
-def _(obstacles: Obstacles, model, state, i, now, every, until):
     place_at(model, state, i, now, obstacles.x, obstacles.v)
     size = radius(model.pair, np.int64(i), now)
     rate = growth(model.pair, np.int64(i))
@@ -253,10 +238,10 @@ def reflect(live, model, state, i, number, now):
     return mass(model.pair, np.int64(i)) * change
 
 
-@optional
+@inner
 def gained(live, momentum, rate):
     """Return the energy that a contact with an obstacle gave to a component that grows at this rate."""
-    return momentum * rate
+    return momentum * rate if live is None else live.energy[0]
 
 
 @optional

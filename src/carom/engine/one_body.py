@@ -1,7 +1,7 @@
 """Events of one component: a contact with an obstacle (the paper's Q_ik), the timer of a rule, of a drive.
 
 Each of these is a *source*: a part of the model, or None. A source says when it has an event for a component,
-runs it, and finds its time anew in a new epoch. The partner of the component is then the source's code: see
+and runs it. The partner of the component is then the source's code: see
 :mod:`carom.engine.constants`. Of all sources the earliest is taken, here and nowhere else.
 """
 
@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from carom.compiling.registry import inner, optional
 from carom.engine.constants import LAMBDA
-from carom.models.questions.particles import NEVER
 
 
 @optional
@@ -21,23 +20,9 @@ def earlier_event(source, model, state, i, now, t, code):
 
 
 @optional
-def event_in_view(source, model, state, i, now):
-    """Return the same of those events alone that a change of sector may have brought into view."""
-    return NEVER, LAMBDA
-
-
-@optional
 def run_event(source, model, state, neighbors, i, code, now):
     """Run the event of component i if the code is one of the source's; tell whether it is."""
     return False
-
-
-@optional
-def retime_event(source, model, state, i, code):
-    """Find the time of the event of component i anew, at the beginning of an epoch, if the code is one of the
-    source's.
-    """
-    return
 
 
 @inner

@@ -15,14 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import inner, optional, required
-from carom.engine.boundary import (
-    in_box,
-    index,
-    index_bits,
-    lasting,
-    mirror,
-    separation,
-)
 from carom.errors import CaromError
 from carom.models.questions.steps import step_bits
 
@@ -51,25 +43,8 @@ class SpeciesSteps(NamedTuple):
     """Step of a pair of species that is out of reach, (K * K,) int64."""
 
 
-class SteppedImage(NamedTuple):
-    """A wide periodic box as :class:`carom.engine.boundary.NearestImage`, and words that name steps."""
-
-    edges: tuple
-    """Edges of the box [length]."""
-    inverse: tuple
-    """Their inverses."""
-    bits: int
-    """Low bits of a word that hold the step."""
-
-
 def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | None:
-    """Return how lists name the steps of an interaction, or None where it has none.
-
-    Raises
-    ------
-    ValueError
-        If there are more components and steps than a word can name.
-    """
+    """Return how lists name the steps of an interaction, or None where it has none."""
     if not hasattr(interaction, "steps"):
         return None
     count, outside = interaction.steps(particles)
@@ -85,15 +60,10 @@ def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | N
     return SpeciesSteps(bits, ready, kinds, len(outside), np.ascontiguousarray(outside, np.int64).ravel())
 
 
-@optional
+@inner
 def named(pair_steps, ref):
     """Return the component that a word of a list names."""
-    return ref
-
-
-@named.register
-def _(pair_steps: PairSteps | SpeciesSteps, ref):
-    return np.uint32(ref >> np.uint32(pair_steps.bits))
+    return ref if pair_steps is None else np.uint32(ref >> np.uint32(pair_steps.bits))
 
 
 @optional
@@ -113,58 +83,21 @@ def _(pair_steps: SpeciesSteps, i, j):
     return stepped_word(pair_steps, j, pair_steps.outside[pair_of_species])
 
 
-@optional
+@inner
 def put_newcomer(pair_steps, newcomers, k, i, j):
     """Put the word of a newcomer in the place of its index."""
-    return
+    if pair_steps is not None:
+        newcomers[k] = fresh_word(pair_steps, i, j)
 
 
-@put_newcomer.register
-def _(pair_steps: PairSteps | SpeciesSteps, newcomers, k, i, j):
-    newcomers[k] = fresh_word(pair_steps, i, j)
-
-
-@optional
+@inner
 def standing(pair_steps):
     """Tell whether the lists stand already, with steps in them; only the first time it is asked."""
-    return False
-
-
-@standing.register
-def _(pair_steps: PairSteps | SpeciesSteps):
+    if pair_steps is None:
+        return False
     ready = pair_steps.ready[0] != 0
     pair_steps.ready[0] = 0
     return ready
-
-
-@index.register
-def _(boundary: SteppedImage, ref):
-    return np.int64(ref) >> boundary.bits
-
-
-@index_bits.register
-def _(boundary: SteppedImage):
-    return boundary.bits
-
-
-@lasting.register
-def _(boundary: SteppedImage):
-    return True
-
-
-@mirror.register
-def _(boundary: SteppedImage, i, ref):
-    return (i << boundary.bits) | step_of(boundary, ref)
-
-
-@separation.register
-def _(boundary: SteppedImage, i, ref, axis, dx):
-    return dx - boundary.edges[axis] * np.rint(dx * boundary.inverse[axis])
-
-
-@in_box.register
-def _(boundary: SteppedImage, i, axis, x):
-    return x - np.floor(x * boundary.inverse[axis]) * boundary.edges[axis]
 
 
 @inner
@@ -206,13 +139,7 @@ def read_steps(lists: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def write_steps(lists: Any, pairs: np.ndarray, step_numbers: np.ndarray) -> None:
-    """Write the steps (m,) of pairs (m, 2) into both lists; pairs that are not listed must be out of reach.
-
-    Raises
-    ------
-    CaromError
-        If a pair within reach is not listed.
-    """
+    """Write the steps (m,) of pairs (m, 2) into both lists; pairs not listed must be out of reach."""
     n = len(lists.counts)
     entries, owners = _entries(lists)
     others = lists.refs[entries].astype(np.int64) >> lists.steps.bits

@@ -8,12 +8,12 @@ import numpy as np
 
 from carom.compiling.registry import fast, inner, optional, required
 from carom.compiling.simd import LANES, WIDTH, asked_of, candidate_block, gather_rows, least, pack_fields
-from carom.engine.boundary import NearestImage, SectorImage, index, index_bits
+from carom.engine.boundary import NearestImage, SectorImage, SteppedImage, index, index_bits
 from carom.engine.lattice import candidate_relative_to, relative_to
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.pair_steps import SteppedImage, step_of
+from carom.engine.pair_steps import step_of
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
 from carom.models.questions.interaction import contact_time, interaction_time
 from carom.models.questions.particles import NEVER

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+POWERS = {"virial": -1}
+"""Which of them has the dimension ``time**power``."""
+
 TALLY = np.dtype(
     [
         ("collisions", "i8"),

@@ -3,35 +3,73 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import answering, inner
+from carom.engine import one_body
 from carom.engine.advance import advance, place_at
 from carom.engine.constants import TIMER_EVENT
 from carom.engine.observers.interface import after_kick, before_kick, gain, record
-from carom.engine.one_body import earlier_event, run_event
 from carom.models.drives import kick, next_time
 from carom.models.questions.interaction import mass
-from carom.models.questions.memory import copy_state
+from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
 
 
+@answering(one_body)
 class Timers(NamedTuple):
     """A drive, and what it is told in the units of the scene."""
 
-    drive: Any
+    drive: Annotated[Any, GIVEN]
     """Its model."""
     free: Any
     """Which components are not pinned, (n,) bool, or None where none is."""
-    origin: np.ndarray
+    origin: Annotated[np.ndarray, ORIGIN]
     """When the counting of epochs began, since the start of the run, in the engine's unit, (1,) float64."""
-    exponent: int
+    exponent: Annotated[int, UNIT]
     """The engine's unit of time is two to this power of the scene's."""
-    x: np.ndarray
+    x: Annotated[np.ndarray, ROOM]
     """Room for a position, (d,)."""
-    v: np.ndarray
+    v: Annotated[np.ndarray, ROOM]
     """Room for a velocity, (d,)."""
+
+    def earlier_event(self, model, state, i, now, t, code):
+        if not is_free(self.free, i):
+            return t, code
+        place_at(model, state, i, now, self.x, self.v)
+        for axis in range(len(self.v)):
+            self.v[axis] = math.ldexp(self.v[axis], -self.exponent)
+        begun = _since(self, state)
+        time = math.ldexp(begun + now, self.exponent)
+        next_kick = next_time(self.drive, np.int64(i), self.x, self.v, time)
+        until = max(math.ldexp(np.float64(next_kick), -self.exponent) - begun, now)
+        return (until, np.int64(TIMER_EVENT)) if until < t else (t, code)
+
+    def run_event(self, model, state, neighbors, i, code, now):
+        if code != TIMER_EVENT:
+            return False
+        advance(model, state, neighbors, i, now)
+        before_kick(model.observers, model, state, i, now)
+        me = state.rows[i]
+        before = 0.0
+        for axis in range(len(me.v)):
+            v = np.float64(me.v[axis])
+            before += v * v
+            self.x[axis] = me.x[axis]
+            self.v[axis] = math.ldexp(v, -self.exponent)
+        weight = mass(model.pair, np.int64(i))
+        time = math.ldexp(_since(self, state) + now, self.exponent)
+        kick(self.drive, np.int64(i), weight, self.x, self.v, time)
+        after = 0.0
+        for axis in range(len(me.v)):
+            me.v[axis] = math.ldexp(self.v[axis], self.exponent)
+            v = np.float64(me.v[axis])
+            after += v * v
+        after_kick(model.observers, model, state, i, now)
+        gain(model.observers, 0.5 * weight * (after - before), now)
+        record(model.observers, state.clock[0], np.int64(i), code, 0.0)
+        return True
 
 
 def make_timers(drive, dimension: int, exponent: int, pinned: np.ndarray | None) -> Timers:
@@ -41,15 +79,10 @@ def make_timers(drive, dimension: int, exponent: int, pinned: np.ndarray | None)
     return Timers(drive, free, np.zeros(1), exponent, *scratch)
 
 
-@optional
+@inner
 def is_free(free, i):
     """Tell whether component i is not pinned; by default none is."""
-    return True
-
-
-@is_free.register
-def _(free: np.ndarray, i):
-    return free[i]
+    return True if free is None else free[i]
 
 
 @inner
@@ -57,59 +90,3 @@ def _since(timers, state):
     """Return the time from the start of the run to the beginning of the epoch, in the engine's unit."""
     clock = state.clock[0]
     return timers.origin[0] + np.float64(clock.epoch) * clock.length
-
-
-@earlier_event.register
-def _(source: Timers, model, state, i, now, t, code):
-    if not is_free(source.free, i):
-        return t, code
-    place_at(model, state, i, now, source.x, source.v)
-    for axis in range(len(source.v)):
-        source.v[axis] = math.ldexp(source.v[axis], -source.exponent)
-    begun = _since(source, state)
-    time = math.ldexp(begun + now, source.exponent)
-    next_kick = next_time(source.drive, np.int64(i), source.x, source.v, time)
-    until = max(math.ldexp(np.float64(next_kick), -source.exponent) - begun, now)
-    return (until, np.int64(TIMER_EVENT)) if until < t else (t, code)
-
-
-@run_event.register
-def _(source: Timers, model, state, neighbors, i, code, now):
-    if code != TIMER_EVENT:
-        return False
-    advance(model, state, neighbors, i, now)
-    before_kick(model.observers, model, state, i, now)
-    me = state.rows[i]
-    before = 0.0
-    for axis in range(len(me.v)):
-        v = np.float64(me.v[axis])
-        before += v * v
-        source.x[axis] = me.x[axis]
-        source.v[axis] = math.ldexp(v, -source.exponent)
-    weight = mass(model.pair, np.int64(i))
-    time = math.ldexp(_since(source, state) + now, source.exponent)
-    kick(source.drive, np.int64(i), weight, source.x, source.v, time)
-    after = 0.0
-    for axis in range(len(me.v)):
-        me.v[axis] = math.ldexp(source.v[axis], source.exponent)
-        v = np.float64(me.v[axis])
-        after += v * v
-    after_kick(model.observers, model, state, i, now)
-    gain(model.observers, 0.5 * weight * (after - before), now)
-    record(model.observers, state.clock[0], np.int64(i), code, 0.0)
-    return True
-
-
-@copy_state.register
-def _(model: Timers, before, instant, passed, slower):
-    model.origin[0] = float(instant)
-    _copy(model.drive, before.drive)
-
-
-def _copy(model: Any, before: Any) -> None:
-    """Copy every array of a model from another of its kind."""
-    if isinstance(model, np.ndarray):
-        model[...] = before
-    elif isinstance(model, tuple):
-        for mine, other in zip(model, before, strict=True):
-            _copy(mine, other)

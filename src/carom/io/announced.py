@@ -63,13 +63,7 @@ def words_of(value: str) -> list[str]:
 
 
 def number_of(info: Mapping[str, str], key: str, kind: type = float, default: Any = None) -> Any:
-    """Return a number of the second line.
-
-    Raises
-    ------
-    ValueError
-        If it is none, or missing without a default.
-    """
+    """Return a number of the second line."""
     if key not in info:
         if default is None:
             raise ValueError(f"its second line has no '{key}'")
@@ -82,13 +76,7 @@ def number_of(info: Mapping[str, str], key: str, kind: type = float, default: An
 
 
 def lattice_of(info: Mapping[str, str]) -> np.ndarray | None:
-    """Return the (3, 3) cell, an edge a row, or None where the second line has none.
-
-    Raises
-    ------
-    ValueError
-        If it is not of nine finite numbers.
-    """
+    """Return the (3, 3) cell, an edge a row, or None where the second line has none."""
     if "Lattice" not in info:
         return None
     try:
@@ -101,13 +89,7 @@ def lattice_of(info: Mapping[str, str]) -> np.ndarray | None:
 
 
 def tilt_of(info: Mapping[str, str], lattice: np.ndarray) -> float | None:
-    """Return the tilt of a sheared box, or None of one with right angles.
-
-    Raises
-    ------
-    ValueError
-        If the cell has other angles.
-    """
+    """Return the tilt of a sheared box, or None of one with right angles."""
     others = lattice - np.diag(np.diag(lattice))
     sheared = float(others[1, 0])
     others[1, 0] = 0.0
@@ -119,13 +101,7 @@ def tilt_of(info: Mapping[str, str], lattice: np.ndarray) -> float | None:
 
 
 def layout_of(info: Mapping[str, str]) -> tuple[list[Column], int]:
-    """Return the columns that ``Properties`` announces, and how many words a line has.
-
-    Raises
-    ------
-    ValueError
-        If there is a column twice, or of a kind or a width that none has.
-    """
+    """Return the columns that ``Properties`` announces, and how many words a line has."""
     fields = info.get("Properties", "species:S:1:pos:R:3").split(":")
     if len(fields) % 3:
         raise ValueError(f"Properties has {len(fields)} fields, which is no multiple of 3")
@@ -148,13 +124,7 @@ def layout_of(info: Mapping[str, str]) -> tuple[list[Column], int]:
 
 
 def dimension_of(info: Mapping[str, str], columns: Mapping[str, np.ndarray]) -> int:
-    """Return the dimension of a frame: as many columns as ``pos`` has, unless the second line says less.
-
-    Raises
-    ------
-    ValueError
-        If the columns do not hold it, or hold more than zeros beyond it.
-    """
+    """Return the dimension of a frame: as many columns as ``pos`` has, unless the second line says less."""
     if "pos" not in columns:
         raise ValueError("it has no column 'pos'")
     width = 1 if columns["pos"].ndim == 1 else columns["pos"].shape[1]
@@ -167,13 +137,7 @@ def dimension_of(info: Mapping[str, str], columns: Mapping[str, np.ndarray]) -> 
 
 
 def vectors(columns: Mapping[str, np.ndarray], name: str, dimension: int) -> np.ndarray:
-    """Return an (n, d) column.
-
-    Raises
-    ------
-    ValueError
-        If it has fewer than d columns, or holds no numbers.
-    """
+    """Return an (n, d) column."""
     values = columns[name]
     values = values[:, np.newaxis] if values.ndim == 1 else values
     if values.dtype.kind not in "if" or values.shape[1] < dimension:
@@ -182,13 +146,7 @@ def vectors(columns: Mapping[str, np.ndarray], name: str, dimension: int) -> np.
 
 
 def ids_of(columns: Mapping[str, np.ndarray]) -> np.ndarray | None:
-    """Return the numbers of the components, (n,) integers of which none is there twice, or None.
-
-    Raises
-    ------
-    ValueError
-        If they are not.
-    """
+    """Return the numbers of the components, (n,) integers of which none is there twice, or None."""
     ids = columns.get("id")
     if ids is None:
         return None
@@ -211,11 +169,6 @@ def in_order(
         Columns of a frame, perhaps with ``id``.
     names : (n,) array or None
         Ids of the first frame, in order; None for that frame itself.
-
-    Raises
-    ------
-    ValueError
-        If they are not those of the first frame: components could not be followed.
     """
     ids = ids_of(columns)
     if ids is None:
@@ -236,11 +189,6 @@ def periodic_axes(info: Mapping[str, str], dimension: int) -> tuple[bool, ...]:
     """Return which of the d axes are periodic, from the second line of a frame.
 
     Without ``pbc`` all are, if there is a cell; without a cell none is.
-
-    Raises
-    ------
-    ValueError
-        If ``pbc`` is no list of three flags, or of d; or if an axis is periodic that has no length.
     """
     cell = lattice_of(info)
     if "pbc" not in info:

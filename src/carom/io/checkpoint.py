@@ -50,13 +50,6 @@ def save(
     attributes : mapping of str to value
         None, bool, int (of any size), float, str, and lists and dicts of them; NumPy scalars become Python
         ones.
-
-    Raises
-    ------
-    InputError
-        If a name is empty or holds a '/', an array holds objects, or an attribute is none of the above.
-    FileError
-        If it cannot be written.
     """
     text = _to_json(attributes)
     large = sum(np.asarray(array).nbytes for array in arrays.values()) > LARGE
@@ -76,14 +69,7 @@ def save(
 
 
 def load(path: str | os.PathLike[str]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
-    """Return the arrays and attributes of a checkpoint.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, a folder, truncated, changed since it was written, no checkpoint, or of a
-        newer version.
-    """
+    """Return the arrays and attributes of a checkpoint."""
     path = existing(path)
     with reading(path, "checkpoint"):
         content = path.read_bytes()

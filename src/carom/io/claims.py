@@ -45,13 +45,6 @@ class Claim:
     ----------
     path : Path
         The file; its content stays as it is.
-
-    Raises
-    ------
-    FileError
-        If another process writes it.
-    OSError
-        If it cannot be opened for writing.
     """
 
     def __init__(self, path: Path):
@@ -116,13 +109,7 @@ def steady(path: Path) -> Iterator[None]:
 
 
 def patiently(path: Path, read: Callable[[], T]) -> T:
-    """Return what ``read`` returns; where it fails while the file is being written, it is called again.
-
-    Raises
-    ------
-    FileError
-        As ``read`` does; or, if the file is still being written after some tries, saying so.
-    """
+    """Return what ``read`` returns; where it fails while the file is being written, it is called again."""
     for _ in range(_TRIES):
         with steady(path):
             try:

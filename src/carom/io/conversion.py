@@ -50,7 +50,7 @@ def convert(
     suffix = Path(target).suffix.lower()
     exported = suffix in EXPORTED
     if not exported:
-        format_of(target)
+        format_of(target, EXPORTED)
     destination = writable(target)
     if not overwrite and (destination.exists() or destination.is_symlink()):
         raise FileError(

@@ -128,13 +128,7 @@ def _sum_of_initial(arrays: Mapping[str, np.ndarray]) -> int:
 
 
 def verify(path: Path, count: int, sums: Mapping[str, int]) -> None:
-    """Refuse a log of which the first ``count`` events are not those with these checksums; it is only read.
-
-    Raises
-    ------
-    FileError
-        If they are not, or the file is missing, foreign or destroyed.
-    """
+    """Refuse a log whose first ``count`` events are not those with these checksums; it is only read."""
     existing(path)
 
     def read() -> None:
@@ -216,14 +210,6 @@ class EventLog:
     ----------
     sums : dict of str to int, or None
         Checksum of each column, and of the initial state; None where a log continues without.
-
-    Raises
-    ------
-    FileError
-        If the log to continue is missing, foreign or destroyed, holds fewer than `keep` events or others than
-        were written, or the file cannot be written.
-    InputError
-        If the initial state holds anything but numbers, or `keep` goes with a new log.
     """
 
     def __init__(
@@ -321,13 +307,6 @@ class EventLog:
         """Append events: (k,) arrays as in :class:`Events`, or :class:`StepEvents` with their ``kinds``.
 
         On return they have been handed to the system, so that they survive a kill of this process.
-
-        Raises
-        ------
-        InputError
-            If the arrays differ in length, or do not fit the columns' types.
-        FileError
-            If they cannot be written.
         """
         columns: dict[str, np.ndarray] = {}
         given = (epoch, time, i, j, image, impulse, *(() if kind is None else (kind,)))
@@ -354,13 +333,7 @@ class EventLog:
         self._events = end
 
     def close(self) -> None:
-        """Flush and close the file; a second time does nothing.
-
-        Raises
-        ------
-        FileError
-            If what was left to write cannot be written.
-        """
+        """Flush and close the file; a second time does nothing."""
         with uninterrupted(), writing(self.path):
             self._output.close()
 
@@ -377,13 +350,7 @@ class EventLog:
 
 
 def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None = None) -> Events | StepEvents:
-    """Return the events ``start <= k < stop`` of a log, by default all.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, truncated, damaged, foreign or a folder.
-    """
+    """Return the events ``start <= k < stop`` of a log, by default all."""
     path = existing(path)
 
     def read() -> Events | StepEvents:
@@ -395,13 +362,7 @@ def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None =
 
 
 def count_events(path: str | os.PathLike[str]) -> int:
-    """Return the number of events of a log.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, truncated, foreign or a folder.
-    """
+    """Return the number of events of a log."""
     path = existing(path)
 
     def read() -> int:
@@ -412,13 +373,7 @@ def count_events(path: str | os.PathLike[str]) -> int:
 
 
 def read_initial(path: str | os.PathLike[str]) -> dict[str, Any]:
-    """Return the initial state of a log, as the arrays it was made with.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, truncated, foreign or a folder.
-    """
+    """Return the initial state of a log, as the arrays it was made with."""
     path = existing(path)
 
     def read() -> dict[str, Any]:

@@ -15,6 +15,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from carom.bridges.embedding import about_axes, embed, names_of, one_word, require_at_most_three, symbols_of
+from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import EXPORTED
 
@@ -34,11 +35,6 @@ def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -
         Of the format, one of ``EXPORTED``.
     report : callable, optional
         Called as ``report(done, total)`` after each frame.
-
-    Raises
-    ------
-    InputError
-        If the frames have more than three dimensions.
     """
     name = EXPORTED[suffix]
     require_at_most_three(frames[0].dimension, name)
@@ -143,6 +139,16 @@ def _name_atoms(world: Any, frame: Frame) -> None:
     world.add_TopologyAttr("elements", np.array(symbols_of(frame), dtype=object)[kinds])
 
 
+def _fits_into_columns(step: Any, k: int) -> None:
+    """Raise InputError if coordinates or edges of a frame have more digits than a PDB file has columns."""
+    low, high, edge = step.positions.min(), step.positions.max(), step.dimensions[:3].max()
+    if low <= -999.9995 or high >= 9999.9995 or edge >= 99999.9995:
+        raise InputError(
+            f"Frame {k} has coordinates from {low:.6g} to {high:.6g} in a box of {edge:.6g}; PDB has columns "
+            "for -999 to 9999 and an edge of 99999. Export .dcd, .lammpstrj or .extxyz."
+        )
+
+
 def _by_mdanalysis(frames: Any, path: Path, name: str, report: Report | None) -> None:
     import MDAnalysis
 
@@ -154,12 +160,17 @@ def _by_mdanalysis(frames: Any, path: Path, name: str, report: Report | None) ->
     with warnings.catch_warnings():
         # MDAnalysis warns that elements, charges, occupancies and the like of a PDB file are unknown.
         warnings.simplefilter("ignore", UserWarning)
-        settings = {"dt": world.trajectory.dt} if name == "DCD" else {}
+        settings = {}
+        if name == "DCD":
+            settings["dt"] = world.trajectory.dt
+            str(path).encode()  # a writer that cannot open a name that is no text fails once more at its end
         writer = MDAnalysis.Writer(
             str(path), n_atoms=world.atoms.n_atoms, format=name, multiframe=True, **settings
         )
         with writer:
-            for k, _ in enumerate(world.trajectory):
+            for k, step in enumerate(world.trajectory):
+                if name == "PDB":
+                    _fits_into_columns(step, k)
                 writer.write(world.atoms)
                 if report is not None:
                     report(k + 1, len(frames))

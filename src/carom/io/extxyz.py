@@ -64,13 +64,7 @@ _COLUMNS = (("pos", "R", 3), ("momenta", "R", 3), ("masses", "R", 1), ("radius",
 
 
 def render(frame: Frame) -> bytes:
-    """Return one frame as the bytes of the file.
-
-    Raises
-    ------
-    InputError
-        If the frame has more than three dimensions.
-    """
+    """Return one frame as the bytes of the file."""
     require_at_most_three(frame.dimension, "Extended XYZ")
     columns: list[list[Any]] = list(embed(frame.positions).T.tolist())
     velocities = _triples(embed(frame.velocities))
@@ -199,11 +193,6 @@ def parse(
 
     Any extended XYZ will do. Columns are (n,) or (n, width) arrays of float64, int64 or str; all of them, or
     those among `names`.
-
-    Raises
-    ------
-    ValueError
-        If the table is not what ``Properties`` announces.
     """
     with opened(path) as file:
         file.seek(start)

@@ -31,6 +31,7 @@ SOURCES: dict[str, Callable[[Path], Source]] = {
     "H5MD": others.H5md,
     "PDB": libraries.Pdb,
     "GRO": others.Gro,
+    "EDMD": others.Sph,
     "XTC": libraries.Xtc,
     "TRR": libraries.Xtc,
     "DCD": libraries.Dcd,
@@ -57,13 +58,6 @@ class ForeignReader(Reader):
         Diameter of all particles, or of each species by name [length], instead of those of the file.
     box : sequence of float, optional
         Edges of a periodic box [length], for files without.
-
-    Raises
-    ------
-    FileError
-        If the file is damaged, holds no frames, no box, or one with other angles.
-    InputError
-        If the file holds a box and one is given, or what is given is no diameter or box.
 
     Warns
     -----
@@ -116,10 +110,6 @@ class ForeignReader(Reader):
                 yield
         except (CaromError, MemoryError):
             raise
-        except ImportError as error:
-            raise InputError(
-                f"{self.path} needs the package gsd ({error}): pip install 'carom[gsd]'."
-            ) from None
         except Exception as error:  # of four libraries
             raise FileError(
                 f"{self.path} cannot be read as {self._form} ({reason(error)}): it is cut off, damaged, or "
@@ -129,15 +119,13 @@ class ForeignReader(Reader):
     def _begin(self, first: Snapshot) -> list[str]:
         """Decide on dimension, diameters and box by the first frame; return what was assumed."""
         assumed: list[str] = []
-        lacks = [name for name in ("velocities", "masses") if getattr(first, name) is None]
         if isinstance(self._diameter, Mapping):
             if missing := {*self._names} - {*self._diameter}:
                 missed = ", ".join(sorted(missing))
                 raise InputError(f"diameter names no {missed}, of which there are particles.")
         elif self._diameter is None and first.diameters is None:
-            lacks.append("diameters")
             assumed.append("a diameter of 1, or 0 to measure (diameter= or --diameter gives another)")
-        if "masses" in lacks:
+        if first.masses is None:
             assumed.append("a mass of 1")
         boxed = first.cell is not None and np.abs(first.cell).sum(axis=1).all()
         self._dimension = first.dimension or first.positions.shape[1]
@@ -145,7 +133,6 @@ class ForeignReader(Reader):
             if boxed:
                 raise InputError(f"{self.path} holds a box, and one is given too; leave it out.")
             self._dimension = min(len(self._box), self._dimension)
-            lacks.append("box")
         else:
             while (
                 first.dimension is None and self._dimension > 1 and self._is_flat(first, self._dimension - 1)
@@ -158,14 +145,14 @@ class ForeignReader(Reader):
         self._check_box(first)
         if first.time is None and len(self) > 1:
             assumed.append("times 0, 1, 2 and so on")
-        #: Whether particles leave the box and are not put back: one is far outside at the end.
+        #: Whether particles leave the box and are not put back: at the end they fill more than it.
         last = first if len(self) == 1 else self._source.read(len(self) - 1)
-        self._unwrapped = first.unwrapped or (first.images is None and self._strays(last))
-        if self._unwrapped and not first.unwrapped:
-            assumed.append("unwrapped positions, as some are far outside of the box")
-        self.lacks = frozenset(lacks)
+        self._unwrapped = last.unwrapped or (first.images is None and self._strays(last))
+        if self._unwrapped and not last.unwrapped:
+            assumed.append("unwrapped positions, as they fill more than the box")
         said = [f"assumed {', '.join(assumed)}"] if assumed else []
-        said += ["no velocities"] if "velocities" in lacks else []
+        moving = [each.velocities is not None for each in (first, last)]
+        said += [] if all(moving) else ["no velocities in some frames" if any(moving) else "no velocities"]
         said += [f"left out {', '.join(first.dropped)}"] if first.dropped else []
         said += [f"lengths in {self._source.units}"] if self._source.units else []
         return said
@@ -214,11 +201,15 @@ class ForeignReader(Reader):
         return edges, shift / float(edges[1]) if shift else None
 
     def _strays(self, snapshot: Snapshot) -> bool:
-        """Tell whether a particle is farther outside of the periodic box than half of it."""
-        edges, _ = self._check_box(snapshot)
-        places = self._from_corner(snapshot) / edges
-        outside = np.maximum(-places, places - 1.0)[:, self._periodic(snapshot)]
-        return bool(outside[np.isfinite(outside)].max(initial=0.0) > 0.5)
+        """Tell whether particles fill more than one and a half of the periodic box.
+
+        Wherever its corner is, wrapped ones fill one, and molecules that stick out a little more.
+        """
+        edges, tilt = self._check_box(snapshot)
+        places = self._from_corner(snapshot)
+        places[:, 0] -= (tilt * places[:, 1]) if tilt else 0.0
+        spread = np.ptp(places, axis=0) / edges if len(places) else np.zeros(len(edges))
+        return bool((spread[self._periodic(snapshot)] > 1.5).any())
 
     def _periodic(self, snapshot: Snapshot) -> np.ndarray:
         flags = (True,) * 3 if self._box is not None or snapshot.periodic is None else snapshot.periodic
@@ -263,6 +254,9 @@ class ForeignReader(Reader):
         if found.images is not None and not self._unwrapped:
             counts += np.asarray(found.images).reshape(n, -1)[:, :d].astype(np.int64)
         positions, images = wrapped(places, np.where(periodic, edges, np.inf), counts)
+        walled = np.clip(positions, 0.0, edges)  # single precision rounds what touches a wall
+        touches = ~periodic & (np.abs(positions - walled) <= 4.0 * np.finfo(np.float32).eps * edges)
+        positions = np.where(touches, walled, positions)
         if tilt:
             positions[:, 0] += tilt * positions[:, 1]
         assert images is not None
@@ -283,6 +277,11 @@ class ForeignReader(Reader):
             species_names=names,
             periodic=tuple(periodic.tolist()),
             tilt=tilt,
+            lacks=frozenset(
+                name
+                for name in ("velocities", "masses", "diameters")
+                if getattr(found, name) is None and not (name == "diameters" and self._diameter is not None)
+            ),
         )
 
     def _followed(self, found: Snapshot) -> bool:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self, overload
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
+from carom.io.snapshot import PACKED, opened
 from carom.io.validation import flaw, step_back
-from carom.paths import uninterrupted, writing
+from carom.paths import existing, reading, uninterrupted, writing
+from carom.texts import counted
 
 if TYPE_CHECKING:
     import xarray
@@ -29,6 +32,7 @@ FOREIGN = {
     ".data": "LAMMPS data",
     ".lmp": "LAMMPS data",
     "data.": "LAMMPS data",
+    ".sph": "EDMD",
     ".xyz": "XYZ",
     ".extxyz": "XYZ",
     ".gsd": "GSD",
@@ -63,9 +67,6 @@ class Reader(ABC):
     A frame is read when it is accessed. ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for
     frame in reader`` work as for a list.
     """
-
-    lacks: frozenset[str] = frozenset()
-    """Fields of frames that the file of another program does not hold, such as ``"velocities"``."""
 
     foreign = False
     """Whether another program wrote the file."""
@@ -103,7 +104,7 @@ class Reader(ABC):
             return [self._checked(k) for k in range(*index.indices(len(self)))]
         k = index + len(self) if index < 0 else index
         if not 0 <= k < len(self):
-            raise IndexError(f"{self.path} holds {len(self)} frames; there is no frame {index}.")
+            raise IndexError(f"{self.path} holds {counted(len(self), 'frame')}; there is no frame {index}.")
         return self._checked(k)
 
     def frame(self, index: int) -> Frame:
@@ -129,7 +130,7 @@ class Reader(ABC):
     def __repr__(self) -> str:
         try:
             count = len(self)
-            holds = "1 frame" if count == 1 else f"{count} frames"
+            holds = counted(count, "frame")
         except (FileError, OSError, RuntimeError, ValueError):
             holds = "closed"
         return f"<{self.path}: {holds}>"
@@ -275,27 +276,41 @@ class Writer(ABC):
             self.close()
 
 
+_CELL = rb"[^\n]*\n[-+.\d \t]+\r?\n([ \t]*[-+]?\d*\.?\d+){3}"
+_BEGINS = {
+    "data.": rb"(?s).*\n[ \t]*\d+[ \t]+atoms\b",
+    "POSCAR": _CELL,
+    "CONTCAR": _CELL,
+    "XDATCAR": _CELL,
+    "": b"ITEM:",
+}
+"""Start of a name -> how such a file begins: anything may be called data.csv, and a dump anything at all."""
+
+
 def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
-    """Return the format of a file that another program may have written, by its name, or None."""
-    name = Path(path).name
-    name = name[:-3] if name.lower().endswith(".gz") else name
-    found = FOREIGN.get(Path(name).suffix.lower())
-    return found or next((form for start, form in FOREIGN.items() if name.startswith(start)), None)
+    """Return the format of a file that another program may have written, by name and beginning, or None."""
+    path = Path(path)
+    name = path.stem if path.suffix.lower() in PACKED else path.name
+    found = FOREIGN.get(Path(name).suffix.lower()) or (FOREIGN.get(name) if name in _BEGINS else None)
+    if found is not None:
+        return found
+    with reading(existing(path), "compressed"), opened(path) as file:
+        begin = file.read(4096)
+    starts = (start for start, look in _BEGINS.items() if name.startswith(start) and re.match(look, begin))
+    start = next(starts, None)
+    return None if start is None else FOREIGN[start or "dump."]
 
 
-def format_of(path: str | os.PathLike[str]) -> str:
+def format_of(path: str | os.PathLike[str], others: Iterable[str] = ()) -> str:
     """Return the format that a file name asks for: ``"h5md"``, ``"extxyz"`` or ``"gsd"``.
 
-    Raises
-    ------
-    InputError
-        If the suffix is none of the known ones.
+    The error about another one also names ``others``, which a conversion writes.
     """
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
             f"{path} has the suffix '{suffix}', which chooses the format; "
-            f"expected one of {', '.join(SUFFIXES)}."
+            f"expected one of {', '.join([*SUFFIXES, *others])}."
             + (" Such a file is written by carom export." if suffix in EXPORTED else "")
         )
     return SUFFIXES[suffix]

@@ -17,8 +17,9 @@ from warnings import warn
 
 import numpy as np
 
+from carom import checks
 from carom.bridges.embedding import edges, embed, names_of, plain, require_at_most_three
-from carom.errors import CaromWarning, InputError
+from carom.errors import CaromWarning
 from carom.frame import Frame
 from carom.io.claims import Claim, patiently
 from carom.io.formats import Reader, Writer
@@ -31,21 +32,13 @@ if TYPE_CHECKING:
 _KIND = "GSD"
 
 
-def _require(path: Path) -> None:
-    """Refuse a path for which the package gsd is needed and missing."""
-    try:
-        import gsd.hoomd  # noqa: F401
-    except ImportError:
-        raise InputError(
-            f"{path} needs the package gsd, which is not installed: pip install 'carom[gsd]'."
-        ) from None
+def hoomd_for(path: Path) -> Any:
+    """Return ``gsd.hoomd``; InputError if it is missing."""
+    return checks.needed("gsd.hoomd", str(path), "'carom[gsd]'")
 
 
 def _open(path: Path, mode: str) -> gsd.hoomd.HOOMDTrajectory:
-    _require(path)
-    import gsd.hoomd
-
-    return gsd.hoomd.open(str(path), mode)
+    return hoomd_for(path).open(str(path), mode)
 
 
 def _append(trajectory: gsd.hoomd.HOOMDTrajectory, stored: gsd.hoomd.Frame) -> None:
@@ -190,7 +183,7 @@ class GsdWriter(Writer):
 
     def __init__(self, path: Path, scene: Any = None, *, append: bool = False, keep: int | None = None):
         super().__init__(path, scene)
-        _require(path)
+        hoomd_for(path)
         self._file: gsd.hoomd.HOOMDTrajectory | None = None
         with writing(path):
             self._claim = Claim(path)

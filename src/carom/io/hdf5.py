@@ -124,12 +124,6 @@ class _Staged(io.RawIOBase):
         First the new end of the file is written, and after it a journal of the bytes that will overwrite
         older ones. Then these bytes are overwritten, and the journal is cut off. A kill at any moment thus
         leaves the file as it was, or with all that is needed to complete it.
-
-        Raises
-        ------
-        OSError
-            If a write fails, and at every later call. The file is then as the last commit left it, or, if
-            overwriting failed, as after this commit: the journal completes it when it is next opened.
         """
         assert self._claim is not None
         if self._failure is not None:
@@ -215,11 +209,6 @@ def made(path: Path, **settings: Any) -> Iterator[h5py.File]:
         The file; if a write fails, what is there is of no use.
     **settings
         Of ``h5py.File``.
-
-    Raises
-    ------
-    OSError
-        If a write fails.
     """
     import h5py
 
@@ -267,13 +256,7 @@ class Output:
         self._finalizer = weakref.finalize(self, _close, self.file, self._staged, claim)
 
     def flush(self) -> None:
-        """Bring everything to the disk.
-
-        Raises
-        ------
-        OSError
-            If that fails; everything flushed before is still there.
-        """
+        """Bring everything to the disk."""
         self.file.flush()
         self._staged.commit()
 
@@ -311,13 +294,7 @@ class Input:
 
 
 def inspect(path: str | os.PathLike[str]) -> None:
-    """Refuse an HDF5 file that is damaged, or refers to content outside of itself.
-
-    Raises
-    ------
-    FileError
-        If the file is refused, missing or no HDF5 file.
-    """
+    """Refuse an HDF5 file that is damaged, or refers to content outside of itself."""
     path = existing(path)
 
     def read() -> None:

@@ -30,13 +30,7 @@ and the last without a mark that a file is open for writing. After a kill, such 
 
 
 def opened(source: Any, mode: str = "r") -> h5py.File:
-    """Open an HDF5 file that exists, from a Python file object, and inspect it.
-
-    Raises
-    ------
-    ValueError, OSError, RuntimeError
-        If it is no HDF5 file, or holds what Carom never writes.
-    """
+    """Open an HDF5 file that exists, from a Python file object, and inspect it."""
     import h5py
 
     # Objects added to a file have checksums; a file that is only read may be of any format.

@@ -35,7 +35,7 @@ from MDAnalysis.core.topologyattrs import (
     Resnums,
     Segids,
 )
-from MDAnalysis.lib.mdamath import triclinic_box
+from MDAnalysis.lib.mdamath import triclinic_box, triclinic_vectors
 from MDAnalysis.lib.util import store_init_arguments
 from MDAnalysis.topology.base import TopologyReaderBase
 
@@ -231,6 +231,7 @@ class H5mdReader(H5MDReader):
     """
 
     format = "H5MD"
+    _same_frames = False
 
     @store_init_arguments
     def __init__(self, filename: Any, unwrapped: bool = False, **kwargs: Any):
@@ -254,24 +255,41 @@ class H5mdReader(H5MDReader):
 
     def _read_whole(self, frame: int) -> Any:
         ts = super()._read_frame(frame)
-        if self._unwrapped:
-            images = self._particle_group.get("image/value")
-            if images is None:
-                raise InputError(_NO_IMAGES)
+        images = self._images[frame] if self._unwrapped else None
+        if images is not None:
             if ts.dimensions is None:
                 raise InputError("These frames have no box, so that positions cannot be unwrapped.")
-            ts.positions = ts.positions + images[frame] * ts.dimensions[:3].astype(np.float64)
+            ts.positions = ts.positions + images @ triclinic_vectors(ts.dimensions).astype(np.float64)
         if "parameters/carom" in self._file:
-            self._keep(ts, frame)
+            self._keep(ts, frame, images)
         return ts
 
-    def _keep(self, ts: Any, frame: int) -> None:
+    @property
+    def _images(self) -> h5py.Dataset:
+        """Image counts (frames, n, 3), which must be those of the positions."""
+        group = self._particle_group
+        if "image" not in group:
+            raise InputError(_NO_IMAGES)
+        images, places = group["image"], group["position"]
+        if not self._same_frames:
+            self._same_frames = len(images["value"]) == len(places["value"]) and all(
+                np.array_equal(images[clock], places[clock])
+                for clock in {"step", "time"} & {*images} & {*places}
+            )
+            if not self._same_frames:
+                raise InputError(
+                    "Image counts have steps of their own; take carom.io.universe(path) instead."
+                )
+        return images["value"]
+
+    def _keep(self, ts: Any, frame: int, images: np.ndarray | None) -> None:
         """Keep what float32 and MDAnalysis lose of a frame of Carom."""
         group, d = self._particle_group, int(self._file["parameters/carom"].attrs["dimension"])
-        positions = group["position/value"][frame][:, :d]
-        if self._unwrapped:
-            positions = positions + group["image/value"][frame][:, :d] * group["box/edges/value"][frame][:d]
-        ts.data["positions"] = positions
+        positions = group["position/value"][frame]
+        if images is not None:
+            edges = group["box/edges/value"][frame]
+            positions = positions + images @ (np.diag(edges) if edges.ndim == 1 else edges)
+        ts.data["positions"] = positions[:, :d]
         ts.data["velocities"] = group["velocity/value"][frame][:, :d]
         ts.data["periodic"] = tuple(bool(kind == b"periodic") for kind in group["box"].attrs["boundary"][:d])
 
@@ -337,14 +355,6 @@ def universe(
         With radii, masses, velocities, box and time (``trajectory.dt`` is the spacing of the frames); of
         fewer than three dimensions padded with zeros. The species are the names and types of its atoms, so
         that ``select_atoms("name small")`` selects one.
-
-    Raises
-    ------
-    FileError
-        If a file cannot be read or holds no frames.
-    InputError
-        If there are no frames, they have more than three dimensions, or they are to be unwrapped and hold no
-        image counts.
     """
     frames: Reader | Sequence[Frame]
     if isinstance(source, Frame):

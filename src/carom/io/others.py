@@ -13,6 +13,7 @@ import numpy as np
 
 from carom.io.announced import ids_of, lattice_of, number_of, periodic_axes, words_of
 from carom.io.extxyz import Index, parse
+from carom.io.gsd import hoomd_for
 from carom.io.hdf5 import Input
 from carom.io.snapshot import Snapshot, Source, text_of, tilted_cell
 
@@ -20,6 +21,10 @@ if TYPE_CHECKING:
     import h5py
 
 _VELOCITIES = ("velo", "vel", "velocities", "velocity")
+_CLOCKS = ("step", "time")
+_SOMETIMES = ("velocity", "image")
+"""Elements of H5MD that a frame may do without."""
+_ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
 
 
 class Xyz(Source):
@@ -93,52 +98,107 @@ def _of_elements(symbols: Any, n: int) -> np.ndarray:
     return np.array([atomic_masses[atomic_numbers.get(str(name), 0)] for name in symbols])
 
 
-class Gro(Source):
-    """GRO of GROMACS, also of several frames."""
+class _Blocks(Source):
+    """Text of frames: line ``announced`` is the number of particles, and ``around`` lines are of none."""
 
-    units = "nm"
     ordered = True
+    announced = around = 0
+    comment = "\n"
 
     def __init__(self, path: Path):
         super().__init__(path)
-        self._lines = text_of(path)
+        self._lines = [line for line in text_of(path) if not line.startswith(self.comment)]
+        while self._lines and not self._lines[-1].strip():
+            self._lines.pop()
         self._starts: list[int] = []
         at = 0
-        while at < len(self._lines) and any(line.strip() for line in self._lines[at:]):
+        while at < len(self._lines):
             self._starts.append(at)
-            at += int(self._lines[at + 1]) + 3
+            number = "".join(self._lines[at + self.announced : at + self.announced + 1]).strip()
+            if not number.isdecimal() or int(number) == 0:
+                raise ValueError(f"frame {len(self) - 1} has {number!r} for its number of particles")
+            at += int(number) + self.around
         if at > len(self._lines):
             raise ValueError(f"it ends inside frame {len(self) - 1}")
 
     def __len__(self) -> int:
         return len(self._starts)
 
+    def _of(self, k: int) -> list[str]:
+        """Return the lines of frame k."""
+        return self._lines[self._starts[k] : (*self._starts, len(self._lines))[k + 1]]
+
+
+class Gro(_Blocks):
+    """GRO of GROMACS, also of several frames."""
+
+    units = "nm"
+    announced, around = 1, 3
+
     def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
-        at = self._starts[k]
-        n = int(self._lines[at + 1])
-        rows = self._lines[at + 2 : at + 2 + n]
+        """Return snapshot k; velocities that only some lines have are none."""
+        title, _, *rows, last = self._of(k)
         points = [m for m, letter in enumerate(rows[0]) if letter == "." and m >= 20]
         width = points[1] - points[0]  # as many digits as the writer likes; velocities have one more
-        places = _columns(rows, 20, width)
-        velocities = _columns(rows, 20 + 3 * width, points[4] - points[3]) if len(points) == 6 else None
-        names = np.array([row[10:15].strip() for row in rows])
-        box = [float(word) for word in self._lines[at + 2 + n].split()]
+        end = 20 + 3 * width
+        moving = all(row[end:].strip() for row in rows)
+        box = _numbers(last)
+        if len(box) not in (3, 9):
+            raise ValueError(f"the box of frame {k} is {last.strip()!r}; expected three numbers, or nine")
         cell = np.diag(box[:3])
         if len(box) == 9:
             (cell[0, 1], cell[0, 2], cell[1, 0], cell[1, 2], cell[2, 0], cell[2, 1]) = box[3:]
-        time = re.search(r"\bt=\s*(\S+)", self._lines[at])
+        time = re.search(r"\bt\s*=\s*(\S+)", title)
         return Snapshot(
-            places, cell, velocities=velocities, kinds=names,
+            _columns(rows, 20, width, k), cell,
+            velocities=_columns(rows, end, points[4] - points[3], k) if moving else None,
+            kinds=np.array([row[10:15].strip() for row in rows]),
             time=float(time[1]) if time and _is_number(time[1]) else None,
         )  # fmt: skip
 
 
-def _columns(rows: list[str], start: int, width: int) -> np.ndarray:
-    """Return three numbers of a fixed width of each row."""
-    return np.array(
-        [[float(row[m : m + width]) for m in range(start, start + 3 * width, width)] for row in rows]
-    )
+def _numbers(line: str) -> list[float]:
+    """Return the numbers of a line; those without a blank between have as many decimals as the last one."""
+    words = line.split()
+    if any(word.count(".") > 1 for word in words):
+        words = re.findall(rf"[-+]?\d*\.\d{{{len(words[-1]) - words[-1].rfind('.') - 1}}}", line)
+    return [float(word) for word in words]
+
+
+def _columns(rows: list[str], start: int, width: int, k: int) -> np.ndarray:
+    """Return three numbers of a fixed width of each row of frame k."""
+    words = [row[m : m + width] for row in rows for m in range(start, start + 3 * width, width)]
+    try:
+        return np.array(words, dtype=np.float64).reshape(-1, 3)
+    except ValueError:
+        at = next(at for at, word in enumerate(words) if not _is_number(word))
+        raise ValueError(f"frame {k} has {words[at]!r} where particle {at // 3 + 1} has a number") from None
+
+
+class Sph(_Blocks):
+    """The format of Smallenburg's EDMD programs: number, box, then letter, position and radius of each.
+
+    They write particles that left the box where they are (Eur. Phys. J. E 45, 22 (2022)), which is seen where
+    the particles fill more than the box. Lines that begin with # are comments.
+    """
+
+    announced, around = 0, 2
+    comment = "#"
+
+    def read(self, k: int) -> Snapshot:
+        """Return snapshot k."""
+        _, edges, *rows = self._of(k)
+        words = [row.split() for row in rows]
+        if {len(row) for row in words} != {5} or len(edges.split()) != 3:
+            raise ValueError(f"frame {k} does not have three edges, and five words for each particle")
+        box = np.array(edges.split(), dtype=np.float64)
+        table = np.array([row[1:] for row in words], dtype=np.float64)
+        places = table[:, :3]
+        return Snapshot(
+            places, np.diag(box), np.zeros(3), (True,) * 3, diameters=2.0 * table[:, 3],
+            kinds=np.array([row[0] for row in words]),
+            unwrapped=bool((np.ptp(places, axis=0) > (1.0 + _ROUNDING) * box).any()),
+        )  # fmt: skip
 
 
 class Gsd(Source):
@@ -147,10 +207,8 @@ class Gsd(Source):
     ordered = True
 
     def __init__(self, path: Path):
-        import gsd.hoomd
-
         super().__init__(path)
-        self._file = gsd.hoomd.open(str(path), "r")
+        self._file = hoomd_for(path).open(str(path), "r")
         self._held = {*self._file.file.find_matching_chunk_names("particles/")}
 
     def __len__(self) -> int:
@@ -196,6 +254,7 @@ class H5md(Source):
 
     def __init__(self, path: Path):
         super().__init__(path)
+        self._clocks: dict[Any, np.ndarray] = {}
         self._input = Input(path)
         try:
             groups = {
@@ -215,31 +274,37 @@ class H5md(Source):
         return 1 if _is_fixed(self._places) else len(_values(self._places))
 
     def _element(self, parent: Any, name: str, k: int) -> Any:
-        """Return an element at the step of position k, or None."""
+        """Return an element at the step of position k, or None; it may be stored at steps of its own."""
         node = parent.get(name)
         if node is None or _is_fixed(node):
             return None if node is None else node[()]
-        values = _values(node)
-        own, its = self._steps(), node.get("step")
-        if its is None or own is None or its.shape == () or np.array_equal(its[()], own):
-            return values[min(k, len(values) - 1)]
-        found = np.flatnonzero(its[()] == own[k])
-        if not found.size:
-            raise ValueError(f"its {name} has no value at the step of frame {k}")
-        return values[found[0]]
+        values, own = _values(node), [self._moments(self._places, clock) for clock in _CLOCKS]
+        at = [k] if len(values) == len(self) else [0] if len(values) == 1 else []
+        for ours, its in zip(own, (self._moments(node, clock) for clock in _CLOCKS), strict=True):
+            if ours is not None and its is not None:
+                at = np.flatnonzero(np.isclose(its, ours[k], rtol=1e-9, atol=0.0)).tolist()
+                at = [k] if k in at else at
+                break
+        if at or name in _SOMETIMES:
+            return values[at[0]] if at else None
+        if not len(values) or (values[()] != values[0]).any():  # what is always the same is so between
+            raise ValueError(f"it has no {name} at the step of frame {k}")
+        return values[0]
 
-    def _steps(self) -> np.ndarray | None:
-        steps = None if _is_fixed(self._places) else self._places.get("step")
-        return None if steps is None or steps.shape == () else steps[()]
+    def _moments(self, node: Any, clock: str) -> np.ndarray | None:
+        """Return the steps or times (k,) of the frames of an element, which may say an interval, or None."""
+        at = None if _is_fixed(node) else node.get(clock)
+        if at is None:
+            return None
+        count = len(_values(node))
+        if (at, count) not in self._clocks:
+            start = at.attrs.get("offset", 0)
+            self._clocks[at, count] = at[()] if at.shape else start + at[()] * np.arange(count)
+        return self._clocks[at, count]
 
     def _time(self, k: int) -> float | None:
-        for name in () if _is_fixed(self._places) else ("time", "step"):
-            node = self._places.get(name)
-            if node is not None:
-                if node.shape == ():  # an interval
-                    return float(k * node[()] + node.attrs.get("offset", 0.0))
-                return float(node[k])
-        return None
+        known = (self._moments(self._places, clock) for clock in reversed(_CLOCKS))
+        return next((float(moments[k]) for moments in known if moments is not None), None)
 
     def read(self, k: int) -> Snapshot:
         """Return snapshot k."""

@@ -49,13 +49,7 @@ def pack(array: np.ndarray) -> bytes:
 
 
 def unpack(packed: bytes, dtype: np.dtype, shape: tuple[int, ...]) -> np.ndarray:
-    """Return the array of a type and a shape whose bytes were packed.
-
-    Raises
-    ------
-    ValueError
-        If the bytes are damaged, or those of an array of another size. Larger ones are not unpacked whole.
-    """
+    """Return the array of a type and a shape whose bytes were packed."""
     size = math.prod(shape) * dtype.itemsize
     if min(shape, default=0) < 0 or size >= sys.maxsize:
         raise ValueError(f"an array cannot have the shape {shape}")

@@ -38,11 +38,6 @@ def read_text(path: Path, what: str, largest: int) -> str:
         What was expected, such as "a scene file (TOML) of about a page".
     largest : int
         Largest size [bytes].
-
-    Raises
-    ------
-    FileError
-        If it is missing, no regular file, larger, or not text in UTF-8.
     """
     try:
         if not path.is_file():
@@ -63,13 +58,7 @@ def read_text(path: Path, what: str, largest: int) -> str:
 
 
 def toml_tables(text: str) -> dict[str, Any]:
-    """Return the tables of a TOML text.
-
-    Raises
-    ------
-    InputError
-        If it is no TOML, or its values are nested too deeply.
-    """
+    """Return the tables of a TOML text."""
     # Imported here, because many commands read no TOML.
     import tomllib
 
@@ -84,13 +73,7 @@ def toml_tables(text: str) -> dict[str, Any]:
 
 
 def toml_value(value: Any) -> str:
-    """Return a value as TOML in one line; items of tables that are None are left out.
-
-    Raises
-    ------
-    InputError
-        If it holds half of a surrogate pair, as the name of a file that is no text does in Python.
-    """
+    """Return a value as TOML in one line; items of tables that are None are left out."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
@@ -129,12 +112,6 @@ def read_json(path: Path, check: Check, what: str, remedy: str) -> Any:
         The check of the content.
     what, remedy : str
         For the message: ``path is not what (...); remedy.``
-
-    Raises
-    ------
-    FileError
-        If the file is missing, damaged, nested too deeply, holds a number that is not finite, or its content
-        does not pass the check.
     """
     try:
         return check(parsed(read_text(path, what, LARGEST)), "its content")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import bz2
 import gzip
 import io
+import lzma
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -13,6 +16,13 @@ import numpy as np
 
 LONGEST = 1 << 24
 """Bytes of a line, at most: a file of zeros is one line that never ends."""
+
+PACKED = (".gz", ".bz2", ".xz")
+"""Suffixes of compressed files, before which stands that of the format."""
+
+_MAGIC: dict[bytes, Callable[[Path], Any]] = {
+    b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ\0": lzma.open,
+}  # fmt: skip
 
 
 @dataclass
@@ -78,8 +88,13 @@ class Source(ABC):
 
 
 def opened(path: Path) -> IO[bytes]:
-    """Open a text file for reading, compressed by gzip or not."""
-    return gzip.open(path) if path.suffix.lower() == ".gz" else path.open("rb")  # type: ignore[return-value]
+    """Open a text file for reading, compressed or not: its first bytes tell, whatever its name says."""
+    with path.open("rb") as file:
+        begin = file.read(6)
+    for magic, opener in _MAGIC.items():
+        if begin.startswith(magic):
+            return opener(path)
+    return path.open("rb")
 
 
 def text_of(path: Path) -> list[str]:
@@ -89,13 +104,7 @@ def text_of(path: Path) -> list[str]:
 
 
 def line_of(file: IO[bytes]) -> bytes:
-    """Return the next line.
-
-    Raises
-    ------
-    ValueError
-        If it is longer than any line of a frame.
-    """
+    """Return the next line."""
     line = file.readline(LONGEST)
     if len(line) == LONGEST:
         raise ValueError(f"a line is longer than {LONGEST} bytes")

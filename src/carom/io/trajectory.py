@@ -15,6 +15,7 @@ from carom.frame import Frame
 from carom.io import checkpoint, events
 from carom.io.claims import under_way
 from carom.io.formats import FOREIGN, SUFFIXES, Reader, Writer, foreign_format_of, format_of
+from carom.io.snapshot import PACKED
 from carom.paths import PARSE_ERRORS, existing, writable
 
 FRAMES = (
@@ -27,15 +28,7 @@ STATES = ("checkpoint.h5", "compression.h5")
 
 
 def trajectory_of(path: str | os.PathLike[str]) -> Path:
-    """Return the trajectory in a folder of a run or of a packing; a path to a file as it is.
-
-    Raises
-    ------
-    FileError
-        If the folder holds none.
-    InputError
-        If it is no path.
-    """
+    """Return the trajectory in a folder of a run or of a packing; a path to a file as it is."""
     if not isinstance(path, str | os.PathLike):
         raise InputError(
             f"A trajectory is named by the path of a file or folder, found {checks.describe(path)}."
@@ -76,10 +69,12 @@ def open_reader(
     With ``torn=True`` a last frame cut off by a kill is left out.
     """
     path = trajectory_of(path)
-    form = form_of(path)
+    form = foreign_format_of(path)
     if form is None:
         raise InputError(f"{path} has a name that tells no format; expected one of {', '.join(FOREIGN)}.")
     existing(path)
+    if path.suffix.lower() in PACKED and form in ("GSD", "H5MD", "XTC", "TRR", "DCD", "ASE trajectory"):
+        raise FileError(f"{path} is compressed, and {form} is not text; unpack the file first.")
     _refuse_states(path)
     if path.suffix.lower() not in SUFFIXES or _is_foreign(path):
         from carom.io.foreign import ForeignReader
@@ -92,15 +87,6 @@ def open_reader(
             frames.close()
             raise InputError(f"{path} was written by Carom and holds its {name}; leave {name} out.")
     return frames
-
-
-def form_of(path: Path) -> str | None:
-    """Return the format of a file by its name, or as a dump of LAMMPS starts; None of any other."""
-    form = foreign_format_of(path)
-    if form is None:
-        with existing(path).open("rb") as file:  # a folder or file that is not there has no format
-            return "LAMMPS dump" if file.read(5) == b"ITEM:" else None
-    return form
 
 
 def _refuse_states(path: Path) -> None:

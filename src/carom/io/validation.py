@@ -30,13 +30,7 @@ def whole(values: np.ndarray, low: int, high: int) -> bool:
 
 
 def narrowed(images: np.ndarray) -> np.ndarray:
-    """Return image counts as int32.
-
-    Raises
-    ------
-    ValueError
-        If they are no integers, or too large for int32.
-    """
+    """Return image counts as int32."""
     if not whole(images, _IMAGES.min, _IMAGES.max):
         raise ValueError(f"images hold what is no integer from {_IMAGES.min} to {_IMAGES.max}")
     return np.ascontiguousarray(images, dtype=np.int32)

@@ -7,26 +7,29 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks, seeds
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
+from carom.models import drives
 from carom.models.drives import Bath, Noise, by_species, kick, next_time, of_each
 from carom.models.mathematics.counter_random import normal, uniform
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
 
 KINDS = ("diffusion", "tumble")
 
 
+@answering(drives)
 class Propulsion(NamedTuple):
     """A kick turns a direction; the new velocity is along it, plus noise."""
 
     noise: Noise
     """The noise, which keeps nothing of a velocity; it counts the kicks."""
-    speed: np.ndarray
+    speed: Annotated[np.ndarray, parameter(-1)]
     """Speed along the direction, (n,) [length / time]."""
     tumbles: bool
     """Whether directions are forgotten at once, now and then, or diffuse."""
@@ -34,7 +37,7 @@ class Propulsion(NamedTuple):
     """Probability that a step ends with a tumble, or standard deviation of the angle of a step."""
     seed: int
     """Seed of the random numbers that turn."""
-    directions: np.ndarray
+    directions: Annotated[np.ndarray, kept()]
     """Unit vectors, (n, d)."""
 
     @property
@@ -42,18 +45,14 @@ class Propulsion(NamedTuple):
         """How many kicks each has had, (n,) int64."""
         return self.noise.drawn
 
+    def next_time(self, i, x, v, time):
+        return next_time(self.noise, i, x, v, time)
 
-@next_time.register
-def _(drive: Propulsion, i, x, v, time):
-    return next_time(drive.noise, i, x, v, time)
-
-
-@kick.register
-def _(drive: Propulsion, i, mass, x, v, time):
-    _turn(drive, i, drive.noise.drawn[i], v)  # the noise keeps nothing of v: it is room
-    kick(drive.noise, i, mass, x, v, time)
-    for axis in range(len(v)):
-        v[axis] += drive.speed[i] * drive.directions[i, axis]
+    def kick(self, i, mass, x, v, time):
+        _turn(self, i, self.noise.drawn[i], v)  # the noise keeps nothing of v: it is room
+        kick(self.noise, i, mass, x, v, time)
+        for axis in range(len(v)):
+            v[axis] += self.speed[i] * self.directions[i, axis]
 
 
 @inner

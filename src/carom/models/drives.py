@@ -15,14 +15,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple, Protocol
+from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from carom import checks, seeds
-from carom.compiling.registry import optional, required
+from carom.compiling.registry import answering, optional, required
 from carom.errors import InputError
 from carom.models.mathematics.counter_random import normal, uniform
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.species import species_count
 
@@ -79,41 +80,38 @@ def kick(drive, i, mass, x, v, time):
     """
 
 
+@answering(kick, next_time)
 class Noise(NamedTuple):
     """A velocity becomes ``keep v + width normal`` at events of each component."""
 
     keep: float
     """Part of the velocity that remains."""
-    width: np.ndarray
+    width: Annotated[np.ndarray, parameter(-1)]
     """Standard deviation of the noise along each axis, (n,) [length / time]."""
-    interval: float
+    interval: Annotated[float, parameter(1)]
     """Time between two events of a component; its mean, where they are random [time]."""
     random: bool
     """Whether the events are those of a Poisson process."""
     seed: int
     """Seed of the random numbers."""
-    due: np.ndarray
+    due: Annotated[np.ndarray, kept(1)]
     """When each component has its next event, (n,) [time]."""
-    drawn: np.ndarray
+    drawn: Annotated[np.ndarray, kept()]
     """How many each has had, (n,) int64."""
 
+    def next_time(self, i, x, v, time):
+        return self.due[i]
 
-@next_time.register
-def _(drive: Noise, i, x, v, time):
-    return drive.due[i]
-
-
-@kick.register
-def _(drive: Noise, i, mass, x, v, time):
-    k = drive.drawn[i]
-    drive.drawn[i] = k + 1
-    draw_index = k * (2 * len(v) + 1)
-    for axis in range(len(v)):
-        v[axis] = drive.keep * v[axis] + drive.width[i] * normal(drive.seed, i, draw_index + 2 * axis)
-    if drive.random:
-        drive.due[i] -= drive.interval * math.log(uniform(drive.seed, i, draw_index + 2 * len(v)))
-    else:  # by counting, so that no rounding adds up; never all at one instant
-        drive.due[i] = (np.float64(k + 1) + (np.float64(i) + 0.5) / len(drive.due)) * drive.interval
+    def kick(self, i, mass, x, v, time):
+        k = self.drawn[i]
+        self.drawn[i] = k + 1
+        draw_index = k * (2 * len(v) + 1)
+        for axis in range(len(v)):
+            v[axis] = self.keep * v[axis] + self.width[i] * normal(self.seed, i, draw_index + 2 * axis)
+        if self.random:
+            self.due[i] -= self.interval * math.log(uniform(self.seed, i, draw_index + 2 * len(v)))
+        else:  # by counting, so that no rounding adds up; never all at one instant
+            self.due[i] = (np.float64(k + 1) + (np.float64(i) + 0.5) / len(self.due)) * self.interval
 
 
 def noise_of(
@@ -137,13 +135,7 @@ def noise_of(
 
 
 def by_species(value: Any, what: str, most: float) -> float | tuple[float, ...]:
-    """Return a number of 0 to ``most``, or one a species.
-
-    Raises
-    ------
-    InputError
-        If it is neither.
-    """
+    """Return a number of 0 to ``most``, or one a species."""
     if not checks.several(value):
         return checks.number(value, what, low=0.0, high=most)
     values = tuple(float(each) for each in checks.array(value, what, "(K,)", ndim=1))

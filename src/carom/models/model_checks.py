@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from typing import Any
 
 import numpy as np
 
-from carom import checks
+from carom import checks, meant
 from carom.compiling import registry
 from carom.compiling.compile_errors import unknown_part
 from carom.errors import InputError
@@ -47,13 +46,7 @@ METHODS: dict[str, tuple[str, ...]] = {
 
 
 def checked(kind: str, value: Any) -> Any:
-    """Return the value of an interaction, a motion, an impact or a drive, or None where none is given.
-
-    Raises
-    ------
-    InputError
-        If it lacks a method, or is an interaction given as something else.
-    """
+    """Return the value of an interaction, a motion, an impact or a drive, or None where none is given."""
     if value is None:
         return None
     example = "Andersen" if kind == "drive" else USUAL[kind].__name__
@@ -82,18 +75,12 @@ def is_own(value: Any) -> bool:
 def lacks(value: Any, name: str) -> str:
     """Return that a value has no method of this name, and which of a similar name it has."""
     given = [each for each in dir(value) if is_own(value) and not each.startswith("_")]
-    similar = difflib.get_close_matches(name, given, n=1)
-    return f"has no {name}" + (f", but {similar[0]}" if similar else "")
+    similar = meant.nearest(name, given)
+    return f"has no {name}" + (f", but {similar}" if similar else "")
 
 
 def made(value: Any, particles: Particles) -> Any:
-    """Return the model that a value of one's own makes.
-
-    Raises
-    ------
-    InputError
-        If it makes none.
-    """
+    """Return the model that a value of one's own makes."""
     model = value.model(particles)
     if model is None:
         raise InputError(
@@ -104,13 +91,7 @@ def made(value: Any, particles: Particles) -> Any:
 
 
 def compilable(kind: str, model: Any) -> Any:
-    """Return a model that is a NamedTuple of what the compiler knows.
-
-    Raises
-    ------
-    InputError
-        If it is not.
-    """
+    """Return a model that is a NamedTuple of what the compiler knows."""
     wanted = "expected a number, an array of numbers, None, or a tuple of these"
     if not hasattr(model, "_fields"):
         raise InputError(f"The model of the {kind} is {checks.describe(model)}; expected a NamedTuple.")
@@ -127,13 +108,7 @@ def compilable(kind: str, model: Any) -> Any:
 
 
 def answered(kind: str, model: Any) -> Any:
-    """Return a model that can be compiled, all of whose required questions are answered.
-
-    Raises
-    ------
-    InputError
-        If one is not, or the model holds what the compiler does not know.
-    """
+    """Return a model that can be compiled, all of whose required questions are answered."""
     if model is not None:
         compilable(kind, model)
     has_steps = kind == "interaction" and registry.answers(step_time, type(model))
@@ -157,13 +132,7 @@ def answers_any(kind: str, model: Any) -> bool:
 
 
 def recalled(kind: str, stored: Any, given: Any) -> Any:
-    """Return the value for a scene from a file, or None for the usual one.
-
-    Raises
-    ------
-    InputError
-        If the file names a class of one's own, and none is given, or one with other parameters.
-    """
+    """Return the value for a scene from a file, or None for the usual one."""
     if stored is not None and given is None and "type" in stored:
         return tables.from_table(stored, kind)
     if stored is not None and given is None:

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks, seeds
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
-from carom.models.drives import Noise, kick, next_time, noise_of
+from carom.models import drives
+from carom.models.drives import Noise, noise_of
 from carom.models.mathematics.counter_random import normal, uniform
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
 
 
+@answering(drives)
 class PairNoise(NamedTuple):
     """In every interval each component meets a random other, and the two are kicked by opposite momenta.
 
@@ -23,18 +26,33 @@ class PairNoise(NamedTuple):
     tournament, drawn by counting: each other partner is as likely, and nothing needs to be stored.
     """
 
-    width: float
+    width: Annotated[float, parameter(-1)]
     """Standard deviation of the noise along each axis for equal masses [length / time]."""
     root_masses: np.ndarray
     """Square roots of the masses, (n,)."""
-    interval: float
+    interval: Annotated[float, parameter(1)]
     """Time from one kick of a component to the next, on average [time]."""
     seed: int
     """Seed of the random numbers."""
-    due: np.ndarray
+    due: Annotated[np.ndarray, kept(1)]
     """When each component has its next event, (n,) [time]."""
-    drawn: np.ndarray
+    drawn: Annotated[np.ndarray, kept()]
     """How many each has had, (n,) int64."""
+
+    def next_time(self, i, x, v, time):
+        return self.due[i]
+
+    def kick(self, i, mass, x, v, time):
+        k = self.drawn[i]
+        j = partner(self, i, k)
+        if j != i:
+            share = self.width * self.root_masses[j] / self.root_masses[i]
+            if i > j:
+                share = -share
+            for axis in range(len(v)):
+                v[axis] += share * normal(self.seed, min(i, j), 2 * (k * len(v) + axis))
+        self.drawn[i] = k + 1
+        self.due[i] = due(self, i, k + 1)
 
 
 @inner
@@ -66,25 +84,6 @@ def due(drive, i, k):
     """Return when i and its partner are kicked in interval k: a function of the two, the same for both."""
     first = min(i, partner(drive, i, k))
     return (np.float64(k) + (np.float64(first) + 0.5) / len(drive.due)) * drive.interval
-
-
-@next_time.register
-def _(drive: PairNoise, i, x, v, time):
-    return drive.due[i]
-
-
-@kick.register
-def _(drive: PairNoise, i, mass, x, v, time):
-    k = drive.drawn[i]
-    j = partner(drive, i, k)
-    if j != i:
-        share = drive.width * drive.root_masses[j] / drive.root_masses[i]
-        if i > j:
-            share = -share
-        for axis in range(len(v)):
-            v[axis] += share * normal(drive.seed, min(i, j), 2 * (k * len(v) + axis))
-    drive.drawn[i] = k + 1
-    drive.due[i] = due(drive, i, k + 1)
 
 
 @dataclass(frozen=True)

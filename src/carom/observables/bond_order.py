@@ -11,20 +11,19 @@ from __future__ import annotations
 
 import functools
 import math
-import warnings
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from carom import checks
 from carom.arithmetic import factor
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.neighbors import nearest, pairs_within
-from carom.observables.of_frames import OfFrames, refuse_tilted
-from carom.observables.statistics import Estimate, arrays, blocking
+from carom.observables.of_frames import OfFrames, of_species
+from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking
 from carom.observables.tessellation import voronoi_bonds
 from carom.results import Result
 from carom.scene.overlaps import Room
@@ -84,11 +83,9 @@ class BondOrder(OfFrames):
     rmax: float | None = None
     width: float = 0.1
     species: int | None = None
-    _local: list[float] = field(default_factory=list, init=False, repr=False)
-    _global: list[float] = field(default_factory=list, init=False, repr=False)
-    _bonds: list[float] = field(default_factory=list, init=False, repr=False)
-    _products: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
-    _pairs: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
+
+    _what = "order"
+    _same = ()
 
     def __post_init__(self) -> None:
         checks.integer(self.l, "l", low=1, high=12)
@@ -101,26 +98,20 @@ class BondOrder(OfFrames):
             if getattr(self, name) is not None:
                 checks.number(getattr(self, name), name, low=0.0, open_low=True)
 
-    def update(self, frame: Frame) -> None:
-        """Add the next frame."""
-        if self.voronoi:
-            refuse_tilted(frame, "BondOrder(voronoi=True)")
-        positions = frame.positions
-        if self.species is not None:
-            if frame.species is None or not (frame.species == self.species).any():
-                raise InputError(f"species is {self.species}, and the frame has none of them.")
-            positions = positions[frame.species == self.species]
+    @property
+    def _tilts(self) -> bool:
+        return not self.voronoi
+
+    def _of(self, frame: Frame) -> tuple[Any, ...]:
         if frame.dimension < 2:
             raise InputError("Bonds on a line have no directions to order; expected a frame of d >= 2.")
+        positions = frame.positions[of_species(frame, self.species)]
         room = Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
         places = room.wrapped(positions)
         orders, bonds = self._orders(room, places)
-        lengths = np.sqrt(np.sum(orders**2, axis=1))
-        self._local.append(float(lengths.mean()))
-        self._global.append(float(np.sqrt(np.sum(orders.mean(axis=0) ** 2))))
-        self._bonds.append(bonds / len(places))
-        if self.rmax is not None:
-            self._correlate(room, places, orders)
+        local = float(np.sqrt(np.sum(orders**2, axis=1)).mean())
+        whole = float(np.sqrt(np.sum(orders.mean(axis=0) ** 2)))
+        return local, whole, bonds / len(places), *self._correlated(room, places, orders)
 
     def _orders(self, room: Room, places: np.ndarray) -> tuple[np.ndarray, int]:
         """Return the order of each particle (n, h), zero without neighbors, and the number of bonds."""
@@ -153,12 +144,17 @@ class BondOrder(OfFrames):
         near = nearest(room, places, count)
         return np.stack([np.repeat(np.arange(len(places)), count), near.ravel()], axis=1)
 
-    def _correlate(self, room: Room, places: np.ndarray, orders: np.ndarray) -> None:
-        """Add the sums of ``q_i . q_j`` and the numbers of pairs in each bin."""
-        assert self.rmax is not None
-        _refuse_images(room, self.rmax, "rmax")
-        edges = self._edges
-        shape = len(edges) - 1
+    def _correlated(
+        self, room: Room, places: np.ndarray, orders: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the sums of ``q_i . q_j`` and the numbers of pairs in each bin."""
+        if self.rmax is None:
+            return np.zeros(0), np.zeros(0, np.int64)
+        edges, shape = self._edges, len(self._edges) - 1
+        if self._samples:  # bins for which the box has become too small have no pairs of this frame
+            edges = edges[edges <= _half(room)]
+        else:
+            _refuse_images(room, self.rmax, "rmax")
         sums, counts = np.zeros(shape), np.zeros(shape, np.int64)
         found = pairs_within(room, places, float(edges[-1]))
         for part in _portions(len(found)):
@@ -166,32 +162,23 @@ class BondOrder(OfFrames):
             bins = np.searchsorted(edges, room.distances(places, pairs), side="right") - 1
             i, j = pairs.T
             products = np.sum(orders[i] * orders[j], axis=1)
-            inside = bins < shape
+            inside = bins < len(edges) - 1
             sums += np.bincount(bins[inside], products[inside], shape)
             counts += np.bincount(bins[inside], minlength=shape)
-        self._products.append(sums)
-        self._pairs.append(counts)
+        return sums, counts
 
     @property
     def _edges(self) -> np.ndarray:
         """Edges of the bins of the correlation [length]."""
-        assert self.rmax is not None
+        if self.rmax is None:
+            return np.zeros(1)
         return self.width * np.arange(max(int(self.rmax / self.width * (1.0 + 1e-12)), 1) + 1)
 
-    def result(self) -> BondOrderResult:
-        """Return what was measured so far, with error bars from blocking over the frames."""
-        if not self._local:
-            raise InputError("No frame was given yet, so there is no order.")
-        edges, correlation = np.zeros(1), []
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # few frames have wide error bars
-            local, whole, bonds = (blocking(np.array(x)) for x in (self._local, self._global, self._bonds))
-            square = blocking(np.array(self._global) ** 2)
-            if self.rmax is not None:
-                edges = self._edges
-                rows = zip(np.transpose(self._products), np.transpose(self._pairs), strict=True)
-                correlation = [_ratio(sums, counts) for sums, counts in rows]
-        return BondOrderResult(self.l, local, whole, square, bonds, edges, *arrays(correlation))
+    def _found(self) -> BondOrderResult:
+        local, whole, bonds, sums, counts = (np.array(each) for each in zip(*self._samples, strict=True))
+        correlation = arrays([_ratio(*each) for each in zip(sums.T, counts.T, strict=True)])
+        means = blocking(local), blocking(whole), blocking(whole**2), blocking(bonds)
+        return BondOrderResult(self.l, *means, self._edges, *correlation)
 
 
 def orders_of(degree: int, n: int, pairs: np.ndarray, bonds: Callable[[slice], np.ndarray]) -> np.ndarray:
@@ -229,19 +216,23 @@ def _ratio(sums: np.ndarray, counts: np.ndarray) -> Estimate:
     """Return the mean over all pairs of all frames, with a linearised error; nan where there is no pair."""
     total = counts.sum()
     if not total:
-        return Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+        return UNKNOWN
     mean = sums.sum() / total
     found = blocking((sums - mean * counts) / (total / len(counts)))
     return Estimate(float(mean), found.error, found.n_eff, found.tau, found.blocks)
 
 
+def _half(room: Room) -> float:
+    """Return half of the shortest distance of two periodic faces [length]."""
+    apart = room.box / np.where(np.arange(len(room.box)) == 0, math.hypot(1.0, room.tilt), 1.0)
+    return 0.5 * float(apart[room.periodic].min(initial=math.inf))
+
+
 def _refuse_images(room: Room, reach: float, name: str) -> None:
-    apart = room.box / np.where(np.arange(len(room.box)) == 0, math.hypot(1.0, room.tilt), 1.0)  # of faces
-    shortest = float(apart[room.periodic].min(initial=math.inf))
-    if reach > 0.5 * shortest:
+    if reach > (half := _half(room)):
         raise InputError(
-            f"{name} is {reach:g}, beyond half of the shortest edge of the box ({0.5 * shortest:g}), where "
-            "images are counted twice."
+            f"{name} is {reach:g}, beyond half of the shortest edge of the box ({half:g}), where images are "
+            "counted twice."
         )
 
 

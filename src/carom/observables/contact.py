@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-import warnings
 
 import numpy as np
 
 from carom.arithmetic import exponential, power, pseudo_inverse
-from carom.errors import CaromWarning
-from carom.observables.statistics import Estimate, blocking
+from carom.observables.statistics import Estimate, blocking, unwarned
 
 # The fit is a parabola in ln g from contact to where g has fallen to half, but at most over a quarter of a
 # diameter. In this range g falls on a single scale at every density. For the reference histograms of the
@@ -75,9 +73,7 @@ def contact_value(
     size = frames // groups
     kept = counts[frames - groups * size :, :used].reshape(groups, size, used).sum(axis=1)
     without = [math.exp(fit.solve(total[:used] - part, frames - size, full)[0][0]) for part in kept]
-    with warnings.catch_warnings():
-        # As for g: a wide error bar shows too few samples.
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():  # As for g: a wide error bar shows too few samples.
         pseudo = blocking(groups * value - (groups - 1) * np.array(without))
     return Estimate(value, pseudo.error, pseudo.n_eff, pseudo.tau, pseudo.blocks)
 

@@ -40,7 +40,9 @@ class Course:
     equal : bool
         Whether all diameters are the same.
     cools, grows : bool
-        Whether contacts change the energy at constant diameters; whether diameters grow.
+        Whether the energy changes at constant diameters; whether diameters grow.
+    source : str
+        What changes the energy, with its verb.
     """
 
     durations: np.ndarray
@@ -52,10 +54,17 @@ class Course:
     equal: bool
     cools: bool
     grows: bool
+    source: str = "Contacts change"
 
     @classmethod
     def of(
-        cls, blocks: Sequence[Block], kT: float, packing_fraction: float, cube: float, exchanges: bool = False
+        cls,
+        blocks: Sequence[Block],
+        kT: float,
+        packing_fraction: float,
+        cube: float,
+        exchanges: bool = False,
+        source: str = source,
     ) -> Course:
         """Return the course of blocks; blocks without their own kT and sizes have the given ones.
 
@@ -77,7 +86,7 @@ class Course:
             cube = dot(durations, np.array([each.cube for each in sizes])) / float(durations.sum())
             filling, equal = filled / packing_fraction, all(each.equal for each in sizes)
         cools = changes and not grows and not exchanges
-        return cls(durations, heat, filling, kT, packing_fraction, cube, equal, cools, grows)
+        return cls(durations, heat, filling, kT, packing_fraction, cube, equal, cools, grows, source)
 
     @property
     def note(self) -> str:
@@ -85,7 +94,7 @@ class Course:
         if self.cools:
             first, last = self.kT * self.heat[0], self.kT * self.heat[-1]
             return (
-                f"Contacts change the energy (kT from {first:.3g} to {last:.3g}): Z is PV / NkT with the kT "
+                f"{self.source} the energy (kT from {first:.3g} to {last:.3g}): Z is PV / NkT with the kT "
                 "of each moment, averaged over collisions; P and kT are averages over time."
             )
         if self.grows:

@@ -7,20 +7,20 @@ to one cluster.
 
 from __future__ import annotations
 
-import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from carom import checks
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.bond_order import BondOrder, orders_of
-from carom.observables.of_frames import OfFrames, refuse_tilted
+from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import Estimate, blocking
 from carom.results import Result
 from carom.scene.overlaps import Room
+from carom.texts import counted
 
 DEGREE = 6
 
@@ -66,30 +66,22 @@ class Crystallinity(OfFrames):
     reach: float | None = None
     likeness: float = 0.5
     connections: int = 7
-    _times: list[float] = field(default_factory=list, init=False, repr=False)
-    _solid: list[int] = field(default_factory=list, init=False, repr=False)
-    _largest: list[int] = field(default_factory=list, init=False, repr=False)
-    _n: int = field(default=0, init=False, repr=False)
+
+    _what = "crystallinity"
+    _same = ("n",)
 
     def __post_init__(self) -> None:
         self._bonds = BondOrder(DEGREE, nearest=self.nearest, reach=self.reach)
         checks.number(self.likeness, "likeness", low=-1.0, high=1.0)
         checks.integer(self.connections, "connections", low=1)
 
-    def update(self, frame: Frame) -> None:
-        """Add the next frame."""
-        refuse_tilted(frame, "Crystallinity")
+    def _of(self, frame: Frame) -> tuple[float, int, int]:
         if frame.dimension != 3:
             raise InputError(
                 f"Solid-like particles are those of three dimensions, and a frame has {frame.dimension}."
             )
-        if self._times and frame.n != self._n:
-            raise InputError(f"A frame has {frame.n} particles after one with {self._n}.")
         solid, sizes = self._clusters(frame)
-        self._n = frame.n
-        self._times.append(frame.time)
-        self._solid.append(int(solid.sum()))
-        self._largest.append(int(sizes.max(initial=0)))
+        return frame.time, int(solid.sum()), int(sizes.max(initial=0))
 
     def _clusters(self, frame: Frame) -> tuple[np.ndarray, np.ndarray]:
         """Return which particles (n,) are solid-like, and the numbers of particles in their clusters."""
@@ -110,17 +102,12 @@ class Crystallinity(OfFrames):
         _, cluster = connected_components(graph, directed=False)
         return solid, np.bincount(cluster[solid])
 
-    def result(self) -> CrystallinityResult:
-        """Return what was measured so far, with error bars from blocking over the frames."""
-        if not self._times:
-            raise InputError("No frame was given yet, so there is no crystallinity.")
-        solid, largest = np.array(self._solid), np.array(self._largest)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # few frames have wide error bars
-            return CrystallinityResult(
-                self._n, blocking(solid / self._n), blocking(largest.astype(np.float64)),
-                np.array(self._times), solid, largest,
-            )  # fmt: skip
+    def _found(self) -> CrystallinityResult:
+        times, solid, largest = map(np.array, zip(*self._samples, strict=True))
+        n = self._first.n
+        return CrystallinityResult(
+            n, blocking(solid / n), blocking(largest.astype(np.float64)), times, solid, largest
+        )
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -153,7 +140,7 @@ class CrystallinityResult(Result):
             ("solid-like fraction", self.solid_fraction.value_text),
             ("largest cluster", self.largest.value_text),
         ]
-        return f"Crystallinity of {self.n} particles, {self.times.size} frames", rows
+        return f"Crystallinity of {counted(self.n, 'particle')}, {counted(self.times.size, 'frame')}", rows
 
     def _columns(self) -> dict[str, Any]:
         return {"time": self.times, "solid": self.solid, "largest_cluster": self.largest_cluster}

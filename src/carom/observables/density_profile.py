@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from carom import checks
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.frame import Frame
-from carom.observables.of_frames import OfFrames, refuse_other_box, refuse_tilted
+from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import arrays, blocking, shown
 from carom.results import Result
-from carom.texts import axis_name
+from carom.texts import axis_name, counted
 
 
 @dataclass
@@ -35,8 +34,12 @@ class DensityProfile(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`update`, if there is no such axis, the frame has no species or not this one, or the box
-        changes; from :meth:`result`, before any frame.
+        From :meth:`update`, if there is no such axis, or the frame has no species or not this one; from
+        :meth:`result`, before any frame.
+
+    Notes
+    -----
+    Where the box changes, each frame has slabs of its own, and their edges are the mean ones.
 
     Examples
     --------
@@ -50,20 +53,20 @@ class DensityProfile(OfFrames):
     axis: int = 0
     bins: int = 64
     species: int | None = None
-    _counts: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
-    _edges: np.ndarray = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
-    _slab: float = field(default=0.0, init=False, repr=False)
-    _box: tuple[float, ...] = field(default=(), init=False, repr=False)
+
+    _what = "number density"
+    _same = ("dimension",)
 
     def __post_init__(self) -> None:
         checks.integer(self.axis, "axis", low=0)
         checks.integer(self.bins, "bins", low=1)
 
-    def update(self, frame: Frame) -> None:
-        """Add the next frame."""
-        refuse_tilted(frame, "DensityProfile")
-        if self.axis >= frame.dimension:
-            raise InputError(f"axis is {self.axis}, and a frame has axes 0 to {frame.dimension - 1}.")
+    def _begin(self, first: Frame) -> None:
+        if self.axis >= first.dimension:
+            raise InputError(f"axis is {self.axis}, and a frame has axes 0 to {first.dimension - 1}.")
+
+    def _of(self, frame: Frame) -> tuple[np.ndarray, float]:
+        """Return the density in the slabs of the frame, and the length of its axis over the first one."""
         x = frame.positions[:, self.axis]
         if self.species is not None:
             if frame.species is None:
@@ -72,22 +75,15 @@ class DensityProfile(OfFrames):
             if self.species not in known:
                 raise InputError(f"species is {self.species}; known are {', '.join(map(str, known))}.")
             x = x[frame.species == self.species]
-        edge = frame.box[self.axis]
-        if not self._counts:
-            self._edges = np.linspace(0.0, edge, self.bins + 1)
-            self._slab, self._box = float(np.prod(frame.box)) / self.bins, tuple(frame.box)
-        refuse_other_box(frame, self._box, "DensityProfile")
-        self._counts.append(np.histogram(x, self._edges)[0] / self._slab)
+        edges = np.linspace(0.0, frame.box[self.axis], self.bins + 1)
+        longer = float(frame.box[self.axis] / self._first.box[self.axis])
+        return np.histogram(x, edges)[0] / (float(np.prod(frame.box)) / self.bins), longer
 
-    def result(self) -> DensityProfileResult:
-        """Return the profile so far, with error bars from blocking over the frames."""
-        if not self._counts:
-            raise InputError("No frame was given yet, so there is no profile.")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # few frames have wide error bars
-            found = [blocking(column) for column in np.transpose(self._counts)]
-        density, error = arrays(found)
-        return DensityProfileResult(self._edges, density, error, self.axis, len(self._counts))
+    def _found(self) -> DensityProfileResult:
+        found, longer = zip(*self._samples, strict=True)
+        density, error = arrays([blocking(column) for column in np.transpose(found)])
+        edges = np.linspace(0.0, self._first.box[self.axis], self.bins + 1) * float(np.mean(longer))
+        return DensityProfileResult(edges, density, error, self.axis, len(found))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -123,7 +119,8 @@ class DensityProfileResult(Result):
             ("lowest", shown(self.density, self.error, int(np.argmin(self.density)))),
             ("highest", shown(self.density, self.error, int(np.argmax(self.density)))),
         ]
-        return f"Number density along {axis_name(self.axis)} [1 / length^d], {self.frames} frames", rows
+        frames = counted(self.frames, "frame")
+        return f"Number density along {axis_name(self.axis)} [1 / length^d], {frames}", rows
 
     def _columns(self) -> dict[str, Any]:
         return {

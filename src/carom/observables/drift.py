@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 
 import numpy as np
 
 from carom.arithmetic import dot
-from carom.errors import CaromWarning
+from carom.frame import Frame
 from carom.observables.quantiles import normal_above, student_tail
-from carom.observables.statistics import blocking
+from carom.observables.statistics import blocking, unwarned
 
 PARTS = 16
 """Number of means of a series: few enough to be nearly independent, enough to give their scatter."""
@@ -94,8 +93,7 @@ def relaxation(values: Sequence[float]) -> float:
     if x.size < 32 or _constant(x):
         return 0.0
     early, late = x[: x.size // 4], x[x.size // 2 :]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():
         after = blocking(late)
     error = after.error * math.sqrt(1.0 + late.size / early.size)
     return _as_normal(float(early.mean()) - after.mean, error, after.degrees_of_freedom)
@@ -127,3 +125,9 @@ def drifts(values: Sequence[float]) -> bool:
     shared = normal_above(LEVEL / 4.0)
     single = normal_above(LEVEL / 4.0 / len(values))
     return abs(together(values)) > shared or max(abs(v) for v in values) > single
+
+
+def moved(start: np.ndarray, frame: Frame) -> float:
+    """Return the median distance of a ``frame`` from ``start`` (n, d), in mean spacings ``(V / n)^(1/d)``."""
+    distance = np.sqrt(np.sum((frame.unwrapped - start) ** 2, axis=1))
+    return float(np.median(distance)) / float((math.prod(frame.box) / frame.n) ** (1.0 / frame.dimension))

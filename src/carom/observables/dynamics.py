@@ -9,19 +9,17 @@ the logarithm of the number of frames.
 from __future__ import annotations
 
 import functools
-import math
-import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks, jit
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.frame import Frame
-from carom.observables.of_frames import OfFrames, refuse_other_box, refuse_tilted
-from carom.observables.statistics import Estimate, arrays, blocking, shown
+from carom.observables.of_frames import OfFrames, of_species
+from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
 from carom.scene import temperature
@@ -94,6 +92,11 @@ class Dynamics(OfFrames):
         changes, or the momentum along an axis that was taken. From :meth:`result`, if there are fewer than 9
         frames.
 
+    Notes
+    -----
+    Frames of other programs may have no velocities: correlations with them are then nan, and the motion of
+    the center of mass stays in the displacements.
+
     Examples
     --------
     >>> import carom
@@ -106,18 +109,8 @@ class Dynamics(OfFrames):
     species: int | None = None
     shells: int = 0
     conserved: Sequence[bool] | None = None
-    _levels: list[_Level] = field(default_factory=list, init=False, repr=False)
-    _frames: int = field(default=0, init=False, repr=False)
-    _first: float = field(default=0.0, init=False, repr=False)
-    _every: float = field(default=0.0, init=False, repr=False)
-    _shape: tuple[int, int] = field(default=(0, 0), init=False, repr=False)
-    _drift: np.ndarray = field(default_factory=lambda: np.zeros(0), init=False, repr=False)
-    _momentum: np.ndarray | None = field(default=None, init=False, repr=False)
-    _chosen: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64), init=False, repr=False)
-    _waves: Waves | None = field(default=None, init=False, repr=False)
-    _box: tuple[float, ...] = field(default=(), init=False, repr=False)
-    _structure: list[np.ndarray] = field(default_factory=list, init=False, repr=False)
-    _square: list[float] = field(default_factory=list, init=False, repr=False)
+
+    _what = "correlation in time"
 
     def __post_init__(self) -> None:
         checks.integer(self.shells, "shells", low=0)
@@ -127,27 +120,33 @@ class Dynamics(OfFrames):
         if self.conserved is None:
             self.conserved = temperature.conserved(scene)
 
-    def update(self, frame: Frame) -> None:
-        """Add the next frame."""
-        refuse_tilted(frame, "Dynamics")
-        if frame.images is None:
-            raise InputError(
-                "Displacements need image counts, which this frame lacks; sample with "
-                "carom.Tuning(images=True)."
-            )
-        if self._frames == 0:
-            self._begin(frame)
+    def _begin(self, first: Frame) -> None:
+        momentum = np.sum(first.masses[:, None] * first.velocities, axis=0)
+        still, self._momentum = self.conserved, None
+        if still is None and "velocities" in first.lacks:
+            still = (False,) * first.dimension
+        elif still is None:
+            still = [wraps and first.n > 1 for wraps in first.periodic]
+            self._momentum = np.where(still, momentum, np.nan)  # a difference from nan is never too large
+        elif len(still) != first.dimension:
+            raise InputError(f"conserved has {len(still)} values, and a frame has {first.dimension} axes.")
+        self._drift = np.where(still, momentum / first.masses.sum(), 0.0)
+        self._chosen = np.flatnonzero(of_species(first, self.species))
+        self._waves = Waves.of(first.box, self.shells) if self.shells else None
+        self._levels: list[_Level] = []
+        self._every = 0.0
+
+    def _of(self, frame: Frame) -> tuple[float, np.ndarray]:
+        """Return the mean of v^2 and S(q) of a frame, after it was correlated with those before it."""
         self._check(frame)
         v = frame.velocities - self._drift
-        r = frame.unwrapped - self._drift * (frame.time - self._first)
-        self._square.append(float(np.mean(np.sum(v[self._chosen] ** 2, axis=1))))
+        v[:] = np.nan if "velocities" in frame.lacks else v
+        r = frame.unwrapped - self._drift * (frame.time - self._first.time)
         rho = None if self._waves is None else self._waves.density(frame.positions[self._chosen])
-        if rho is not None and self._waves is not None:
-            self._structure.append(self._waves.average(np.sum(rho * rho, axis=1)) / len(self._chosen))
-        count, level = self._frames, 0
+        count, level = len(self._samples), 0
         while True:
             if level == len(self._levels):
-                self._levels.append(_Level(*self._shape, 0 if rho is None else len(rho)))
+                self._levels.append(_Level(frame.n, frame.dimension, 0 if rho is None else len(rho)))
             self._levels[level].take(r, v, rho, level, self._chosen, self._waves)
             if count % 2:
                 break
@@ -155,32 +154,23 @@ class Dynamics(OfFrames):
             level += 1
             if count == 0 and level > 0:
                 break
-        self._frames += 1
-
-    def _begin(self, frame: Frame) -> None:
-        self._first, self._shape = frame.time, (frame.n, frame.dimension)
-        momentum = np.sum(frame.masses[:, None] * frame.velocities, axis=0)
-        still = self.conserved
-        if still is None:
-            still = [wraps and frame.n > 1 for wraps in frame.periodic]
-            self._momentum = np.where(still, momentum, np.nan)  # a difference from nan is never too large
-        elif len(still) != frame.dimension:
-            raise InputError(f"conserved has {len(still)} values, and a frame has {frame.dimension} axes.")
-        self._drift = np.where(still, momentum / frame.masses.sum(), 0.0)
-        chosen = np.ones(frame.n, bool)
-        if self.species is not None:
-            if frame.species is None or not (frame.species == self.species).any():
-                raise InputError(f"species is {self.species}, and the frame has none of them.")
-            chosen = frame.species == self.species
-        self._chosen = np.flatnonzero(chosen)
-        self._waves = Waves.of(frame.box, self.shells) if self.shells else None
-        self._box = tuple(frame.box)
+        square = float(np.mean(np.sum(v[self._chosen] ** 2, axis=1)))
+        if rho is None or self._waves is None:
+            return square, np.zeros(0)
+        return square, self._waves.average(np.sum(rho * rho, axis=1)) / len(self._chosen)
 
     def _check(self, frame: Frame) -> None:
-        if (frame.n, frame.dimension) != self._shape:
-            raise InputError(f"A frame has {frame.n} components after one with {self._shape[0]}.")
-        refuse_other_box(frame, self._box, "Dynamics")
-        if self._momentum is not None:
+        if not np.array_equal(frame.box, self._first.box):
+            raise InputError(
+                f"A frame has box {frame.box.tolist()}, the first one {self._first.box.tolist()}; "
+                "displacements are those in one box: measure them in a run at constant volume."
+            )
+        if frame.images is None:
+            raise InputError(
+                "Displacements need image counts or unwrapped positions, which a frame lacks; sample with "
+                "carom.Tuning(images=True)."
+            )
+        if self._momentum is not None and "velocities" not in frame.lacks:
             momenta = frame.masses[:, None] * frame.velocities
             change = np.abs(np.sum(momenta, axis=0) - self._momentum)
             if (change > SAME * float(np.sum(np.abs(momenta)))).any():
@@ -189,10 +179,14 @@ class Dynamics(OfFrames):
                     "obstacle: the motion of the centre of mass is no mere drift. Say along which axes it is "
                     "conserved, Dynamics(conserved=...), or let Simulation.measure take the frames."
                 )
-        if self._frames == 1:
-            self._every = frame.time - self._first
-        late = frame.time - self._first - self._frames * self._every
-        if self._frames and not (self._every > 0.0 and abs(late) <= 1e-6 * self._every):
+        elapsed, count = frame.time - self._first.time, len(self._samples)
+        if count == 1:
+            self._every = elapsed
+        # XTC, TRR and DCD hold times in single precision: the first two and this one are rounded.
+        single = all(float(np.float32(time)) == time for time in (self._first.time, frame.time))
+        rounding = abs(frame.time) + count * (abs(self._first.time) + self._every)
+        slack = 1e-6 * self._every + (2.0**-23 if single else 2.0**-52) * rounding
+        if count and not (self._every > 0.0 and abs(elapsed - count * self._every) <= slack):
             raise InputError(
                 f"A frame at time {frame.time:g} is not {self._every:g} after the one before; correlations "
                 "in time need equal spacing: sim.sample(every=...)."
@@ -210,37 +204,28 @@ class Dynamics(OfFrames):
             np.array([x.mean(axis=0) for _, x, _ in rows]).reshape(-1, 4),
         )
 
-    def result(self) -> DynamicsResult:
-        """Return what was measured so far, with error bars from blocking over the origins of time.
-
-        Raises
-        ------
-        InputError
-            If there are fewer than 9 frames.
-        """
+    def _found(self) -> DynamicsResult:
         rows = self._rows(FEW)
         if not rows:
             raise InputError(
-                f"{self._frames} frames are too few for a correlation in time; take {FEW + 1} or more."
+                f"{len(self._samples)} frames are too few for a correlation in time; take {FEW + 1} or more."
             )
-        d = self._shape[1]
+        d = self._first.dimension
         squares: list[Estimate] = []
         gaussian: list[Estimate] = []
         velocities: list[Estimate] = []
         diffusion: list[Estimate] = []
         scattering: list[tuple[np.ndarray, np.ndarray]] = []
-        with warnings.catch_warnings():
-            # A long time has few origins; its wide error bar shows this.
-            warnings.simplefilter("ignore", CaromWarning)
-            for _, x, f in rows:
-                square, fourth, product, moved = x.T
-                squares.append(blocking(square))
-                gaussian.append(_non_gaussian(square, fourth, d))
-                velocities.append(blocking(product / d))
-                diffusion.append(blocking(moved / d))
-                scattering.append(arrays([blocking(column) for column in f.T]))
-            structure = arrays([blocking(column) for column in np.transpose(self._structure)])
-            square_now = blocking(np.array(self._square) / d)
+        for _, x, f in rows:
+            square, fourth, product, moved = x.T
+            squares.append(blocking(square))
+            gaussian.append(_non_gaussian(square, fourth, d))
+            velocities.append(_mean(product / d))
+            diffusion.append(_mean(moved / d))
+            scattering.append(arrays([blocking(column) for column in f.T]))
+        now, later = zip(*self._samples, strict=True)
+        structure = arrays([blocking(column) for column in np.transpose(later)])
+        square_now = _mean(np.array(now) / d)
         q = np.zeros(0) if self._waves is None else self._waves.lengths
         return DynamicsResult(
             d,
@@ -266,11 +251,16 @@ class Dynamics(OfFrames):
         return found
 
 
+def _mean(values: np.ndarray) -> Estimate:
+    """Return the mean with its error, which is unknown where a frame has no velocities."""
+    return UNKNOWN if np.isnan(values).any() else blocking(values)
+
+
 def _non_gaussian(square: np.ndarray, fourth: np.ndarray, d: int) -> Estimate:
     """Return ``d <r^4> / ((d + 2) <r^2>^2) - 1`` with a linearised error."""
     a, b = float(square.mean()), float(fourth.mean())
     if a == 0.0:
-        return Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+        return UNKNOWN
     scale = d / (d + 2.0) / a**2
     linear = blocking(scale * (fourth - 2.0 * b / a * (square - a)))
     return Estimate(scale * b - 1.0, linear.error, linear.n_eff, linear.tau, linear.blocks)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
@@ -11,10 +10,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.block import Block
-from carom.errors import CaromWarning, InputError
-from carom.observables.statistics import Estimate, ratio
+from carom.errors import InputError
+from carom.observables.statistics import Estimate, ratio, unwarned
 from carom.results import Result
 from carom.scene.temperature import degrees_of_freedom
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -86,8 +86,7 @@ class Energy:
         temperatures = np.array([each.kT for each in energies])
         thermal = ratio(temperatures * durations, durations)
         found = ratio(means * durations, durations)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # what is conserved changes by rounding alone
+        with unwarned():  # what is conserved changes by rounding alone
             total = ratio((means + half * temperatures) * durations, durations)
         if not np.ptp(means) and not any(block.collisions for block in kept):
             found, total = (Estimate(x.mean, math.inf, 0.0, math.inf, len(kept)) for x in (found, total))
@@ -132,7 +131,7 @@ class EnergyResult(Result):
             ("total [energy]", self.total),
             ("kT [energy]", self.kT),
         ]
-        return f"Energy of one of {self.n} particles", [(name, e.value_text) for name, e in rows]
+        return f"Energy of one of {counted(self.n, 'particle')}", [(name, e.value_text) for name, e in rows]
 
     def __str__(self) -> str:
         return (

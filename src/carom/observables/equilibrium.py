@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom.arithmetic import dot
-from carom.errors import CaromWarning
 from carom.observables.drift import LEVEL, PARTS, drift, relaxation
 from carom.observables.quantiles import normal_above, student_above
-from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
+from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, too_few, unwarned
 from carom.theory import FREEZING, NEAR_FREEZING
 
 if TYPE_CHECKING:
@@ -84,8 +82,8 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
     There are three tests. The first is for a trend: :func:`carom.observables.drift.drift` of up to 16 parts,
     each of at least 8 independent samples, at the level of 1e-3. If there is none, the second is for a decay
     at the start: :func:`carom.observables.drift.relaxation`, at the same level. The third is for fewer than 8
-    independent samples in 16 blocks or more: the number then changes as slowly as in a relaxation. Below 4
-    samples ``blocking`` has warned.
+    independent samples in 16 blocks or more: the number then changes as slowly as in a relaxation; and for
+    fewer than 4 in any number of blocks.
     """
     said = []
     trend = drift(values, _parts(np.asarray(values, dtype=np.float64))) if found.error > 0.0 else 0.0
@@ -101,7 +99,9 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
             f"from its second half, and one run of {1.0 / LEVEL:.0f} in equilibrium has "
             f"{_beyond(LEVEL):.1f}. Equilibrate longer, then measure again."
         )
-    if FEW_SAMPLES <= found.n_eff < FEW <= 0.5 * len(values):
+    if found.n_eff < FEW_SAMPLES:
+        said.append(too_few(found.n_eff, f" of {name}"))
+    elif found.n_eff < FEW <= 0.5 * len(values):
         said.append(
             f"Only {found.n_eff:.0f} independent samples of {name} were found in {len(values)} blocks: it "
             "changes slowly, and its error bar is a guess. Run longer, after a longer equilibration."
@@ -131,8 +131,7 @@ def equipartition(
     tail = 0.5 * LEVEL / max(len(names), 1)
     found = []
     for name, values, alone in _temperatures(names, series, freedoms):
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)
+        with unwarned():
             mean = blocking(values)
         # Both are bounds on the deviation of the mean by chance.
         bound = min(
@@ -241,8 +240,7 @@ def _parts(values: np.ndarray) -> int:
         return FEWEST_PARTS
     times = np.arange(values.size) - 0.5 * (values.size - 1)
     rest = values - values.mean() - dot(times, values) / dot(times, times) * times
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():
         known = min(blocking(rest).n_eff, float(values.size))
     return min(PARTS, max(FEWEST_PARTS, int(known / PART)))
 

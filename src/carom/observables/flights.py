@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.errors import CaromWarning
-from carom.observables.statistics import Estimate, arrays, ratio
+from carom.observables.statistics import Estimate, arrays, ratio, unwarned
 from carom.results import Result
 
 
@@ -157,8 +155,7 @@ def flights_of(
         Widths of the bins of time, path and speed.
     """
     kinds = range(len(counts))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)  # bins with few samples have wide error bars
+    with unwarned():  # bins with few samples have wide error bars
         times, paths = (
             tuple(
                 _distribution(

@@ -13,15 +13,13 @@ temperature, at every height; a bed that loses energy has none that is the same 
 from __future__ import annotations
 
 import math
-import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.errors import CaromWarning
 from carom.models.motions.gravity import Gravity
-from carom.observables.statistics import Estimate, ratio
+from carom.observables.statistics import Estimate, ratio, unwarned
 
 if TYPE_CHECKING:
     from carom.frame import Frame
@@ -118,8 +116,7 @@ class Layers:
         layers = []
         for k in np.flatnonzero(members.sum(axis=1)).tolist():
             held = freedoms[k] > 0.0
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", CaromWarning)  # few samples: the error says so
+            with unwarned():  # few samples: the error says so
                 kT = ratio(energies[k][held], freedoms[k][held]) if held.any() else None
             ends = k * self._width, min((k + 1) * self._width, self._room)
             layers.append(Layer(*ends, float(members[k].sum()) / looks, kT))

@@ -106,11 +106,6 @@ def mean_squares(moments: HelfandMoments, lags: Sequence[int], rate: float) -> M
         Approximate pressure times volume, which is subtracted from the change of the trace [energy]. The
         caller corrects for its difference from the mean.
 
-    Raises
-    ------
-    InputError
-        If a lag is longer than the stretch.
-
     Notes
     -----
     In an isotropic fluid ``<S_ab S_cd> = A (delta_ac delta_bd + delta_ad delta_bc - 2/d delta_ab delta_cd)``

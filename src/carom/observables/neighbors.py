@@ -51,11 +51,6 @@ def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
     count : int
         Number of neighbors, at least 1.
 
-    Raises
-    ------
-    InputError
-        If there are too few particles.
-
     Notes
     -----
     Distances are those of nearest images. The order of particles at equal distances is not defined.

@@ -1,24 +1,100 @@
-"""What observables of frames share: they are values, and go over frames of a run or of a file."""
+"""The base of observables of frames: what one frame adds, and the result of all."""
 
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
 from collections.abc import Iterable
-from typing import Any, Self
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+import numpy as np
 
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.observables.statistics import unwarned
+
+if TYPE_CHECKING:
+    from carom.scene.scene import Scene
 
 
 class OfFrames:
-    """Base of a dataclass with ``update(frame)`` and ``result()``."""
+    """Base of a dataclass with ``_of(frame)``, what a frame adds, and ``_found()``, what ``_samples`` give.
+
+    ``_begin(first)`` is called once. Class attributes say which frames fit.
+    """
+
+    _what: ClassVar[str] = ""
+    """Name of the quantity in messages."""
+    _uniform: ClassVar[bool] = False
+    """Whether it is that of a fluid which is the same everywhere: without walls and obstacles."""
+    _same: ClassVar[tuple[str, ...]] = ("n", "dimension")
+    """What all frames share with the first; each is measured in its own box."""
+
+    _first: Any = None
+    _samples: Any = ()
+
+    @property
+    def _tilts(self) -> bool:
+        """Whether sheared boxes are allowed."""
+        return False
 
     def fresh(self) -> Self:
         """Return the same observable without any frame, so that one object serves several measurements."""
-        return dataclasses.replace(self)  # type: ignore[type-var]
+        return replace(self)  # type: ignore[type-var]
+
+    def prepare(self, scene: Scene) -> None:
+        """Refuse a scene with obstacles, which frames do not show, where they matter."""
+        if self._uniform and scene.obstacles:
+            raise InputError(
+                f"The scene has {len(scene.obstacles)} obstacles; {self._what} is that of a fluid which is "
+                "the same everywhere."
+            )
+
+    def update(self, frame: Frame) -> None:
+        """Add the next frame."""
+        if frame.tilt is not None and not self._tilts:
+            raise InputError(
+                f"{type(self).__name__} is for boxes with right angles, and this one is sheared: measure "
+                "carom.RDF() or carom.PressureTensor()."
+            )
+        if self._uniform and not all(frame.periodic):
+            raise InputError(
+                f"Axis {list(frame.periodic).index(False)} of the box has walls; {self._what} is that of a "
+                "fluid which is the same everywhere, in a box with periodic axes only."
+            )
+        if self._first is None:
+            self._begin(frame)
+            self._first, self._samples = frame, []
+        for name in self._same:
+            ours, first = (np.asarray(getattr(each, name)).tolist() for each in (frame, self._first))
+            if ours != first:
+                what = f"{self._what} is that of the same system"
+                raise InputError(f"A frame has {name} {ours}, the first one {first}; {what}.")
+        self._samples.append(self._of(frame))
+
+    def result(self) -> Any:
+        """Return what was measured so far, with error bars from blocking over the frames.
+
+        Raises
+        ------
+        InputError
+            If there is no frame, or too few.
+        """
+        if not self._samples:
+            raise InputError(f"No frame was given, and that is too few for a result: {self._what}.")
+        with unwarned():  # few frames have wide error bars
+            return self._found()
+
+    def _begin(self, first: Frame) -> None:
+        """Choose by the first frame what is measured."""
+
+    def _of(self, frame: Frame) -> Any:
+        raise NotImplementedError
+
+    def _found(self) -> Any:
+        raise NotImplementedError
 
     def over(self, frames: Iterable[Frame] | str | os.PathLike[str]) -> Any:
         """Return the result of all frames of a sequence, a file or a run.
@@ -38,9 +114,9 @@ class OfFrames:
         """
         mine: Any = self.fresh()
         if isinstance(frames, str | os.PathLike):
-            from carom.io.places import open_frames
+            from carom.io.trajectory import open_reader
 
-            opened: Any = open_frames(frames)
+            opened: Any = open_reader(frames)
         elif isinstance(frames, Frame) or not isinstance(frames, Iterable):
             raise InputError(
                 f"frames must be a list or an iterator of frames, or a path, found {checks.describe(frames)}."
@@ -51,23 +127,19 @@ class OfFrames:
             for frame in several:
                 if not isinstance(frame, Frame):
                     raise InputError(f"frames must hold frames, found {checks.describe(frame)}.")
-                mine.update(frame)
+                mine.update(as_points(frame))
         return mine.result()
 
 
-def refuse_other_box(frame: Frame, first: tuple[float, ...], what: str) -> None:
-    """Raise InputError if the box of a ``frame`` is not that of the first one, as ``what`` needs."""
-    if tuple(frame.box) != first:
-        raise InputError(
-            f"A frame has the box {list(map(float, frame.box))}, the first {list(map(float, first))}; {what} "
-            "is for a box that does not change."
-        )
+def as_points(frame: Frame) -> Frame:
+    """Return a frame in which particles whose diameters nobody knows are points."""
+    return replace(frame, diameters=np.zeros(frame.n)) if "diameters" in frame.lacks else frame
 
 
-def refuse_tilted(frame: Frame, what: str) -> None:
-    """Raise InputError if a ``frame`` is of a sheared box, as ``what`` needs right angles."""
-    if frame.tilt is not None:
-        raise InputError(
-            f"{what} is for boxes with right angles, and this one is sheared: measure carom.RDF() or "
-            "carom.PressureTensor()."
-        )
+def of_species(frame: Frame, species: int | None) -> np.ndarray:
+    """Return which particles (n,) are of a species; all if it is None."""
+    if species is None:
+        return np.ones(frame.n, bool)
+    if frame.species is None or not (frame.species == species).any():
+        raise InputError(f"species is {species}, and the frame has none of them.")
+    return np.asarray(frame.species == species)

@@ -21,6 +21,7 @@ from carom.frame import Frame
 from carom.models.obstacles import Obstacle, checked, outwards, walls
 from carom.scene import overlaps
 from carom.scene.species import Contacts, contact_matrix, labels
+from carom.texts import counted
 from carom.theory import ball_volume
 
 #: Largest gap considered, over the contact distance: smaller than that of second neighbours in any dense
@@ -153,7 +154,7 @@ class PackingNetwork:
     def counted(self) -> str:
         """The number of contacts in words, or of near pairs if contacts are not distinct."""
         if self.distinct:
-            return f"{self.contacts} contacts in the backbone (isostatic: {self.isostatic})"
+            return f"{counted(self.contacts, 'contact')} in the backbone (isostatic: {self.isostatic})"
         return f"{self.contacts} pairs nearer than {self.gap:.1e}, contacts not distinct yet"
 
     @property
@@ -181,7 +182,8 @@ class PackingNetwork:
 
     def __str__(self) -> str:
         return (
-            f"packing fraction {self.packing_fraction:.6f}, {len(self.rattlers)} rattlers of {self.frame.n} "
+            f"packing fraction {self.packing_fraction:.6f}, {counted(len(self.rattlers), 'rattler')} of "
+            f"{self.frame.n} "
             f"({100 * self.rattler_fraction:.1f} %), {self.counted}, coordination "
             f"{self.coordination:.4f}; contact is a gap below "
             f"{self.gap:.1e}, in the void from {self.void[0]:.1e} to {self.void[1]:.1e}"
@@ -276,14 +278,17 @@ def _near(
     matrix = contact_matrix(contact, species, frame.diameters)
     contacts = Contacts(frame.diameters, species, matrix)
     found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
-    classes = contacts.classes
+    classes, positions = contacts.classes, frame.positions
+    if frame.tilt:  # from the tilted cell into the upright one
+        positions = positions.copy()
+        positions[:, 0] %= frame.box[0]
     for a, b in itertools.combinations_with_replacement(range(len(classes)), 2):
         reach = (1.0 + REACH) * contacts.reach(a, b)
-        places, owners = _with_images(frame, classes[b], reach)
-        ours = cKDTree(frame.positions[classes[a]])
+        places, owners = _with_images(frame, positions[classes[b]], classes[b], reach)
+        ours = cKDTree(positions[classes[a]])
         near = ours.sparse_distance_matrix(cKDTree(places), reach, output_type="ndarray")
         i, j = classes[a][near["i"]], owners[near["j"]]
-        vectors = places[near["j"]] - frame.positions[i]
+        vectors = places[near["j"]] - positions[i]
         kept = np.ones(len(i), dtype=bool)
         if a == b:  # every pair is found twice, and so is every image of a component itself
             kept = (i < j) | ((i == j) & _first_half(vectors))
@@ -311,15 +316,21 @@ def _first_half(vectors: np.ndarray) -> np.ndarray:
     return np.asarray(np.take_along_axis(vectors, first[:, None], axis=1)[:, 0] > 0.0)
 
 
-def _with_images(frame: Frame, members: np.ndarray, reach: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return places (q, d) of ``members`` and of their images within reach of the box, and their owners."""
-    places, owners = frame.positions[members], members
-    for axis, (edge, repeats) in enumerate(zip(frame.box, frame.periodic, strict=True)):
-        if not repeats:
+def _with_images(
+    frame: Frame, places: np.ndarray, owners: np.ndarray, reach: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return ``places`` (q, d) and their images within reach of the box, and their owners."""
+    for axis in reversed(range(frame.dimension)):  # upper images are shifted along axis 0, which comes last
+        edge = frame.box[axis]
+        if not frame.periodic[axis]:
             continue
         turns = range(-math.ceil(reach / edge), math.ceil(reach / edge) + 1)
-        moved = [places + turn * edge * np.eye(frame.dimension)[axis] for turn in turns]
+        step = edge * np.eye(frame.dimension)[axis]
+        step[0] += (frame.tilt or 0.0) * edge * (axis == 1)
+        moved = [places + turn * step for turn in turns]
         x = np.concatenate(moved)
+        if frame.tilt and axis == 1:
+            x[:, 0] %= frame.box[0]
         kept = (x[:, axis] >= -reach) & (x[:, axis] <= edge + reach)
         places, owners = x[kept], np.tile(owners, len(moved))[kept]
     return places, owners

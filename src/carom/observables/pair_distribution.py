@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables.of_frames import OfFrames
 from carom.observables.radial import RDFResult
 from carom.observables.rdf import Histograms
-
-if TYPE_CHECKING:
-    from carom.scene.scene import Scene
 
 
 @dataclass
@@ -43,7 +38,7 @@ class RDF(OfFrames):
     ------
     InputError
         From :meth:`result`, if there is no frame. From :meth:`update`, if frames differ in n, dimension,
-        diameters, species or box. If an axis has walls: the fluid is then not homogeneous, and g depends on
+        diameters or species. If an axis has walls: the fluid is then not homogeneous, and g depends on
         more than r. Frames hold no obstacles: around them this g is not that of a fluid, either. If diameters
         are unequal and no pair is given, a species is unknown, or a pair overlaps. If bins, width and rmax
         are all given, or there are more than ten million bins. If `rmax` does not exceed the diameter, or
@@ -54,7 +49,8 @@ class RDF(OfFrames):
     -----
     ``g = counts / (n (n - 1) / 2 shell / V)`` with the exact volume of each shell. It is 1 for an ideal gas
     of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n. For two species
-    the number of pairs is ``n_i n_j``, for one species ``n_i (n_i - 1) / 2``.
+    the number of pairs is ``n_i n_j``, for one species ``n_i (n_i - 1) / 2``. V is the volume of each frame;
+    by default the bins end at half of the shortest edge of the smallest box.
 
     Compiled code counts the pairs over sorted cells (``carom.observables.pairs``), in double precision, in as
     many threads as Numba uses (``NUMBA_NUM_THREADS``); their number does not change the result. Pairs in
@@ -78,17 +74,12 @@ class RDF(OfFrames):
     contact: float | None = None
     _counted: Histograms = field(init=False, repr=False)
 
+    _what = "g(r)"
+    _uniform = True
+
     def __post_init__(self) -> None:
         wanted = {"": (self.pair, self.contact)}
         self._counted = Histograms(wanted, bins=self.bins, width=self.width, rmax=self.rmax)
-
-    def prepare(self, scene: Scene) -> None:
-        """Refuse a scene with obstacles, which frames do not show: ``measure`` calls this first."""
-        if scene.obstacles:
-            raise InputError(
-                f"The scene has {len(scene.obstacles)} obstacles; g(r) is that of a fluid which is the same "
-                "everywhere."
-            )
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""

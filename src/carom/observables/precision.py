@@ -88,11 +88,6 @@ class Goal:
     ----------
     relative_error : float
         One standard error over the absolute value of the mean, from 1e-9 to 1.
-
-    Raises
-    ------
-    InputError
-        If it is not.
     """
 
     relative_error: float

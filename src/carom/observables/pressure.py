@@ -15,11 +15,11 @@ from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.models.motions.shear import Shear
 from carom.observables.course import Course
-from carom.observables.statistics import Estimate
+from carom.observables.statistics import UNKNOWN, Estimate, unwarned
 from carom.results import Result
-from carom.scene.fields import is_simple
+from carom.scene.fields import is_elastic, is_simple
 from carom.scene.temperature import kept_by_motion
-from carom.texts import html
+from carom.texts import counted, html
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -31,9 +31,6 @@ FEW_COLLISIONS = 16
 
 # Edge of a box [diameters] and fraction of the freezing density: images bias Z in smaller, denser boxes.
 SMALL, DENSE = 6.0, 0.7
-
-# For numbers that do not exist: the contact value of one particle, Z from the collision rate on a line.
-UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
 
 
 @dataclass(frozen=True)
@@ -74,6 +71,7 @@ class Pressure:
             packing_fraction=scene.packing_fraction,
             simple=is_simple(scene),
             exchanges=_keeps_its_temperature(scene),
+            source=_source(scene),
         )
 
     @staticmethod
@@ -89,6 +87,7 @@ class Pressure:
         packing_fraction: float | None = None,
         simple: bool = True,
         exchanges: bool = False,
+        source: str = Course.source,
     ) -> PressureResult:
         """Pressure of n particles in a periodic box.
 
@@ -115,6 +114,8 @@ class Pressure:
         exchanges : bool
             Whether kT changes in exchange with a potential energy (``carom.models``), and not
             because contacts lose energy.
+        source : str
+            What changes the energy otherwise, with its verb, for the note.
 
         Returns
         -------
@@ -165,14 +166,12 @@ class Pressure:
             )  # fmt: skip
         if not kept:
             raise InputError("No block of positive duration was given; run before measuring the pressure.")
-        course = Course.of(kept, kT, packing_fraction, diameter**dimension, exchanges)
+        course = Course.of(kept, kT, packing_fraction, diameter**dimension, exchanges, source)
         durations, kT, simple = course.durations, course.kT, simple and course.equal
         virials = np.array([block.virial for block in kept])
         collisions = np.array([float(block.collisions) for block in kept])
         scale = dimension * n * kT
-        with warnings.catch_warnings():
-            # The virial warns; counts of the same series would only repeat the warning.
-            warnings.simplefilter("ignore", CaromWarning)
+        with unwarned():  # The virial warns; counts of the same series would only repeat the warning.
             count = _of_events(course.average(collisions, durations), collisions)
             paced = _of_events(course.rate(collisions, dimension), collisions)
             contact = _of_events(course.contact(virials / scale), collisions)
@@ -240,6 +239,8 @@ class PressureResult(Result):
         A sentence on the meaning of Z and P if kT or diameters change; else empty.
     steady : bool
         Whether a constant value is expected, which is not so while diameters grow.
+    solid : bool
+        Whether equal particles beyond freezing are a crystal or a glass: they stay where the run began.
     """
 
     Z: Estimate
@@ -257,6 +258,7 @@ class PressureResult(Result):
     pressure: Estimate = UNKNOWN
     note: str = ""
     steady: bool = True
+    solid: bool = False
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
@@ -266,7 +268,7 @@ class PressureResult(Result):
             ("g(σ+)", self.contact_value),
             ("collisions of one [1 / time]", self.collision_rate),
         ]
-        title = f"{self.n} particles at packing fraction {self.packing_fraction:.6g}"
+        title = f"{counted(self.n, 'particle')} at packing fraction {self.packing_fraction:.6g}"
         return title, [(name, e.value_text) for name, e in rows if math.isfinite(e.mean)]
 
     def _repr_html_(self) -> str:
@@ -293,36 +295,44 @@ class PressureResult(Result):
         return "the pressure"
 
     def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:
-        """Return Z of the infinite fluid, by the correction of order 1 / n from theory.
+        """Return Z of infinitely many particles, by the correction of order 1 / n.
 
         Parameters
         ----------
         equation : callable, optional
-            Equation of state that gives the correction; by default the best one known for the dimension.
+            Equation of state that gives the correction; by default the best one known for the fluid of this
+            dimension. The correction of a ``solid`` follows from its own Z.
 
         Raises
         ------
         InputError
-            If the particles are not ``simple`` and no equation of state is given.
+            If no equation of state is given, and the particles are not ``simple``, or are disks between
+            freezing and melting, where two phases coexist.
 
         Warns
         -----
         CaromWarning
             If the box is too small for this correction.
         """
-        if not self.simple and equation is None:
+        eta, n, d = self.packing_fraction, self.n, self.dimension
+        if equation is None and not self.simple:
             raise InputError(
                 "The correction to infinite size needs an equation of state of this system, which is no "
                 "fluid of equal elastic spheres; give equation=."
             )
-        if doubt := finite_size_doubt(self.packing_fraction, self.n, self.dimension):
+        if equation is None and d == 2 and theory.FREEZING[2] <= round(eta, 9) < theory.MELTING[2]:
+            raise InputError(
+                f"At packing fraction {eta:.4g} fluid and solid are there side by side, whose correction to "
+                "infinite size is not known; give equation=."
+            )
+        if self.solid:
+            if equation is None:
+                return self.Z.scaled(n / (n - 1.0), offset=-1.0 / (n - 1.0))
+            return self.Z.scaled(1.0, offset=-theory.crystal_finite_size_shift(eta, n, equation))
+        if doubt := finite_size_doubt(eta, n, d):
             warnings.warn(doubt, CaromWarning, stacklevel=2)
-        return finite_size_correction(
-            self.Z,
-            packing_fraction=self.packing_fraction,
-            n=self.n,
-            equation=theory.best(self.dimension) if equation is None else equation,
-        )
+        law = theory.best(d) if equation is None else equation
+        return finite_size_correction(self.Z, packing_fraction=eta, n=n, equation=law)
 
 
 def _keeps_its_temperature(scene: Scene) -> bool:
@@ -331,6 +341,15 @@ def _keeps_its_temperature(scene: Scene) -> bool:
     """
     stepped, sheared = hasattr(scene.interaction, "steps"), isinstance(scene.motion, Shear)
     return stepped or sheared or bool(getattr(scene.impact, "conserves_energy", False))
+
+
+def _source(scene: Scene) -> str:
+    """Return what changes the kinetic energy of a scene, with its verb."""
+    names = [] if scene.drive is None else [f"the drive {type(scene.drive).__name__}"]
+    if not names or not is_elastic(scene):
+        names = ["contacts", *names]
+    said = " and ".join(names)
+    return f"{said[0].upper()}{said[1:]} change{'s' * (names[0] != 'contacts')}"
 
 
 def without_pressure(scene: Scene) -> str | None:
@@ -362,26 +381,7 @@ def without_pressure(scene: Scene) -> str | None:
 def finite_size_correction(
     compressibility_factor: Estimate, *, packing_fraction: float, n: int, equation: theory.Equation
 ) -> Estimate:
-    """Return Z of infinitely many particles from Z of n, to leading order in 1 / n.
-
-    Parameters
-    ----------
-    compressibility_factor : Estimate
-        Z measured with n particles in a periodic box.
-    packing_fraction : float
-    n : int
-    equation : callable
-        Equation of state whose derivatives give the correction, e.g. ``carom.theory.best(3)``.
-
-    Returns
-    -------
-    Estimate
-        Its error is the statistical one only.
-
-    Notes
-    -----
-    See :func:`carom.theory.finite_size_shift`, also for where it fails: small n at high density.
-    """
+    """Return Z of infinitely many particles from that of n: :func:`carom.theory.finite_size_shift`."""
     shift = theory.finite_size_shift(packing_fraction, n, equation)
     return compressibility_factor.scaled(1.0, offset=-shift)
 
@@ -415,7 +415,7 @@ def _of_events(found: Estimate, collisions: np.ndarray) -> Estimate:
 def _warn_few_collisions(collisions: int) -> None:
     if collisions < FEW_COLLISIONS:
         warnings.warn(
-            f"Only {collisions} collisions were seen: the pressure and its error are a guess. Run longer.",
+            f"The pressure and its error are a guess: {counted(collisions, 'collision')} in all. Run longer.",
             CaromWarning,
             stacklevel=3,
         )

@@ -15,6 +15,7 @@ from carom.observables.pressure import without_pressure
 from carom.observables.statistics import Estimate, arrays, ratio, shown
 from carom.results import Result
 from carom.scene.temperature import conserved, degrees_of_freedom, peculiar
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from carom.frame import Frame
@@ -298,7 +299,7 @@ class PressureTensorResult(Result):
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [(f"P_{a}{b}", shown(self.tensor[a], self.error[a], b)) for a, b in self._pairs()]
-        return f"Pressure tensor of {self.n} particles [energy / length^{self.dimension}]", rows
+        return f"Pressure tensor of {counted(self.n, 'particle')} [energy / length^{self.dimension}]", rows
 
     def _columns(self) -> dict[str, Any]:
         axes = np.array(self._pairs()).T

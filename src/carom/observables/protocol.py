@@ -33,13 +33,7 @@ class Observable(Protocol):
 
 
 def sees(observable: Any) -> str:
-    """Return the input of the ``update`` of an observable: "frame" or "block".
-
-    Raises
-    ------
-    InputError
-        If its parameter has another name.
-    """
+    """Return the input of the ``update`` of an observable: "frame" or "block"."""
     try:
         names = [
             name
@@ -95,13 +89,7 @@ def averages(values: Sequence[Any]) -> Any:
 
 
 def outcome(observable: Any, values: Sequence[Any]) -> Any:
-    """Return ``result()``; without this method, the means of the values from ``update``.
-
-    Raises
-    ------
-    InputError
-        If there is neither.
-    """
+    """Return ``result()``; without this method, the means of the values from ``update``."""
     if callable(getattr(observable, "result", None)):
         return observable.result()
     if any(value is None for value in values) or not values:

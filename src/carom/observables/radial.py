@@ -10,6 +10,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.observables.statistics import Estimate, shown
 from carom.results import Result
+from carom.texts import counted
 
 if TYPE_CHECKING:
     import pandas
@@ -86,13 +87,13 @@ class RDFResult(Result):
         ]
         if self.contact_value is not None:
             rows.append(("g(σ+)", self.contact_value.value_text))
-        return f"g(r) of {self.n} particles at packing fraction {self.packing_fraction:.6g}", rows
+        return f"g(r) of {counted(self.n, 'particle')} at packing fraction {self.packing_fraction:.6g}", rows
 
     def __str__(self) -> str:
         contact = "" if self.contact_value is None else f"; contact value {self.contact_value.value_text}"
         return (
             f"g(r) in {self.g.size} bins from {self.edges[0]:.6g} to {self.edges[-1]:.6g} [length], "
-            f"{self.frames} frames{contact}"
+            f"{counted(self.frames, 'frame')}{contact}"
         )
 
     def _columns(self) -> dict[str, Any]:

@@ -3,21 +3,20 @@
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from carom import checks
 from carom.arithmetic import power
 from carom.cells import Grid, SortedCells
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.frame import Frame
 from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.contact import contact_value
 from carom.observables.pairs import distance_counts
 from carom.observables.radial import RDFResult
-from carom.observables.statistics import MIN_BLOCKS, blocking
+from carom.observables.statistics import MIN_BLOCKS, blocking, unwarned
 from carom.scene.overlaps import Room
 from carom.theory import ball_volume
 
@@ -31,43 +30,15 @@ DEFAULT_REACH = 5.0
 MOST_BINS = 10_000_000
 
 
-def distributions(
-    frames: Iterable[Frame],
-    wanted: Mapping[str, tuple[tuple[int | str, int | str] | None, float | None]],
-    *,
-    bins: int | None = None,
-    width: float | None = None,
-    rmax: float | None = None,
-) -> dict[str, RDFResult]:
-    """Several g(r) of the same frames, each as from :class:`carom.RDF`, in one pass over them.
-
-    Parameters
-    ----------
-    frames : iterable of Frame
-        Frames of one system; they are read once.
-    wanted : mapping of str to (pair, contact)
-        What to compute, by name: ``pair`` and ``contact`` as for :class:`carom.RDF`.
-    bins, width, rmax
-        As for :class:`carom.RDF`.
-
-    Raises
-    ------
-    InputError
-        As :class:`carom.RDF` does.
-    """
-    found = Histograms(wanted, bins=bins, width=width, rmax=rmax)
-    for frame in frames:
-        found.update(frame)
-    return found.result()
-
-
 class Histograms:
     """Histograms of distances of each frame, from which every g(r) follows.
 
     Parameters
     ----------
-    wanted, bins, width, rmax
-        As for :func:`distributions`.
+    wanted : mapping of str to (pair, contact)
+        What to compute, by name: ``pair`` and ``contact`` as for :class:`carom.RDF`.
+    bins, width, rmax
+        As for :class:`carom.RDF`.
     """
 
     def __init__(
@@ -82,6 +53,7 @@ class Histograms:
         self._first: Frame | None = None
         self._asked: dict[str, tuple[tuple[int, int] | None, np.ndarray]] = {}
         self._counts: dict[str, list[np.ndarray]] = {name: [] for name in wanted}
+        self._volumes: list[float] = []
 
     def update(self, frame: Frame) -> None:
         """Add the next frame."""
@@ -89,9 +61,22 @@ class Histograms:
             self._begin(frame)
             self._first = frame
         else:
-            _check_same(self._first, frame, len(next(iter(self._counts.values()))))
+            _check_same(self._first, frame, len(self._volumes))
+            self._fit(0.5 * _narrowest(frame))
         for name, counts in _histograms(frame, self._asked).items():
             self._counts[name].append(counts)
+        self._volumes.append(math.prod(frame.box))
+
+    def _fit(self, half: float) -> None:
+        """Leave out the bins beyond half of the shortest edge of a later frame [length]."""
+        for name, (pair, edges) in self._asked.items():
+            kept = int(np.searchsorted(edges, half, side="right"))
+            if kept == len(edges):
+                continue
+            if kept < 2 or self._binning != (None, self._binning[1], None):
+                checked_rmax(float(edges[-1]), 2.0 * half, float(edges[0]))
+            self._asked[name] = pair, edges[:kept]
+            self._counts[name] = [counts[: kept - 1] for counts in self._counts[name]]
 
     def _begin(self, first: Frame) -> None:
         if not all(first.periodic):
@@ -117,7 +102,7 @@ class Histograms:
         if self._first is None:
             raise InputError("No frame was given; sample some with Simulation.sample(every=0.5, count=100).")
         return {
-            name: _distribution(self._first, np.array(self._counts[name]), edges, chosen)
+            name: _distribution(self._first, np.array(self._counts[name]), edges, chosen, self._volumes)
             for name, (chosen, edges) in self._asked.items()
         }
 
@@ -131,22 +116,24 @@ def _narrowest(frame: Frame) -> float:
 
 
 def _distribution(
-    first: Frame, counts: np.ndarray, edges: np.ndarray, pair: tuple[int, int] | None
+    first: Frame, counts: np.ndarray, edges: np.ndarray, pair: tuple[int, int] | None, volumes: list[float]
 ) -> RDFResult:
-    """Return g(r) from the histograms (frames, m) of frames like the first."""
+    """Return g(r) from the histograms (frames, m) of frames like the first, each of its own volume."""
     expected = ideal_counts(edges, _pairs(first, pair), first.box)
     neighbors, neighbors_error = _running(first, counts, pair)
+    larger = np.array(volumes) / volumes[0]
+    weighted = counts * larger[:, None] if (larger != 1.0).any() else counts
     return RDFResult(
         edges=edges,
-        g=counts.mean(axis=0) / expected,
-        error=_errors(counts, expected),
+        g=weighted.mean(axis=0) / expected,
+        error=_errors(weighted, larger, expected),
         counts=counts.sum(axis=0),
         n=first.n,
         dimension=first.dimension,
         frames=len(counts),
         diameter=float(edges[0]),
-        packing_fraction=_packing_fraction(first),
-        contact_value=contact_value(counts, expected, edges, first.dimension),
+        packing_fraction=_packing_fraction(first) * float(np.mean(1.0 / larger)),
+        contact_value=contact_value(weighted, expected, edges, first.dimension),
         pair=pair,
         neighbors=neighbors,
         neighbors_error=neighbors_error,
@@ -165,8 +152,7 @@ def _running(first: Frame, counts: np.ndarray, pair: tuple[int, int] | None) -> 
     if len(counts) < MIN_BLOCKS:
         independent = np.sqrt(np.cumsum(counts.sum(axis=0))) * (per_pair / centers / len(counts))
         return numbers.mean(axis=0), independent
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)  # as for g
+    with unwarned():  # as for g
         return numbers.mean(axis=0), np.array([blocking(column).error for column in numbers.T])
 
 
@@ -300,7 +286,7 @@ def _bin_edges(
 
 def _check_same(first: Frame, frame: Frame, index: int) -> None:
     """Raise InputError if a frame is of another system than the first."""
-    for name in ("n", "dimension", "box"):
+    for name in ("n", "dimension"):
         ours, theirs = (np.asarray(getattr(each, name)) for each in (frame, first))
         if not np.array_equal(ours, theirs):
             raise InputError(
@@ -386,16 +372,14 @@ def independent_errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
     return np.sqrt(np.maximum(counts, 1)) / expected
 
 
-def _errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """Return the standard errors (m,) of g from the histograms (frames, m)."""
-    frames = counts.shape[0]
-    total = counts.sum(axis=0)
+def _errors(weighted: np.ndarray, larger: np.ndarray, expected: np.ndarray) -> np.ndarray:
+    """Return the standard errors (m,) of g from histograms (frames, m), weighted by volumes (frames,)."""
+    frames = weighted.shape[0]
+    total = np.sum(weighted * larger[:, None], axis=0)  # the variance of independent pairs
     errors = independent_errors(total, frames * expected)
     if frames < MIN_BLOCKS:
         return errors
-    with warnings.catch_warnings():
-        # Wide error bars show too few samples; a warning for each bin would not help.
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():  # Wide error bars show too few samples; a warning for each bin would not help.
         for k in np.flatnonzero(total):
-            errors[k] = blocking(counts[:, k]).error / expected[k]
+            errors[k] = blocking(weighted[:, k]).error / expected[k]
     return errors

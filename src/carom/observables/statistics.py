@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -139,6 +140,18 @@ class Estimate:
         return cls(float(mean), 0.0, math.inf, 1.0, 1)
 
 
+UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
+"""For numbers that do not exist, such as the contact value of one particle."""
+
+
+@contextlib.contextmanager
+def unwarned(of: type[CaromWarning] = CaromWarning) -> Iterator[None]:
+    """Compute without warnings: of many error bars, wide ones show where samples are few."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", of)
+        yield
+
+
 def arrays(found: Sequence[Estimate]) -> tuple[np.ndarray, np.ndarray]:
     """Return the means and the errors of estimates.
 
@@ -235,7 +248,7 @@ def _blocked(x: np.ndarray, n: int) -> Estimate:
     """Return :func:`carom.observables.blocking` of n numbers of the order of one."""
     mean = float(x.mean())
     if n == 1:
-        _warn_few(1.0)
+        warnings.warn(too_few(1.0), FewSamples, stacklevel=3)
         return Estimate(mean, math.inf, 1.0, 1.0, 1)
     # A constant series may deviate from its mean by the rounding of that mean.
     if np.ptp(x) == 0.0:
@@ -244,7 +257,7 @@ def _blocked(x: np.ndarray, n: int) -> Estimate:
     squared_error = float(np.var(blocks, ddof=1)) / blocks.size * (1.0 + correlation) / (1.0 - correlation)
     n_eff = float(np.var(x, ddof=1)) / squared_error if squared_error else math.inf
     if n_eff < FEW_SAMPLES:
-        _warn_few(n_eff)
+        warnings.warn(too_few(n_eff), FewSamples, stacklevel=3)
     return Estimate(mean, math.sqrt(squared_error), n_eff, n / n_eff, blocks.size)
 
 
@@ -338,11 +351,14 @@ def _lag_one(y: np.ndarray) -> float:
     return min(max(r + (1.0 + 4.0 * r) / y.size, -limit), limit)
 
 
-def _warn_few(n_eff: float) -> None:
+class FewSamples(CaromWarning):
+    """An error bar is a guess."""
+
+
+def too_few(n_eff: float, of: str = "") -> str:
+    """Return a sentence on an error bar from ``n_eff`` independent samples ``of`` something."""
     # A monotonic series has n_eff of about half a sample; hence the 2.
-    warnings.warn(
-        f"Fewer than {max(math.floor(n_eff) + 1, 2)} independent samples were found: the error bar is a "
-        "guess. Run longer, after a longer equilibration.",
-        CaromWarning,
-        stacklevel=3,
+    return (
+        f"Fewer than {max(math.floor(n_eff) + 1, 2)} independent samples{of} were found: the error bar is a "
+        "guess. Run longer, after a longer equilibration."
     )

@@ -20,6 +20,11 @@ NARROW = float(np.finfo(float).eps) ** 0.625
 opposite corners of a third share a point, which rounding may turn into a face.
 """
 
+DIGIT = 4.0
+"""Width of a face [last digit of the coordinates] up to which rounding may have made it: in crystals it makes
+faces of up to two. They make no neighbors, unless another is up to eight times as wide, as in a fluid.
+"""
+
 
 def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the bonds of all particles to their neighbors.
@@ -48,7 +53,7 @@ def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarra
     depth = FIRST * (math.prod(room.box) / n) ** (1.0 / d)
     while True:
         points, who = _with_images(room, places, depth)
-        ridges, widest = _faces(points, n)
+        ridges, widest = _faces(points, n, DIGIT * _last_digit(places))
         if widest <= depth:
             break
         # A little more, because rounding varies with the number of images.
@@ -81,10 +86,27 @@ def _with_images(room: Room, places: np.ndarray, depth: float) -> tuple[np.ndarr
     return points, who
 
 
-def _faces(points: np.ndarray, n: int) -> tuple[np.ndarray, float]:
+def _last_digit(places: np.ndarray) -> float:
+    """Return the last decimal of coordinates, or their rounding to single precision [length]; or else 0."""
+    most, single = float(places.max()), float(np.finfo(np.float32).eps)
+    if not most > 0.0:
+        return 0.0
+    last = math.floor(math.log10(most))
+    leading = places[places >= 10.0**last]  # those with the fewest decimals, if digits were counted
+    for decimals in range(2 - last, 12 - last):
+        steps = leading * 10.0**decimals
+        rounding = single if decimals <= 4 - last else 4.0 * float(np.finfo(float).eps)
+        if np.mean(np.abs(steps - np.rint(steps)) <= rounding * steps) > 0.9:
+            return 10.0**-decimals
+    steps = places * 2.0 ** (30 - math.frexp(most)[1])
+    return single * most if np.mean(steps == np.rint(steps)) > 0.9 else 0.0
+
+
+def _faces(points: np.ndarray, n: int, limit: float) -> tuple[np.ndarray, float]:
     """Return the pairs (m, 2) that share a face and the diameter of the widest empty sphere, of n cells.
 
-    The diameter is infinite where one of these cells is open.
+    The diameter is infinite where one of these cells is open. Faces up to the width ``limit`` may be those of
+    rounding.
     """
     from scipy.spatial import QhullError, Voronoi
 
@@ -96,7 +118,7 @@ def _faces(points: np.ndarray, n: int) -> tuple[np.ndarray, float]:
     pairs = found.ridge_points[mine].astype(np.int64)
     corners = [found.ridge_vertices[k] for k in mine]
     counts = np.array([len(each) for each in corners])
-    kept, widest = np.zeros(len(mine), bool), 0.0
+    widths, lengths, widest = np.zeros(len(mine)), np.zeros(len(mine)), 0.0
     for count in np.unique(counts):
         rows = np.flatnonzero(counts == count)
         indices = np.array([corners[k] for k in rows])
@@ -107,6 +129,7 @@ def _faces(points: np.ndarray, n: int) -> tuple[np.ndarray, float]:
         widest = max(widest, 2.0 * float(spheres.max()))
         if count >= points.shape[1]:
             spread = places - places.mean(axis=1, keepdims=True)
-            width = np.linalg.svd(spread, compute_uv=False)[:, points.shape[1] - 2]
-            kept[rows] = width > NARROW * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
-    return pairs[kept], widest
+            widths[rows] = np.linalg.svd(spread, compute_uv=False)[:, points.shape[1] - 2]
+            lengths[rows] = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    limit *= not ((widths > limit) & (widths <= 8.0 * limit)).any()
+    return pairs[widths > np.maximum(NARROW * lengths, limit)], widest

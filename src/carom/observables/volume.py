@@ -12,6 +12,7 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.observables.statistics import Estimate, ratio
 from carom.results import Result
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -125,7 +126,8 @@ class VolumeResult(Result):
             ("packing fraction", self.packing_fraction),
             ("P [energy / length^d]", self.pressure),
         ]
-        return f"{self.n} particles at constant pressure", [(name, e.value_text) for name, e in rows]
+        title = f"{counted(self.n, 'particle')} at constant pressure"
+        return title, [(name, e.value_text) for name, e in rows]
 
     def __str__(self) -> str:
         return (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,13 +52,7 @@ class Waves:
 
     @classmethod
     def within(cls, box: tuple[float, ...], kmax: float) -> Waves:
-        """Return the wave vectors up to the length ``kmax`` [1 / length].
-
-        Raises
-        ------
-        InputError
-            If there is none, or there are more than ten million.
-        """
+        """Return the wave vectors up to the length ``kmax`` [1 / length]."""
         edges = np.asarray(box)
         shortest = 2.0 * math.pi / float(edges.max())
         if kmax < shortest:
@@ -76,6 +70,13 @@ class Waves:
         near = np.searchsorted(kept, lengths * (1.0 - 1e-8))
         chosen = lengths <= kept[-1] * (1.0 + 1e-8)
         return cls(numbers[chosen], near[chosen], kept, edges)
+
+    def in_box(self, box: np.ndarray) -> Waves:
+        """Return as many waves along each axis of another box, in the same shells of a mean length."""
+        if np.array_equal(box, self.box):
+            return self
+        own, ours = (self.average(np.sqrt(np.sum((self.numbers / b) ** 2, axis=1))) for b in (box, self.box))
+        return replace(self, lengths=self.lengths * (own / ours), box=box)
 
     def density(self, positions: np.ndarray) -> np.ndarray:
         """Return the parts of ``sum exp(i q.r)`` over positions (n, d), real and imaginary, (m, 2)."""

@@ -1,6 +1,6 @@
 """Time-driven stepping, compiled: the method with which Lubachevsky (1991) compares his algorithm.
 
-The rules are those of :class:`carom.reference.stepping.SteppedSystem`, which is written for readability. The
+The rules are those of ``tests/helpers/naive/stepping.py``, which is written for readability. The
 time advances by a fixed step. Then pairs that overlap and approach exchange momentum, the earliest contact
 first.
 """

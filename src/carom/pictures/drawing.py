@@ -30,10 +30,6 @@ BORDER = "#333333"
 SOLID = "#b9b4ab"
 BOND = "#c0392b"
 
-# Direction of the camera in 3D: from the right of the box, and from above.
-AZIMUTH = math.radians(30.0)
-ELEVATION = math.radians(20.0)
-
 SIZE = 540
 """Pixels of the longer edge of a picture in 3D."""
 MARGIN = 12
@@ -96,7 +92,7 @@ def draw_network(axes: Axes, network: PackingNetwork) -> None:
 def draw_network_in_space(axes: Axes, network: PackingNetwork) -> None:
     """3D: the bonds of a packing's backbone in parallel projection, its rattlers as dotted circles."""
     frame = network.frame
-    right, up, towards = _camera()
+    right, up, towards = Camera.on(frame, SIZE).axes
     centre = 0.5 * np.asarray(frame.box)
     _edges_of_box(axes, centre, right, up, towards)
     plane = np.stack([right, up], axis=1)
@@ -180,8 +176,8 @@ def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -
 
 def _edges_of_box(
     axes: Axes, centre: np.ndarray, right: np.ndarray, up: np.ndarray, towards: np.ndarray
-) -> np.ndarray:
-    """Draw the edges of a box around the origin; return its corners (8, 2) in the picture."""
+) -> None:
+    """Draw the edges of a box around the origin."""
     from matplotlib.collections import LineCollection
 
     corners = np.array(list(itertools.product((-1, 1), repeat=3))) * centre
@@ -193,20 +189,6 @@ def _edges_of_box(
         lines = [plane[[a, b]] for a, b in pairs if (far in (a, b)) is behind]
         order_in_picture = 1 if behind else 4
         axes.add_collection(LineCollection(lines, color=BORDER, linewidth=0.9, zorder=order_in_picture))
-    return plane
-
-
-def _camera() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the unit vectors to the right, up, and towards the eye."""
-    towards = np.array(
-        [
-            math.cos(ELEVATION) * math.sin(AZIMUTH),
-            -math.cos(ELEVATION) * math.cos(AZIMUTH),
-            math.sin(ELEVATION),
-        ]
-    )
-    right = np.array([math.cos(AZIMUTH), math.sin(AZIMUTH), 0.0])
-    return right, np.cross(towards, right), towards
 
 
 def _circles(

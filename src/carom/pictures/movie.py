@@ -217,13 +217,7 @@ def _wheel(angle: np.ndarray, modulus: np.ndarray) -> np.ndarray:
 
 
 def _mp4(path: Path, pictures: Iterable[np.ndarray], size: tuple[int, int], fps: int) -> None:
-    try:
-        import imageio_ffmpeg
-    except ImportError:
-        raise InputError(
-            "An .mp4 needs the package imageio-ffmpeg, which is not installed: pip install 'carom[movie]', "
-            "or write a .gif."
-        ) from None
+    imageio_ffmpeg = checks.needed("imageio_ffmpeg", "An .mp4", "'carom[movie]', or write a .gif")
     settings: dict[str, Any] = {
         "fps": fps,
         "quality": None,

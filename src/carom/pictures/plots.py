@@ -19,7 +19,7 @@ from carom.pictures.paper import DPI, GREY, INK, PALE, PIXELS, TITLE, TOP, WARM,
 from carom.scene.conversion import to_frame
 from carom.scene.description import particles
 from carom.scene.fields import standing
-from carom.texts import label as label_of
+from carom.texts import counted, label as label_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -94,12 +94,9 @@ def pressure(
         equations = theory.equations(estimate.dimension) if fluid else {}
     styles = ("--", "-.", ":", (0, (6, 1, 1, 1)))
     shown = [z.mean]
+    law = theory.crystal_finite_size_shift if estimate.solid else theory.finite_size_shift
     for (name, equation), style in zip(equations.items(), styles * len(equations), strict=False):
-        value = (
-            equation(eta) + theory.finite_size_shift(eta, estimate.n, equation)
-            if callable(equation)
-            else equation
-        )
+        value = equation(eta) + law(eta, estimate.n, equation) if callable(equation) else equation
         shown.append(value)
         axes.axhline(
             value,
@@ -224,7 +221,8 @@ def partial_rdf(
     axes.set_ylabel("partial distribution function gᵢⱼ(r)")
     some = next(iter(distributions.values()))
     axes.set_title(
-        f"{_state(some.n, some.dimension, some.packing_fraction)}, {some.frames} frames", fontsize=TITLE
+        f"{_state(some.n, some.dimension, some.packing_fraction)}, {counted(some.frames, 'frame')}",
+        fontsize=TITLE,
     )
     axes.legend(fontsize=8.5, framealpha=0.92, edgecolor="none")
     lay_out(figure, axes)
@@ -336,7 +334,7 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     loose = len(network.rattlers)
     axes.set_title(
         f"{_state(network.frame.n, dimension, network.packing_fraction)}\n{network.counted}, "
-        f"{loose} rattler{'s' * (loose != 1)}",
+        f"{counted(loose, 'rattler')}",
         fontsize=TITLE,
     )
     return saved(figure, path)

@@ -37,15 +37,7 @@ COLORS = (INK, WARM, GREY, PALE)
 
 
 def draw(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
-    """Return the picture of a ``result``, and save it if a ``path`` is given.
-
-    Raises
-    ------
-    InputError
-        If there is none, or nothing to draw.
-    FileError
-        If the picture cannot be saved.
-    """
+    """Return the picture of a ``result``, and save it if a ``path`` is given."""
     name = type(result).__name__
     if name == "PressureResult":
         return plots.pressure(result, path=path)

@@ -114,13 +114,7 @@ def border(hull: outlines.Hull) -> np.ndarray:
 
 
 def _convex(points: np.ndarray) -> Any:
-    """Return the convex hull of points.
-
-    Raises
-    ------
-    InputError
-        If they lie on a line or in a plane.
-    """
+    """Return the convex hull of points."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:

@@ -9,16 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.bridges.embedding import cell_of, embed, names_of, upright
+from carom.bridges.embedding import embed, names_of, upright
 from carom.bridges.palette import DIVERGING, FACES, SEQUENTIAL
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.models.questions.obstacle import Obstacle
+from carom.observables.neighbors import nearest
 from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of
 from carom.scene.description import particles
 from carom.scene.fields import standing
+from carom.scene.overlaps import Room
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from carom.simulation.replay import Replay
@@ -93,13 +96,7 @@ def _common(frame: Frame, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
 
 
 def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -> dict[str, Any]:
-    """Return the data of a trajectory; if there are too many frames, evenly spaced ones.
-
-    Raises
-    ------
-    InputError
-        If there are no frames, or their numbers of particles differ.
-    """
+    """Return the data of a trajectory; if there are too many frames, evenly spaced ones."""
     if len(frames) == 0:
         raise InputError("There are no frames to show; expected at least one.")
     first = frames[0]
@@ -133,14 +130,11 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
 
 def psi_6(frame: Frame) -> np.ndarray:
     """Return argument and modulus of psi_6 of every disk, (n, 2), from its six nearest neighbors."""
-    from scipy.spatial import cKDTree
-
-    turns = [(-1, 0, 1) if repeats else (0,) for repeats in frame.periodic]
-    shifts = np.stack(np.meshgrid(*turns), axis=-1).reshape(-1, 2) @ cell_of(frame)[:2, :2]
-    everyone = (frame.positions[None] + shifts[:, None]).reshape(-1, 2)
-    _, near = cKDTree(everyone).query(frame.positions, k=SIX + 1)
-    steps = everyone[near[:, 1:]] - frame.positions[:, None]
-    psi = np.exp(6j * np.arctan2(steps[..., 1], steps[..., 0])).mean(axis=1)
+    room = Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
+    places = room.wrapped(frame.positions)
+    pairs = np.stack([np.repeat(np.arange(frame.n), SIX), nearest(room, places, SIX).ravel()], axis=1)
+    x, y = room.separations(places, pairs).T
+    psi = np.exp(6j * np.arctan2(y, x)).reshape(-1, SIX).mean(axis=1)
     return np.stack([np.angle(psi), np.abs(psi)], axis=1)
 
 
@@ -161,18 +155,12 @@ def of_network(network: PackingNetwork) -> dict[str, Any]:
     data["bonds"] = _packed(np.concatenate(segments), "f4")
     data["pairs"] = _packed(np.where(network.bonds < frame.n, network.bonds, -1), "i4")
     data["marks"] = _packed(~network.backbone, "u1")
-    data["subtitle"] += f" \N{MIDDLE DOT} {network.counted}, {len(network.rattlers)} rattlers"
+    data["subtitle"] += f" \N{MIDDLE DOT} {network.counted}, {counted(len(network.rattlers), 'rattler')}"
     return data
 
 
 def at_collisions(run: Replay, collisions: int) -> list[Frame]:
-    """Return the frames of a logged run at its beginning and after each event, as many as a page holds.
-
-    Raises
-    ------
-    InputError
-        If nothing happens.
-    """
+    """Return the frames of a logged run at its beginning and after each event, as many as a page holds."""
     frames = [run.frame()]
     most = min(collisions + 1, max(MOST_PLACES // frames[0].n, 2))
     while len(frames) < most and run.step():
@@ -183,13 +171,7 @@ def at_collisions(run: Replay, collisions: int) -> list[Frame]:
 
 
 def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
-    """Return the data of a logged run: position and velocity of each particle after each of its events.
-
-    Raises
-    ------
-    InputError
-        If nothing happens.
-    """
+    """Return the data of a logged run: position and velocity of each particle after each of its events."""
     frame = run.frame()
     data = _common(frame, standing(run.scene))
     n, velocities = frame.n, frame.velocities
@@ -214,7 +196,7 @@ def of_replay(run: Replay, collisions: int) -> dict[str, Any]:
     if not contacts:
         raise InputError(EMPTY)
     if run.step():
-        data["notes"].append(f"the log goes on after these {len(contacts)} collisions")
+        data["notes"].append(f"the log goes on after these {counted(len(contacts), 'collision')}")
     owner, time = np.concatenate(owners), np.concatenate(times)
     order = np.lexsort((time, owner))
     flight = contacts[-1] / max(len(contacts), 1) * n / 2.0

@@ -36,13 +36,7 @@ class Arithmetic(NamedTuple):
     sqrt: Callable[[Any], Any]
 
     def array(self, values: Any, what: str) -> np.ndarray:
-        """Return `values` as an array of numbers (float64 or object), all finite.
-
-        Raises
-        ------
-        InputError
-            If a value is no number, or not finite; `what` names the input in the message.
-        """
+        """Return `values` as an array of numbers (float64 or object), all finite."""
         raw = np.array(values, dtype=object)
         dtype = float if self.name == "float" else object
         out = np.empty(raw.shape, dtype=dtype)
@@ -89,11 +83,6 @@ def make_arithmetic(name: str, digits: int = 50) -> Arithmetic:
         InputError unless it is rational.
     digits : int
         Decimal digits of mpmath.
-
-    Raises
-    ------
-    InputError
-        If the name is unknown, `digits` is below 15, or mpmath is not installed.
     """
     if name == "float":
         return Arithmetic(

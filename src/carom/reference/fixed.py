@@ -91,13 +91,7 @@ class Ball(NamedTuple):
 def make_fixed(
     box: np.ndarray, periodic: Sequence[bool], obstacles: Sequence[Mapping[str, Any]], numbers: Arithmetic
 ) -> tuple[Plane | Container | Ball, ...]:
-    """Return the walls of the axes that are not periodic (lower, upper, axis after axis), then the obstacles.
-
-    Raises
-    ------
-    InputError
-        If a description is none of those above, or has another dimension.
-    """
+    """Return the walls of axes that are not periodic (lower, upper, axis after axis), then the obstacles."""
     d = len(box)
     made: list[Plane | Container | Ball] = []
     one, zero = numbers.number(1), numbers.number(0)

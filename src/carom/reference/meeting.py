@@ -230,11 +230,6 @@ def next_meeting(
     Meeting or None
         None if there is no meeting within `limit`, or never one: no relative motion, or motion along one axis
         only and a full period without a meeting.
-
-    Raises
-    ------
-    NoMeetingFound
-        If the whole of `windows_limit` windows holds no meeting (pairs may fly along channels for ever).
     """
     n, m = len(positions), 0 if balls is None else len(balls)
     if balls is not None and m:

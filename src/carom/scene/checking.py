@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -60,9 +59,10 @@ def refuse_tight(room: Room, diameters: np.ndarray) -> None:
     largest = float(diameters.max())
     for container in room.obstacles:
         spread = _asked(container, "spread")
-        if spread is not None and is_periodic(container.model()):
+        widths = None if spread is None else spread()
+        if widths is not None and is_periodic(container.model()):
             for axis in np.flatnonzero(room.periodic):
-                wide, edge = float(spread()[axis]), float(room.box[axis])
+                wide, edge = float(widths[axis]), float(room.box[axis])
                 if wide + largest > edge:
                     raise InputError(
                         f"{container.name} is {wide:.6g} wide along {axis_name(int(axis))}, which is "
@@ -92,11 +92,6 @@ def checked_spins(
 ) -> np.ndarray | None:
     """Return the spins of n particles, (n, 1) in the plane and (n, 3) in space, read-only; None if none are
     given.
-
-    Raises
-    ------
-    InputError
-        If contacts are not rough, or these are not finite numbers of this shape, zero where ``pinned``.
     """
     if spins is None:
         return None
@@ -134,24 +129,18 @@ def refuse_overlap(
     radii = 0.5 * contacts.diameters
     inside = overlaps.intruder(places, room, radii if pinned is None else np.where(pinned, 0.0, radii))
     if inside is not None:
-        i, obstacle, depth = inside
-        raise OverlapError(
-            f"sphere {i} is inside an obstacle, {obstacle.name}, by {depth:.3g} (diameter "
-            f"{contacts.diameters[i]:.6g}, center {', '.join(f'{x:.6g}' for x in places[i])}). Move it out."
-        )
+        center = ", ".join(f"{x:.6g}" for x in places[inside.i])
+        raise OverlapError(f"{inside}, with its center at {center}. Move it out.")
     if getattr(interaction, "penetrable", False):
         return
     overlap = overlaps.deepest(places, room, contacts, pinned)
     if overlap is None:
         return
-    # Enough digits to show the depth with three of them.
-    digits = min(17, max(4, 3 - math.floor(math.log10(overlap.depth / overlap.contact))))
     largest = float(contacts.diameters.max())
     # Rounded to six digits, and not up: this diameter is to be typed.
     touching = largest * overlap.distance / overlap.contact * (1.0 - 5e-6)
     smaller = f"smaller diameters (these two touch if the largest is {touching:.6g}, now {largest:.6g}), "
     raise OverlapError(
-        f"spheres {overlap.i} and {overlap.j} overlap by {overlap.depth:.3g} "
-        f"(distance {overlap.distance:#.{digits}g}, contact {overlap.contact:#.{digits}g}). "
-        f"Take {smaller if touching else ''}other positions, or a start from Scene.random(...) or a lattice."
+        f"{overlap}. Take {smaller if touching else ''}other positions, or a start from Scene.random(...) or "
+        "a lattice."
     )

@@ -20,7 +20,7 @@ from carom.models.motions.shear import Shear
 from carom.models.obstacles import named_walls
 from carom.scene import box, overlaps
 from carom.scene.fields import Fields, S
-from carom.scene.keywords import KNOWN, refuse_unknown
+from carom.scene.keywords import refuse_unknown
 from carom.scene.overlaps import Room, room_of
 from carom.scene.species import Contacts, contact_matrix, labels, per_component
 
@@ -68,11 +68,11 @@ def from_frame(
     refuse_unknown("Scene.from_frame", keywords)
     interaction = keywords.get("interaction")
     arguments = of_frame(frame)
-    if frame.positions.size and not frame.tilt and not getattr(interaction, "penetrable", False):
+    if frame.positions.size and not getattr(interaction, "penetrable", False):
         sizes = per_component(arguments["diameter"], "diameter", frame.n)
         edges = box.edges(frame.box, frame.dimension, float(sizes.max()), float(sizes.min()))
         sides = named_walls.named(keywords.get("walls", arguments["walls"]), frame.dimension)
-        room = room_of(edges, sides, keywords.get("obstacles", ()))
+        room = room_of(edges, sides, keywords.get("obstacles", ()), frame.tilt or 0.0)
         kinds = labels(frame.species, frame.n)
         given = interaction.contact if isinstance(interaction, HardCores) else keywords.get("contact")
         contacts = Contacts(sizes, kinds, contact_matrix(given, kinds, sizes))
@@ -133,7 +133,7 @@ def from_ase(
     CaromWarning
         If ``atoms`` has no radii and no diameter is given: it is then 1.
     """
-    refuse_unknown("Scene.from_ase", keywords, (*KNOWN, "diameter"))
+    refuse_unknown("Scene.from_ase", keywords, ("diameter",))
     return cls(**of_atoms(atoms, diameter, walls), **keywords)
 
 
@@ -176,11 +176,11 @@ def from_file(
     CaromWarning
         As :func:`carom.open` and :meth:`carom.Scene.from_frame` do.
     """
-    from carom.io.places import open_frames
+    from carom.io.trajectory import open_reader
 
-    with open_frames(path, diameter=diameter, box=box) as frames:
+    with open_reader(path, diameter=diameter, box=box) as frames:
         found = frames.frame(frame)
-        drawn = {"velocities": None} if "velocities" in frames.lacks else {}
+        drawn = {"velocities": None} if "velocities" in found.lacks else {}
         return from_frame(lambda **words: cls(**{**words, **drawn}), found, **keywords)
 
 
@@ -280,13 +280,7 @@ def of_atoms(atoms: ase.Atoms, diameter: Any, walls: Any) -> dict[str, Any]:
 
 
 def _walls_of(walls: Any, periodic: np.ndarray) -> Any:
-    """Return the walls of a scene with these periodic axes.
-
-    Raises
-    ------
-    InputError
-        If ``walls`` names other axes than those that are not periodic.
-    """
+    """Return the walls of a scene with these periodic axes."""
     if isinstance(walls, bool):
         return named_walls.axes_without(periodic.tolist())
     found = named_walls.periodic_axes(named_walls.named(walls, len(periodic)), len(periodic))
@@ -297,25 +291,8 @@ def _walls_of(walls: Any, periodic: np.ndarray) -> Any:
 
 
 def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | None) -> Any:
-    """Return positions without the overlaps that are due to single precision.
-
-    Positions with deeper overlaps, or with none, are returned as they are.
-
-    Parameters
-    ----------
-    positions : (n, d) array
-        Centres [length].
-    room : Room
-        Where they are.
-    contacts : Contacts
-        When they touch.
-    pinned : (n,) bool array or None
-        Those that may overlap each other, and obstacles.
-
-    Warns
-    -----
-    CaromWarning
-        If spheres were moved apart.
+    """Return positions without the overlaps that are due to single precision, and warn if there were some;
+    positions with deeper ones, or with none, are returned as they are.
     """
     diameters = contacts.diameters
     radii = 0.5 * diameters if pinned is None else np.where(pinned, 0.0, 0.5 * diameters)
@@ -323,9 +300,8 @@ def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | 
     overlap = overlaps.deepest(places, room, contacts, pinned)
     intruder = overlaps.intruder(places, room, radii)
     single = overlaps.rounding(room.box, float(np.finfo(np.float32).eps))
-    if overlap is None and intruder is None:
-        return positions
-    if (overlap is not None and overlap.depth > single) or (intruder is not None and intruder[2] > single):
+    found = [each for each in (overlap, intruder) if each is not None]
+    if not found or max(each.depth for each in found) > single:
         return positions
     from carom.scene import placement
 
@@ -334,16 +310,8 @@ def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | 
     moved = placement.separated(places, room, contacts, radii, clearance=clearance, patience=200)
     if moved is None:
         return positions
-    what = ""
-    if overlap is not None:
-        what = (
-            f"Spheres {overlap.i} and {overlap.j} overlap by {overlap.depth / overlap.contact:.2g} diameters"
-        )
-    elif intruder is not None:
-        i, obstacle, inside = intruder
-        what = f"Sphere {i} is {inside / diameters[i]:.2g} diameters inside {obstacle.name}"
     warn(
-        f"{what}, as positions of single precision do; such spheres were moved apart. Start from a float64 "
+        f"In positions of single precision {found[0]}; such spheres were moved apart. Start from a float64 "
         "file (h5md, extxyz) to keep every digit.",
         CaromWarning,
         stacklevel=4,

@@ -11,13 +11,7 @@ from carom.scene.overlaps import room_at_start
 
 
 def first_steps(scene: Fields) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs (m, 2) within reach, and the step of each (m,).
-
-    Raises
-    ------
-    OverlapError, InputError
-        If a pair is where its energy is infinite.
-    """
+    """Return the pairs (m, 2) within reach, and the step of each (m,)."""
     interaction = scene.interaction
     within = float(interaction.reach(scene)) * (1.0 + 2.0**-30)
     room = room_at_start(scene)

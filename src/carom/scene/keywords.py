@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypedDict
 
-from carom import checks
+from carom import checks, meant
 from carom.errors import InputError
 from carom.models.obstacles.named_walls import axes_without
 
@@ -35,38 +35,30 @@ class Keywords(TypedDict, total=False):
 
 KNOWN = tuple(Keywords.__annotations__)
 
-MEANT = {
-    "eta": "packing_fraction",
-    "phi": "packing_fraction",
-    "rho": "density",
-    "sigma": "diameter",
-    "d": "dimension",
-    "N": "n",
-    "L": "box",
-    "wall": "walls",
+CALLED = {
+    "radius": "diameter, twice the radius",
     "restitution": "impact: impact=0.9 is a restitution",
+    "elastic_below": "impact: impact=models.Restitution(0.9, elastic_below=...)",
     "gravity": "motion: motion=models.Gravity((0, -1))",
     "shear": "motion: motion=models.Shear(rate)",
     "thermostat": "drive, as drive=models.Andersen(kT=1.0, rate=1.0)",
-    "kT": "kT of carom.Simulation",
-    "elastic_below": "impact: impact=models.Restitution(0.9, elastic_below=...)",
 }
-"""What other words, and letters of formulas, are called here."""
+"""What other words are called here."""
+
+ELSEWHERE = {
+    **dict.fromkeys(("n", "packing_fraction", "dimension", "density"), "Scene.random and Scene.crystal"),
+    **dict.fromkeys(("lattice", "cells", "nearest"), "Scene.crystal"),
+    **dict.fromkeys(("kT", "cores", "seed", "barostat", "swaps", "growth", "tuning"), "carom.Simulation"),
+}
+"""Keywords of other makers."""
 
 
-def refuse_unknown(maker: str, keywords: Mapping[str, Any], known: Iterable[str] = KNOWN) -> None:
-    """Raise InputError if a keyword is none that is known, with the name that is meant."""
-    known = list(known)
-    for name, value in keywords.items():
-        if name in known:
-            continue
-        if name == "periodic":
-            hint = f"; {_walls_for(value)}"
-        elif name in MEANT:
-            hint = f"; it is called {MEANT[name]}"
-        else:
-            hint = checks.suggestion(name, known)
-        raise InputError(f"{maker} has no keyword {name!r}{hint}.")
+def refuse_unknown(maker: str, keywords: Mapping[str, Any], known: Iterable[str] = ()) -> None:
+    """Raise InputError if a keyword is neither of every scene nor ``known``, with the one that is meant."""
+    names = [*KNOWN, *known]
+    if "periodic" in keywords and "periodic" not in names:
+        raise InputError(f"{maker} has no keyword 'periodic'; {_walls_for(keywords['periodic'])}.")
+    meant.refuse_unknown(maker, keywords, names, CALLED, ELSEWHERE)
 
 
 def _walls_for(periodic: Any) -> str:

@@ -127,11 +127,6 @@ def named(lattice: Any, dimension: int | None = None) -> Lattice:
     lattice : str or Lattice
     dimension : int, optional
         d, for "cubic" and "dn" (3 when left out).
-
-    Raises
-    ------
-    InputError
-        If there is none of that name and dimension.
     """
     if isinstance(lattice, Lattice):
         return lattice
@@ -177,11 +172,6 @@ def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
 
     One number m stands for m cells along the first axis and as many along the others as make the box most
     nearly a cube.
-
-    Raises
-    ------
-    InputError
-        If they are not positive integers, of another number of axes, or too many.
     """
     if isinstance(cells, Sequence | np.ndarray) and not isinstance(cells, str):
         if len(cells) != lattice.dimension:
@@ -208,11 +198,6 @@ def cells_for(lattice: Lattice, n: Any, nearest: bool = False) -> tuple[int, ...
         Points.
     nearest : bool
         Take the block with the number nearest to n, where none holds n.
-
-    Raises
-    ------
-    InputError
-        If there is none; the message names the nearest numbers that do.
     """
     n = checks.integer(n, "n", low=1, high=MOST)
     below: tuple[int, ...] | None = None

@@ -1,24 +1,27 @@
-"""Overlaps of spheres with each other and with obstacles: the check of every initial state.
+"""Overlaps of spheres with each other and with obstacles: the check of every initial state, and of frames.
 
 Two spheres overlap if and only if their *nearest* images do. In a box with right angles the nearest image is
 the nearest one along each axis. So one distance per pair decides, in small boxes too. No sphere meets its own
-image, because :class:`carom.Scene` requires edge > diameter.
+image, because :class:`carom.Scene` requires edge > diameter. Near ones are found by k-d trees and cells of
+the scene's own: nothing here is shared with what the engine finds them by, and so no fault of it.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.cells import wrapped
 from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import Obstacle, Wall, checked, named_walls
-from carom.models.obstacles.cells import CROWD_FROM, cells_of, near
+from carom.models.obstacles.cells import CROWD_FROM, together
+from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.faces import standing_walls
 from carom.models.obstacles.planes import Plane
 from carom.scene.fields import Fields
@@ -27,6 +30,8 @@ from carom.scene.species import Contacts
 
 #: Overlap, relative to the contact distance, that the engine's own rounding may leave in a frame it writes.
 ENGINE_OVERLAP = 1e-12
+
+EPSILON = float(np.finfo(np.float64).eps)
 
 FEW = 400
 """Components up to which checking every pair is faster than loading SciPy."""
@@ -39,20 +44,22 @@ FLIGHTS = 16
 
 
 class Overlap(NamedTuple):
-    """Two spheres that overlap.
+    """Two spheres that overlap, or one that is inside a wall or an obstacle.
 
     Attributes
     ----------
-    i, j : int
-        The pair, i < j.
+    i : int
+        The sphere.
+    other : int or str
+        The other one, i < other, or the name of the wall or obstacle.
     distance : float
-        Distance of their nearest images [length].
+        From the center to that of its nearest image, or to the obstacle [length].
     contact : float
         Distance at which they would touch [length].
     """
 
     i: int
-    j: int
+    other: int | str
     distance: float
     contact: float
 
@@ -60,6 +67,23 @@ class Overlap(NamedTuple):
     def depth(self) -> float:
         """How far they overlap [length]."""
         return self.contact - self.distance
+
+    @property
+    def relative(self) -> float:
+        """How far they overlap, over the contact distance of two, or over the diameter; at most 1."""
+        whole = 2.0 * self.contact if isinstance(self.other, str) else self.contact
+        return self.depth / max(whole, self.depth)
+
+    def __str__(self) -> str:
+        # Enough digits to show the depth with three of them.
+        part = self.depth / max(self.contact, abs(self.distance))
+        digits = min(17, max(4, 3 - math.floor(math.log10(part))))
+        pair = f"spheres {self.i} and {self.other} overlap"
+        alone = f"sphere {self.i} is inside an obstacle, {self.other},"
+        return (
+            f"{alone if isinstance(self.other, str) else pair} by {self.depth:.3g} "
+            f"(distance {self.distance:#.{digits}g}, contact {self.contact:#.{digits}g})"
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,15 +163,8 @@ class Room:
     ) -> np.ndarray:
         """Return pairs (m, 2), with i and j in either order, which include all that are near contact.
 
-        Parameters
-        ----------
-        positions : (n, d) array
-            Centres [length].
-        contacts : Contacts
-            When they touch.
-        factor, skin : float
-            A pair of contact distance s, whose classes have the sizes a and b, is listed if it is nearer than
-            ``factor * s + skin * (a + b) / 2``.
+        A pair of contact distance s, whose classes have the sizes a and b, is listed if it is nearer than
+        ``factor * s + skin * (a + b) / 2``.
         """
         # Wrapped again, because a change of unit can round a coordinate up to the edge.
         places = self.wrapped(positions)
@@ -235,7 +252,7 @@ class Room:
 
     @cached_property
     def _crowds(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-        """Numbers in ``everything`` of many obstacles of one kind, and between what coordinates they are."""
+        """Numbers in ``everything`` of many obstacles of one kind, centers and radii of balls around each."""
         kinds: dict[type, list[int]] = {}
         before = len(self._walls)
         for k, obstacle in enumerate(self.obstacles):
@@ -244,40 +261,37 @@ class Room:
         for numbers in kinds.values():
             if len(numbers) < CROWD_FROM or hasattr(self.obstacles[numbers[0]], "live"):
                 continue
-            models = [self.obstacles[k].model() for k in numbers]
-            if hasattr(models[0], "together"):
-                found.append((np.array(numbers) + before, *models[0].together(models).extent()))
+            crowd = together([self.obstacles[k].model() for k in numbers])
+            if crowd is not None:
+                low, high = crowd.extent()
+                balls = 0.5 * (low + high), 0.5 * np.linalg.norm(high - low, axis=1)
+                found.append((np.array(numbers) + before, *balls))
         return found
 
     def near_obstacles(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
         """Yield the number of each wall and obstacle, as in ``everything``, and which components may touch
         it: all, but of many obstacles of one kind those near it.
         """
-        asked: dict[int, np.ndarray] = {}
-        elsewhere: set[int] = set()
-        box, periodic = tuple(self.box.tolist()), tuple(self.periodic.tolist())
-        for numbers, low, high in self._crowds:
-            largest = float(radii.max(initial=0.0))
-            cells = cells_of(low - largest, high + largest, box, periodic)
-            who, members = near(cells, self.wrapped(positions))
-            kinds, begin = np.unique(members, return_index=True)
-            asked |= zip(numbers[kinds].tolist(), np.split(who, begin[1:]), strict=False)
-            elsewhere |= {*numbers.tolist()}
-        everybody = np.arange(len(positions))
-        for k in range(len(self.everything())):
-            if k in asked or k not in elsewhere:
-                yield k, asked.get(k, everybody)
+        asked = dict.fromkeys(range(len(self.everything())), np.arange(len(positions)))
+        for numbers, centers, reaches in self._crowds:
+            from scipy.spatial import cKDTree
+
+            tree = cKDTree(self.wrapped(positions), boxsize=np.where(self.periodic, self.box, 0.0))
+            near = tree.query_ball_point(centers, reaches + radii.max(initial=0.0) + rounding(self.box))
+            asked |= zip(numbers.tolist(), (np.array(who, np.int64) for who in near), strict=True)
+        yield from ((k, who) for k, who in asked.items() if len(who))
 
     def gaps(
-        self, positions: np.ndarray, radii: np.ndarray
+        self, positions: np.ndarray, radii: np.ndarray, time: float | Fraction = 0
     ) -> Iterator[tuple[Obstacle, np.ndarray, np.ndarray]]:
-        """Yield walls and obstacles with the components that may touch each, and their distances from it,
-        negative inside.
+        """Yield walls and obstacles with the components that may touch each, and their distances from it at a
+        time since the start, negative inside.
         """
-        box, periodic = tuple(self.box.tolist()), tuple(self.periodic.tolist())
+        room = tuple(self.box.tolist()), tuple(self.periodic.tolist())
         everything = self.everything()
         for k, who in self.near_obstacles(positions, radii):
-            yield everything[k], who, everything[k].gap(positions[who], radii[who], box, periodic)
+            moment = (time,) if isinstance(everything[k], Dressed) else ()
+            yield everything[k], who, everything[k].gap(positions[who], radii[who], *room, *moment)
 
 
 def room_of(
@@ -295,15 +309,8 @@ def room_at_start(scene: Fields) -> Room:
     return Room(np.asarray(scene.box), np.asarray(scene.periodic), tilt=tilt)
 
 
-def rounding(box: np.ndarray, epsilon: float = float(np.finfo(np.float64).eps)) -> float:
+def rounding(box: np.ndarray, epsilon: float = EPSILON) -> float:
     """Overlap [length] that rounded coordinates can produce between spheres in exact contact.
-
-    Parameters
-    ----------
-    box : (d,) array
-        Edges [length].
-    epsilon : float
-        Spacing of the floating-point numbers at 1.
 
     Notes
     -----
@@ -314,7 +321,7 @@ def rounding(box: np.ndarray, epsilon: float = float(np.finfo(np.float64).eps)) 
     return 4 * epsilon * math.hypot(*map(float, box))
 
 
-def tolerance(box: np.ndarray, contact: float = 1.0) -> float:
+def tolerance(box: np.ndarray, contact: Any = 1.0, epsilon: float = EPSILON) -> Any:
     """Overlap [length] that is accepted: what the engine and the coordinates' rounding may leave.
 
     Relative to lengths, so that it does not change with their unit.
@@ -325,79 +332,85 @@ def tolerance(box: np.ndarray, contact: float = 1.0) -> float:
     Numbers of this size are rounded in the product of speed and time, in its sum with the starting place, and
     in the time of the contact. For two spheres this is 16 times :func:`rounding`.
     """
-    return ENGINE_OVERLAP * contact + FLIGHTS * rounding(box)
+    return ENGINE_OVERLAP * contact + FLIGHTS * rounding(box, epsilon)
 
 
 def deepest(
-    positions: np.ndarray, room: Room, contacts: Contacts, pinned: np.ndarray | None = None
+    positions: np.ndarray,
+    room: Room,
+    contacts: Contacts,
+    pinned: np.ndarray | None = None,
+    epsilon: float = EPSILON,
 ) -> Overlap | None:
-    """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None.
-
-    If very many spheres share one place, it is any one overlapping pair of them.
-
-    Parameters
-    ----------
-    positions : (n, d) array
-        Centres [length], inside the box.
-    room : Room
-        Where they are.
-    contacts : Contacts
-        When they touch.
-    pinned : (n,) bool array, optional
-        Those that may overlap each other.
+    """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None; if some
+    of many share one place, it is any one of them. Those that are ``pinned`` may overlap each other.
     """
     if pinned is not None:
-        return _deepest_of(positions, room, contacts, pinned)
-    # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Spheres that share a cell, and
-    # thus overlap, are found first.
-    crowds = [
-        members[_sharing_a_cell(positions[members], float(contacts.diameters[members].min()))]
-        for members in contacts.classes
-    ]
-    pairs = np.concatenate(crowds)
-    if not len(pairs):
-        few = len(positions) <= FEW
-        pairs = (
-            np.stack(np.triu_indices(len(positions), 1), axis=1) if few else room.pairs(positions, contacts)
-        )
-    return _worst(positions, room, contacts, pairs)
+        return _deepest_of(positions, room, contacts, pinned, epsilon)
+    if len(positions) <= FEW:
+        pairs = np.stack(np.triu_indices(len(positions), 1), axis=1)
+    else:
+        # A crowd of m spheres has m^2 / 2 overlapping pairs, too many to list. Spheres that share a cell, and
+        # thus overlap, are found first.
+        crowds = [
+            members[_sharing_a_cell(positions[members], float(contacts.diameters[members].min()))]
+            for members in contacts.classes
+        ]
+        pairs = np.concatenate(crowds)
+        pairs = pairs if len(pairs) else room.pairs(positions, contacts)
+    return worst(positions, room, pairs, contacts.of(pairs), epsilon)
 
 
-def _deepest_of(positions: np.ndarray, room: Room, contacts: Contacts, pinned: np.ndarray) -> Overlap | None:
+def _deepest_of(
+    positions: np.ndarray, room: Room, contacts: Contacts, pinned: np.ndarray, epsilon: float
+) -> Overlap | None:
     """Return the deepest overlap in which at least one is not pinned, or any one of very many."""
     free, fixed = np.flatnonzero(~pinned), np.flatnonzero(pinned)
     diameters = contacts.diameters
-    among = deepest(positions[free], room, Contacts(diameters[free]))
+    among = deepest(positions[free], room, Contacts(diameters[free]), epsilon=epsilon)
     if among is not None:
-        return among._replace(i=int(free[among.i]), j=int(free[among.j]))
+        return among._replace(i=int(free[among.i]), other=int(free[int(among.other)]))
     reach = 0.5 * (float(diameters[free].max()) + float(diameters[fixed].max()))
     i, j = room.between(positions[free], positions[fixed], reach).T
-    return _worst(positions, room, contacts, np.stack([free[i], fixed[j]], axis=1))
+    pairs = np.stack([free[i], fixed[j]], axis=1)
+    return worst(positions, room, pairs, contacts.of(pairs), epsilon)
 
 
-def _worst(positions: np.ndarray, room: Room, contacts: Contacts, pairs: np.ndarray) -> Overlap | None:
-    """Return the deepest overlap of some pairs (m, 2), or None."""
-    distances, contact = room.distances(positions, pairs), contacts.of(pairs)
-    over = distances < contact - (ENGINE_OVERLAP * contact + FLIGHTS * rounding(room.box))
+def worst(
+    positions: np.ndarray, room: Room, pairs: np.ndarray, contact: np.ndarray, epsilon: float = EPSILON
+) -> Overlap | None:
+    """Return the deepest overlap of some pairs (m, 2) with distances (m,) of contact, or None."""
+    distances = room.distances(positions, pairs)
+    over = distances < contact - tolerance(room.box, contact, epsilon)
     if not over.any():
         return None
-    worst = int(np.argmin(np.where(over, distances / contact, np.inf)))
-    i, j = sorted(map(int, pairs[worst]))
-    return Overlap(i, j, float(distances[worst]), float(contact[worst]))
+    k = int(np.argmin(np.divide(distances, contact, out=np.full(len(over), np.inf), where=over)))
+    i, j = sorted(map(int, pairs[k]))
+    return Overlap(i, j, float(distances[k]), float(contact[k]))
 
 
-def intruder(positions: np.ndarray, room: Room, radii: np.ndarray) -> tuple[int, Obstacle, float] | None:
-    """Return the component deepest inside an obstacle beyond :func:`tolerance`, that obstacle and the depth.
-
-    The first obstacle that has one decides; None if there is none.
+def intruder(
+    positions: np.ndarray,
+    room: Room,
+    radii: np.ndarray,
+    time: float | Fraction = 0,
+    epsilon: float = EPSILON,
+    unknown: Container[int] = (),
+) -> Overlap | None:
+    """Return the component deepest inside a wall or an obstacle, or None if none is by more than
+    :func:`tolerance`; obstacles are where they are at a time since the start, but for those whose id is
+    among the ``unknown``.
     """
-    allowed = 2 * ENGINE_OVERLAP * radii + FLIGHTS * rounding(room.box)
-    for obstacle, who, gap in room.gaps(positions, radii):
-        depth = -gap
-        if (depth > allowed[who]).any():
-            worst = int(np.argmax(depth - allowed[who]))
-            return int(who[worst]), obstacle, float(depth[worst])
-    return None
+    found = []
+    for obstacle, who, gap in room.gaps(positions, radii, time):
+        if id(obstacle) in unknown:
+            continue
+        sizes = radii[who]
+        over = gap < -tolerance(room.box, 2.0 * sizes, epsilon)
+        if over.any():
+            k = int(np.argmax(np.where(over, -gap / np.maximum(2.0 * sizes, np.abs(gap)), 0.0)))
+            found.append(Overlap(int(who[k]), obstacle.name, float(gap[k] + sizes[k]), float(sizes[k])))
+    return max(found, key=lambda overlap: overlap.relative, default=None)
 
 
 def _sharing_a_cell(positions: np.ndarray, contact: float) -> np.ndarray:

@@ -99,11 +99,6 @@ def random_positions(
     kinds : (n,) array, optional
         Equal numbers for exchangeable components. Those of one kind are sorted in space (:func:`ordered`).
 
-    Raises
-    ------
-    InputError
-        If the room is too full.
-
     Notes
     -----
     For d = 1 and additive rods this is the exact equilibrium distribution at any density: rods in random
@@ -117,7 +112,7 @@ def random_positions(
     fraction = sphere_volume(dimension) * float(np.sum(np.prod(contacts.diameters[:, None] / box, axis=1)))
     limit = random_limit(dimension)
     if fraction > limit or (dimension == 1 and fraction >= 1):
-        if dimension > 1 and contacts.additive:
+        if dimension > 1 and contacts.additive and not room.tilt:
             limit = growth_limit(dimension)
         raise InputError(
             f"Spheres are placed at random up to packing fraction {limit:.3g} in {dimension} "
@@ -237,7 +232,7 @@ def separated(
     # The displacements of a pair are inversely proportional to the volumes: the smaller sphere moves more.
     weight = power(contacts.diameters / contacts.size(0), dimension)
     obstructed = bool(room.everything())
-    if n >= MANY:
+    if n >= MANY and not room.tilt:
         return _swept(positions, room, contacts, radii, weight, clearance, patience)
     far = (0.5 * SKIN * contacts.sizes) ** 2
     listed_at = positions = room.wrapped(positions)

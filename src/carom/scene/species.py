@@ -11,11 +11,13 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.meant import corrected
 
 #: The most species: the engine keeps a table of every pair of them.
 MOST_SPECIES = 1000
 
 
+@corrected()
 @dataclass(frozen=True)
 class Species:
     """One species of a mixture.
@@ -63,13 +65,7 @@ class Species:
 
 
 def checked_species(given: Any) -> list[Species]:
-    """Return a list of species, all of which have a count, or all a fraction.
-
-    Raises
-    ------
-    InputError
-        If it is no such list.
-    """
+    """Return a list of species, all of which have a count, or all a fraction."""
     found = listed(given, "species")
     for each in found:
         if not isinstance(each, Species):
@@ -81,13 +77,7 @@ def checked_species(given: Any) -> list[Species]:
 
 
 def per_component(value: Any, name: str, n: int) -> np.ndarray:
-    """Return a positive property of each component, (n,) and read-only, from one number or n of them.
-
-    Raises
-    ------
-    InputError
-        If there are neither one nor n, or one is not positive.
-    """
+    """Return a positive property of each component, (n,) and read-only, from one number or n of them."""
     if not checks.several(value):
         each = np.full(n, checks.positive(value, name))
     else:
@@ -101,13 +91,7 @@ def per_component(value: Any, name: str, n: int) -> np.ndarray:
 
 
 def labels(species: Any, n: int) -> np.ndarray | None:
-    """Return the species of each component, (n,) int64 and read-only, or None.
-
-    Raises
-    ------
-    InputError
-        If they are not n integers from 0 to MOST_SPECIES - 1.
-    """
+    """Return the species of each component, (n,) int64 and read-only, or None."""
     if species is None:
         return None
     try:
@@ -126,13 +110,7 @@ def labels(species: Any, n: int) -> np.ndarray | None:
 
 
 def names(given: Any, species: np.ndarray | None) -> tuple[str, ...]:
-    """Return the names of the species, one each and all different, or ().
-
-    Raises
-    ------
-    InputError
-        If they are no such names, or there are no species.
-    """
+    """Return the names of the species, one each and all different, or ()."""
     if given is None or (isinstance(given, Sequence) and len(given) == 0):
         return ()
     if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray):
@@ -163,14 +141,7 @@ def pair_name(one: int | str, other: int | str) -> str:
 
 
 def contact_matrix(given: Any, species: np.ndarray | None, diameters: np.ndarray) -> np.ndarray | None:
-    """Return the contact distances (K, K) between species, read-only, or None where they are additive.
-
-    Raises
-    ------
-    InputError
-        If they are not a symmetric table of positive numbers whose diagonal is the species' diameters, or
-        there are no species.
-    """
+    """Return the contact distances (K, K) between species, read-only, or None where they are additive."""
     if given is None:
         return None
     matrix = checks.array(given, "contact", "(K, K)", ndim=2)
@@ -204,11 +175,6 @@ def counts_of(fractions: Any, n: int) -> tuple[int, ...]:
     """Return how many of n components each species gets, in the ratio of ``fractions``.
 
     The numbers are rounded down, and those that lost most by it get one more.
-
-    Raises
-    ------
-    InputError
-        If they are not numbers at least zero with a positive sum.
     """
     shares = checks.array(fractions, "fractions", "(K,)", ndim=1)
     if not shares.size or shares.min() < 0 or not 0 < shares.sum() <= checks.MAGNITUDE:

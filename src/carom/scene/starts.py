@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks, densities, seeds
 from carom.errors import InputError
+from carom.models.motions.shear import start_tilt
 from carom.models.obstacles import named_walls
 from carom.scene import box as _box, lattices, placement, species as _species
 from carom.scene.fields import S
@@ -105,7 +107,7 @@ def random(
     >>> Scene.random(100, species=[Species("large", fraction=1), small])
     Scene(n=100, dimension=3, ..., diameter=0.5 to 1, mass=1, ..., species=large 25, small 75)
     """
-    refuse_unknown("Scene.random", keywords)
+    refuse_unknown("Scene.random", keywords, signature(random).parameters)
     rng = seeds.generator(seed, "places")
     what = _contents(n, species, diameter, mass)
     walls, obstacles = keywords.pop("walls", False), keywords.pop("obstacles", ())
@@ -120,12 +122,13 @@ def random(
         if packing_fraction is None and density is None:
             packing_fraction = placement.default_fraction(d)
         edges = _box.filled(what.diameters, d, (1.0,) * d, packing_fraction=packing_fraction, density=density)
-    room = room_of(edges, named_walls.named(walls, d), obstacles)
+    tilt = start_tilt(keywords.get("motion"), edges) if d > 1 else 0.0
+    room = room_of(edges, named_walls.named(walls, d), obstacles, tilt)
     matrix = _species.contact_matrix(keywords.get("contact"), what.species, what.diameters)
     final: dict[str, Any] = {"mass": what.masses, "walls": walls, "obstacles": obstacles}
     fraction = _box.packing_fraction(what.diameters, edges)
     kinds = _exchangeable(what) if len(what.diameters) >= placement.MANY else None
-    if matrix is None and placement.to_grow(fraction, d):
+    if matrix is None and not tilt and placement.to_grow(fraction, d):
         from carom.simulation.growth import grown
 
         smaller = what.diameters * (placement.growth_start(d) / fraction) ** (1.0 / d)
@@ -214,7 +217,7 @@ def crystal(
     >>> Scene.crystal(1000, 0.6, nearest=True).n
     864
     """
-    refuse_unknown("Scene.crystal", keywords)
+    refuse_unknown("Scene.crystal", keywords, signature(crystal).parameters)
     if lattice is None:
         spots = lattices.densest(_box.dimensions(3 if dimension is None else dimension))
     else:
@@ -264,13 +267,7 @@ def crystal(
 def _first_that_does_not_jam(
     grow: Callable[[], tuple[np.ndarray | None, float]], fraction: float, n: int
 ) -> np.ndarray:
-    """Return the positions of the first growth that reaches a packing fraction; few spheres may need several.
-
-    Raises
-    ------
-    InputError
-        If all jam before.
-    """
+    """Return positions of the first growth that reaches a packing fraction; few spheres may need several."""
     tries = min(max(TRIED // n, 1), MOST_TRIES)
     best = 0.0
     for _ in range(tries):

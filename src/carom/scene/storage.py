@@ -71,11 +71,6 @@ def from_arrays(
         All obstacles, in order; needed if one is of your own class, because a file holds no code.
     interaction, motion, impact, drive : values, optional
         Needed if one is of your own class.
-
-    Raises
-    ------
-    InputError
-        If something is missing or damaged, or an obstacle of your own class is not given.
     """
     try:
         kept = attributes["obstacles"]

@@ -124,13 +124,7 @@ def temperature(scene: Scene, velocities: np.ndarray) -> float:
 
 
 def at_temperature(scene: Scene, velocities: np.ndarray, kT: float) -> np.ndarray:
-    """Return velocities, scaled so that the temperature is ``kT``, without momentum that is conserved.
-
-    Raises
-    ------
-    InputError
-        If nothing moves.
-    """
+    """Return velocities, scaled so that the temperature is ``kT``, without momentum that is conserved."""
     velocities = peculiar(scene, velocities)
     twice = float(np.sum(scene.masses[:, None] * velocities * velocities))
     if twice == 0.0:

@@ -23,11 +23,6 @@ if TYPE_CHECKING:
 def velocities_of(scene: Scene, kT: float, seed: int | np.random.Generator) -> np.ndarray:
     """Draw velocities (n, d) for a scene by :func:`maxwell_velocities`; they are tangent to the surface that
     the motion keeps to, if there is one.
-
-    Raises
-    ------
-    InputError
-        If kT or the seed is out of range.
     """
     still = temperature.conserved(scene)
     velocities = maxwell_velocities(scene.n, scene.dimension, scene.masses, kT, seed, still, scene.pinned)
@@ -69,11 +64,6 @@ def maxwell_velocities(
     (n, d) array
         Velocities with ``2 K = kT (d n - c)`` for c axes with momentum zero: on a torus d (n - 1) degrees of
         freedom move. One component alone keeps its momentum and has ``2 K = kT d``.
-
-    Raises
-    ------
-    InputError
-        If a number is out of range, or all components are pinned.
     """
     n = checks.integer(n, "n", low=1, high=MOST)
     dimension = checks.integer(dimension, "dimension", low=1)

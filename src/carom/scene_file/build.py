@@ -50,7 +50,7 @@ def _of_frame(asked: Any, seed: Any, kT: float | None) -> Scene:
 
     with open_reader(asked.file or "", diameter=asked.diameter, box=asked.box) as reader:
         frame = reader.frame(-1 if asked.frame is None else asked.frame)
-    drawn = kT is not None or "velocities" in reader.lacks
+    drawn = kT is not None or "velocities" in frame.lacks
     if drawn:  # a pinned one may have flown in the file
         frame = dataclasses.replace(frame, velocities=np.zeros_like(frame.velocities))
     given = {"contact": asked.contact, "obstacles": asked.obstacles, **_added(asked, frame.n, seed)}

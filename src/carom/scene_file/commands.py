@@ -9,6 +9,8 @@ from carom.declared import SEED, described, integer, number, option, said
 from carom.errors import InputError
 from carom.spec import Spec
 
+SYSTEM, BUDGET = "The system, without a scene file", "Available cores and time"
+
 
 @dataclass(frozen=True)
 class Beside(Spec):
@@ -51,25 +53,25 @@ said(_cores, anyOf=[{"type": "integer", "minimum": 1}, {"const": "auto"}])
 @described
 @dataclass(frozen=True)
 class PlanSpec(Beside):
-    """For what accuracy to plan, and with which means: the section ``[plan]``.
-
-    Raises
-    ------
-    InputError
-        If a value has the wrong type or is out of range.
-    """
+    """For what accuracy to plan, and with which means: the section ``[plan]``."""
 
     section: ClassVar[str] = "plan"
 
     target: str = option(
-        _target, "Z=1e-4: relative error of Z, P, g(contact) or D; Z=+-0.002: absolute.", default="Z=1e-3"
+        _target,
+        "Z=1e-4: relative error of Z, P, g(contact) or D; Z=+-0.002: absolute.",
+        "",
+        ("--target", "-t"),
+        default="Z=1e-3",
     )
-    n: int | None = option(integer(low=8, high=10**7), "Plan with this number of particles only.")
-    seed: int | None = option(SEED, "Seed of all random numbers; 1.")
-    cores: int | str | None = option(_cores, "Number of cores; by default all of this machine.")
+    n: int | None = option(integer(low=8, high=10**7), "Plan with this number of particles only.", SYSTEM)
+    seed: int | None = option(SEED, "Seed of all random numbers; 1.", SYSTEM)
+    cores: int | str | None = option(
+        _cores, "Number of cores; by default all of this machine.", BUDGET, read=str
+    )
     walltime: float | None = option(
-        number(low=0, open_low=True), "Available wall time in seconds; by default no limit."
+        number(low=0, open_low=True), "Available wall time in seconds; by default no limit.", BUDGET
     )
     pilot: float | None = option(
-        number(low=0, open_low=True), "CPU seconds that each of two pilots may take; 15."
+        number(low=0, open_low=True), "CPU seconds that each of two pilots may take; 15.", BUDGET
     )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from carom.declared import described, fields_of, integer, number, option, positive, switch, word
 from carom.errors import InputError
-from carom.scene_file import fields as check
+from carom.scene_file import fields
 from carom.scene_file.fields import FORMATS, LATTICES
 from carom.spec import Spec, edges_in
 
@@ -83,7 +83,7 @@ class SceneSpec(Spec):
     )
     resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"lattice": ("cells",)}
 
-    n: int | None = option(integer(low=1, high=check.MOST), "Number of particles.", SYSTEM, ("--n",))
+    n: int | None = option(integer(low=1, high=fields.MOST), "Number of particles.", SYSTEM, ("--n",))
     packing_fraction: float | None = option(
         number(low=0, high=1, open_low=True), "Fraction of the volume that particles fill.", SYSTEM
     )
@@ -91,16 +91,16 @@ class SceneSpec(Spec):
         number(low=0, open_low=True), "Or: number density, N diameter^d / V.", SYSTEM
     )
     box: tuple[float, ...] | None = option(
-        check.edges, "Or: edges of the box, also for a file that holds none.", SYSTEM, read=edges_in
+        fields.edges, "Or: edges of the box, also for a file that holds none.", SYSTEM, read=edges_in
     )
     dimension: int | None = option(
-        integer(low=1, high=check.MOST_DIMENSIONS), "Dimension of space, 1 to 12.", SYSTEM
+        integer(low=1, high=fields.MOST_DIMENSIONS), "Dimension of space, 1 to 12.", SYSTEM
     )
     lattice: str | None = option(
         word("none", *LATTICES), "Start from a crystal: fcc, triangular, cubic or dn.", SYSTEM
     )
     cells: int | tuple[int, ...] | None = option(
-        check.each_axis(integer(low=1, high=check.MOST)),
+        fields.each_axis(integer(low=1, high=fields.MOST)),
         "Cells of the lattice along each axis, instead of n.",
         SYSTEM,
     )
@@ -108,31 +108,31 @@ class SceneSpec(Spec):
         positive, "Diameter of all particles, also for a file without any.", SYSTEM
     )
     sizes: Any = option(
-        check.sizes, "Or: diameters of many sizes, with the mean 1: power, uniform or gaussian.", flags=None
+        fields.sizes, "Or: diameters of many sizes, with the mean 1: power, uniform or gaussian.", flags=None
     )
     mass: float | None = option(positive, "Mass of all particles.", flags=None)
     species: tuple[Any, ...] = option(
-        check.species, "Species by name: fraction of n (or count), diameter, mass.", flags=None, default=()
+        fields.species, "Species by name: fraction of n (or count), diameter, mass.", flags=None, default=()
     )
     contact: tuple[tuple[float, ...], ...] | None = option(
-        check.contact, "Contact distances of species [length], by default mean diameters.", flags=None
+        fields.contact, "Contact distances of species [length], by default mean diameters.", flags=None
     )
-    file: str | None = option(check.file_name, "Trajectory to start from, seen from this file.", flags=None)
+    file: str | None = option(fields.file_name, "Trajectory to start from, seen from this file.", flags=None)
     frame: int | None = option(integer(low=-(2**31), high=2**31), "Frame of file to start from.", flags=None)
-    walls: Any = option(check.walls, 'Axes with walls, "xz" or true, or walls by name.', flags=None)
+    walls: Any = option(fields.walls, 'Axes with walls, "xz" or true, or walls by name.', flags=None)
     obstacles: tuple[Any, ...] = option(
-        check.obstacles, "Obstacles by name: type and geometry.", flags=None, default=()
+        fields.obstacles, "Obstacles by name: type and geometry.", flags=None, default=()
     )
-    interaction: Any = option(check.model("interaction"), "What pairs feel besides hard cores.", flags=None)
-    motion: Any = option(check.model("motion"), "How particles move between events.", flags=None)
+    interaction: Any = option(fields.model("interaction"), "What pairs feel besides hard cores.", flags=None)
+    motion: Any = option(fields.model("motion"), "How particles move between events.", flags=None)
     impact: Any = option(
-        check.model("impact", {"type": "number", "exclusiveMinimum": 0, "maximum": 1}),
+        fields.model("impact", {"type": "number", "exclusiveMinimum": 0, "maximum": 1}),
         "What contacts lose: a restitution, or a table.",
         flags=None,
     )
-    drive: Any = option(check.model("drive"), "What kicks single particles.", flags=None)
+    drive: Any = option(fields.model("drive"), "What kicks single particles.", flags=None)
     pinned: int | tuple[int, ...] | None = option(
-        check.indices, "Particles that stay in place: how many, or their indices.", flags=None
+        fields.indices, "Particles that stay in place: how many, or their indices.", flags=None
     )
 
     @classmethod
@@ -351,12 +351,15 @@ class RunSpec(Spec):
         integer(low=1, high=10**9), "Number of frames; 100, or fewer within 200 MB of files.", LENGTH
     )
     write: tuple[str, ...] | None = option(
-        check.formats, "Trajectories: h5md, extxyz, gsd; large runs h5md alone.", OUTPUT, (), formats_of
+        fields.formats, "Trajectories: h5md, extxyz, gsd; large runs h5md alone.", OUTPUT, (), formats_of
     )
     event_log: bool = option(
         switch, "Write every collision to events.h5.", OUTPUT, ("--event-log/--no-event-log",), default=False
     )
     pictures: bool = option(switch, "Three PNG files.", OUTPUT, ("--pictures/--no-pictures",), default=True)
+    check: bool = option(
+        switch, "Look for overlaps in every frame.", OUTPUT, ("--check/--no-check",), default=False
+    )
     checkpoint_every: float = option(
         number(low=0, high=1e9, open_low=True), "Seconds between checkpoints.", OUTPUT, default=10.0
     )
@@ -366,12 +369,13 @@ class RunSpec(Spec):
         flags=None,
         default="auto",
     )
-
     swaps: Any = option(
-        check.swaps, "Exchanges of diameters: interval, attempts, within and seed of carom.Swaps.", flags=None
+        fields.swaps,
+        "Exchanges of diameters: interval, attempts, within and seed of carom.Swaps.",
+        flags=None,
     )
     barostat: Any = option(
-        check.barostat, "Constant pressure: pressure, interval, step and seed of carom.Barostat.", flags=None
+        fields.barostat, "Constant pressure: pressure, interval, step and seed of carom.Barostat.", flags=None
     )
 
     def words(self) -> dict[str, Any]:

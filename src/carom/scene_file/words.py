@@ -17,13 +17,7 @@ from carom.spec import Spec
 
 
 def plain(value: Any, name: str = "interaction") -> Any:
-    """Return a value of ``[scene]`` as numbers, strings, lists and tables.
-
-    Raises
-    ------
-    InputError
-        If a model is of a class of one's own, which no file holds.
-    """
+    """Return a value of ``[scene]`` as numbers, strings, lists and tables."""
     if isinstance(value, Mapping):
         if any(isinstance(each, Wall) for each in value.values()):
             value = to_tables.walls_to_table(value)

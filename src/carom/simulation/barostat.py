@@ -26,6 +26,7 @@ from carom.arithmetic import exponential
 from carom.block import VolumeSums
 from carom.declared import SEED, Declared, described, needed, number, option, positive
 from carom.errors import InputError, OverlapError
+from carom.meant import corrected
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.fields import standing
 from carom.scene.temperature import temperature
@@ -40,6 +41,7 @@ LEAST = -700.0
 
 
 @described
+@corrected()
 @dataclass(frozen=True)
 class Barostat(Declared):
     """Constant pressure: moves of the volume at equal intervals of time, for hard particles.
@@ -67,8 +69,8 @@ class Barostat(Declared):
     pressure: float = needed(positive, "The pressure P [energy / length^d].")
     interval: float = needed(
         positive,
-        "Time between two moves [time]. An accepted one costs as much as tens of collisions of each particle, "
-        "because neighbors are chosen anew and all events predicted. Some mean free times are a good choice.",
+        "Time between two moves [time]. An accepted one costs as much as tens of collisions of each particle: "
+        "neighbors are chosen anew, all events predicted. Some mean free times are a good choice.",
     )
     step: float = needed(
         number(low=0.0, open_low=True, high=1.0),
@@ -136,11 +138,6 @@ def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any)
     """Return the moves of the volume before the first, or None where no barostat is asked for.
 
     ``others`` are further arguments of the simulation, by name, which must not be given.
-
-    Raises
-    ------
-    InputError
-        If it is no barostat, or not for such a scene.
     """
     if barostat is None:
         return None

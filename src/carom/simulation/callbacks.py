@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom import checks
+from carom import checks, meant
 from carom.errors import InputError
 
 if TYPE_CHECKING:
@@ -143,13 +143,7 @@ def _several(call: Any) -> tuple[Call, ...]:
 
 
 def _stop_at(state: RunState, asked: Hit) -> Any:
-    """Return the engine's counter of contacts.
-
-    Raises
-    ------
-    InputError
-        If the scene has no such obstacle.
-    """
+    """Return the engine's counter of contacts."""
     from carom.engine.observers.stop_at_hit import StopAtHit
     from carom.observables.wall_pressure import obstacle_names
 
@@ -167,7 +161,7 @@ def _stop_at(state: RunState, asked: Hit) -> Any:
             found = [numbers[k] for k in places]
         if not found:
             what = f"named {each!r}" if isinstance(each, str) else f"such as this {type(each).__name__}"
-            hint = checks.suggestion(str(each), names) if names else ""
+            hint = meant.suggestion(str(each), names) if names else ""
             raise InputError(f"The scene has no obstacle {what}{hint}.")
         wanted[found] = True
     return StopAtHit(wanted, np.array([asked.count]))

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +17,7 @@ from carom.scene.storage import from_arrays, to_arrays
 from carom.scene.temperature import thermal_of
 from carom.simulation import flying, own_observers
 from carom.simulation.barostat import Barostat, VolumeMoves
+from carom.simulation.clock import LAST_EPOCH, Clock
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_state import RunState
 from carom.simulation.swaps import Swaps, Sweeps
@@ -33,8 +34,12 @@ MORE_ROOM = 1.25
 RESERVE = 1.1
 """The same where it is packed: what is empty takes nothing, but times and images are all 0 at first."""
 
-_FOREIGN = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError)
-"""What a checkpoint of something else, or of another scene, leads to."""
+
+LONGEST = 2200
+"""Exponents of all powers of two by which units of time of two doubles can differ."""
+
+_UNSOUND = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, MemoryError, RecursionError)
+"""What attributes of any kind and arrays of any size can lead to."""
 
 
 def save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any]) -> None:
@@ -114,7 +119,13 @@ def _table_of(moves: Sweeps | VolumeMoves | None) -> str:
 def _moves_of(attributes: Mapping[str, Any], name: str, of: Any, settings: type) -> Any:
     """Return what was so written; None where there is nothing, as in earlier files."""
     table = json.loads(str(attributes.get(name, "null")))
-    return None if table is None else of(settings(**table[0]), *table[1:])
+    if table is None:
+        return None
+    for found, zero in zip(table[1:], of._field_defaults.values(), strict=True):
+        below = LAST_EPOCH if type(zero) is int else math.inf
+        if type(found) is not type(zero) or not 0 <= found < below:
+            raise ValueError(f"its {name} have the counts and sums {table[1:]}")
+    return of(settings(**table[0]), *table[1:])
 
 
 def load(
@@ -128,6 +139,7 @@ def load(
     from carom.engine.build import restore
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.io import checkpoint
+    from carom.simulation import soundness
     from carom.version import __version__
 
     arrays, attributes = checkpoint.load(path)
@@ -139,6 +151,8 @@ def load(
                 "are only promised within one version; go on with that version, or start from a frame."
             )
         settings = json.loads(str(attributes["scheme"]))
+        soundness.check_start(arrays)
+        soundness.check_settings(settings, arrays, arrays["initial_velocities"].shape[1])
         chosen = NeighborPlan(**{**settings, "shape": tuple(settings["shape"])})
         scene = from_arrays(
             {name[6:]: value for name, value in arrays.items() if name.startswith("scene.")},
@@ -146,7 +160,7 @@ def load(
             obstacles=obstacles,
             **own,
         )
-        unit = TimeUnit(attributes["time_unit"])
+        unit = TimeUnit(soundness.whole(attributes, "time_unit", -LONGEST, LONGEST))
         rates = arrays.get("contents.rates")
         velocities = arrays["initial_velocities"]
         thermal = thermal_of(scene, unit.to_kernel(velocities, -1))
@@ -161,22 +175,31 @@ def load(
                 json.loads(str(attributes["observers"])), observers, system.particles
             ),
         )
-        system = with_thresholds(system, json.loads(str(attributes["thresholds"])))
+        system = with_thresholds(system, soundness.reals(attributes, "thresholds", 0.0))
         sweeps = _moves_of(attributes, "swaps", Sweeps, Swaps)
         if rates is not None or sweeps is not None:
             radii = arrays["contents.radii"]
+            soundness.check_exchanged(radii, rates, scene.diameters)
             system = dataclasses.replace(system, radii=radii, diameter=2.0 * float(radii.max()))
         neighbors, shell = json.loads(str(attributes["wish"]))
         requested = Tuning(neighbors, shell).requested
         run_state = RunState(scene, velocities, system, requested, chosen)
+        soundness.check_fixed(run_state, arrays)
         restore(run_state.engine, arrays)
         run_state.sweeps = sweeps
         run_state.volume_moves = _moves_of(attributes, "volume_moves", VolumeMoves, Barostat)
-        run_state.counted = attributes["counted"]
-        run_state.clock.base = Fraction(attributes["base"])
-        run_state.clock.epoch, run_state.clock.offset = attributes["epoch"], attributes["offset"]
-        run_state.seconds, logged = attributes["seconds"], attributes["logged"]
-    except _FOREIGN as error:
+        run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
+        epoch, offset = (
+            soundness.whole(attributes, "epoch", 0, LAST_EPOCH),
+            soundness.real(attributes, "offset", 0.0),
+        )
+        run_state.clock = Clock(unit, chosen.epoch, soundness.base_of(attributes), epoch, offset)
+        run_state.seconds = soundness.real(attributes, "seconds", 0.0)
+        soundness.check(run_state)
+        if not isinstance(json.loads(str(attributes["extra"])), dict):
+            raise ValueError("its extra is no table")
+        logged = soundness.logged_in(attributes)
+    except _UNSOUND as error:
         if isinstance(error, FileError):
             raise
         sentence = reason(error).rstrip(".")

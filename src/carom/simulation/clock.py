@@ -51,13 +51,7 @@ class Clock:
         return self.unit.to_kernel(instant - self.base, 1)
 
     def split(self, instant: Fraction) -> tuple[int, float]:
-        """Return the epoch and the offset of an instant.
-
-        Raises
-        ------
-        InputError
-            If there would be too many epochs to count.
-        """
+        """Return the epoch and the offset of an instant."""
         length = Fraction(self.length)
         elapsed = self.since_base(instant)
         epoch = int(elapsed // length)

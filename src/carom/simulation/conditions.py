@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,24 +11,28 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.frame import Frame
 from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.interactions.growing_cores import Growing
 from carom.models.motions.free_flight import FreeFlight
-from carom.models.obstacles.dressing import dressed
-from carom.models.obstacles.surfaces import Surface
+from carom.models.obstacles.dressing import Dressed, dressed
 from carom.models.own.classes import kind_of, sized
 from carom.models.own.kinds import DRIVE, IMPACT, MOTION, OBSERVER, PATH
 from carom.models.questions.motion import meeting_time
 from carom.models.questions.obstacle import Obstacle
 from carom.models.questions.particles import Particles
+from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.simulation import own_observers, probes
+from carom.simulation.depths import deepest, in_frames, present
 from carom.simulation.drive_trials import try_drive
 from carom.simulation.motion_trials import has_axis, try_flight
 from carom.simulation.obstacle_trials import ObstacleTrial
 from carom.simulation.own_models import refuse_short, refuse_without_steps
 from carom.simulation.pair_trials import PairTrial
+from carom.simulation.simulation import Simulation
+from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.trials import (
     SENTENCES,
     TOLERANCE,
@@ -91,16 +96,20 @@ def check(
     dimensions: tuple[int, ...] | None = None,
     pairs: int = 200,
     seed: int = 0,
+    frames: Iterable[Frame] | None = None,
 ) -> Conditions:
-    """Test the paper's conditions I to V (Lubachevsky 1991, sec. 7) on a model, and further requirements.
+    """Test the paper's conditions I to V on a model, or whether anything overlaps in frames of a scene.
 
-    Nothing is compiled: the functions run as plain Python. A :class:`carom.Simulation` tests models that are
-    not Carom's in the same way, on a few pairs of its own particles.
+    The conditions are those of Lubachevsky 1991, sec. 7, with further requirements. For a model nothing is
+    compiled: the functions run as plain Python. A :class:`carom.Simulation` tests models that are not Carom's
+    in the same way, on a few pairs of its own particles.
 
     Parameters
     ----------
-    value : interaction, motion, impact, drive, obstacle or observer
-        As :class:`carom.Scene` takes it. It is tested with eight particles of two species, with diameters
+    value : Scene, interaction, motion, impact, drive, obstacle or observer
+        A scene is run for a while, and the distances of all particles, and to walls and obstacles, are
+        computed from its frames, apart from how the engine finds events. A model is as
+        :class:`carom.Scene` takes it. It is tested with eight particles of two species, with diameters
         from 0.6 to 1.4 and masses from 0.3 to 3; an obstacle with small particles near to it. An observer is
         told of made-up events.
     motion : motion, optional
@@ -110,9 +119,13 @@ def check(
         Dimensions to test; by default those from 1 to 4 in which the model can be. A motion with a value for
         each axis is tested up to its number of axes, and an obstacle where it fits.
     pairs : int
-        Number of pairs, or of flights towards an obstacle, in each dimension.
+        Number of pairs, or of flights towards an obstacle, in each dimension; of a scene, number of frames,
+        in whose interval the fastest particle flies a diameter.
     seed : int
-        Seed of the random pairs.
+        Seed of the random pairs, and of the run of a scene.
+    frames : iterable of Frame, optional
+        Frames of a scene that are tested in place of a run, with their own times, boxes and diameters:
+        samples of a simulation, or an open trajectory.
 
     Returns
     -------
@@ -124,10 +137,19 @@ def check(
     InputError
         If the value is none of these. If a required question is
         not answered, an array of the model is too short, or a function fails in plain Python. If ``motion``
-        is given for a motion or an impact.
+        is given for a motion or an impact, or ``frames`` are not those of a scene.
+
+    Notes
+    -----
+    An overlap of up to 1e-12 contact distances + 64 eps L, L the diagonal of the box, is rounding; eps is
+    that of single precision where all positions of a frame fit it.
 
     Examples
     --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.random(64, 0.3, 2), growth=0.01)
+    >>> print(check(sim.scene, frames=[sim.frame()]))
+    holds overlap   no two particles overlap, and none is inside a wall or an obstacle (1 tried)
     >>> from carom.models import HardCores
     >>> check(HardCores()).passed
     True
@@ -138,11 +160,15 @@ def check(
     for each in dimensions:
         checks.integer(each, "dimensions", low=1)
     pairs = checks.integer(pairs, "pairs", low=1)
+    if isinstance(value, Scene):
+        return _check_scene(value, pairs, seed, frames)
+    if frames is not None:
+        raise InputError(f"frames= goes with a scene, found {checks.describe(value)}.")
     value = sized(value, COMPONENTS)
     kind = _kind(value)
     if kind == "obstacle":
         value = dressed(value)
-        value = value.at(1.0) if isinstance(value, Surface) else value
+        value = value.at(1.0) if isinstance(value, Dressed) else value
     if motion is not None and kind not in ("interaction", "obstacle"):
         raise InputError(
             f"motion= goes with an interaction or an obstacle, and {type(value).__name__} is neither."
@@ -161,6 +187,24 @@ def check(
             for _, moving, rng in _settings(motion, motion, dimensions, seed, given is None):
                 for _ in range(pairs):
                     try_flight(moving, record, rng, relative=kind != "interaction")
+    return Conditions(record.tried, tuple(record.failures.values()))
+
+
+def _in_a_run(scene: Scene, count: int, seed: int) -> Iterator[tuple[float, Overlap | None]]:
+    """Yield times of a run, in whose interval the fastest flies a diameter, and the deepest overlap then."""
+    sim = Simulation(scene, seed=seed)
+    fastest = max(float(np.abs(sim.frame().velocities).max()), driven_speed_of(scene))
+    yield 0.0, deepest(sim._state, present(sim._state))
+    for _ in sim.sample(every=scene.diameter / fastest, count=count - 1) if fastest > 0.0 else ():
+        yield sim.time, deepest(sim._state, present(sim._state))
+
+
+def _check_scene(scene: Scene, count: int, seed: int, frames: Iterable[Frame] | None) -> Conditions:
+    """Look for overlaps in frames of a scene, or at ``count`` times of a run."""
+    record = Record()
+    for time, found in in_frames(scene, frames) if frames is not None else _in_a_run(scene, count, seed):
+        who = {} if found is None else {"time": time, "who": str(found), "depth": found.depth}
+        record.note("overlap", scene.dimension, found is None, **who)
     return Conditions(record.tried, tuple(record.failures.values()))
 
 
@@ -325,13 +369,7 @@ _OWN = {MOTION: "motion", IMPACT: "impact", DRIVE: "drive", OBSERVER: "observer"
 def _check_obstacle(
     value: Any, flight: Any, dimensions: tuple[int, ...], pairs: int, seed: int, record: Record
 ) -> None:
-    """Try an obstacle in those dimensions in which it fits a box.
-
-    Raises
-    ------
-    InputError
-        If it fits none, or no component that does not overlap it is found near to it.
-    """
+    """Try an obstacle in those dimensions in which it fits a box."""
     why: Exception | None = None
     for d in dimensions:
         rng = np.random.default_rng([seed, d])

@@ -7,22 +7,29 @@ at which runs ended (samples among them), and of the present one; and only when 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from carom.errors import InputError
+from carom.frame import Frame
 from carom.models import model_checks
 from carom.models.questions.interaction import core_square, radius, record_impulse
 from carom.models.questions.memory import shift_epoch
 from carom.models.questions.steps import step_core_square
 from carom.scene import overlaps
 from carom.scene.fields import standing
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import Overlap, Room
 from carom.scene.species import Contacts
-from carom.simulation.obstacle_trials import gaps_of, known_to_move
+from carom.simulation.obstacle_trials import known_to_move
 from carom.simulation.own_models import by_kind, kinds_of
-from carom.units import TimeUnit
+from carom.simulation.system_of_scene import prepare
+
+if TYPE_CHECKING:
+    from carom.engine.system import System
+    from carom.scene.scene import Scene
 
 MOST = 64
 """States that are kept; from then on every second, every fourth ... end of a run is kept."""
@@ -42,10 +49,10 @@ class State(NamedTuple):
     """Edges, which a barostat changes [length]."""
     diameters: np.ndarray
     """(n,) [length]."""
-    now: float
-    """The time in the epoch, as models are told it."""
-    tilt: float = 0.0
+    tilt: float
     """Tilt of the lattice (``carom.models.Shear``)."""
+    epsilon: float
+    """Spacing of the numbers of the positions at 1."""
 
 
 class Depths:
@@ -65,7 +72,7 @@ class Depths:
         if len(self._kept) >= max(1, min(MOST, BYTES // size)):
             self._kept = self._kept[1::2]
             self._stride *= 2
-        self._kept.append(_present(run_state))
+        self._kept.append(present(run_state))
 
     def look(self, run_state: Any) -> float:
         """Return the deepest overlap in the states kept and the present one, 0 within rounding [diameters].
@@ -77,21 +84,52 @@ class Depths:
         if _forgets(run_state):
             states = []
         if now != self._seen and (not states or states[-1].instant != now[0]):
-            states.append(_present(run_state))
+            states.append(present(run_state))
         self._seen = now
-        return max((deepest(run_state, state) for state in states), default=0.0)
+        found = (deepest(run_state, state) for state in states)
+        return max((each.relative for each in found if each is not None), default=0.0)
 
 
-def _present(run_state: Any) -> State:
+def present(run_state: Any) -> State:
+    """Return the present state."""
     system, now = run_state.system, run_state.in_epoch()
+    instant, box, diameters = run_state.clock.instant, run_state.scene.box, run_state.diameters
+    epsilon = float(np.finfo(np.float32 if system.single else np.float64).eps)
     if system.straight:  # without the compiled code that makes frames, which may not be needed else
         rows = run_state.engine.state.rows[: system.n]
         x, v, t = (np.asarray(rows[name], np.float64) for name in ("x", "v", "t"))
         positions = x + v * (now - t)[:, None]
-        return State(run_state.clock.instant, positions, run_state.scene.box, run_state.diameters, now)
+        return State(instant, positions, box, diameters, 0.0, epsilon)
     frame = run_state.frame()
-    present = run_state.clock.instant, frame.positions, run_state.scene.box, run_state.diameters, now
-    return State(*present, frame.tilt or 0.0)
+    return State(instant, frame.positions, box, diameters, frame.tilt or 0.0, epsilon)
+
+
+def in_frames(scene: Scene, frames: Iterable[Frame]) -> Iterator[tuple[float, Overlap | None]]:
+    """Yield the time of each frame of a scene, and its deepest overlap beyond rounding.
+
+    Positions that all fit single precision are taken for rounded to it, as files of other programs have them.
+    """
+    velocities = np.zeros_like(scene.positions) if scene.velocities is None else scene.velocities
+    system = prepare(scene, velocities)
+    pair, interaction = system.interaction.model(system.particles), system.interaction
+    unknown = system.stepped and not hasattr(interaction, "cores_of")
+    if unknown or (model_checks.is_own(interaction) and model_checks.answers(record_impulse, pair)):
+        raise InputError(
+            f"Frames do not hold what pairs of {type(interaction).__name__} remember, on which their cores "
+            "depend; leave out frames, or look at worst_overlap in the statistics of the simulation."
+        )
+    for frame in frames:
+        if frame.positions.shape != scene.positions.shape:
+            raise InputError(
+                f"A frame has {frame.n} particles in {frame.dimension} dimensions, and the scene {scene.n} "
+                f"in {scene.dimension}; give the frames of a run of this scene."
+            )
+        single = (frame.positions == frame.positions.astype(np.float32)).all()
+        epsilon = float(np.finfo(np.float32 if single else np.float64).eps)
+        box = tuple(map(float, frame.box))
+        when, tilt = Fraction(frame.time), frame.tilt or 0.0
+        state = State(when, frame.positions, box, frame.diameters, tilt, epsilon)
+        yield frame.time, deepest_of(scene, system, pair, state, system.unit.to_kernel(frame.time, 1))
 
 
 def _forgets(run_state: Any) -> bool:
@@ -104,82 +142,63 @@ def _forgets(run_state: Any) -> bool:
     )
 
 
-def deepest(run_state: Any, state: State) -> float:
+def deepest(run_state: Any, state: State) -> Overlap | None:
     """Return the deepest overlap of a state beyond rounding: of two cores, or with a wall or an obstacle."""
-    scene, system = run_state.scene, run_state.system
-    geometry = Room(np.asarray(state.box), np.asarray(scene.periodic), standing(scene), state.tilt)
-    state = state._replace(positions=geometry.wrapped(state.positions))
-    rounded = float(np.finfo(np.float32).eps) if system.single else float(np.finfo(np.float64).eps)
-    slack = overlaps.FLIGHTS * overlaps.rounding(geometry.box, rounded)
-    return max(_of_pairs(run_state, state, geometry, slack), _at_obstacles(run_state, state, geometry, slack))
+    later = run_state.unit.to_kernel(float(state.instant - run_state.clock.instant), 1)
+    now, steps = run_state.in_epoch() + later, None
+    if run_state.system.stepped and not hasattr(run_state.system.interaction, "cores_of"):
+        from carom.engine.pair_steps import read_steps
 
-
-def _of_pairs(run_state: Any, state: State, geometry: Room, slack: float) -> float:
-    """Return the deepest overlap of two cores, in distances of contact."""
-    scene, system, interaction = run_state.scene, run_state.system, run_state.system.interaction
-    if scene.n < 2:
-        return 0.0
-    pair, cores = run_state.engine.model.pair, None
-    if system.stepped and hasattr(interaction, "cores_of"):
-        pairs = geometry.near(state.positions, system.diameter)
-        cores = interaction.cores_of(pairs, scene.species, scene.diameter)
-    elif system.stepped:
-        pairs, cores = _cores_on_steps(run_state)
-    elif model_checks.is_own(interaction):
-        if not model_checks.answers(core_square, pair):
-            return 0.0
-        pairs = geometry.near(state.positions, system.diameter)
-        now = run_state.in_epoch() + run_state.unit.to_kernel(
-            float(state.instant - run_state.clock.instant), 1
-        )
-        kinds = kinds_of(pair, system)
-        cores = np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, now)), 0.0)))
-    else:
-        contacts = Contacts(state.diameters, scene.species, scene.contact)
-        found = overlaps.deepest(state.positions, geometry, contacts, scene.pinned)
-        return 0.0 if found is None or found.depth <= slack else found.depth / found.contact
-    if not len(pairs):
-        return 0.0
-    depths = cores - geometry.distances(state.positions, pairs)
-    over = depths > overlaps.ENGINE_OVERLAP * cores + slack
-    return float((depths[over] / cores[over]).max()) if over.any() else 0.0
-
-
-def _cores_on_steps(run_state: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pairs (m, 2) within reach, and the core (m,) of the step that each is on, 0 without one."""
-    from carom.engine.pair_steps import read_steps
-
+        steps = read_steps(run_state.engine.neighbors) if run_state.steps is None else run_state.steps
     pair = run_state.engine.model.pair
-    pairs, step_numbers = (
-        read_steps(run_state.engine.neighbors) if run_state.steps is None else run_state.steps
-    )
-    squares = [max(float(step_core_square(pair, step)), 0.0) for step in range(len(pair.energy))]
-    return pairs, np.sqrt(squares)[step_numbers]
+    return deepest_of(run_state.scene, run_state.system, pair, state, now, steps)
 
 
-def _at_obstacles(run_state: Any, state: State, geometry: Room, slack: float) -> float:
-    """Return the deepest overlap with a wall or an obstacle, in diameters; at most 1, if one is behind it."""
-    scene, pair = run_state.scene, run_state.engine.model.pair
-    everything = geometry.everything()
-    if not everything:
-        return 0.0
-    radii = 0.5 * state.diameters
-    if model_checks.is_own(run_state.system.interaction) and model_checks.answers(radius, pair):
-        radii = np.array([float(radius(pair, i, state.now)) for i in range(scene.n)])
+def deepest_of(
+    scene: Scene, system: System, pair: Any, state: State, now: float, steps: Any = None
+) -> Overlap | None:
+    """Return the deepest overlap of a state beyond rounding, in contact distances or diameters.
+
+    ``now`` is the time that the models are told. ``steps`` holds the pairs (m, 2) within reach, and on which
+    step each is (m,), of a model that says of steps alone where their cores are.
+    """
+    geometry = Room(np.asarray(state.box), np.asarray(scene.periodic), standing(scene), state.tilt)
+    places, radii = geometry.wrapped(state.positions), 0.5 * state.diameters
+    own = model_checks.is_own(system.interaction)
+    if own and model_checks.answers(radius, pair):
+        radii = np.array([float(radius(pair, i, now)) for i in range(scene.n)])
     if scene.pinned is not None:
-        radii = np.where(scene.pinned, 0.0, radii)
-    worst = 0.0
-    models = (*(None,) * (len(everything) - len(standing(scene))), *run_state.system.obstacle_models)
-    for k, who in geometry.near_obstacles(state.positions, radii):
-        value, size = everything[k], radii[who]
-        if models[k] is not None and not known_to_move(value, models[k]):
-            continue
-        places = state.positions[who]
-        gaps = gaps_of(value, places, size, state.instant, scene.box, scene.periodic, TimeUnit())
-        over = (size > 0.0) & (-gaps > 2.0 * overlaps.ENGINE_OVERLAP * size + slack)
-        if over.any():
-            worst = max(worst, float((-gaps[over] / (2.0 * size[over])).max()))
-    return min(worst, 1.0)
+        radii = np.where(scene.pinned, -np.inf, radii)
+    models = zip(standing(scene), system.obstacle_models, strict=True)
+    unknown = {id(value) for value, model in models if not known_to_move(value, model)}
+    found = [overlaps.intruder(places, geometry, radii, state.instant, state.epsilon, unknown)]
+    if system.stepped or own:
+        pairs, cores = _cores(scene, system, pair, geometry, places, now, steps)
+        if len(pairs):
+            found.append(overlaps.worst(places, geometry, pairs, cores, state.epsilon))
+    elif scene.n > 1:
+        contacts = Contacts(state.diameters, scene.species, scene.contact)
+        found.append(overlaps.deepest(places, geometry, contacts, scene.pinned, state.epsilon))
+    there = [each for each in found if each is not None]
+    return max(there, key=lambda each: each.relative, default=None)
+
+
+def _cores(
+    scene: Scene, system: System, pair: Any, geometry: Room, places: np.ndarray, now: float, steps: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return near pairs (m, 2) of a model with steps or of one's own, and their cores (m,) [length]."""
+    interaction: Any = system.interaction
+    if system.stepped and not hasattr(interaction, "cores_of"):
+        pairs, step_numbers = steps
+        squares = [max(float(step_core_square(pair, step)), 0.0) for step in range(len(pair.energy))]
+        return pairs, np.sqrt(squares)[step_numbers]
+    if not system.stepped and not model_checks.answers(core_square, pair):
+        return np.zeros((0, 2), np.int64), np.zeros(0)
+    pairs = geometry.near(places, system.diameter)
+    if system.stepped:
+        return pairs, interaction.cores_of(pairs, scene.species, scene.diameter)
+    kinds = kinds_of(pair, system)
+    return pairs, np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, now)), 0.0)))
 
 
 def folded(depth: float) -> float:

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 from carom import checks
 from carom.errors import CaromWarning, InputError
+from carom.meant import corrected
 from carom.models.active import Active
 from carom.notebook import watchable
 from carom.scene.fields import standing
 from carom.simulation import stretches
 from carom.simulation.barostat import refuse_barostat
-from carom.simulation.keywords import corrected
 from carom.simulation.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ class Equilibration:
 
 
 @watchable("Equilibrating")
-@corrected
+@corrected()
 def equilibrate(
     sim: Simulation,
     *,

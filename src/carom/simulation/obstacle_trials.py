@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
-from fractions import Fraction
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -14,8 +13,7 @@ from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.obstacles import walls
 from carom.models.obstacles.box_walls import cushions
-from carom.models.obstacles.paths import place
-from carom.models.obstacles.shaken import Shaken
+from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.surfaces import Lossy, Thermostat
 from carom.models.questions.obstacle import (
     anchor,
@@ -38,7 +36,6 @@ from carom.simulation.trials import (
     number_of,
     time_of,
 )
-from carom.units import TimeUnit
 
 LOOKS = 65
 """Times at which the way of a component is looked at."""
@@ -92,9 +89,9 @@ class ObstacleTrial:
     def gaps(self, places: np.ndarray, radii: np.ndarray, times: Any) -> np.ndarray:
         """Return the distances (m,) of components at places (m, d) at ``times`` from the obstacle."""
         setting = self._setting
-        return gaps_of(
-            self._value, places, radii, times, setting.particles.box, setting.periodic, setting.particles.unit
-        )
+        moment = (times, setting.particles.unit) if isinstance(self._value, Dressed) else ()
+        found = self._value.gap(places, radii, tuple(setting.particles.box), setting.periodic, *moment)
+        return np.asarray(found, np.float64)
 
     def of(self, x: np.ndarray, v: np.ndarray, radius: float) -> bool:
         """Try the flight of one component, and return whether it meets the obstacle."""
@@ -221,56 +218,14 @@ def _moves(model: Any) -> bool:
 
 
 def known_to_move(value: Any, model: Any) -> bool:
-    """Tell whether it is known where an obstacle is at any time: it rests, or is Shaken."""
-    while hasattr(value, "obstacle") and not isinstance(value, Shaken):
-        value = value.obstacle
-    return isinstance(value, Shaken) or not _moves(model)
-
-
-def gaps_of(
-    value: Any,
-    places: np.ndarray,
-    radii: np.ndarray,
-    times: Any,
-    box: Sequence[float],
-    periodic: Sequence[bool],
-    unit: TimeUnit,
-) -> np.ndarray:
-    """Return the distances (m,) of components from an obstacle that rests, or is Shaken [length].
-
-    Parameters
-    ----------
-    value : obstacle
-        As a scene takes it.
-    places, radii : (m, d) and (m,) arrays
-        Of the components [length].
-    times : number or (m,) array
-        Time since the start, in the engine's ``unit``.
-    box, periodic
-        The box.
-    unit : TimeUnit
-        The engine's unit of time.
-    """
-    shift: Any = 0.0
-    while hasattr(value, "obstacle"):
-        if isinstance(value, Shaken):
-            path = value.path.model(unit)
-            period = Fraction(float(unit.to_kernel(value.path.period, 1)))
-            away = [place(path, float(Fraction(t) % period)) for t in np.atleast_1d(times).tolist()]
-            shift = np.array(away)[:, None] * np.array(value.direction)
-        value = value.obstacle
-    return np.asarray(value.gap(places - shift, radii, tuple(box), tuple(periodic)), np.float64)
+    """Tell whether it is known where an obstacle is at any time: it rests, or a path displaces it."""
+    return (isinstance(value, Dressed) and value.path is not None) or not _moves(model)
 
 
 def is_own(value: Any) -> bool:
     """Tell whether an obstacle, what it covers, or its path is of a class of the user's."""
-    while True:
-        path = getattr(value, "path", None)
-        if model_checks.is_own(value) or (path is not None and model_checks.is_own(path)):
-            return True
-        if not hasattr(value, "obstacle"):
-            return False
-        value = value.obstacle
+    parts = (value.obstacle, value.path) if isinstance(value, Dressed) else (value,)
+    return any(each is not None and model_checks.is_own(each) for each in parts)
 
 
 def try_walls(setting: Setting, record: Record, rng: np.random.Generator, growth: float = 0.0) -> None:

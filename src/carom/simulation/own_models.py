@@ -19,7 +19,7 @@ from carom.models import model_checks
 from carom.models.copies import copied
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, jump, mass, radius, record_impulse
-from carom.models.questions.memory import copy_state, shift_epoch
+from carom.models.questions.memory import copy_state, remembers, shift_epoch
 from carom.models.questions.motion import carry, meeting_time
 from carom.models.questions.steps import step_bits, step_jump, step_time
 from carom.models.questions.walls import wall_meeting
@@ -59,31 +59,9 @@ IMPACTS = 64
 SEVERAL = 16
 """Obstacles that are tried, if there are so many."""
 
-HINTS = {
-    "relative": "An interaction may compute its times along this motion, or the motion be curved.",
-    "images": "meeting_time gets positions in the box and must look at their images itself, or the motion "
-    "must keep components away from the faces.",
-    "energy": "An interaction that is not to keep it has conserves(diameter), which returns False.",
-}
-"""What to do about a condition."""
-
 
 def check_user_models(scene: Scene, system: System) -> None:
-    """Raise InputError where a model of one's own is not what the engine takes it for.
-
-    Raises
-    ------
-    InputError
-        If the array of a model is too short, two components act on each other beyond the reach of their
-        interaction, or a condition of :func:`carom.check` fails.
-    OverlapError
-        If two components are inside the distance at which the interaction throws them back.
-
-    Warns
-    -----
-    CaromWarning
-        If a contact law or an obstacle adds energy and does not say so.
-    """
+    """Raise InputError where a model of one's own is not what the engine takes it for."""
     if model_checks.is_own(system.impact):
         with in_plain_python(system.impact):
             refuse_impact(scene, system)
@@ -105,9 +83,6 @@ def check_user_models(scene: Scene, system: System) -> None:
 def refuse_pair_and_motion(scene: Scene, system: System) -> None:
     """Raise InputError where an interaction, a motion or both together do not keep a condition."""
     pair, record, flight_record = system.interaction.model(system.particles), Record(), Record()
-    if scene.drive is not None and model_checks.is_own(scene.drive):
-        with in_plain_python(scene.drive):
-            refuse_wrong_drive(scene, system)
     own_pair, own_motion = model_checks.is_own(system.interaction), model_checks.is_own(system.motion)
     pairs: list[tuple[int, int]] = []
     if own_pair:
@@ -165,14 +140,12 @@ def refuse(name: str, record: Record, plural: bool = False) -> None:
     failures = list(record.failures.values())
     for failure in failures:
         if failure.condition != "gain":
-            hint = HINTS.get(failure.condition, "")
             do = "do" if plural else "does"
             raise InputError(
-                f"{name} {do} not keep a condition of carom.check, on which the engine relies. {failure}."
-                + (f" {hint}" if hint else "")
+                f"{name} {do} not keep a condition of carom.check, on which the engine relies. {failure}"
             )
     for failure in failures:
-        warnings.warn(f"{name} makes energy. {failure}.", CaromWarning, stacklevel=2)
+        warnings.warn(f"{name} makes energy. {failure}", CaromWarning, stacklevel=2)
 
 
 def setting_of(scene: Scene, system: System) -> Setting:
@@ -255,13 +228,7 @@ def refuse_obstacle(value: Any, scene: Scene, system: System) -> None:
 
 
 def refuse_without_steps(value: Any, pair: Any) -> None:
-    """Raise InputError where an interaction has steps by its value and not by its model, or lacks a part.
-
-    Raises
-    ------
-    InputError
-        If only one of the two has steps, or an array of the model is missing.
-    """
+    """Raise InputError where an interaction has steps by its value and not by its model, or lacks a part."""
     name, model = type(value).__name__, type(pair).__name__
     stepped = model_checks.answers(step_time, pair)
     if stepped and not hasattr(value, "steps"):
@@ -329,8 +296,9 @@ def check_copy_state(system: System) -> None:
     """Raise InputError where a model of one's own has a memory, and no answer to copy it into a new model."""
     own_obstacles = [value for value in (system.interaction, system.impact) if model_checks.is_own(value)]
     for model in (*(value.model(system.particles) for value in own_obstacles), *system.obstacle_models):
-        remembers = any(model_checks.answers(question, model) for question in (shift_epoch, record_impulse))
-        if model_checks.is_own(model) and remembers and not model_checks.answers(copy_state, model):
+        known = remembers(model) or model_checks.answers(copy_state, model)
+        asked = any(model_checks.answers(question, model) for question in (shift_epoch, record_impulse))
+        if model_checks.is_own(model) and asked and not known:
             raise InputError(
                 f"{type(model).__name__} has a memory, and rescale() and growth make the models anew: "
                 "give it a method copy_state that copies it."

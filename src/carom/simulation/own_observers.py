@@ -50,13 +50,7 @@ def compiled(value: Any, particles: Particles) -> Any:
 
 
 def checked(observers: Sequence[Any], scene: Scene, system: System) -> tuple[Any, ...]:
-    """Return observers with arrays of their own, to which a run adds.
-
-    Raises
-    ------
-    InputError
-        If one is no observer, or fails where it is asked in plain Python.
-    """
+    """Return observers with arrays of their own, to which a run adds."""
     if hasattr(observers, "_fields") or not isinstance(observers, list | tuple):
         raise InputError(f"observers must be a list of observers, found {checks.describe(observers)}.")
     found = []
@@ -143,11 +137,6 @@ def recalled(
         Those that are given.
     particles : Particles
         The particles of the run.
-
-    Raises
-    ------
-    InputError
-        If those that are given are not those of the run.
     """
     given = [compiled(each, particles) for each in values]
     if len(stored) != len(given):
@@ -165,13 +154,7 @@ def recalled(
 
 @contextmanager
 def observing(run_state: RunState, observer: Any) -> Iterator[Any]:
-    """Let an observer in for as long as the body runs, and hand over the one to whose arrays is added.
-
-    Raises
-    ------
-    InputError
-        If it is no observer, or there are several workers.
-    """
+    """Let an observer in for as long as the body runs, and hand over the one to whose arrays is added."""
     if run_state.executive is not None:
         raise InputError(
             f"{type(observer).__name__} observes every event when it happens, and this simulation has "

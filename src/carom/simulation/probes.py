@@ -20,13 +20,7 @@ DOUBLINGS = 64
 
 
 def contact_range_of(interaction: Any, scene: Any) -> float:
-    """Return the reach of an interaction in a scene, checked [length].
-
-    Raises
-    ------
-    InputError
-        If it is not a positive number.
-    """
+    """Return the reach of an interaction in a scene, checked [length]."""
     name = f"reach(scene) of {type(interaction).__name__}"
     return checks.number(interaction.reach(scene), name, low=0.0, open_low=True)
 

@@ -34,12 +34,6 @@ class Recorder:
         What :meth:`mark` returned at the present of the run: go on with the file, of which what it holds
         beyond is dropped when the run goes on and is written. Without, a new log begins.
 
-    Raises
-    ------
-    FileError
-        As :class:`carom.io.events.EventLog` does; the file is then unchanged. With `mark` already if the file
-        does not hold what was written.
-
     Attributes
     ----------
     path : Path

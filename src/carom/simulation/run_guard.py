@@ -34,13 +34,7 @@ class RunGuard:
 
     @contextlib.contextmanager
     def reading(self) -> Iterator[None]:
-        """Keep other threads out while the body looks.
-
-        Raises
-        ------
-        BusyError
-            If another thread is at it.
-        """
+        """Keep other threads out while the body looks."""
         if not self._lock.acquire(blocking=False):
             raise BusyError(
                 "This simulation is in use by another thread; use one Simulation a thread, or look at this "
@@ -53,13 +47,7 @@ class RunGuard:
 
     @contextlib.contextmanager
     def changing(self) -> Iterator[None]:
-        """Keep everybody out while the body runs on, or changes what runs.
-
-        Raises
-        ------
-        BusyError
-            If another thread is at it, or the simulation is running: this is a callback of its.
-        """
+        """Keep everybody out while the body runs on, or changes what runs."""
         with self.reading():
             if self.moving:
                 raise BusyError(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.block import Block, combined
+from carom.block import Block, weighted_sum
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning, InputError
 from carom.models.questions.memory import error_message
@@ -52,13 +52,6 @@ def advance(
     """Continue for a number of collisions, to an instant, or for seconds: see :meth:`carom.Simulation.run`.
 
     A :class:`carom.CaromWarning` is issued if the requested collisions cannot happen.
-
-    Raises
-    ------
-    InputError
-        If a time that is the only limit is out of reach, because components have no room.
-    BusyError
-        If the run is going on already, or this process is a fork of the one that writes its event log.
     """
     with run_state.alone.changing():
         run_state.refuse_inherited()
@@ -181,7 +174,7 @@ def _advance(
     if progress is not None:
         progress(1.0)
     duration = float(run_state.clock.instant - start)
-    block: Block = combined(sums(run_state), before, -1)
+    block: Block = weighted_sum(sums(run_state), before, 1, -1)
     return block._replace(duration=duration, sizes=sizes(run_state, diameters, duration))
 
 

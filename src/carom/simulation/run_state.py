@@ -107,11 +107,6 @@ class RunState:
     scheme : NeighborPlan, optional
         The neighbour scheme; chosen for the scene, if left out.
 
-    Raises
-    ------
-    InputError
-        If the neighbour scheme that was asked for cannot be had.
-
     Attributes
     ----------
     engine : Engine
@@ -410,18 +405,8 @@ class RunState:
         volume_move : tuple, optional
             The scene in another box, when that was due [time], and the moves of the volume after it.
         """
-        names = (
-            "scene",
-            "volume_moves",
-            "system",
-            "scheme",
-            "engine",
-            "clock",
-            "counted",
-            "steps",
-            "scheduled",
-        )
-        before = {name: getattr(self, name) for name in names}
+        what = ("scene", "volume_moves", "system", "scheme", "engine", "clock", "counted", "steps")
+        before = {name: getattr(self, name) for name in (*what, "scheduled")}
         try:
             self._refit(velocities, rates, volume_move)
         except BaseException:  # Ctrl-C, too: all of it, or nothing
@@ -434,8 +419,7 @@ class RunState:
         rates: np.ndarray | None,
         volume_move: tuple[Scene, Fraction, VolumeMoves] | None,
     ) -> None:
-        from carom.engine.build import build, keep_tallies
-        from carom.engine.dynamic_obstacles import take_over_all
+        from carom.engine.build import build, take_over
 
         check_copy_state(self.system)
         frame = self.frame()
@@ -482,13 +466,10 @@ class RunState:
         except InputError:  # components have outgrown the lists that were asked for
             self.scheme = self._choose(velocities, ("sectors", None), rate)
         self.engine = build(self.scheme, self.system, positions, unit.to_kernel(velocities, -1))
-        keep_tallies(old, self.engine, unit.exponent - before.exponent)
-        present = unit.to_kernel(instant, 1)
-        take_over_all(self.engine.model, old.model, present, passed_in_epoch, unit.exponent - before.exponent)
+        present, slower = unit.to_kernel(instant, 1), unit.exponent - before.exponent
+        take_over(old, self.engine, present, passed_in_epoch, slower)
         if rescaled and frame.spins is not None:  # by the factor of the velocities
-            earlier, after = (
-                float(np.sum(peculiar(self.scene, v) ** 2)) for v in (frame.velocities, velocities)
-            )
+            after, earlier = (np.sum(peculiar(self.scene, v) ** 2) for v in (velocities, frame.velocities))
             self.engine.model.impact.spins[:] *= math.sqrt(after / earlier)
         images = self.engine.state.images
         if frame.images is not None and images is not None:

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
+from carom.meant import corrected
 from carom.notebook import watchable
 from carom.simulation import run_loop
 from carom.simulation.callbacks import Call, Callbacks, Hit
-from carom.simulation.keywords import corrected
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
@@ -22,7 +22,7 @@ LIMITS = ("collisions", "collisions_per_particle", "time", "walltime", "until")
 
 
 @watchable("Running")
-@corrected
+@corrected()
 def run(
     sim: Simulation,
     *,

@@ -13,7 +13,9 @@ from carom import checks, densities
 from carom.arithmetic import power
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.models.copies import copied
+from carom.scene.keywords import ELSEWHERE
 from carom.scene.scene import Scene
 from carom.scene.temperature import at_temperature, degrees_of_freedom
 from carom.scene.velocities import velocities_of
@@ -29,15 +31,15 @@ from carom.simulation import (
     sampling,
 )
 from carom.simulation.barostat import checked_barostat
-from carom.simulation.keywords import corrected
 from carom.simulation.mechanics import Impacts, Statistics
 from carom.simulation.recorder import Recorder
 from carom.simulation.run_guard import exclusive
 from carom.simulation.run_state import RunState
 from carom.simulation.swaps import checked_swaps
 from carom.simulation.system_of_scene import growth_rates, prepare
-from carom.simulation.tuning import DEFAULT, Tuning
+from carom.simulation.tuning import DEFAULT, TUNED, Tuning
 from carom.simulation.workers.choose_workers import executive_of
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -98,7 +100,7 @@ class Simulation:
     540
     """
 
-    @corrected
+    @corrected(TUNED, ELSEWHERE)
     def __init__(
         self,
         scene: Scene,
@@ -397,7 +399,7 @@ class Simulation:
     equilibrate = equilibration.equilibrate
     sample = sampling.sample
     write = sampling.write
-    measure = corrected(measuring.measure)
+    measure = corrected()(measuring.measure)
     helfand = helfand.helfand
 
     def save(self, path: str | PathLike[str]) -> None:
@@ -416,7 +418,7 @@ class Simulation:
         checkpoint.save(path, self._state, {})
 
     @classmethod
-    @corrected
+    @corrected()
     def load(
         cls,
         path: str | PathLike[str],
@@ -478,4 +480,6 @@ class Simulation:
         self.close()
 
     def __repr__(self) -> str:
-        return f"<Simulation of {self.scene!r} at time {self.time:g}, {self.collisions} collisions>"
+        return (
+            f"<Simulation of {self.scene!r} at time {self.time:g}, {counted(self.collisions, 'collision')}>"
+        )

@@ -62,13 +62,7 @@ class StallDetector:
         return 2 * int(tally.collisions) + hits, int(tally.transits)
 
     def look(self) -> None:
-        """Look, if there have been enough events since the last time.
-
-        Raises
-        ------
-        InputError
-            If the end is out of reach.
-        """
+        """Look, if there have been enough events since the last time."""
         contacts, transits = self._counts()
         contacts, transits = contacts - self._contacts, transits - self._transits
         events, n = contacts + transits, self._run_state.scene.n

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
@@ -9,9 +10,13 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
+from carom.observables.drift import STUCK, moved
+from carom.observables.pressure import PressureResult
+from carom.observables.statistics import FewSamples, unwarned
 from carom.scene.temperature import degrees_of_freedom
 from carom.simulation import mechanics, readings, run_loop
 from carom.simulation.system_of_scene import driven_speed_of
+from carom.theory import is_stable_fluid
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
@@ -27,26 +32,21 @@ def tally(sim: Simulation) -> Block:
 
 
 def estimate(sim: Simulation, observable: Any, blocks: Sequence[Block]) -> Any:
-    """Return the estimate of an ``observable`` from ``blocks``, such as :func:`blocks` yields.
-
-    Raises
-    ------
-    InputError
-        If diameters grow and a block does not hold their averages, as that of :func:`tally`.
-    """
+    """Return the estimate of an ``observable`` from ``blocks``, such as :func:`blocks` yields."""
     if sim._state.system.rates is not None and any(block.sizes is None for block in blocks):
         raise InputError("Sums since the start do not know how diameters grew; use blocks of run().")
-    return observable.of_scene(blocks, sim.scene, kT=sim.kT)
+    scene = sim.scene
+    with unwarned(FewSamples):  # carom.observables.equilibrium.doubts says it, and of what
+        found = observable.of_scene(blocks, scene, kT=sim.kT)
+    if isinstance(found, PressureResult) and found.simple and scene.dimension > 1:
+        frozen = not is_stable_fluid(scene.dimension, found.packing_fraction)
+        solid = frozen and moved(scene.positions, sim.frame()) < STUCK
+        found = dataclasses.replace(found, solid=solid)
+    return found
 
 
 def blocks(sim: Simulation, duration: float, count: int) -> Iterator[Block]:
-    """Continue a run for ``count`` blocks of the time ``duration`` [time] and yield each.
-
-    Raises
-    ------
-    InputError
-        If the duration or the count is negative, and as from :meth:`carom.Simulation.run`.
-    """
+    """Continue a run for ``count`` blocks of the time ``duration`` [time] and yield each."""
     state = sim._state
     start, step = state.clock.instant, Fraction(checks.number(duration, "duration", low=0.0))
     before, energy_before = mechanics.momenta_at_walls(state), readings.energy_now(state)
@@ -66,11 +66,6 @@ def time_for(sim: Simulation, collisions: float) -> float:
     """Return the time that a number of pair collisions takes at the rate so far [time].
 
     With fewer than 1000 collisions so far, the run first continues up to 1000.
-
-    Raises
-    ------
-    InputError
-        If nothing collides in this scene.
     """
     collisions = checks.number(collisions, "collisions", low=0.0)
     if sim.n == 1 or _rests(sim):

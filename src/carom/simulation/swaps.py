@@ -24,6 +24,7 @@ from carom import checks, seeds
 from carom.declared import SEED, Declared, described, integer, needed, number, option, positive
 from carom.errors import InputError
 from carom.jit import compiled
+from carom.meant import corrected
 from carom.models.motions.free_flight import FreeFlight
 from carom.scene.fields import is_elastic, is_usual, standing
 from carom.scene.overlaps import Room
@@ -37,6 +38,7 @@ SLIGHT = 2.0**-20
 
 
 @described
+@corrected()
 @dataclass(frozen=True)
 class Swaps(Declared):
     """Exchanges of diameters between particles, in sweeps at equal intervals of time.
@@ -103,13 +105,7 @@ def beside_free_hard_cores(scene: Scene, system: System) -> tuple[tuple[str, boo
 
 
 def checked_swaps(swaps: Any, scene: Scene, system: System, event_log: Any) -> Sweeps | None:
-    """Return the swaps of a run before the first, or None where none are asked for.
-
-    Raises
-    ------
-    InputError
-        If they are no swaps, or would not keep the distribution of the scene.
-    """
+    """Return the swaps of a run before the first, or None where none are asked for."""
     if swaps is None:
         return None
     if not isinstance(swaps, Swaps):

@@ -20,7 +20,7 @@ from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.motions.shear import Shear
 from carom.models.obstacles import faces
 from carom.models.obstacles.box_walls import Cushions, cushions
-from carom.models.obstacles.surfaces import Surface
+from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.obstacle import fall, meeting
 from carom.models.questions.walls import wall_meeting
@@ -74,11 +74,6 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> t
         Of its components [length / time].
     rates : (n,) array or None
         Radius that each component gains a time.
-
-    Raises
-    ------
-    InputError
-        If the energy is out of range, or the growth is below ``SLOWEST_GROWTH``.
     """
     fastest = float(np.abs(velocities).max())
     others = 0.0 if rates is None else 2.0 * float(rates.max())
@@ -124,7 +119,7 @@ def losses_at(scene: Scene, speed: float) -> dict[str, Any]:
     return {
         "impact": impact.at(speed) if isinstance(impact, Restitution) else impact,
         "obstacles": tuple(
-            each.at(speed) if isinstance(each, Surface) else each if hasattr(each, "live") else each.model()
+            each.at(speed) if isinstance(each, Dressed) else each if hasattr(each, "live") else each.model()
             for each in standing(scene)
         ),
     }
@@ -147,7 +142,7 @@ def with_thresholds(system: System, thresholds: Sequence[float]) -> System:
     if isinstance(impact, Restitution):
         impact = impact.below(thresholds[0])
     for k, each in enumerate(obstacles):
-        if isinstance(each, Surface) and isinstance(each.loss, Restitution):
+        if isinstance(each, Dressed) and isinstance(each.loss, Restitution):
             obstacles[k] = dataclasses.replace(each, loss=each.loss.below(thresholds[1 + k]))
     return dataclasses.replace(system, impact=impact, obstacles=tuple(obstacles))
 
@@ -161,12 +156,6 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
         Rate at which diameters grow [length / time], not negative.
     scene : Scene
         What grows.
-
-    Raises
-    ------
-    InputError
-        If a rate is negative or not a number, or they are not one a component. If the scene has a contact
-        matrix, pinned components or an interaction of one's own.
     """
     if growth is None:
         return None
@@ -224,11 +213,6 @@ def single_allowed(precision: str, scene: Scene, thermal: Thermal, unit: TimeUni
         What is thermal of its velocities, in ``unit``.
     unit : TimeUnit
         The engine's unit of time.
-
-    Raises
-    ------
-    InputError
-        If single precision cannot tell contact from overlap, gap or rest.
     """
     if precision == "double":
         return False
@@ -359,11 +343,6 @@ def prepare(
         What is simulated.
     growth, tuning
         As of :class:`carom.Simulation`.
-
-    Raises
-    ------
-    InputError
-        If the scene, or what is asked for, cannot be simulated.
     """
     rates = growth_rates(growth, scene)
     unit, thermal = unit_of(scene, velocities, rates)

@@ -50,12 +50,25 @@ SENTENCES = {
     "encounter": "a component is apart from an obstacle, by its gap, until it meets it, and touches it then",
     "outward": "outward is a unit vector away from the obstacle, against which the component flies",
     "due": "next_time is a number, and not in the past",
+    "asked": "next_time is the same whenever it is asked on the way there",
     "kick": "kick leaves a velocity that is finite",
     "later": "the events of a component do not all come at one time",
     "told": "an observer can be told of every event",
+    "overlap": "no two particles overlap, and none is inside a wall or an obstacle",
     "touching": "who touches an obstacle, or is inside by rounding, and approaches meets it now",
 }
 """What is tried."""
+
+HINTS = {
+    "relative": "Check it together with an interaction that computes its times along this motion, "
+    "carom.check(interaction, motion=...), or give it curved = True and meeting_time.",
+    "images": "meeting_time gets positions in the box and must look at their images itself, or the motion "
+    "must keep components away from the faces.",
+    "energy": "An interaction that is not to keep it has conserves(diameter), which returns False.",
+    "asked": "The engine asks after every event: draw a random time once, and keep in a memory when it is "
+    "due.",
+}
+"""What to do where a condition does not hold."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +91,8 @@ class Failure:
 
     def __str__(self) -> str:
         facts = ", ".join(f"{name} = {value}" for name, value in self.numbers.items())
-        return f"{self.condition}: not so that {SENTENCES[self.condition]}; d = {self.dimension}, {facts}"
+        what = f"{self.condition}: not so that {SENTENCES[self.condition]}; d = {self.dimension}, {facts}"
+        return f"{what}. {HINTS[self.condition]}" if self.condition in HINTS else f"{what}."
 
 
 @dataclass

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from carom.declared import Declared, described, number, option, switch, word
+from carom.meant import corrected
 
 Requested = tuple[str, float | None]
 """The neighbour scheme that was asked for, and the reach of its lists."""
 
 
 @described
+@corrected()
 @dataclass(frozen=True)
 class Tuning(Declared):
     """How a simulation is computed: neighbors, what is counted, and how numbers are stored.
@@ -34,7 +36,7 @@ class Tuning(Declared):
     )
     shell: float | None = option(
         number(low=1.0, open_low=True),
-        "Reach of the neighbor lists in diameters. It asks for lists; by default it follows from the density.",
+        "Reach of the neighbor lists in diameters. It asks for lists; the density says it by default.",
     )
     images: bool = option(
         switch, "Count the boxes that each particle crosses, for unwrapped positions.", default=True
@@ -56,3 +58,6 @@ class Tuning(Declared):
 
 DEFAULT = Tuning()
 """What is taken where nothing is said."""
+
+TUNED = {name: f"tuning: tuning=carom.Tuning({name}=...)" for name in (*vars(DEFAULT), "images")}
+"""What keywords of :class:`Tuning` are called in others."""

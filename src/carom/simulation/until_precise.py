@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from carom.block import Block, Energy, Sizes, combined
+from carom.block import Block, weighted_sum
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
@@ -20,6 +20,9 @@ from carom.simulation.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
+
+MEANS = ("sizes", "energy")
+"""Fields of a block that are means over its time; all others are sums."""
 
 
 def until(
@@ -157,27 +160,10 @@ class _Rate:
 
 
 def merged(one: Block, other: Block) -> Block:
-    """Return two neighbouring blocks as one."""
-    block: Block = combined(one, other)
-    return block._replace(sizes=_averaged(one, other), energy=_means(one, other))
-
-
-def _means(one: Block, other: Block) -> Energy | None:
-    """Return the mean energies of two blocks, where they hold them."""
-    if one.energy is None or other.energy is None:
-        return None
+    """Return two neighbouring blocks as one: their sums, and their means weighted with the durations."""
     part = one.duration / (one.duration + other.duration)
-    return Energy(*(part * a + (1.0 - part) * b for a, b in zip(one.energy, other.energy, strict=True)))
-
-
-def _averaged(one: Block, other: Block) -> Sizes | None:
-    """Return the average sizes of two blocks, where diameters grow."""
-    a, b = one.sizes, other.sizes
-    if a is None or b is None:
-        return None
-    part = one.duration / (one.duration + other.duration)
-    return Sizes(
-        part * a.packing_fraction + (1.0 - part) * b.packing_fraction,
-        part * a.cube + (1.0 - part) * b.cube,
-        a.equal and b.equal,
+    fields = one._asdict().items()
+    weights = {name: (part, 1.0 - part) if name in MEANS else (1, 1) for name, _ in fields}
+    return Block(
+        **{name: weighted_sum(value, getattr(other, name), *weights[name]) for name, value in fields}
     )

@@ -6,11 +6,13 @@ import functools
 import inspect
 import re
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any, TypeVar, get_args, get_origin
 
 from carom.declared import SpecField, fields_of
-from carom.studies.arguments import refuse_unknown
+from carom.meant import refuse_unknown
+from carom.scene.keywords import ELSEWHERE
+from carom.spec import Spec
 from carom.studies.study import Study
 
 R = TypeVar("R")
@@ -21,18 +23,24 @@ WIDTH = 106
 HOW = ("executor", "cores", "out", "progress", "look")
 """Arguments of :meth:`carom.studies.study.Study.run`."""
 
+HOW_TEXT = inspect.getdoc(Study.run) or ""
 
-def documented(kind: type[Study[Any]], **said: str) -> Callable[[Callable[..., R]], Callable[..., R]]:
-    """Return a decorator of a function ``f(*, how, **given)`` whose ``given`` are the fields of a spec.
 
-    Its signature and docstring then name these fields and the arguments of :meth:`Study.run`, which arrive
-    as the dictionary ``how``. What its other arguments are is ``said`` by name. An argument that is none of
-    these is an error with the word that is meant. ``@`` in the docstring stands for the description of the
-    fields.
+def documented(
+    kind: type[Study[Any]] | type[Spec], *, hidden: Container[str] = (), **said: str
+) -> Callable[[Callable[..., R]], Callable[..., R]]:
+    """Return a decorator of a function ``f(..., **given)`` whose ``given`` are the fields of a spec.
+
+    Its signature and docstring then name these fields, but for those ``hidden``; ``@`` in the docstring
+    stands for their description. An argument that is none of these is an error with the word that is meant.
+    Of a study, the function has the arguments of :meth:`Study.run` as well, which arrive as the dictionary
+    ``how``, and what its other arguments are is ``said`` by name.
     """
+    spec: type[Spec] = kind if issubclass(kind, Spec) else kind.Spec
+    run = {} if issubclass(kind, Spec) else dict(inspect.signature(Study.run).parameters)
 
     def decorate(function: Callable[..., R]) -> Callable[..., R]:
-        fields = fields_of(kind.Spec)
+        fields = fields_of(spec)
         own = [
             p for p in inspect.signature(function).parameters.values()
             if p.kind is not p.VAR_KEYWORD and p.name != "how"
@@ -42,37 +50,42 @@ def documented(kind: type[Study[Any]], **said: str) -> Callable[[Callable[..., R
         more = [
             inspect.Parameter(name, keyword, default=None, annotation=_optional(field.kind))
             for name, field in fields.items()
-            if name not in taken
+            if name not in taken and name not in hidden
         ]
-        run = inspect.signature(kind.run).parameters
-        how = [run[name] for name in HOW if name != "look"]
-        known = (*taken, *fields, *HOW)
+        how = [run[name] for name in HOW if name in run and name != "look"]
+        known = (*taken, *fields, *(HOW if run else ()))
 
-        def _told(name: str) -> str:
-            return said.get(name) or _said(fields[name])
+        def _lines(parameters: Iterable[inspect.Parameter]) -> str:
+            return "\n".join(
+                f"{p.name} : {_type(p.annotation, p.default is p.empty)}\n"
+                + textwrap.fill(said.get(p.name) or _said(fields[p.name]), WIDTH, initial_indent="    ",
+                                subsequent_indent="    ")
+                for p in parameters
+            )  # fmt: skip
 
         @functools.wraps(function)
         def called(*arguments: Any, **given: Any) -> R:
-            refuse_unknown(f"{function.__name__}()", given, known)
-            ways = {name: given.pop(name) for name in HOW if name in given}
-            return function(*arguments, how=ways, **{k: v for k, v in given.items() if v is not None})
+            refuse_unknown(f"{function.__name__}()", given, known, elsewhere=ELSEWHERE)
+            ways = {"how": {name: given.pop(name) for name in HOW if name in given}} if run else {}
+            given = {k: v for k, v in given.items() if v is not None}
+            return function(*arguments, **ways, **given)
 
-        parameters, _, ends = (inspect.getdoc(kind.run) or "").partition("----------\n")[2].partition("\n\n")
         head, _, rest = (inspect.getdoc(function) or "").partition("@\n")
-        # Sections in the order of numpydoc: what is returned, raised and warned, then notes and examples.
-        returns, mark, notes = rest.partition("\nNotes\n" if "\nNotes\n" in rest else "\nExamples\n")
-        lines = [
-            f"{p.name} : {_type(p.annotation, p.default is p.empty)}\n"
-            + textwrap.fill(_told(p.name), WIDTH, initial_indent="    ", subsequent_indent="    ")
-            for p in (*own, *more)
-        ]
-        called.__doc__ = "\n".join(
-            [
-                head + "Parameters", "----------", *lines, _without(parameters, "look"), "",
-                returns.rstrip(), "", ends.rstrip(), mark + notes.rstrip(), "",
-            ]
-        )  # fmt: skip
-        called.__signature__ = inspect.Signature([*own, *more, *how])  # type: ignore[attr-defined]
+        if run:
+            parameters, _, ends = HOW_TEXT.partition("----------\n")[2].partition("\n\n")
+            # Sections in the order of numpydoc: what is returned, raised and warned, then notes and examples.
+            returns, mark, notes = rest.partition("\nNotes\n" if "\nNotes\n" in rest else "\nExamples\n")
+            called.__doc__ = "\n".join(
+                [
+                    head + "Parameters", "----------", _lines((*own, *more)), _without(parameters, "look"),
+                    "", returns.rstrip(), "", ends.rstrip(), mark + notes.rstrip(), "",
+                ]
+            )  # fmt: skip
+            order = [*own, *more, *how]
+        else:
+            called.__doc__ = f"{head}{_lines(more)}\n{rest}"
+            order = sorted([*own, *more], key=lambda p: (p.kind, p not in more))
+        called.__signature__ = inspect.Signature(order)  # type: ignore[attr-defined]
         return called
 
     return decorate
@@ -84,6 +97,8 @@ def _said(field: SpecField) -> str:
     default = field.default
     if default in (None, (), "auto") or isinstance(default, Mapping) or field.needed:
         return field.opt.help
+    if isinstance(default, bool):
+        return f"{field.opt.help} {default} if left out."
     shown = ", ".join(map(str, default)) if isinstance(default, tuple) else f"{default:g}"
     return f"{field.opt.help} {shown} if left out."
 
@@ -104,7 +119,7 @@ def _type(hint: Any, needed: bool) -> str:
     else:
         kinds = get_args(hint) or (hint,)
         names = [
-            f"sequence of {get_args(kind)[0].__name__}" if get_origin(kind) is Sequence
+            f"sequence of {get_args(kind)[0].__name__}" if get_origin(kind) in (Sequence, tuple)
             else "None" if kind is type(None)
             else "mapping" if get_origin(kind) is Mapping
             else str(kind.__name__)

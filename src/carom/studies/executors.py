@@ -24,6 +24,7 @@ from carom import checks
 from carom.compiling import compile_listeners
 from carom.errors import CaromError, InputError
 from carom.simulation.workers.thread_pool import cores
+from carom.texts import counted
 
 NAMES = ("processes", "threads", "serial", "mpi")
 
@@ -145,7 +146,7 @@ def _choose(choice: Any, workers: int | None, most: int | None, main: bool) -> P
     if choice == "threads":
         pool = ThreadPoolExecutor(count)
         end = lambda now: pool.shutdown(wait=not now, cancel_futures=now)  # noqa: E731
-        return Place(f"{count} thread{'s' * (count > 1)}", pool.submit, end, local=True, here=True)
+        return Place(counted(count, "thread"), pool.submit, end, local=True, here=True)
     if choice == "processes":
         return _processes(count, main)
     if choice == "mpi":
@@ -214,10 +215,9 @@ def _processes(count: int, main: bool) -> Place:
 
     def listen() -> None:
         while told.poll():
-            told.recv_bytes()
-            compile_listeners.notify()
+            compile_listeners.notify(told.recv_bytes().decode())
 
-    name = f"{count} process{'es' * (count > 1)}"
+    name = counted(count, "process")
     return Place(name, submit, end, here=True, replaces=True, listen=listen)
 
 
@@ -233,13 +233,13 @@ def _begin(leash: Any, mouth: Any) -> None:
 
     threading.Thread(target=watch, daemon=True).start()
 
-    told = threading.Event()
+    told: set[str] = set()
 
-    def say() -> None:
-        if not told.is_set():
-            told.set()
+    def say(news: str) -> None:
+        if news not in told:
+            told.add(news)
             with contextlib.suppress(OSError):  # the study has ended meanwhile
-                mouth.send_bytes(b"compiling")
+                mouth.send_bytes(news.encode())
 
     compile_listeners.listen(say)
 
@@ -251,32 +251,22 @@ def _mpi_size() -> int:
 
 
 def _mpi() -> Place:
-    try:
-        from mpi4py.futures import MPIPoolExecutor
-    except ImportError:
-        raise InputError(
-            'Running under MPI needs the package mpi4py and an MPI library; pip install "carom[mpi]".'
-        ) from None
+    futures = checks.needed("mpi4py.futures", "Running under MPI", "'carom[mpi]', and an MPI library")
     size = _mpi_size()
     if size < 2 or "mpi4py.futures" not in sys.modules:
         raise InputError(
             "Under MPI one process leads and the others work, and here is only one: start with "
             "mpiexec -n 3 python -m mpi4py.futures -m carom eos ..."
         )
-    pool = MPIPoolExecutor()
+    pool = futures.MPIPoolExecutor()
     end = lambda now: pool.shutdown(wait=not now, cancel_futures=now)  # noqa: E731
-    return Place(f"MPI, {size - 1} worker{'s' * (size > 2)}", pool.submit, end)
+    return Place(f"MPI, {counted(size - 1, 'worker')}", pool.submit, end)
 
 
 def _dask(address: str) -> Place:
+    distributed = checks.needed("distributed", "A Dask scheduler", "'carom[dask]'")
     try:
-        from distributed import Client
-    except ImportError:
-        raise InputError(
-            'A Dask scheduler needs the package distributed; pip install "carom[dask]".'
-        ) from None
-    try:
-        client = Client(address, timeout=PATIENCE, set_as_default=False)
+        client = distributed.Client(address, timeout=PATIENCE, set_as_default=False)
     except (OSError, ValueError, TypeError) as error:
         raise InputError(
             f"No Dask scheduler answers at {address} ({type(error).__name__}); "

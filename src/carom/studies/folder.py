@@ -90,11 +90,6 @@ class Folder:
         ----------
         settings : dict
             Settings that all tasks share.
-
-        Raises
-        ------
-        FileError
-            If the folder holds a study with other settings (the text says which), or something else.
         """
         refuse_others(self.path, "a study", "a plan")
         before = self.read()
@@ -102,13 +97,7 @@ class Folder:
             _check_same(before["settings"], settings, self.path)
 
     def check_study(self, study: str) -> None:
-        """Refuse a folder that holds a study of another kind; no file is changed.
-
-        Raises
-        ------
-        FileError
-            If it does, or its description is damaged.
-        """
+        """Refuse a folder that holds a study of another kind; no file is changed."""
         if (before := self.read()) is not None:
             _check_same({"study": before["settings"].get("study")}, {"study": study}, self.path)
 
@@ -137,13 +126,7 @@ class Folder:
             yield
 
     def read(self) -> dict[str, Any] | None:
-        """Return settings and grid of the study that the folder holds; None if there is none.
-
-        Raises
-        ------
-        FileError
-            If the folder is a file, or holds something else.
-        """
+        """Return settings and grid of the study that the folder holds; None if there is none."""
         if self.path.exists() and not self.path.is_dir():
             raise FileError(f"{self.path} is a file; expected the folder of a study, or a new one.")
         if not os.path.lexists(self.settings):
@@ -164,13 +147,7 @@ class Folder:
         return record if record["task"] == task else None
 
     def store(self, record: Record) -> None:
-        """Write the result of a task, atomically.
-
-        Raises
-        ------
-        FileError
-            If it cannot be written, e.g. because the disk is full.
-        """
+        """Write the result of a task, atomically."""
         path = self.result(record["task"])
         with writing(path):
             path.parent.mkdir(parents=True, exist_ok=True)

@@ -17,9 +17,9 @@ from carom.arithmetic import power
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io import checkpoint, events, records
-from carom.io.formats import FOREIGN, SUFFIXES, Reader
+from carom.io.formats import FOREIGN, SUFFIXES, Reader, foreign_format_of
 from carom.io.records import toml_tables
-from carom.io.trajectory import FRAMES, STATES, form_of, open_reader
+from carom.io.trajectory import FRAMES, STATES, open_reader
 from carom.models.interactions.rule_files import RuleFile
 from carom.observables.statistics import value_with_error
 from carom.scene.description import particles
@@ -92,15 +92,7 @@ class Info:
 
 
 def info(path: str | PathLike[str]) -> Info:
-    """Return what lies at a path.
-
-    Raises
-    ------
-    FileError
-        If there is nothing, nothing that Carom knows, or it is damaged.
-    InputError
-        If a scene file or study file holds a mistake.
-    """
+    """Return what lies at a path."""
     where = Path(path)
     if where.is_dir():
         return _folder(where)
@@ -117,7 +109,7 @@ def info(path: str | PathLike[str]) -> Info:
         return _checkpoint(where)
     if events.is_log(where):
         return _log(where)
-    if form_of(where) is None:
+    if foreign_format_of(where) is None:
         raise FileError(f"{path} is nothing that Carom reads; expected {EXPECTED}.")
     with open_reader(where) as reader:
         return of_trajectory(reader)
@@ -126,7 +118,7 @@ def info(path: str | PathLike[str]) -> Info:
 def of_trajectory(reader: Reader) -> Info:
     """Return what a trajectory holds that is open."""
     where = reader.path
-    name = form_of(where) if reader.foreign else SUFFIXES[where.suffix.lower()]
+    name = foreign_format_of(where) if reader.foreign else SUFFIXES[where.suffix.lower()]
     found = Info(where, f"a trajectory ({name})", next=_typed("carom measure", where))
     _frames(found, reader)
     return found

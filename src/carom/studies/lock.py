@@ -17,13 +17,7 @@ LOCK = ".lock"
 
 @contextlib.contextmanager
 def owned(path: Path) -> Iterator[None]:
-    """Lock a folder against other processes; the lock ends with the process.
-
-    Raises
-    ------
-    FileError
-        If another process is at work there, or the folder cannot be written.
-    """
+    """Lock a folder against other processes; the lock ends with the process."""
     lock = filelock.FileLock(path / LOCK, blocking=False, thread_local=False)
     try:
         with writing(path):

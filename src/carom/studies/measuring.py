@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Sized
@@ -13,7 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from carom import checks
+from carom import checks, meant
 from carom.errors import CaromError, CaromWarning, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
@@ -23,6 +22,7 @@ from carom.observables.bond_order import NEAREST, BondOrder
 from carom.observables.crystallinity import Crystallinity
 from carom.observables.density_profile import DensityProfile
 from carom.observables.dynamics import FEW, Dynamics
+from carom.observables.of_frames import as_points
 from carom.observables.pair_distribution import RDF
 from carom.observables.partial_rdf import MOST_SPECIES, PartialRDF
 from carom.observables.rdf import DEFAULT_REACH
@@ -261,6 +261,7 @@ def measure(
         for k, frame in enumerate(several):
             if not isinstance(frame, Frame):
                 raise InputError(f"frames must hold frames, found {checks.describe(frame)}.")
+            frame = as_points(frame)
             if k == 0:
                 underway = _begun(wanted, _known(frame, path, foreign), reasons)
             times.append(frame.time)
@@ -297,7 +298,7 @@ def _wanted(quantities: tuple[Any, ...]) -> dict[str, Any]:
     for each in quantities:
         if isinstance(each, str):
             if each not in QUANTITIES:
-                raise InputError(f"{each!r} is no quantity of frames{checks.suggestion(each, QUANTITIES)}.")
+                raise InputError(f"{each!r} is no quantity of frames{meant.suggestion(each, QUANTITIES)}.")
             name, value = each, True
         elif hasattr(each, "update") and hasattr(each, "result"):
             known = [name for name, one in QUANTITIES.items() if type(each) is one.observable]
@@ -322,7 +323,7 @@ def _opened(frames: Any) -> Iterator[tuple[Iterable[Any], int, Path | None, bool
             if where.is_dir() and kind_of(where) == "a packing" and len(reader):
                 yield [reader[-1]], 1, where, False
             else:
-                yield _sized(reader), len(reader), where, reader.foreign
+                yield reader, len(reader), where, reader.foreign
         return
     if isinstance(frames, Frame) or not isinstance(frames, Iterable):
         raise InputError(
@@ -330,16 +331,9 @@ def _opened(frames: Any) -> Iterator[tuple[Iterable[Any], int, Path | None, bool
         )
     many = len(frames) if isinstance(frames, Sized) else 0
     if isinstance(frames, Reader):
-        yield _sized(frames), many, frames.path, frames.foreign
+        yield frames, many, frames.path, frames.foreign
     else:
         yield frames, many, None, False
-
-
-def _sized(reader: Reader) -> Iterable[Frame]:
-    """Return the frames of a file; particles whose diameters nobody knows are points."""
-    if "diameters" not in reader.lacks:
-        return reader
-    return (dataclasses.replace(frame, diameters=np.zeros(frame.n)) for frame in reader)
 
 
 def _known(frame: Frame, path: Path | None, foreign: bool) -> _System:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-import numpy as np
-
 from carom import theory
-from carom.frame import Frame
+from carom.errors import InputError
 from carom.observables.drift import STUCK
 from carom.theory import Equation
 
@@ -46,12 +45,6 @@ class Filled(Protocol):
         """Packing fraction."""
 
 
-def moved(start: np.ndarray, frame: Frame) -> float:
-    """Return the median distance from the positions ``start`` (n, d), in mean spacings ``(V / n)^(1/d)``."""
-    distance = np.sqrt(np.sum((frame.unwrapped - start) ** 2, axis=1))
-    return float(np.median(distance)) / float((math.prod(frame.box) / frame.n) ** (1.0 / frame.dimension))
-
-
 def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
     """Return the phase of a run.
 
@@ -62,7 +55,7 @@ def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
     initial : str
         The start of the run, as in a scene file.
     distance : float
-        Median distance of the particles from their start, as :func:`moved` returns it.
+        Median distance of the particles from their start, :func:`carom.observables.drift.moved`.
 
     Notes
     -----
@@ -109,7 +102,45 @@ def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
     )
 
 
-def finite_size_shift(phase: Phase, packing_fraction: float, n: int, equation: Equation) -> float:
-    """Return ``Z_N - Z`` of a phase by theory."""
-    law = theory.crystal_finite_size_shift if phase.name == "solid" else theory.finite_size_shift
-    return float(law(packing_fraction, n, equation))
+def expected(packing_fraction: float, dimension: int, initial: str, *, mixture: bool = False) -> str:
+    """Return the phase that a run should be in, by its start: "random", or the name of a lattice.
+
+    It is "fluid" below freezing; above freezing "fluid" for a random start, and "solid" for a crystal; in 2D
+    "coexistence" between freezing and melting of equal disks.
+    """
+    if theory.is_stable_fluid(dimension, packing_fraction):
+        return "fluid"
+    if dimension == 2 and round(packing_fraction, 9) < theory.MELTING[2] and not mixture:
+        return "coexistence"
+    return "fluid" if initial == "random" else "solid"
+
+
+def usual_equation(
+    dimension: int, phase: str, species: Sequence[Sequence[float]] = ((1.0, 1),)
+) -> Equation | None:
+    """Return the best known equation of state of a phase, or None.
+
+    Of a mixture, ``species`` are diameters, each with the number of particles or the fraction that has it.
+    """
+    if phase == "solid" and dimension == 3 and len(species) == 1:
+        return theory.almarza
+    if phase != "fluid" or dimension > 6:
+        return None
+    if len(species) == 1:
+        return theory.best(dimension)
+    diameters, total = [s for s, _ in species], math.fsum(c for _, c in species)
+    fractions = [c / total for _, c in species]
+    if dimension == 3:
+        return lambda eta: theory.bmcsl(eta, fractions, diameters)
+    return lambda eta: theory.santos_yuste_lopez_de_haro(eta, fractions, diameters, dimension)
+
+
+def finite_size_shift(phase: str, packing_fraction: float, n: int, equation: Equation | None) -> float:
+    """Return ``Z_N - Z`` of n particles in a phase by theory; nan where the equation of state has none."""
+    if equation is None:
+        return math.nan
+    law = theory.crystal_finite_size_shift if phase == "solid" else theory.finite_size_shift
+    try:
+        return float(law(packing_fraction, n, equation))
+    except InputError:
+        return math.nan

@@ -71,11 +71,6 @@ def refuse_others(folder: Path, kind: str, *beside: str) -> None:
         The folder; it need not exist.
     kind, *beside : str
         Names in OWN: what is to be there, and what else may be.
-
-    Raises
-    ------
-    FileError
-        If it does: commands that continue there would take the one for the other.
     """
     for other, names in OWN.items():
         found = [name for name in names if os.path.lexists(folder / name)]
@@ -87,13 +82,7 @@ def refuse_others(folder: Path, kind: str, *beside: str) -> None:
 
 
 def refuse_to_replace(paths: Iterable[Path], kind: str) -> None:
-    """Refuse files that are in a new folder of results already, although no results are.
-
-    Raises
-    ------
-    FileError
-        If one exists.
-    """
+    """Refuse files that are in a new folder of results already, although no results are."""
     for path in paths:
         if os.path.lexists(path):
             raise FileError(

@@ -39,11 +39,6 @@ def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **se
         Called with the scene; it may raise InputError.
     **settings
         Further arguments of :class:`carom.Simulation`.
-
-    Raises
-    ------
-    InputError
-        If the scene cannot be made, or is refused.
     """
     places, speeds, kicks = stream(task["seed"], [task["scene"], task["replica"]]).spawn(3)
     scene = start(scene_spec(task["scene"]), default_rng(places))

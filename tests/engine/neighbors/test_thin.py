@@ -18,6 +18,7 @@ from carom.models.questions.particles import NEVER
 from carom.simulation.system_of_scene import prepare
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("dimension", "n", "size"),
     [
@@ -76,6 +77,15 @@ def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
     scene = carom.Scene.random(n, packing_fraction, dimension, seed=1)
     side = max(sector_side.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
     assert found.shape == tuple(int(edge / side) for edge in scene.box)
+
+
+@pytest.mark.usefixtures("unscheduled")
+def test_a_box_in_whose_images_a_collision_takes_seconds_is_refused_with_what_it_costs():
+    # 3^12 sectors are searched at each crossing, some 500 crossings for a collision: 2.7 s by estimate.
+    with pytest.raises(carom.errors.InputError, match=r"about 2\.7 s: .* 3\^12 .* edges of at least 3 times"):
+        carom.Simulation(carom.Scene.random(3, box=(1.6,) * 12, seed=1))
+    carom.Simulation(carom.Scene.random(3, box=(4.0,) * 12, seed=1))
+    carom.Simulation(carom.Scene.random(3, box=(1.6,) * 8, seed=1))
 
 
 def test_what_everybody_needs_is_said():

@@ -1,11 +1,6 @@
 """Where contacts change the energy: sums that survive everything, beside exact cases and the oracle."""
 
-import json
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -151,30 +146,10 @@ COLLISIONS = 50
 SIZES = {"0.02": 0.02, "1": 1.0, "30": 30.0}
 
 
-@pytest.fixture(scope="module")
-def plain():
-    """What all of these find, without compilation of so many kinds of scenes."""
-    return run_plain()
-
-
-def run_plain(*arguments):
-    done = subprocess.run(
-        [sys.executable, "-W", "ignore", "-m", "engine.observers.test_balance", *map(str, arguments)],
-        cwd=Path(__file__).parents[2],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
-
-
 @pytest.mark.parametrize("name", ["cooling_rods", "growing_rods", "growing_between_walls"])
 def test_the_integral_of_kT_is_exact(plain, name):
     # The rods cool by seven decades: no digit of what is left may be lost to the rounding of what was.
-    found, right = plain[name]
+    found, right = globals()[name]()
     np.testing.assert_allclose(found, right, rtol=1e-11)
 
 
@@ -182,7 +157,7 @@ def test_the_integral_of_kT_is_exact(plain, name):
 @pytest.mark.parametrize("size", SIZES)
 def test_sums_survive_everything_and_agree_with_the_oracle(plain, size, growing):
     # Diameters from 0.02 to 30: what counts of a contact is the speed of the surfaces, r.v over r.
-    found, right = plain[f"{size} {growing}"]
+    found, right = beside_the_oracle(SIZES[size], 3, growing)
     assert found["counts"] == right["counts"]
     assert found["spared"] == right["spared"]
     assert 5 < right["spared"] < 55
@@ -191,12 +166,9 @@ def test_sums_survive_everything_and_agree_with_the_oracle(plain, size, growing)
         assert found[name] == pytest.approx(right[name], rel=1e-6)
 
 
+@pytest.mark.usefixtures("plain")
 def test_a_checkpoint_keeps_all_sums(tmp_path):
-    assert run_plain("checkpoint", tmp_path / "half.h5")
-
-
-def checkpoint(path):
-    """Compare a run with one that is saved and loaded on the way."""
+    path = tmp_path / "half.h5"
     scene, growth = everything(1.0, 3)
     whole, parts = (carom.Simulation(scene, growth=growth, seed=0) for _ in range(2))
     whole.run(time=4.0)
@@ -210,15 +182,10 @@ def checkpoint(path):
     assert (whole.collisions_by_species == parts.collisions_by_species).all()
     assert (mechanics.virial_by_species(whole._state) == mechanics.virial_by_species(parts._state)).all()
     assert whole.collisions_by_species.sum() > 0
-    return True
 
 
-def test_rescaling_takes_the_momentum_away_where_it_is_conserved_and_leaves_the_rest(tmp_path):
-    assert run_plain("rescaled", tmp_path)
-
-
-def rescaled(_):
-    """Look at the momentum, and at every velocity."""
+@pytest.mark.usefixtures("plain")
+def test_rescaling_takes_the_momentum_away_where_it_is_conserved_and_leaves_the_rest():
     scene, _ = everything(1.0, 3)
     sim = carom.Simulation(scene, seed=0)
     before = scene.masses @ scene.velocities
@@ -233,7 +200,6 @@ def rescaled(_):
     np.testing.assert_allclose(after, factor[0] * peculiar(scene, scene.velocities), rtol=1e-12)
     twice = float(np.sum(scene.masses[:, None] * after**2))
     assert twice == pytest.approx(0.5 * degrees_of_freedom(scene), rel=1e-13)
-    return True
 
 
 def test_a_plain_scene_has_no_balance():
@@ -245,17 +211,3 @@ def test_a_plain_scene_has_no_balance():
     assert engine.model.impact is None
     assert engine.model.observers is None
     assert not any("observers" in name for name in arrays(engine))
-
-
-if __name__ == "__main__":
-    np.seterr(all="ignore")
-    if sys.argv[1:]:
-        print(json.dumps({"checkpoint": checkpoint, "rescaled": rescaled}[sys.argv[1]](sys.argv[2])))
-    else:
-        exact = {case.__name__: case() for case in (cooling_rods, growing_rods, growing_between_walls)}
-        sums = {
-            f"{name} {growing}": beside_the_oracle(size, 3, growing)
-            for name, size in SIZES.items()
-            for growing in (False, True)
-        }
-        print(json.dumps({**exact, **sums}))

@@ -77,23 +77,24 @@ def test_every_sum_survives_a_checkpoint(tmp_path, kind):
         sim.close()
 
 
+@pytest.mark.usefixtures("plain")
 def test_a_checkpoint_leaves_no_event_in_memory(tmp_path):
     """A kill after it would cost what the checkpoint counts on."""
     sim = Simulation(scene_of(), seed=1, event_log=tmp_path / "events.h5")
-    sim.run(collisions=500)
+    sim.run(collisions=100)
     sim.save(tmp_path / "state.h5")
-    logged = 500 + sum(each.hits for each in sim.obstacles)
-    assert len(read_events(tmp_path / "events.h5").i) == logged > 500
-    sim.run(collisions=500)
+    logged = 100 + sum(each.hits for each in sim.obstacles)
+    assert len(read_events(tmp_path / "events.h5").i) == logged > 100
+    sim.run(collisions=100)
     sim.close()
     at_the_end = read_events(tmp_path / "events.h5")
     # As after a kill: the log has gone on, and the checkpoint has not.
     with Simulation.load(tmp_path / "state.h5") as again:
         assert len(read_events(tmp_path / "events.h5").i) == len(at_the_end.i), "loading only reads"
-        again.run(collisions=200)
+        again.run(collisions=40)
         again._state.flush_log()
         assert logged < len(read_events(tmp_path / "events.h5").i) < len(at_the_end.i)
-        again.run(collisions=300)
+        again.run(collisions=60)
     for mine, its in zip(read_events(tmp_path / "events.h5"), at_the_end, strict=True):
         assert np.array_equal(mine, its)
 

@@ -67,11 +67,12 @@ def fluid(**settings):
     return carom.Simulation(scene, seed=2, **settings)
 
 
+@pytest.mark.usefixtures("plain")
 def test_currents_leave_no_trace_in_the_run():
     plain, counted = fluid(), fluid(observers=[HelfandCurrents()])
-    plain.run(collisions=3000)
+    plain.run(collisions=300)
     counted.helfand(every=0.01, count=50)
-    counted.run(collisions=3000 - counted.collisions)
+    counted.run(collisions=300 - counted.collisions)
     assert (plain.frame().velocities == counted.frame().velocities).all()
     assert plain.time == counted.time
     assert stretches.tally(plain).virial == stretches.tally(counted).virial

@@ -10,6 +10,8 @@ from carom.engine.observers.event_log import make_log
 from carom.engine.observers.interface import chained
 from carom.engine.observers.stop_at_hit import StopAtHit
 from carom.io.events import read_events
+from carom.simulation import recorder
+from carom.simulation.recorder import BUFFER
 
 FAR, ROOM, HITS = np.int64(2**62), 7, 3
 
@@ -70,6 +72,25 @@ def test_a_checkpoint_holds_the_same_with_a_log_and_without(tmp_path):
     assert logged._state.engine.model.observers is None  # closed: nobody writes any more
 
 
+@pytest.mark.usefixtures("both_ways")
+def test_a_log_is_the_same_however_often_its_buffer_is_full_and_across_a_checkpoint(tmp_path, monkeypatch):
+    scene, logs = disks()[0].scene, []
+    for room in (BUFFER, ROOM):
+        monkeypatch.setattr(recorder, "BUFFER", room)
+        path = tmp_path / f"{room}.h5"
+        with carom.Simulation(scene, seed=1, event_log=path) as sim:
+            sim.run(collisions=24)
+            sim.save(tmp_path / "there.h5")
+        with carom.Simulation.load(tmp_path / "there.h5", event_log=path) as sim:
+            sim.run(collisions=8)
+        logs.append(read_events(path))
+    events = logs[0]
+    assert (events.j < scene.n).sum() == 32  # those of pairs; others meet walls
+    for name, column in events._asdict().items():
+        np.testing.assert_array_equal(getattr(logs[1], name), column, err_msg=name)
+
+
+@pytest.mark.usefixtures("plain")
 def test_what_schedules_events_is_given_no_observer_and_so_compiled_once_for_all(tmp_path, monkeypatch):
     given, schedule = [], cycle.schedule
 

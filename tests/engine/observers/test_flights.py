@@ -12,7 +12,7 @@ from carom.models import Kind, Ranges
 from carom.models.drives import Andersen
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.balls import Ball
-from carom.models.obstacles.surfaces import Thermal
+from carom.models.obstacles.dressing import Thermal
 from carom.simulation import flying, stretches
 from carom.simulation.run_state import RunState
 

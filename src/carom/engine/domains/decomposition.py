@@ -143,13 +143,7 @@ def most_slabs(neighbors: Lists | Sectors, box) -> int:
 
 
 def slabs_of(neighbors: Lists | Sectors, box, periodic, processes: int) -> Slabs:
-    """Return a box in as many slabs, across its longest axis.
-
-    Raises
-    ------
-    ValueError
-        If there is no room for so many.
-    """
+    """Return a box in as many slabs, across its longest axis."""
     if 1 < processes > most_slabs(neighbors, box):
         raise ValueError(f"There is no room for {processes} slabs.")
     ranges = [interaction_range(neighbors, axis) for axis in range(len(box))]

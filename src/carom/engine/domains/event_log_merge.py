@@ -8,11 +8,11 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import answering, inner
 from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA, OBSTACLE
+from carom.engine.observers import interface
 from carom.engine.observers.interface import count_pair, is_full, record
-from carom.engine.obstacles import Obstacles
 from carom.engine.state import aligned
 
 ENTRY = np.dtype([("time", "f8"), ("virial", "f8")])
@@ -70,6 +70,7 @@ def lp_events_of(all_events: AllEvents, process: int) -> LpEvents:
     )
 
 
+@answering(interface)
 class LpRecorder(NamedTuple):
     """The observer of a process: it notes its collisions."""
 
@@ -78,62 +79,45 @@ class LpRecorder(NamedTuple):
     lp_events: LpEvents
     """The process's page of the ledger."""
 
+    def count_pair(self, i, j, virial):
+        self.last_virial[0] = virial
 
-@count_pair.register
-def _(observer: LpRecorder, i, j, virial):
-    observer.last_virial[0] = virial
+    def is_full(self):
+        return self.lp_events.used[0] == len(self.lp_events.entries)
 
-
-@is_full.register
-def _(observer: LpRecorder):
-    return observer.lp_events.used[0] == len(observer.lp_events.entries)
-
-
-@record.register
-def _(observer: LpRecorder, clock, i, ref, impulse):
-    lp_events = observer.lp_events
-    k = lp_events.used[0]
-    entry = lp_events.entries[k]
-    entry.time = clock.now
-    entry.virial = observer.last_virial[0]
-    lp_events.component[k] = i
-    put_detail(lp_events.details, k, ref, impulse)
-    lp_events.used[0] = k + 1
+    def record(self, clock, i, ref, impulse):
+        lp_events = self.lp_events
+        k = lp_events.used[0]
+        entry = lp_events.entries[k]
+        entry.time = clock.now
+        entry.virial = self.last_virial[0]
+        lp_events.component[k] = i
+        put_detail(lp_events.details, k, ref, impulse)
+        lp_events.used[0] = k + 1
 
 
-@optional
+@inner
 def put_detail(details, k, ref, impulse):
     """Note the word and the impulse of the k-th collision."""
-    return
+    if details is not None:
+        details[k].ref = ref
+        details[k].impulse = impulse
 
 
-@put_detail.register
-def _(details: np.ndarray, k, ref, impulse):
-    details[k].ref = ref
-    details[k].impulse = impulse
-
-
-@optional
+@inner
 def detail(details, process, k):
     """Return the word and the impulse of the k-th collision of a process."""
-    return np.int64(0), 0.0
-
-
-@detail.register
-def _(details: np.ndarray, process, k):
+    if details is None:
+        return np.int64(0), 0.0
     return np.int64(details[process, k].ref), np.float64(details[process, k].impulse)
 
 
-@optional
+@inner
 def struck(obstacles, number, momentum):
     """Add a collision with an obstacle."""
-    return
-
-
-@struck.register
-def _(obstacles: Obstacles, number, momentum):
-    obstacles.hits[number] += 1
-    obstacles.impulse[number] += momentum
+    if obstacles is not None:
+        obstacles.hits[number] += 1
+        obstacles.impulse[number] += momentum
 
 
 def put_in_order(lp_events: LpEvents) -> None:
@@ -178,15 +162,7 @@ def next_after(process, time, component, losers, times, components):
 
 @entry
 def find_order(all_events, heads, ends, order):
-    """Find the order of collisions, by a tournament of processes: who has the earliest, and who has the next.
-
-    Parameters
-    ----------
-    heads, ends : (processes,) int64 arrays
-        Of the collisions of each process, the first, and the first that no longer belongs to them.
-    order : (collisions,) uint16 array
-        Becomes the process of each.
-    """
+    """Find the order of collisions, by a tournament of processes: who has the earliest, who the next."""
     entries, component = all_events.entries, all_events.component
     leaves = 1
     while leaves < len(heads):
@@ -211,18 +187,7 @@ def find_order(all_events, heads, ends, order):
 
 @entry
 def merge(all_events, heads, clock, tallies, observers, obstacles, boundary):
-    """Add up the collisions of all processes in the order that was found, as one cycle would have.
-
-    Parameters
-    ----------
-    heads : (processes,) int64 array
-        Number of collisions of each process that have been added already.
-
-    Returns
-    -------
-    done : bool
-        False if an observer is full. The next call then continues from there.
-    """
+    """Add up the collisions of all processes in the order that was found, as one cycle would have."""
     all_events, obstacles, observers = borrowed(all_events), borrowed(obstacles), borrowed(observers)
     tally = tallies[0]
     for k in range(heads.sum(), all_events.used[:, 0].sum()):

@@ -38,11 +38,11 @@ from carom.engine.tallies import TALLY
 from carom.models.motions.free_flight import Inertial
 from carom.models.motions.gravity import Falling
 from carom.models.questions.interaction import growth, record_impulse
-from carom.models.questions.memory import copy_state, error_message, shift_epoch
+from carom.models.questions.memory import error_message, remembers, shift_epoch
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import start_steps
 
-MEMORY = (shift_epoch, start_steps, error_message, growth, copy_state, record_impulse)
+MEMORY = (shift_epoch, start_steps, error_message, growth, record_impulse)
 """Questions that only a pair model answers whose arrays change during a run."""
 
 
@@ -62,7 +62,7 @@ def obstacle_to_windows(engine: Engine) -> str | None:
         return "its drive"
     if hasattr(model.pair, "impulse"):
         return "its pinned components"
-    if any(registry.answers(question, type(model.pair)) for question in MEMORY):
+    if remembers(model.pair) or any(registry.answers(question, type(model.pair)) for question in MEMORY):
         return "a pair model with a memory"
     if model.obstacles is not None and model.obstacles.live is not None:
         return "obstacles that move or lose energy"

@@ -25,9 +25,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
+from carom.engine import search
 from carom.engine.boundary import separation
 from carom.engine.constants import LAMBDA
+from carom.engine.neighbors import interface
 from carom.engine.neighbors.contact_cache import (
     STALE,
     Contacts,
@@ -37,15 +39,7 @@ from carom.engine.neighbors.contact_cache import (
     keep,
     make_contacts,
 )
-from carom.engine.neighbors.interface import (
-    begin_epoch,
-    build,
-    cross,
-    earliest_newcomer,
-    earliest_partner,
-    rebin,
-    transit_time,
-)
+from carom.engine.neighbors.interface import cross, transit_time
 from carom.engine.neighbors.prefilter import BLOCK, UNITS, marked, position_error_of, prefilter
 from carom.engine.search import contact_time_of, relative
 from carom.engine.state import aligned
@@ -64,6 +58,7 @@ sqrt(2) diameters away, must be the one that is met.
 """
 
 
+@answering(interface)
 class Everybody(NamedTuple):
     """All components, side by side."""
 
@@ -107,6 +102,52 @@ class Everybody(NamedTuple):
     contacts: Contacts
     """Of every component, whom it meets in this epoch if neither changes its flight before."""
 
+    def earliest_partner(self, model, state, i, now, half, avoided):
+        if self.lined_up_epoch[0] != state.clock[0].epoch:
+            search_everybody(self, model, state, now)
+        contacts = self.contacts
+        if contacts.counts[i] != STALE and avoided < 0:
+            k, known = best_of(contacts, state, i, False)
+            if known:
+                if k < 0:
+                    return np.int64(-1), 0.0
+                contact = contact_of(contacts, i, k)
+                self.from_time[i] = contact.start_time
+                return np.int64(contact.other), 0.0
+        clear(contacts, i)
+        return search_all(self, model, state, i, now, np.int64(-1), avoided), 0.0
+
+    def earliest_newcomer(self, model, state, i, now, refs, start_index, count):
+        return np.int64(-1), 0.0
+
+    def transit_time(self, motion, boundary, state, i, now):
+        return self.span if self.fastest[0] > 0.0 else NEVER
+
+    def rebin(self, motion, boundary, state, i, now):
+        pack_one(self, motion, state, i)
+        self.contacts.versions[i] += 1
+        self.contacts.counts[i] = STALE
+
+    def begin_epoch(self, model, state, tally):
+        rows = state.rows
+        n = np.uint64(len(self.from_time))
+        search_everybody(self, model, state, 0.0)
+        for i in range(n):
+            # An advancement now for whom contacts found no room: it looks at all by itself.
+            rows[i].event_time = NEVER if self.contacts.first_dropped[i] == NEVER else 0.0
+            state.partner[i] = LAMBDA
+            state.crossing_time[i] = transit_time(self, model.motion, model.boundary, state, i, 0.0)
+        # Nobody takes the earliest pair apart, then nobody the next earliest, and so on: this ends.
+        changed = True
+        while changed:
+            changed = False
+            for i in range(n):
+                changed |= choose(self, model, state, tally, i)
+
+    def build(self, motion, boundary, state):
+        self.lined_up_epoch[0] = -1
+        return True
+
 
 def make_everybody(n: int, edges, core: float, span: float, number: type = np.float64) -> Everybody:
     """Return room for ``n`` components in a box, whose rows hold numbers of a type.
@@ -136,6 +177,7 @@ def make_everybody(n: int, edges, core: float, span: float, number: type = np.fl
     )
 
 
+@answering(interface)
 class Pairs(NamedTuple):
     """Nothing but the time that a search covers, and the names of all."""
 
@@ -144,12 +186,32 @@ class Pairs(NamedTuple):
     names: np.ndarray
     """0 to n - 1, uint32."""
 
+    def earliest_partner(self, model, state, i, now, half, avoided):
+        return first_of_pairs(self, model, state, i, now, NEVER, avoided), 0.0
 
+    def earliest_newcomer(self, model, state, i, now, refs, start_index, count):
+        return first_of_pairs(
+            self, model, state, i, now, np.float64(state.rows[i].event_time), np.int64(-1)
+        ), 0.0
+
+    def transit_time(self, motion, boundary, state, i, now):
+        return now + self.span
+
+    def build(self, motion, boundary, state):
+        return True
+
+
+@answering(search)
 class AlongCurves(NamedTuple):
     """Contacts of components that do not fly straight relative to each other."""
 
     span: float
     """Time that a search covers."""
+
+    def contact_time_of(self, model, state, i, ref, now, t):
+        low_index, high_index = min(np.int64(i), np.int64(ref)), max(np.int64(i), np.int64(ref))
+        t, clamped = curved_meeting(model, state, low_index, high_index, now, NEVER, self.span)
+        return now + t, clamped
 
 
 def make_pairs(n: int, span: float) -> Pairs:
@@ -319,43 +381,9 @@ def search_everybody(everybody, model, state, now):
         search_all(everybody, model, state, i, now, i, np.int64(-1))
 
 
-@earliest_partner.register
-def _(neighbors: Everybody, model, state, i, now, half, avoided):
-    if neighbors.lined_up_epoch[0] != state.clock[0].epoch:
-        search_everybody(neighbors, model, state, now)
-    contacts = neighbors.contacts
-    if contacts.counts[i] != STALE and avoided < 0:
-        k, known = best_of(contacts, state, i, False)
-        if known:
-            if k < 0:
-                return np.int64(-1), 0.0
-            contact = contact_of(contacts, i, k)
-            neighbors.from_time[i] = contact.start_time
-            return np.int64(contact.other), 0.0
-    clear(contacts, i)
-    return search_all(neighbors, model, state, i, now, np.int64(-1), avoided), 0.0
-
-
-@earliest_newcomer.register
-def _(neighbors: Everybody, model, state, i, now, refs, start_index, count):
-    return np.int64(-1), 0.0
-
-
-@transit_time.register
-def _(neighbors: Everybody, motion, boundary, state, i, now):
-    return neighbors.span if neighbors.fastest[0] > 0.0 else NEVER
-
-
 @cross.register
 def _(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
     return True, neighbors.names, np.uint64(0), np.int64(0)
-
-
-@rebin.register
-def _(neighbors: Everybody, motion, boundary, state, i, now):
-    pack_one(neighbors, motion, state, i)
-    neighbors.contacts.versions[i] += 1
-    neighbors.contacts.counts[i] = STALE
 
 
 @inner
@@ -380,30 +408,6 @@ def choose(everybody, model, state, tally, i):
     rows[j].event_time = event_time
     state.partner[i] = np.int64(j)
     state.partner[j] = np.int64(i)
-    return True
-
-
-@begin_epoch.register
-def _(neighbors: Everybody, model, state, tally):
-    rows = state.rows
-    n = np.uint64(len(neighbors.from_time))
-    search_everybody(neighbors, model, state, 0.0)
-    for i in range(n):
-        # An advancement now for whom contacts found no room: it looks at all by itself.
-        rows[i].event_time = NEVER if neighbors.contacts.first_dropped[i] == NEVER else 0.0
-        state.partner[i] = LAMBDA
-        state.crossing_time[i] = transit_time(neighbors, model.motion, model.boundary, state, i, 0.0)
-    # Nobody takes the earliest pair apart, then nobody the next earliest, and so on: this ends.
-    changed = True
-    while changed:
-        changed = False
-        for i in range(n):
-            changed |= choose(neighbors, model, state, tally, i)
-
-
-@build.register
-def _(neighbors: Everybody, motion, boundary, state):
-    neighbors.lined_up_epoch[0] = -1
     return True
 
 
@@ -438,32 +442,3 @@ def first_of_pairs(neighbors, model, state, i, now, limit, avoided):
             best = event_time
             chosen = np.int64(j)
     return chosen
-
-
-@contact_time_of.register
-def _(timing: AlongCurves, model, state, i, ref, now, t):
-    low_index, high_index = min(np.int64(i), np.int64(ref)), max(np.int64(i), np.int64(ref))
-    t, clamped = curved_meeting(model, state, low_index, high_index, now, NEVER, timing.span)
-    return now + t, clamped
-
-
-@earliest_partner.register
-def _(neighbors: Pairs, model, state, i, now, half, avoided):
-    return first_of_pairs(neighbors, model, state, i, now, NEVER, avoided), 0.0
-
-
-@earliest_newcomer.register
-def _(neighbors: Pairs, model, state, i, now, refs, start_index, count):
-    return first_of_pairs(
-        neighbors, model, state, i, now, np.float64(state.rows[i].event_time), np.int64(-1)
-    ), 0.0
-
-
-@transit_time.register
-def _(neighbors: Pairs, motion, boundary, state, i, now):
-    return now + neighbors.span
-
-
-@build.register
-def _(neighbors: Pairs, motion, boundary, state):
-    return True

@@ -34,16 +34,7 @@ class Grid(NamedTuple):
 
 
 def make_grid(shapes, spans) -> Grid:
-    """Return the grids of all levels.
-
-    Parameters
-    ----------
-    shapes : (levels) sequences of d ints
-        Cells along each axis.
-    spans : (levels, levels) nested sequences of d ints
-        How many cells to look to either side along each axis: for a component of the first level, in the grid
-        of the second.
-    """
+    """Return the grids of all levels."""
     shape = np.array(shapes, np.int64)
     table = np.array(spans, np.int64).reshape(len(shape), len(shape), -1)
     most = int(np.minimum(2 * table + 1, shape).prod(axis=2).max())
@@ -78,11 +69,6 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
 
     Those are no further from the reference point than the square root of ``range_sq``; and if the component
     has ``moved`` from ``old`` to this point, who is new to it is nearer to the new point than to the old one.
-
-    Returns
-    -------
-    half, count : int
-        ``grid.neighbor_cells[half, :count]`` holds the cells.
     """
     grid = lists.grid
     half = np.uint64(0)

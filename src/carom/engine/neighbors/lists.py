@@ -17,22 +17,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.prefetch import prefetch, prefetch_now
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.compiling.simd import LANES, copy_words, pack
+from carom.engine import pair_steps
 from carom.engine.boundary import index
 from carom.engine.lattice import position_at
+from carom.engine.neighbors import interface, prefetch as prefetching
 from carom.engine.neighbors.grid import Grid, cell_of, cells_near
-from carom.engine.neighbors.interface import build, candidates, cross, must_renew, transit_time
 from carom.engine.neighbors.points import bits, coordinate_bits
-from carom.engine.neighbors.prefetch import (
-    HUGE,
-    leaves_first,
-    prefetch_event,
-    prefetch_first,
-    prefetch_members,
-    prefetch_own,
-    stages,
-)
+from carom.engine.neighbors.prefetch import HUGE, leaves_first, prefetch_members, prefetch_own
 from carom.engine.neighbors.skins import (
     EqualBounds,
     list_range_sq,
@@ -51,11 +44,12 @@ from carom.engine.neighbors.tilt_window import (
     open_window,
     speed_from_reference,
 )
-from carom.engine.pair_steps import fresh_word, named, put_newcomer, put_step, standing, stepped_word
+from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing, stepped_word
 from carom.engine.state import aligned, filled
 from carom.models.questions.particles import NEVER
 
 
+@answering(interface, pair_steps, prefetching)
 class Lists(NamedTuple):
     """Components by neighbour."""
 
@@ -90,6 +84,98 @@ class Lists(NamedTuple):
     """How words name the steps of pairs (:mod:`carom.engine.pair_steps`), or None where they have none."""
     window: Any
     """Tilts of the lattice that the lists are for (:mod:`.tilt_window`), or None where none tilts."""
+
+    def candidates(self, boundary, i, half):
+        return self.refs, start(self.bounds, i), np.int64(self.counts[i])
+
+    def transit_time(self, motion, boundary, state, i, now):
+        me = state.rows[i]
+        found_capacity, rate = skin(self.bounds, i, now)
+        rr = 0.0
+        b = found_capacity * rate
+        a = -rate * rate
+        for axis in range(len(self.grid_step)):
+            r = from_reference(motion, self, boundary, me, self.reference[i], axis, now)
+            v = speed_from_reference(motion, self, boundary, me, self.reference[i], axis, now)
+            rr += r * r
+            b += r * v
+            a += v * v
+        if a == 0.0 and rate == 0.0:
+            return NEVER
+        # The outward root of |r + v t| = room - rate t, in the form that cancels for neither sign of b.
+        c = max(found_capacity * found_capacity - rr, 0.0)
+        root = np.sqrt(max(b * b + a * c, 0.0))
+        if b > 0.0:
+            return now + c / (b + root)
+        return now + (root - b) / a if a > 0.0 else now
+
+    def must_renew(self, motion, length):
+        return ends_with(self.window, motion, length)
+
+    def cross(self, motion, boundary, state, i, now):
+        count = rebuild_list(self, motion, state, i, now)
+        return count >= 0, self.newcomers, np.uint64(0), count
+
+    def stages(self):
+        return 3
+
+    def prefetch_event(self, motion, boundary, state, i, step):
+        if step == 0:
+            prefetch_own(state, i)
+            prefetch_list(self, i)
+            return
+        if leaves_first(state, i):
+            if len(state.partner) >= HUGE:
+                prefetch_cells(self, motion, state, i, step)
+            return
+        component = np.int64(i)
+        ref = np.int64(state.partner[i])
+        if ref >= 0:
+            j = np.int64(index(boundary, ref))
+            if step == 1:
+                prefetch(state.rows, j)
+                prefetch(state.crossing_time, j)
+                prefetch_list(self, np.uint64(j))
+            else:
+                component = j
+        if step == 1 or ref >= 0:
+            prefetch_listed(self, state.rows, np.uint64(component))
+
+    def prefetch_first(self, boundary, state, i):
+        ref = np.int64(state.partner[i])
+        j = np.uint64(index(boundary, ref)) if ref >= 0 else i
+        for component in (i, j):
+            start_index = np.int64(start(self.bounds, component))
+            prefetch_now(state.rows, np.int64(component))
+            prefetch_now(self.refs, start_index)
+            prefetch_now(self.refs, start_index + 13)
+            prefetch_now(self.reference, np.int64(component))
+
+    def build(self, motion, boundary, state):
+        if standing(self.steps):
+            return True
+        now = state.clock[0].now
+        open_window(self.window, motion)
+        self.members[:] = 0
+        self.counts[:] = 0
+        self.refs[:] = fresh_word(self.steps, np.uint64(0), len(self.counts))
+        for i in range(np.uint64(len(state.partner))):
+            own_class = size_class(self.bounds, i)
+            new_point = reference_of(self, motion, state, i, now)
+            total = gather_cells(self, i, new_point, False, new_point)
+            flag_in_range(self, i, total, new_point, False, new_point)
+            self.reference[i] = new_point
+            entered = enter_cell(self, cell_of(self, own_class, new_point), np.uint32(i))
+            if not entered or link_flagged(self, i, total) < 0:
+                return False
+        return True
+
+    def put_step(self, i, j, step):
+        start_index = start(self.bounds, i)
+        for k in range(start_index, start_index + np.uint64(self.counts[i])):
+            if named(self.steps, self.refs[k]) == j:
+                self.refs[k] = stepped_word(self.steps, j, step)
+                break
 
 
 def make_lists(
@@ -211,11 +297,6 @@ def leave_cell(lists, cell, i):
             break
 
 
-@candidates.register
-def _(neighbors: Lists, boundary, i, half):
-    return neighbors.refs, start(neighbors.bounds, i), np.int64(neighbors.counts[i])
-
-
 @inner
 def reference_of(lists, motion, state, i, now):
     """Return the present position of i as a reference point."""
@@ -227,40 +308,6 @@ def reference_of(lists, motion, state, i, now):
         whole = np.int64(np.floor(x / lists.grid_step[axis])) & ((np.int64(1) << size) - 1)
         point |= np.uint64(whole) << np.uint64(size * axis)
     return point
-
-
-@transit_time.register
-def _(neighbors: Lists, motion, boundary, state, i, now):
-    me = state.rows[i]
-    found_capacity, rate = skin(neighbors.bounds, i, now)
-    rr = 0.0
-    b = found_capacity * rate
-    a = -rate * rate
-    for axis in range(len(neighbors.grid_step)):
-        r = from_reference(motion, neighbors, boundary, me, neighbors.reference[i], axis, now)
-        v = speed_from_reference(motion, neighbors, boundary, me, neighbors.reference[i], axis, now)
-        rr += r * r
-        b += r * v
-        a += v * v
-    if a == 0.0 and rate == 0.0:
-        return NEVER
-    # The outward root of |r + v t| = room - rate t, in the form that does not cancel for either sign of b.
-    c = max(found_capacity * found_capacity - rr, 0.0)
-    root = np.sqrt(max(b * b + a * c, 0.0))
-    if b > 0.0:
-        return now + c / (b + root)
-    return now + (root - b) / a if a > 0.0 else now
-
-
-@must_renew.register
-def _(neighbors: Lists, motion, length):
-    return ends_with(neighbors.window, motion, length)
-
-
-@cross.register
-def _(neighbors: Lists, motion, boundary, state, i, now):
-    count = rebuild_list(neighbors, motion, state, i, now)
-    return count >= 0, neighbors.newcomers, np.uint64(0), count
 
 
 @inner
@@ -382,47 +429,6 @@ def prefetch_listed(lists, array, i):
         prefetch(array, np.int64(named(lists.steps, lists.refs[k])))
 
 
-@stages.register
-def _(neighbors: Lists):
-    return 3
-
-
-@prefetch_event.register
-def _(neighbors: Lists, motion, boundary, state, i, step):
-    if step == 0:
-        prefetch_own(state, i)
-        prefetch_list(neighbors, i)
-        return
-    if leaves_first(state, i):
-        if len(state.partner) >= HUGE:
-            prefetch_cells(neighbors, motion, state, i, step)
-        return
-    component = np.int64(i)
-    ref = np.int64(state.partner[i])
-    if ref >= 0:
-        j = np.int64(index(boundary, ref))
-        if step == 1:
-            prefetch(state.rows, j)
-            prefetch(state.crossing_time, j)
-            prefetch_list(neighbors, np.uint64(j))
-        else:
-            component = j
-    if step == 1 or ref >= 0:
-        prefetch_listed(neighbors, state.rows, np.uint64(component))
-
-
-@prefetch_first.register
-def _(neighbors: Lists, boundary, state, i):
-    ref = np.int64(state.partner[i])
-    j = np.uint64(index(boundary, ref)) if ref >= 0 else i
-    for component in (i, j):
-        start_index = np.int64(start(neighbors.bounds, component))
-        prefetch_now(state.rows, np.int64(component))
-        prefetch_now(neighbors.refs, start_index)
-        prefetch_now(neighbors.refs, start_index + 13)
-        prefetch_now(neighbors.reference, np.int64(component))
-
-
 @inner
 def prefetch_cells(lists, motion, state, i, step):
     """Ask for the cells that will be looked into when the list of i is renewed, or for who is in them."""
@@ -441,33 +447,3 @@ def prefetch_cells(lists, motion, state, i, step):
                 prefetch(lists.cells, np.int64(cell) * lists.cells.shape[1])
             else:
                 prefetch_members(lists.reference, lists.cells, cell, np.int64(lists.members[cell]), i)
-
-
-@build.register
-def _(neighbors: Lists, motion, boundary, state):
-    if standing(neighbors.steps):
-        return True
-    now = state.clock[0].now
-    open_window(neighbors.window, motion)
-    neighbors.members[:] = 0
-    neighbors.counts[:] = 0
-    neighbors.refs[:] = fresh_word(neighbors.steps, np.uint64(0), len(neighbors.counts))
-    for i in range(np.uint64(len(state.partner))):
-        own_class = size_class(neighbors.bounds, i)
-        new_point = reference_of(neighbors, motion, state, i, now)
-        total = gather_cells(neighbors, i, new_point, False, new_point)
-        flag_in_range(neighbors, i, total, new_point, False, new_point)
-        neighbors.reference[i] = new_point
-        entered = enter_cell(neighbors, cell_of(neighbors, own_class, new_point), np.uint32(i))
-        if not entered or link_flagged(neighbors, i, total) < 0:
-            return False
-    return True
-
-
-@put_step.register
-def _(neighbors: Lists, i, j, step):
-    start_index = start(neighbors.bounds, i)
-    for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
-        if named(neighbors.steps, neighbors.refs[k]) == j:
-            neighbors.refs[k] = stepped_word(neighbors.steps, j, step)
-            break

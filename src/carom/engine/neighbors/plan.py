@@ -90,6 +90,9 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
 DILUTE = (0.01, 0.51, 0.36, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
+SLOWEST = 1e9
+"""What a collision may cost by estimate [ns]."""
+
 LISTS_FROM = 6.0
 """Components in a sector as wide as the largest, on the average, from which on lists run faster."""
 
@@ -103,23 +106,9 @@ def choose(
 ) -> NeighborPlan:
     """Choose the scheme for a scene; a given ``shell`` means lists if they fit.
 
-    Parameters
-    ----------
-    contents : Contents
-        The scene.
-    speed : float
-        Root mean square speed [length / time].
-    neighbors : {"auto", "lists", "sectors", "all"}
-        The requested scheme.
-    shell : float, optional
-        Reach of the lists in (largest) diameters.
-    rate : float, optional
-        Collisions of one component a time, where it is known.
-
-    Raises
-    ------
-    ValueError
-        If lists are asked for in a box too small for them.
+    ``speed`` is the root mean square [length / time], ``shell`` a reach in (largest) diameters, ``rate`` the
+    collisions of one component a time, where it is known. A ValueError says why a scheme is not possible, or
+    that a collision would take longer than ``SLOWEST``.
     """
     if system.curved:
         if neighbors not in ("auto", "all"):
@@ -135,6 +124,7 @@ def choose(
                 "neighbors='auto'."
             )
         neighbors = "lists"
+    begins = rate is None
     if rate is None:
         rate = _expected_rate(system, speed)
     density = system.n / math.prod(system.box)
@@ -155,8 +145,21 @@ def choose(
         side, widest_side = sector_of(system, spacing)
         if system.rates is None and neighbors == "sectors" and cost_model.is_thin(system) and rate > 0.0:
             side = min(cost_model.best_side(system, side, speed / rate), max(system.box), widest_side)
+        # With walls, obstacles, kicks or growth a run does not wait for pairs at today's rate.
+        pairs_only = all(system.periodic) and not system.obstacles and system.straight
+        lasts = begins and pairs_only and system.rates is None and system.drive is None and speed > 0.0 < rate
         if requested == "auto" and cost_model.prefers_everybody(system, side, speed, rate):
             neighbors = "all"
+        elif lasts and requested == "auto" and cost_model.is_thin(system):
+            cost = cost_model.sector_cost(system, side, speed / rate)
+            if cost > SLOWEST:
+                lack = cost_model.fits_everybody(system) or "double precision and elastic contacts"
+                raise ValueError(
+                    f"A collision would take about {1e-9 * cost:.2g} s: there is one in {speed / rate:.2g} "
+                    f"length units of flight, and at each crossing of a sector the 3^{system.dimension} "
+                    f"around it are searched. It is cheap with {lack}; or insist, with "
+                    "tuning=carom.Tuning(neighbors='sectors')."
+                )
     alone = neighbors == "all"
     stretch = system.listed_stretch if neighbors == "lists" else system.stretch
     sides = [side * each for each in stretch]

@@ -139,13 +139,6 @@ def lay_path(everybody, elapsed, range_edges, start_index, lane):
 def lay_paths(everybody, elapsed, range_edges, start):
     """Lay out the paths of the block that begins with component ``start``, relative to the one that searches.
 
-    Parameters
-    ----------
-    elapsed : float32
-        Time since flights were lined up [spans].
-    reach : float32
-        How far before and behind its plane an image may be met [edges].
-
     Notes
     -----
     What is done for one is a function of its own, so that no variable seems to live on from one to the next,
@@ -235,18 +228,6 @@ def position_error_of(everybody, elapsed, covered):
 def prefilter(everybody, elapsed, covered, position_error, start):
     """Mark those of the block that begins with component ``start`` whose paths, relative to the one that
     searches, come near an image.
-
-    Parameters
-    ----------
-    elapsed, covered : float
-        Time since flights were lined up, and time to cover [spans].
-    blur : float
-        What :func:`position_error_of` says of these.
-
-    Returns
-    -------
-    near : uint16
-        Those whose mark is not above it must be looked at closely.
     """
     if position_error > COARSE:
         return wrap(ALL)

@@ -9,18 +9,12 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.compiling.prefetch import prefetch
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import answering, inner
 from carom.compiling.simd import LANES, copy_words, replace_words
 from carom.engine.boundary import index, index_bits, mirror, separation
 from carom.engine.lattice import exit_time_at, position_at
-from carom.engine.neighbors.interface import build, candidates, cross, on_wrap, rebin, transit_time
-from carom.engine.neighbors.prefetch import (
-    leaves_first,
-    prefetch_event,
-    prefetch_members,
-    prefetch_own,
-    stages,
-)
+from carom.engine.neighbors import interface, prefetch as prefetching
+from carom.engine.neighbors.prefetch import leaves_first, prefetch_members, prefetch_own
 from carom.engine.state import aligned, filled
 from carom.models.questions.motion import position
 from carom.models.questions.particles import NEVER
@@ -29,6 +23,7 @@ PREFETCH_FROM = 50_000
 """Components from which on it pays to ask for sectors ahead of time."""
 
 
+@answering(interface, prefetching)
 class Sectors(NamedTuple):
     """Components by sector."""
 
@@ -70,6 +65,117 @@ class Sectors(NamedTuple):
     """Room for the numbers of sectors that are looked into, or of rows of them, (3^(d - 1),) int64."""
     refs: np.ndarray
     """Room for the candidates of two components, uint32."""
+
+    def candidates(self, boundary, i, half):
+        neighbor_cells = self.neighbor_cells
+        start_index = np.uint64(half * (len(self.refs) // 2))
+        total = start_index
+        count, below, cell, above = neighbor_rows(self, i)
+        if narrow(self):
+            for strip in range(np.uint64(count)):
+                base, code = neighbor_cells[strip], 3 * np.int64(strip)
+                total += copy_members(self, boundary, base + below, code, total)
+                total += copy_members(self, boundary, base + cell, code + 1, total)
+                total += copy_members(self, boundary, base + above, code + 2, total)
+        else:
+            for number in range(np.uint64(3 * count)):
+                third = number // np.uint64(3)
+                digit = np.int64(number - np.uint64(3) * third)
+                way = below if digit == 0 else (cell if digit == 1 else above)
+                total += copy_all_members(self, boundary, neighbor_cells[third] + way, number, total)
+        return self.refs, start_index, np.int64(total - start_index)
+
+    def transit_time(self, motion, boundary, state, i, now):
+        strip = state.rows[i]
+        best = NEVER
+        exit_face = np.int64(0)
+        for axis in range(len(self.sides)):
+            cell, side = unwrapped(self, i, axis), self.sides[axis]
+            beyond = slack(self.extra_slack, self, i, axis)
+            t, up = exit_time_at(motion, axis, strip, now, side * cell - beyond, side * (cell + 1) + beyond)
+            exit_face = 2 * axis + up if t < best else exit_face
+            best = min(t, best)
+        self.exit_face[i] = exit_face
+        return now + best
+
+    def rebin(self, motion, boundary, state, i, now):
+        strip = state.rows[i]
+        new = np.int64(0)
+        changed = False
+        for axis in range(len(self.sides)):
+            v = np.float64(strip.v[axis])
+            x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
+            way = best_cell(self, i, axis, x, v)
+            new = new * self.shape[axis] + wrap(self, axis, np.int64(self.cell[i, axis]) + way)
+            changed |= way != 0
+        if not changed or not enter(self, np.uint64(new), np.uint32(i)):
+            return
+        remove_member(self, sector_of(self, i), np.uint32(i))
+        for axis in range(len(self.sides)):
+            v = np.float64(strip.v[axis])
+            x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
+            move(self, i, axis, best_cell(self, i, axis, x, v))
+
+    def cross(self, motion, boundary, state, i, now):
+        exit_face = np.int64(self.exit_face[i])
+        axis = exit_face >> 1
+        old = sector_of(self, i)
+        move(self, i, axis, 2 * (exit_face & 1) - 1)
+        new = sector_of(self, i)
+        total = np.uint64(0)
+        done = True
+        if new != old:  # one sector along this axis is its own neighbour
+            done = enter(self, new, np.uint32(i))
+            if done:
+                remove_member(self, old, np.uint32(i))
+        count = neighbor_rows_ahead(self, i, exit_face, np.int64(new))
+        if narrow(self):
+            for k in range(np.uint64(count)):
+                total += copy_members(self, boundary, self.neighbor_cells[k], self.faces[exit_face, k], total)
+        else:
+            for k in range(np.uint64(count)):
+                total += copy_all_members(
+                    self, boundary, self.neighbor_cells[k], self.faces[exit_face, k], total
+                )
+        return done, self.refs, np.uint64(0), np.int64(total)
+
+    def stages(self):
+        return 4
+
+    def prefetch_event(self, motion, boundary, state, i, step):
+        if step == 0:
+            prefetch_own(state, i)
+            prefetch_cell(self, i)
+            prefetch(self.exit_face, np.int64(i))
+            return
+        if len(state.partner) < PREFETCH_FROM:
+            return
+        ref = np.int64(state.partner[i])
+        if leaves_first(state, i):
+            if step < 3:
+                prefetch_ahead(self, state, i, step)
+        elif ref >= 0:
+            prefetch_both(self, motion, boundary, state, i, ref, step)
+        elif step < 3:
+            prefetch_around(self, state, i, np.int64(sector_of(self, i)), step)
+
+    def on_wrap(self, i, axis, crossings):
+        self.wraps[i, axis] -= np.int64(crossings)
+
+    def build(self, motion, boundary, state):
+        now = state.clock[0].now
+        self.members[:, self.members.shape[1] - 1] = 0
+        for i in range(np.uint64(len(state.partner))):
+            strip = state.rows[i]
+            for axis in range(len(self.sides)):
+                x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
+                cell = np.int64(np.floor(x / self.sides[axis]))
+                wraps = cell // self.shape[axis]
+                self.cell[i, axis] = cell - wraps * self.shape[axis]
+                self.wraps[i, axis] = wraps
+            if not enter(self, sector_of(self, i), np.uint32(i)):
+                return False
+        return True
 
 
 def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) -> Sectors:
@@ -173,14 +279,11 @@ def unwrapped(sectors, i, axis):
     return np.int64(sectors.cell[i, axis]) + sectors.shape[axis] * np.int64(sectors.wraps[i, axis])
 
 
-@optional
+@inner
 def slack(extra_slack, sectors, i, axis):
     """Return how far component i may be beyond the faces of its sector along an axis."""
-    return sectors.slacks[axis]
-
-
-@slack.register
-def _(extra_slack: np.ndarray, sectors, i, axis):
+    if extra_slack is None:
+        return sectors.slacks[axis]
     return sectors.slacks[axis] + extra_slack[i] if sectors.slacks[axis] > 0.0 else 0.0
 
 
@@ -245,42 +348,6 @@ def narrow(sectors):
     return sectors.members.shape[1] == LANES
 
 
-@candidates.register
-def _(neighbors: Sectors, boundary, i, half):
-    neighbor_cells = neighbors.neighbor_cells
-    start_index = np.uint64(half * (len(neighbors.refs) // 2))
-    total = start_index
-    count, below, cell, above = neighbor_rows(neighbors, i)
-    if narrow(neighbors):
-        for strip in range(np.uint64(count)):
-            base, code = neighbor_cells[strip], 3 * np.int64(strip)
-            total += copy_members(neighbors, boundary, base + below, code, total)
-            total += copy_members(neighbors, boundary, base + cell, code + 1, total)
-            total += copy_members(neighbors, boundary, base + above, code + 2, total)
-    else:
-        for number in range(np.uint64(3 * count)):
-            third = number // np.uint64(3)
-            digit = np.int64(number - np.uint64(3) * third)
-            way = below if digit == 0 else (cell if digit == 1 else above)
-            total += copy_all_members(neighbors, boundary, neighbor_cells[third] + way, number, total)
-    return neighbors.refs, start_index, np.int64(total - start_index)
-
-
-@transit_time.register
-def _(neighbors: Sectors, motion, boundary, state, i, now):
-    strip = state.rows[i]
-    best = NEVER
-    exit_face = np.int64(0)
-    for axis in range(len(neighbors.sides)):
-        cell, side = unwrapped(neighbors, i, axis), neighbors.sides[axis]
-        beyond = slack(neighbors.extra_slack, neighbors, i, axis)
-        t, up = exit_time_at(motion, axis, strip, now, side * cell - beyond, side * (cell + 1) + beyond)
-        exit_face = 2 * axis + up if t < best else exit_face
-        best = min(t, best)
-    neighbors.exit_face[i] = exit_face
-    return now + best
-
-
 @inner
 def best_cell(sectors, i, axis, x, v):
     """Return which sector along an axis component i would stay in longest with coordinate x and velocity v:
@@ -291,26 +358,6 @@ def best_cell(sectors, i, axis, x, v):
     ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * sign
     beyond = slack(sectors.extra_slack, sectors, i, axis)
     return sign if (v != 0.0) & (ahead < beyond) & (beyond > 0.0) else np.int64(0)
-
-
-@rebin.register
-def _(neighbors: Sectors, motion, boundary, state, i, now):
-    strip = state.rows[i]
-    new = np.int64(0)
-    changed = False
-    for axis in range(len(neighbors.sides)):
-        v = np.float64(strip.v[axis])
-        x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
-        way = best_cell(neighbors, i, axis, x, v)
-        new = new * neighbors.shape[axis] + wrap(neighbors, axis, np.int64(neighbors.cell[i, axis]) + way)
-        changed |= way != 0
-    if not changed or not enter(neighbors, np.uint64(new), np.uint32(i)):
-        return
-    remove_member(neighbors, sector_of(neighbors, i), np.uint32(i))
-    for axis in range(len(neighbors.sides)):
-        v = np.float64(strip.v[axis])
-        x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
-        move(neighbors, i, axis, best_cell(neighbors, i, axis, x, v))
 
 
 @inner
@@ -326,57 +373,6 @@ def move(sectors, i, axis, way):
     cell = np.int64(sectors.cell[i, axis]) + way
     sectors.cell[i, axis] = wrap(sectors, axis, cell)
     sectors.wraps[i, axis] += np.int64(cell >= sectors.shape[axis]) - np.int64(cell < 0)
-
-
-@cross.register
-def _(neighbors: Sectors, motion, boundary, state, i, now):
-    exit_face = np.int64(neighbors.exit_face[i])
-    axis = exit_face >> 1
-    old = sector_of(neighbors, i)
-    move(neighbors, i, axis, 2 * (exit_face & 1) - 1)
-    new = sector_of(neighbors, i)
-    total = np.uint64(0)
-    done = True
-    if new != old:  # one sector along this axis is its own neighbour
-        done = enter(neighbors, new, np.uint32(i))
-        if done:
-            remove_member(neighbors, old, np.uint32(i))
-    count = neighbor_rows_ahead(neighbors, i, exit_face, np.int64(new))
-    if narrow(neighbors):
-        for k in range(np.uint64(count)):
-            total += copy_members(
-                neighbors, boundary, neighbors.neighbor_cells[k], neighbors.faces[exit_face, k], total
-            )
-    else:
-        for k in range(np.uint64(count)):
-            total += copy_all_members(
-                neighbors, boundary, neighbors.neighbor_cells[k], neighbors.faces[exit_face, k], total
-            )
-    return done, neighbors.refs, np.uint64(0), np.int64(total)
-
-
-@stages.register
-def _(neighbors: Sectors):
-    return 4
-
-
-@prefetch_event.register
-def _(neighbors: Sectors, motion, boundary, state, i, step):
-    if step == 0:
-        prefetch_own(state, i)
-        prefetch_cell(neighbors, i)
-        prefetch(neighbors.exit_face, np.int64(i))
-        return
-    if len(state.partner) < PREFETCH_FROM:
-        return
-    ref = np.int64(state.partner[i])
-    if leaves_first(state, i):
-        if step < 3:
-            prefetch_ahead(neighbors, state, i, step)
-    elif ref >= 0:
-        prefetch_both(neighbors, motion, boundary, state, i, ref, step)
-    elif step < 3:
-        prefetch_around(neighbors, state, i, np.int64(sector_of(neighbors, i)), step)
 
 
 @inner
@@ -470,25 +466,3 @@ def prefetch_near(sectors, state, i, cell, code, step):
         return
     count = np.int64(sectors.members[np.uint64(neighbor_cells), np.uint64(sectors.members.shape[1] - 1)])
     prefetch_members(state.rows, sectors.members, np.uint64(neighbor_cells), count, i)
-
-
-@on_wrap.register
-def _(neighbors: Sectors, i, axis, crossings):
-    neighbors.wraps[i, axis] -= np.int64(crossings)
-
-
-@build.register
-def _(neighbors: Sectors, motion, boundary, state):
-    now = state.clock[0].now
-    neighbors.members[:, neighbors.members.shape[1] - 1] = 0
-    for i in range(np.uint64(len(state.partner))):
-        strip = state.rows[i]
-        for axis in range(len(neighbors.sides)):
-            x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
-            cell = np.int64(np.floor(x / neighbors.sides[axis]))
-            wraps = cell // neighbors.shape[axis]
-            neighbors.cell[i, axis] = cell - wraps * neighbors.shape[axis]
-            neighbors.wraps[i, axis] = wraps
-        if not enter(neighbors, sector_of(neighbors, i), np.uint32(i)):
-            return False
-    return True

@@ -35,37 +35,27 @@ def make_tilt_window(motion) -> TiltWindow | None:
     return TiltWindow(np.zeros(1), 0.5 * LISTED_STRAIN) if isinstance(motion, Sheared) else None
 
 
-@optional
+@inner
 def open_window(window, motion):
     """Let the window begin with the tilt at the beginning of the epoch."""
-    return
+    if window is not None:
+        window.middle[0] = motion.tilt[0] + math.copysign(window.half, motion.rate)
 
 
-@open_window.register
-def _(window: TiltWindow, motion):
-    window.middle[0] = motion.tilt[0] + math.copysign(window.half, motion.rate)
-
-
-@optional
+@inner
 def ends_with(window, motion, length):
     """Tell whether the window ends in the epoch of this length that begins."""
-    return False
-
-
-@ends_with.register
-def _(window: TiltWindow, motion, length):
+    if window is None:
+        return False
     return abs(tilt_at(motion, length) - window.middle[0]) > window.half
 
 
-@optional
+@inner
 def least_difference(window, lists, to, since, axis):
     """Return the component along an axis of the way between two reference points, where it is shortest."""
-    return grid_difference(lists, to, since, axis)
-
-
-@least_difference.register
-def _(window: TiltWindow, lists, to, since, axis):
     r = grid_difference(lists, to, since, axis)
+    if window is None:
+        return r
     if axis == 0:
         up = grid_difference(lists, to, since, 1)
         r = max(abs(r + window.middle[0] * up) - window.half * abs(up), 0.0)
@@ -107,34 +97,27 @@ def _(motion: Sheared, lists, boundary, me, point, axis, now):
     return v
 
 
-@optional
+@inner
 def half_square(window, lists, to, since, axis):
     """Return half of the square of a move along an axis, where it is longest."""
     step = grid_difference(lists, to, since, axis)
-    return 0.5 * step * step
-
-
-@half_square.register
-def _(window: TiltWindow, lists, to, since, axis):
-    step = grid_difference(lists, to, since, axis)
+    if window is None:
+        return 0.5 * step * step
     if axis == 0:
         up = grid_difference(lists, to, since, 1)
         step = abs(step + window.middle[0] * up) + window.half * abs(up)
     return 0.5 * step * step
 
 
-@optional
+@inner
 def pull(window, lists, to, since, axis):
     """Return what a coordinate of a way is multiplied with in its product with a move, in the middle of the
     window, and by how much that is different elsewhere.
     """
-    return grid_difference(lists, to, since, axis), 0.0
-
-
-@pull.register
-def _(window: TiltWindow, lists, to, since, axis):
     step = grid_difference(lists, to, since, axis)
     spread = 0.0
+    if window is None:
+        return step, spread
     if axis < 2:
         tilt = window.middle[0]
         along, up = grid_difference(lists, to, since, 0), grid_difference(lists, to, since, 1)
@@ -146,23 +129,18 @@ def _(window: TiltWindow, lists, to, since, axis):
     return step, spread
 
 
-@optional
+@inner
 def reached(window, step, spread, low, high):
     """Return the largest product of an interval of coordinates with what :func:`pull` returns."""
-    return max(low * step, high * step)
+    largest = max(low * step, high * step)
+    if window is None:
+        return largest
+    return largest + spread * max(abs(low), abs(high))
 
 
-@reached.register
-def _(window: TiltWindow, step, spread, low, high):
-    return max(low * step, high * step) + spread * max(abs(low), abs(high))
-
-
-@optional
+@inner
 def cell_gap(window, axis, low, high):
     """Return how far a cell from ``low`` to ``high`` along an axis is away, at least."""
-    return max(low, -high, 0.0)
-
-
-@cell_gap.register
-def _(window: TiltWindow, axis, low, high):
+    if window is None:
+        return max(low, -high, 0.0)
     return max(low, -high, 0.0) if axis > 0 else 0.0

@@ -14,58 +14,115 @@ collisions only. Hard cores hold no energy, and have None in this place.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional
+from carom.compiling.registry import answering, inner
 from carom.engine.boundary import separation
+from carom.engine.observers import interface
 from carom.engine.observers.energy import drift_of
-from carom.engine.observers.interface import at_epoch, at_rest, before_pair, spared
 from carom.models.questions.interaction import mass
+from carom.models.questions.memory import ROOM, parameter, present
 from carom.models.questions.particles import NEVER
 
 
 class Held(NamedTuple):
     """The energies that components hold."""
 
-    halves: np.ndarray
+    halves: Annotated[np.ndarray, present(-2)]
     """Half of the energies of the pairs of each component, (n + 1,) float64."""
-    energies: np.ndarray
+    energies: Annotated[np.ndarray, parameter(-2)]
     """Energy of a pair on each step, float64."""
     start: int
     """Where the current of energy begins in ``Currents.flow``."""
 
 
+@answering(interface)
 class Currents(NamedTuple):
     """Currents now, their integrals so far, and samples of these at equal times.
 
     A tensor is symmetric and kept as its upper triangle, row by row: s = d (d + 1) / 2 numbers.
     """
 
-    drift: np.ndarray
+    drift: Annotated[np.ndarray, present(-1)]
     """Velocity of the centre of mass, (d,) float64."""
     kinds: np.ndarray
     """Species of each component, (n + 1,) int64."""
-    flow: np.ndarray
+    flow: Annotated[np.ndarray, present()]
     """Currents now, (s + d + K d,): sum of m v_a v_b; sum of the energy of each component times its v_a; sum
     of v_a of each species."""
-    carried: np.ndarray
+    carried: Annotated[np.ndarray, present()]
     """Their integrals from the start of the run to ``since``, in the same order."""
-    thrown: np.ndarray
+    thrown: Annotated[np.ndarray, present()]
     """What collisions carried, (s + d,): momentum dp_a r_b, energy dE r_a."""
-    since: np.ndarray
+    since: Annotated[np.ndarray, present(1)]
     """Time of the last change, in the epoch, (1,) float64."""
-    upcoming: np.ndarray
-    """Time of the next sample, in the epoch, and from one sample to the next, (2,) float64."""
-    used: np.ndarray
+    upcoming: Annotated[np.ndarray, ROOM]
+    """Time of the next sample, in the epoch, and from one sample to the next, (2,) float64.
+    Samples that are being taken end with the run, and a loaded one takes none."""
+    used: Annotated[np.ndarray, ROOM]
     """Samples written, (1,) int64."""
-    samples: np.ndarray
+    samples: Annotated[np.ndarray, ROOM]
     """(count, 2 s + 2 d + K d) float64: ``carried`` and ``thrown`` at the times of the samples."""
-    room: np.ndarray
+    room: Annotated[np.ndarray, ROOM]
     """Room for r, and for the velocities of two before and after a collision, (5, d) float64."""
     held: Held | None
     """Energies of pairs with steps that components hold, or None."""
+
+    def before_pair(self, model, state, event):
+        currents, i, j, a, b = self, event.i, event.j, event.a, event.b
+        carry(currents, event.now)
+        me = state.rows[i]
+        other = state.rows[j]
+        r, v, after, w, later = (
+            currents.room[0],
+            currents.room[1],
+            currents.room[2],
+            currents.room[3],
+            currents.room[4],
+        )
+        d = len(model.boundary.edges)
+        for p in range(d):
+            x = separation(model.boundary, i, event.ref, p, np.float64(other.x[p]) - np.float64(me.x[p]))
+            r[p] = x
+            v[p] = np.float64(me.v[p]) - currents.drift[p]
+            w[p] = np.float64(other.v[p]) - currents.drift[p]
+            after[p] = v[p] + a * x
+            later[p] = w[p] - b * x
+        first = mass(model.pair, np.int64(i))
+        second = mass(model.pair, np.int64(j))
+        kind, other_kind = currents.kinds[i], currents.kinds[j]
+        gained = -enter(currents, first, kind, v, -1.0) + enter(currents, first, kind, after, 1.0)
+        lost = enter(currents, second, other_kind, w, -1.0) - enter(currents, second, other_kind, later, 1.0)
+        pass_over(currents.held, currents.flow, i, j, event.before, event.after, v, after, w, later)
+        c = 0
+        for p in range(d):
+            for q in range(p, d):
+                currents.thrown[c] -= first * a * r[p] * r[q]
+                c += 1
+        for p in range(d):
+            # Where a pair takes up energy, or gives it, each of the two has half of it.
+            currents.thrown[c + p] -= r[p] * 0.5 * (gained + lost)
+
+    def at_epoch(self, model, state, length):
+        # From the velocities again, so that rounding does not add up.
+        currents, rows = self, state.rows
+        carry(currents, length)
+        currents.since[0] = 0.0
+        currents.upcoming[0] -= length
+        currents.flow[:] = 0.0
+        v = currents.room[1]
+        for i in range(len(rows) - 1):  # the last row is the ghost
+            for p in range(len(v)):
+                v[p] = np.float64(rows[i].v[p]) - currents.drift[p]
+            enter(currents, mass(model.pair, i), currents.kinds[i], v, 1.0)
+            carry_held(currents.held, currents.flow, i, v)
+
+    def at_rest(self, now, since):
+        carry(self, now)
+        self.since[0] = since
+        self.upcoming[0] -= now - since
 
 
 def make_currents(masses, velocities, kinds, held=None) -> Currents:
@@ -160,28 +217,22 @@ def enter(currents, m, kind, v, sign):
     return 0.5 * m * twice
 
 
-@optional
+@inner
 def carry_held(held, flow, i, v):
     """Add to the current of energy what component i with velocity v holds."""
-    return
-
-
-@carry_held.register
-def _(held: Held, flow, i, v):
+    if held is None:
+        return
     for p in range(len(v)):
         flow[held.start + p] += held.halves[i] * v[p]
 
 
-@optional
+@inner
 def pass_over(held, flow, i, j, before, step, v, after, w, later):
     """Record that i and j go from one step to another, and their velocities from v to ``after`` and from w to
     ``later``.
     """
-    return
-
-
-@pass_over.register
-def _(held: Held, flow, i, j, before, step, v, after, w, later):
+    if held is None:
+        return
     mine, other = held.halves[i], held.halves[j]
     change = 0.5 * (held.energies[step] - held.energies[before])
     held.halves[i] = mine + change
@@ -189,69 +240,3 @@ def _(held: Held, flow, i, j, before, step, v, after, w, later):
     for p in range(len(v)):
         flow[held.start + p] += (mine + change) * after[p] - mine * v[p]
         flow[held.start + p] += (other + change) * later[p] - other * w[p]
-
-
-@before_pair.register
-def _(observer: Currents, model, state, event):
-    currents, i, j, a, b = observer, event.i, event.j, event.a, event.b
-    carry(currents, event.now)
-    me = state.rows[i]
-    other = state.rows[j]
-    r, v, after, w, later = (
-        currents.room[0],
-        currents.room[1],
-        currents.room[2],
-        currents.room[3],
-        currents.room[4],
-    )
-    d = len(model.boundary.edges)
-    for p in range(d):
-        x = separation(model.boundary, i, event.ref, p, np.float64(other.x[p]) - np.float64(me.x[p]))
-        r[p] = x
-        v[p] = np.float64(me.v[p]) - currents.drift[p]
-        w[p] = np.float64(other.v[p]) - currents.drift[p]
-        after[p] = v[p] + a * x
-        later[p] = w[p] - b * x
-    first = mass(model.pair, np.int64(i))
-    second = mass(model.pair, np.int64(j))
-    kind, other_kind = currents.kinds[i], currents.kinds[j]
-    gained = -enter(currents, first, kind, v, -1.0) + enter(currents, first, kind, after, 1.0)
-    lost = enter(currents, second, other_kind, w, -1.0) - enter(currents, second, other_kind, later, 1.0)
-    pass_over(currents.held, currents.flow, i, j, event.before, event.after, v, after, w, later)
-    c = 0
-    for p in range(d):
-        for q in range(p, d):
-            currents.thrown[c] -= first * a * r[p] * r[q]
-            c += 1
-    for p in range(d):
-        # Where a pair takes up energy, or gives it, each of the two has half of it.
-        currents.thrown[c + p] -= r[p] * 0.5 * (gained + lost)
-
-
-@at_epoch.register
-def _(observer: Currents, model, state, length):
-    # From the velocities again, so that rounding does not add up.
-    currents, rows = observer, state.rows
-    carry(currents, length)
-    currents.since[0] = 0.0
-    currents.upcoming[0] -= length
-    currents.flow[:] = 0.0
-    v = currents.room[1]
-    for i in range(len(rows) - 1):  # the last row is the ghost
-        for p in range(len(v)):
-            v[p] = np.float64(rows[i].v[p]) - currents.drift[p]
-        enter(currents, mass(model.pair, i), currents.kinds[i], v, 1.0)
-        carry_held(currents.held, currents.flow, i, v)
-
-
-@at_rest.register
-def _(observer: Currents, now, since):
-    carry(observer, now)
-    observer.since[0] = since
-    observer.upcoming[0] -= now - since
-
-
-@spared.register
-def _(observer: Currents):
-    # Samples that are being taken end with the run, and a loaded one takes none.
-    return "kinds", "upcoming", "used", "samples", "room", "held.energies"

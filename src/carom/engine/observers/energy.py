@@ -6,27 +6,53 @@ kept where contacts lose energy, or surfaces that grow do work; else there is no
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
-from carom.engine.observers.interface import at_epoch, at_rest, before_pair, gain
+from carom.compiling.registry import answering, inner
+from carom.engine.observers import interface
 from carom.models.questions.interaction import mass
-from carom.models.questions.memory import copy_state
+from carom.models.questions.memory import kept, present
 
 
+@answering(interface)
 class Balance(NamedTuple):
     """The kinetic energy about the motion of the centre of mass."""
 
-    drift: np.ndarray
+    drift: Annotated[np.ndarray, present(-1)]
     """Velocity of the centre of mass, zero where its momentum is not conserved, (d,) float64."""
-    energy: np.ndarray
+    energy: Annotated[np.ndarray, present(-2)]
     """Kinetic energy now, (1,) float64."""
-    action: np.ndarray
+    action: Annotated[np.ndarray, kept(-1)]
     """Its integral from the start of the run to ``since``, (1,) float64."""
-    since: np.ndarray
+    since: Annotated[np.ndarray, present(1)]
     """Time of the last change, in the epoch, (1,) float64."""
+
+    def before_pair(self, model, state, event):
+        book(self, event.virial * (event.rv / event.rr - 0.5 * (event.a + event.b)), event.now)
+
+    def gain(self, energy, now):
+        book(self, energy, now)
+
+    def at_epoch(self, model, state, length):
+        # From the velocities again: rounding errors do not accumulate, and a gas may cool by any number of
+        # decades.
+        hold(self, length)
+        rows = state.rows
+        twice = 0.0
+        for i in range(len(rows) - 1):  # the last row is the ghost
+            square = 0.0
+            for axis in range(len(self.drift)):
+                v = np.float64(rows[i].v[axis]) - self.drift[axis]
+                square += v * v
+            twice += mass(model.pair, i) * square
+        self.energy[0] = 0.5 * twice
+        self.since[0] = 0.0
+
+    def at_rest(self, now, since):
+        hold(self, now)
+        self.since[0] = since
 
 
 def drift_of(masses, velocities) -> np.ndarray:
@@ -59,42 +85,3 @@ def book(balance, change, now):
     """Enter a change of the energy."""
     hold(balance, now)
     balance.energy[0] += change
-
-
-@before_pair.register
-def _(observer: Balance, model, state, event):
-    book(observer, event.virial * (event.rv / event.rr - 0.5 * (event.a + event.b)), event.now)
-
-
-@gain.register
-def _(observer: Balance, energy, now):
-    book(observer, energy, now)
-
-
-@at_epoch.register
-def _(observer: Balance, model, state, length):
-    # From the velocities again: rounding errors do not accumulate, and a gas may cool by any number of
-    # decades.
-    hold(observer, length)
-    rows = state.rows
-    twice = 0.0
-    for i in range(len(rows) - 1):  # the last row is the ghost
-        square = 0.0
-        for axis in range(len(observer.drift)):
-            v = np.float64(rows[i].v[axis]) - observer.drift[axis]
-            square += v * v
-        twice += mass(model.pair, i) * square
-    observer.energy[0] = 0.5 * twice
-    observer.since[0] = 0.0
-
-
-@at_rest.register
-def _(observer: Balance, now, since):
-    hold(observer, now)
-    observer.since[0] = since
-
-
-@copy_state.register
-def _(model: Balance, before, instant, passed, slower):
-    action = before.action[0] + before.energy[0] * (passed - before.since[0])
-    model.action[0] = np.ldexp(action, slower)

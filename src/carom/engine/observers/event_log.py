@@ -2,28 +2,43 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.engine.observers.interface import is_full, record, spared
+from carom.compiling.registry import answering
+from carom.engine.observers import interface
+from carom.models.questions.memory import ROOM
 
 
+@answering(interface)
 class Log(NamedTuple):
     """A buffer of events."""
 
-    used: np.ndarray
+    used: Annotated[np.ndarray, ROOM]
     """How many entries are filled, (1,) int64."""
-    epoch: np.ndarray
+    epoch: Annotated[np.ndarray, ROOM]
     """Epoch of each event, int64."""
-    time: np.ndarray
+    time: Annotated[np.ndarray, ROOM]
     """Time within the epoch, float64."""
-    i: np.ndarray
+    i: Annotated[np.ndarray, ROOM]
     """The component of lower index, int32."""
-    ref: np.ndarray
+    ref: Annotated[np.ndarray, ROOM]
     """The word of the other, or the code of an event of one component, int32."""
-    impulse: np.ndarray
+    impulse: Annotated[np.ndarray, ROOM]
     """Magnitude of momentum exchanged, float64."""
+
+    def is_full(self):
+        return self.used[0] == len(self.time)
+
+    def record(self, clock, i, ref, impulse):
+        k = self.used[0]
+        self.epoch[k] = clock.epoch
+        self.time[k] = clock.now
+        self.i[k] = i
+        self.ref[k] = ref
+        self.impulse[k] = impulse
+        self.used[0] = k + 1
 
 
 def make_log(size: int) -> Log:
@@ -36,24 +51,3 @@ def make_log(size: int) -> Log:
         np.zeros(size, np.int32),
         np.zeros(size),
     )
-
-
-@is_full.register
-def _(observer: Log):
-    return observer.used[0] == len(observer.time)
-
-
-@record.register
-def _(observer: Log, clock, i, ref, impulse):
-    k = observer.used[0]
-    observer.epoch[k] = clock.epoch
-    observer.time[k] = clock.now
-    observer.i[k] = i
-    observer.ref[k] = ref
-    observer.impulse[k] = impulse
-    observer.used[0] = k + 1
-
-
-@spared.register
-def _(observer: Log):
-    return Log._fields

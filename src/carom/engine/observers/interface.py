@@ -1,18 +1,19 @@
 """What observers are told, each with a default that does nothing, and the one tuple that they are in.
 
 An observer is a ``NamedTuple`` of arrays, in the engine's unit of time. Most of the questions are asked by
-compiled code; :func:`at_rest` and :func:`spared` are asked from Python, and so is
-``carom.models.questions.memory.copy_state``, by which sums go on in an engine that replaces another.
+compiled code; :func:`at_rest` and :func:`limits` are asked from Python. Their fields say what a checkpoint
+keeps, and what goes on in an engine that replaces another (``carom.models.questions.memory``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import optional
+from carom.models.questions.memory import arrays_in
 
 
 class Observers(NamedTuple):
@@ -175,33 +176,38 @@ def at_rest(observer, now, since):
 
 
 @optional
-def spared(observer):
-    """Return fields of the ``observer`` that no checkpoint keeps: room, and what follows from the scene."""
-    return ()
+def limits(observer, n, oldest):
+    """Return limits of arrays that a checkpoint keeps, {field: (low, high)}.
+
+    Of all others real numbers are finite, and whole ones not negative.
+
+    Parameters
+    ----------
+    observer : NamedTuple
+        The observer.
+    n : int
+        Number of components.
+    oldest : float
+        A time in the epoch before which the run had not begun.
+    """
+    return {}
 
 
-@before_pair.register
-def _(observer: Observers, model, state, event):
-    before_pair(observer.head, model, state, event)
-    before_pair(observer.tail, model, state, event)
+def _to_all(question: Any) -> Any:
+    """Return the answer of a chain: the first observer is told, then those after it."""
+
+    def tell(observers, *told):
+        question(observers.head, *told)
+        question(observers.tail, *told)
+
+    return tell
 
 
-@after_pair.register
-def _(observer: Observers, model, state, event):
-    after_pair(observer.head, model, state, event)
-    after_pair(observer.tail, model, state, event)
-
-
-@count_pair.register
-def _(observer: Observers, i, j, virial):
-    count_pair(observer.head, i, j, virial)
-    count_pair(observer.tail, i, j, virial)
-
-
-@record.register
-def _(observer: Observers, clock, i, ref, impulse):
-    record(observer.head, clock, i, ref, impulse)
-    record(observer.tail, clock, i, ref, impulse)
+for _question in (
+    *(before_pair, after_pair, count_pair, record, before_obstacle, after_obstacle),
+    *(before_kick, after_kick, gain, at_epoch, at_rest),
+):
+    _question.register(Observers)(_to_all(_question))
 
 
 @is_full.register
@@ -214,48 +220,6 @@ def _(observer: Observers):
     return ends_run(observer.head) or ends_run(observer.tail)
 
 
-@before_obstacle.register
-def _(observer: Observers, model, state, i, now):
-    before_obstacle(observer.head, model, state, i, now)
-    before_obstacle(observer.tail, model, state, i, now)
-
-
-@after_obstacle.register
-def _(observer: Observers, model, state, event):
-    after_obstacle(observer.head, model, state, event)
-    after_obstacle(observer.tail, model, state, event)
-
-
-@before_kick.register
-def _(observer: Observers, model, state, i, now):
-    before_kick(observer.head, model, state, i, now)
-    before_kick(observer.tail, model, state, i, now)
-
-
-@after_kick.register
-def _(observer: Observers, model, state, i, now):
-    after_kick(observer.head, model, state, i, now)
-    after_kick(observer.tail, model, state, i, now)
-
-
-@gain.register
-def _(observer: Observers, energy, now):
-    gain(observer.head, energy, now)
-    gain(observer.tail, energy, now)
-
-
-@at_epoch.register
-def _(observer: Observers, model, state, length):
-    at_epoch(observer.head, model, state, length)
-    at_epoch(observer.tail, model, state, length)
-
-
-@at_rest.register
-def _(observer: Observers, now, since):
-    at_rest(observer.head, now, since)
-    at_rest(observer.tail, now, since)
-
-
 def kept_arrays(observers: Observers | None) -> dict[str, dict[str, np.ndarray]]:
     """Return every array that a checkpoint keeps, by its field and by the name of its observer."""
     arrays: dict[str, dict[str, np.ndarray]] = {}
@@ -263,13 +227,5 @@ def kept_arrays(observers: Observers | None) -> dict[str, dict[str, np.ndarray]]
         name = type(each).__name__
         while name in arrays:  # another of its type
             name += "+"
-        arrays[name] = {field: array for field, array in _arrays(each) if field not in spared(each)}
+        arrays[name] = dict(arrays_in(each))
     return arrays
-
-
-def _arrays(value: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
-    if isinstance(value, np.ndarray):
-        yield name, value
-    elif isinstance(value, tuple):
-        for field, part in zip(getattr(value, "_fields", range(len(value))), value, strict=True):
-            yield from _arrays(part, f"{name}.{field}" if name else str(field))

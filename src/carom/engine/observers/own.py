@@ -3,44 +3,101 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling import registry
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.engine.boundary import separation
 from carom.engine.observers import interface
-from carom.engine.observers.interface import after_obstacle, after_pair, before_obstacle, before_pair, spared
-from carom.models.questions.memory import copy_state
+from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
 from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_epoch, at_obstacle, at_pair
 
 
+@answering(interface)
 class Own(NamedTuple):
     """An observer of the user's own, and room for what it is told."""
 
-    observer: Any
+    observer: Annotated[Any, GIVEN]
     """The user's NamedTuple."""
-    origin: np.ndarray
+    origin: Annotated[np.ndarray, ORIGIN]
     """When the counting of epochs began, since the start of the run, (1,) float64."""
-    exponent: int
+    exponent: Annotated[int, UNIT]
     """The engine's unit of time is two to this power of the scene's."""
     places: np.ndarray
     """Place of every obstacle in the scene's order, by the engine's number, int64."""
-    r: np.ndarray
+    r: Annotated[np.ndarray, ROOM]
     """(d,)"""
-    normal: np.ndarray
+    normal: Annotated[np.ndarray, ROOM]
     """(d,)"""
-    x: np.ndarray
+    x: Annotated[np.ndarray, ROOM]
     """(2, d)"""
-    before: np.ndarray
+    before: Annotated[np.ndarray, ROOM]
     """(2, d)"""
-    after: np.ndarray
+    after: Annotated[np.ndarray, ROOM]
     """(2, d)"""
-    all_x: np.ndarray
+    all_x: Annotated[np.ndarray, ROOM]
     """(n, d), empty where nobody observes epochs."""
-    all_v: np.ndarray
+    all_v: Annotated[np.ndarray, ROOM]
     """(n, d), likewise."""
+
+    def before_pair(self, model, state, event):
+        _write(self, state, event.i, self.before, 0)
+        _write(self, state, event.j, self.before, 1)
+        for axis in range(len(model.boundary.edges)):
+            x = self.x[1, axis] - self.x[0, axis]
+            self.r[axis] = separation(model.boundary, event.i, event.ref, axis, x)
+
+    def after_pair(self, model, state, event):
+        _write(self, state, event.i, self.after, 0)
+        _write(self, state, event.j, self.after, 1)
+        at_pair(
+            self.observer,
+            PairEvent(
+                np.int64(event.i),
+                np.int64(event.j),
+                _time(self, state, event.now),
+                self.r,
+                self.x,
+                self.before,
+                self.after,
+                math.ldexp(np.float64(event.virial), -self.exponent),
+                np.int64(event.kind),
+            ),
+        )
+
+    def before_obstacle(self, model, state, i, now):
+        _write(self, state, i, self.before, 0)
+
+    def after_obstacle(self, model, state, event):
+        _write(self, state, event.i, self.after, 0)
+        for axis in range(len(model.boundary.edges)):
+            self.normal[axis] = model.obstacles.image[axis]
+        at_obstacle(
+            self.observer,
+            ObstacleEvent(
+                np.int64(event.i),
+                self.places[event.number],
+                _time(self, state, event.now),
+                self.normal,
+                self.x[0],
+                self.before[0],
+                self.after[0],
+                math.ldexp(np.float64(event.momentum), -self.exponent),
+                math.ldexp(np.float64(event.energy), -2 * self.exponent),
+            ),
+        )
+
+    def at_epoch(self, model, state, length):
+        for i in range(len(self.all_x)):
+            row = state.rows[i]
+            for axis in range(len(row.x)):
+                self.all_x[i, axis] = row.x[axis]
+                self.all_v[i, axis] = math.ldexp(np.float64(row.v[axis]), -self.exponent)
+        if len(self.all_x) > 0:
+            time = _time(self, state, length)
+            at_epoch(self.observer, Epoch(time, self.all_x, self.all_v))
 
 
 def make_own(observer, n: int, dimension: int, exponent: int, numbers: list[int], origin: float = 0.0) -> Own:
@@ -85,81 +142,3 @@ def _time(own, state, now):
     """Return the time since the start of the run."""
     clock = state.clock[0]
     return math.ldexp(own.origin[0] + (np.float64(clock.epoch) * clock.length + now), own.exponent)
-
-
-@before_pair.register
-def _(observer: Own, model, state, event):
-    _write(observer, state, event.i, observer.before, 0)
-    _write(observer, state, event.j, observer.before, 1)
-    for axis in range(len(model.boundary.edges)):
-        x = observer.x[1, axis] - observer.x[0, axis]
-        observer.r[axis] = separation(model.boundary, event.i, event.ref, axis, x)
-
-
-@after_pair.register
-def _(observer: Own, model, state, event):
-    _write(observer, state, event.i, observer.after, 0)
-    _write(observer, state, event.j, observer.after, 1)
-    at_pair(
-        observer.observer,
-        PairEvent(
-            np.int64(event.i),
-            np.int64(event.j),
-            _time(observer, state, event.now),
-            observer.r,
-            observer.x,
-            observer.before,
-            observer.after,
-            math.ldexp(np.float64(event.virial), -observer.exponent),
-            np.int64(event.kind),
-        ),
-    )
-
-
-@before_obstacle.register
-def _(observer: Own, model, state, i, now):
-    _write(observer, state, i, observer.before, 0)
-
-
-@after_obstacle.register
-def _(observer: Own, model, state, event):
-    _write(observer, state, event.i, observer.after, 0)
-    for axis in range(len(model.boundary.edges)):
-        observer.normal[axis] = model.obstacles.image[axis]
-    at_obstacle(
-        observer.observer,
-        ObstacleEvent(
-            np.int64(event.i),
-            observer.places[event.number],
-            _time(observer, state, event.now),
-            observer.normal,
-            observer.x[0],
-            observer.before[0],
-            observer.after[0],
-            math.ldexp(np.float64(event.momentum), -observer.exponent),
-            math.ldexp(np.float64(event.energy), -2 * observer.exponent),
-        ),
-    )
-
-
-@interface.at_epoch.register
-def _(observer: Own, model, state, length):
-    for i in range(len(observer.all_x)):
-        row = state.rows[i]
-        for axis in range(len(row.x)):
-            observer.all_x[i, axis] = row.x[axis]
-            observer.all_v[i, axis] = math.ldexp(np.float64(row.v[axis]), -observer.exponent)
-    if len(observer.all_x) > 0:
-        time = _time(observer, state, length)
-        at_epoch(observer.observer, Epoch(time, observer.all_x, observer.all_v))
-
-
-@spared.register
-def _(observer: Own):
-    return "places", "r", "normal", "x", "before", "after", "all_x", "all_v"
-
-
-@copy_state.register
-def _(model: Own, before, instant, passed, slower):
-    # The arrays of the user's are those of before.
-    model.origin[0] = float(instant)

@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from carom.compiling.registry import answering
 from carom.engine.constants import OBSTACLE
-from carom.engine.observers.interface import ends_run, record
+from carom.engine.observers import interface
 
 
+@answering(interface)
 class StopAtHit(NamedTuple):
     """A counter of contacts with some obstacles, in the chain for the length of a run alone."""
 
@@ -18,14 +20,10 @@ class StopAtHit(NamedTuple):
     left: np.ndarray
     """Contacts that are still to come, (1,) int64."""
 
+    def ends_run(self):
+        return self.left[0] <= 0
 
-@ends_run.register
-def _(observer: StopAtHit):
-    return observer.left[0] <= 0
-
-
-@record.register
-def _(observer: StopAtHit, clock, i, ref, impulse):
-    number = OBSTACLE - ref
-    if 0 <= number < len(observer.wanted) and observer.wanted[number]:
-        observer.left[0] -= 1
+    def record(self, clock, i, ref, impulse):
+        number = OBSTACLE - ref
+        if 0 <= number < len(self.wanted) and self.wanted[number]:
+            self.left[0] -= 1

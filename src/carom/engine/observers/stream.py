@@ -7,40 +7,65 @@ as that of the kinetic energy is elsewhere.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.engine.lattice import contact_vector
-from carom.engine.observers.interface import (
-    after_kick,
-    after_pair,
-    at_epoch,
-    at_rest,
-    before_kick,
-    before_pair,
-)
+from carom.engine.observers import interface
 from carom.models.copies import copied
 from carom.models.questions.interaction import mass
-from carom.models.questions.memory import copy_state
+from carom.models.questions.memory import kept, parameter, present
 
 
+@answering(interface)
 class StreamSums(NamedTuple):
     """Sums over the peculiar velocities of all components."""
 
-    rate: float
+    rate: Annotated[float, parameter(-1)]
     """Shear rate."""
-    moments: np.ndarray
+    moments: Annotated[np.ndarray, present(-2)]
     """``sum m u_a u_b`` at the time ``since``, (d, d)."""
-    integral: np.ndarray
+    integral: Annotated[np.ndarray, kept(-1)]
     """Its integral from the start of the run to ``since``, (d, d)."""
-    virial: np.ndarray
+    virial: Annotated[np.ndarray, kept(-1)]
     """``sum r_a dp_b`` over contacts: r to the partner, dp what the partner gained, (d, d)."""
-    since: np.ndarray
+    since: Annotated[np.ndarray, present(1)]
     """Time of the last change, in the epoch, (1,)."""
-    r: np.ndarray
-    """Room for the vector to a partner, (d,)."""
+    r: Annotated[np.ndarray, present()]
+    """Vector to the partner of the last contact, (d,)."""
+
+    def before_pair(self, model, state, event):
+        fly(self, event.now)
+        me, other = state.rows[event.i], state.rows[event.j]
+        for axis in range(len(self.r)):
+            self.r[axis] = contact_vector(
+                model.motion, model.boundary, event.i, event.ref, axis, me, other, event.now
+            )
+        enter_pair(self, model, state, event, -1.0)
+
+    def after_pair(self, model, state, event):
+        enter_pair(self, model, state, event, 1.0)
+
+    def before_kick(self, model, state, i, now):
+        fly(self, now)
+        enter(self, mass(model.pair, np.int64(i)), state.rows[i].v, -1.0)
+
+    def after_kick(self, model, state, i, now):
+        enter(self, mass(model.pair, np.int64(i)), state.rows[i].v, 1.0)
+
+    def at_epoch(self, model, state, length):
+        # From the velocities again: rounding errors do not accumulate.
+        fly(self, length)
+        self.moments[:] = 0.0
+        for i in range(len(state.rows) - 1):  # the last row is the ghost
+            enter(self, mass(model.pair, i), state.rows[i].v, 1.0)
+        self.since[0] = 0.0
+
+    def at_rest(self, now, since):
+        fly(self, now)
+        self.since[0] = since
 
 
 def make_stream_sums(rate: float, masses: np.ndarray, velocities: np.ndarray) -> StreamSums:
@@ -87,56 +112,6 @@ def enter_pair(sums, model, state, event, sign):
     for a in range(len(sums.r)):
         for b in range(len(sums.r)):
             sums.virial[a, b] += sign * sums.r[a] * weight * np.float64(other.v[b])
-
-
-@before_pair.register
-def _(observer: StreamSums, model, state, event):
-    fly(observer, event.now)
-    me, other = state.rows[event.i], state.rows[event.j]
-    for axis in range(len(observer.r)):
-        observer.r[axis] = contact_vector(
-            model.motion, model.boundary, event.i, event.ref, axis, me, other, event.now
-        )
-    enter_pair(observer, model, state, event, -1.0)
-
-
-@after_pair.register
-def _(observer: StreamSums, model, state, event):
-    enter_pair(observer, model, state, event, 1.0)
-
-
-@before_kick.register
-def _(observer: StreamSums, model, state, i, now):
-    fly(observer, now)
-    enter(observer, mass(model.pair, np.int64(i)), state.rows[i].v, -1.0)
-
-
-@after_kick.register
-def _(observer: StreamSums, model, state, i, now):
-    enter(observer, mass(model.pair, np.int64(i)), state.rows[i].v, 1.0)
-
-
-@at_epoch.register
-def _(observer: StreamSums, model, state, length):
-    # From the velocities again: rounding errors do not accumulate.
-    fly(observer, length)
-    observer.moments[:] = 0.0
-    for i in range(len(state.rows) - 1):  # the last row is the ghost
-        enter(observer, mass(model.pair, i), state.rows[i].v, 1.0)
-    observer.since[0] = 0.0
-
-
-@at_rest.register
-def _(observer: StreamSums, now, since):
-    fly(observer, now)
-    observer.since[0] = since
-
-
-@copy_state.register
-def _(model: StreamSums, before, instant, passed, slower):
-    integral, virial = totals(before, passed)
-    model.integral[:] = np.ldexp(integral, slower)
-    model.virial[:] = np.ldexp(virial, slower)
 
 
 def totals(sums: StreamSums, now: float) -> tuple[np.ndarray, np.ndarray]:

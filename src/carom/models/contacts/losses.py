@@ -9,15 +9,16 @@ McNamara, Granular Matter 1 (1998) 113).
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
-from carom.models.questions.contact import exchanged_part, transfer
-from carom.models.questions.memory import copy_state, shift_epoch
+from carom.models.questions import contact, memory
+from carom.models.questions.contact import transfer
+from carom.models.questions.memory import MOMENT, kept, parameter
 from carom.models.questions.particles import Particles
 
 
@@ -102,13 +103,13 @@ class Law(NamedTuple):
 
     restitution: float
     """Restitution at the speed ``at_speed``."""
-    at_speed: float
+    at_speed: Annotated[float, parameter(-1)]
     """Speed at which the restitution is that; 0 if it does not depend on the speed."""
     power: float
     """Exponent of the speed."""
-    threshold: float
+    threshold: Annotated[float, parameter(-1)]
     """Speed below which a contact is elastic."""
-    contact_time: float
+    contact_time: Annotated[float, parameter(1)]
     """A contact within this time after the last one is elastic."""
 
 
@@ -125,39 +126,29 @@ def restitution_at(law, speed):
     return max(1.0 - (1.0 - law.restitution) * (speed / law.at_speed) ** law.power, 0.0)
 
 
+@answering(contact, memory)
 class Losing(NamedTuple):
     """Contacts of two components that lose energy."""
 
     law: Law
     """The restitution."""
-    last: np.ndarray
+    last: Annotated[np.ndarray, MOMENT]
     """Time of the last contact of each component, in the epoch, (n + 1,) float64."""
-    spared: np.ndarray
+    spared: Annotated[np.ndarray, kept()]
     """Number of contacts that were elastic because they were slow or came too soon, (1,) int64."""
 
+    def transfer(self, rr, rv):
+        speed = abs(rv) / np.sqrt(rr)
+        return 1.0 if speed < self.law.threshold else 0.5 * (1.0 + restitution_at(self.law, speed))
 
-@transfer.register
-def _(impact: Losing, rr, rv):
-    speed = abs(rv) / np.sqrt(rr)
-    return 1.0 if speed < impact.law.threshold else 0.5 * (1.0 + restitution_at(impact.law, speed))
+    def exchanged_part(self, i, j, rr, rv, now):
+        soon = now - max(self.last[i], self.last[j]) < self.law.contact_time
+        self.last[i] = now
+        self.last[j] = now
+        part = 1.0 if soon else transfer(self, rr, rv)
+        self.spared[0] += np.int64(soon or abs(rv) < self.law.threshold * np.sqrt(rr))
+        return part
 
-
-@exchanged_part.register
-def _(impact: Losing, i, j, rr, rv, now):
-    soon = now - max(impact.last[i], impact.last[j]) < impact.law.contact_time
-    impact.last[i] = now
-    impact.last[j] = now
-    part = 1.0 if soon else transfer(impact, rr, rv)
-    impact.spared[0] += np.int64(soon or abs(rv) < impact.law.threshold * np.sqrt(rr))
-    return part
-
-
-@shift_epoch.register
-def _(impact: Losing, duration):
-    for i in range(len(impact.last)):
-        impact.last[i] -= duration
-
-
-@copy_state.register
-def _(impact: Losing, before, instant, passed, slower):
-    impact.last[:] = np.ldexp(before.last - passed, -slower)
+    def shift_epoch(self, duration):
+        for i in range(len(self.last)):
+            self.last[i] -= duration

@@ -5,14 +5,16 @@ from __future__ import annotations
 import numbers
 from copy import copy
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
+from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models.contacts.losses import Law
-from carom.models.questions.contact import transfer
+from carom.models.questions import contact
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
 
 CAUTIOUS = 1e-3
@@ -98,20 +100,19 @@ def as_impact(value: Any) -> Any:
     return value
 
 
+@answering(contact)
 class Inelastic(NamedTuple):
     """Contacts that lose energy."""
 
     restitution: float
     """Normal speed after over normal speed before a contact."""
-    threshold: float
+    threshold: Annotated[float, parameter(-1)]
     """Normal speed below which a contact is elastic, against inelastic collapse."""
-    spared: np.ndarray
+    spared: Annotated[np.ndarray, kept()]
     """Number of contacts that were elastic for that reason, (1,) int64."""
 
-
-@transfer.register
-def _(impact: Inelastic, rr, rv):
-    if rv * rv < impact.threshold * impact.threshold * rr:
-        impact.spared[0] += 1
-        return 1.0
-    return 0.5 * (1.0 + impact.restitution)
+    def transfer(self, rr, rv):
+        if rv * rv < self.threshold * self.threshold * rr:
+            self.spared[0] += 1
+            return 1.0
+        return 0.5 * (1.0 + self.restitution)

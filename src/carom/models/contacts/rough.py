@@ -14,16 +14,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
-from carom.models.questions.contact import transfer
-from carom.models.questions.memory import copy_state
+from carom.models.questions import contact
+from carom.models.questions.memory import ROOM, kept, parameter
 from carom.models.questions.particles import Particles
 
 
@@ -148,14 +148,15 @@ def spin_axes(dimension: int) -> int:
     return 1 if dimension == 2 else 3
 
 
+@answering(contact)
 class Rubbing(NamedTuple):
     """Contacts that exchange momentum along the surfaces, too."""
 
     restitution: float
     """Normal speed after over normal speed before a contact."""
-    threshold: float
+    threshold: Annotated[float, parameter(-1)]
     """Normal speed below which the normal part is elastic."""
-    spared: np.ndarray
+    spared: Annotated[np.ndarray, kept()]
     """Number of contacts that were elastic for that reason, (1,) int64."""
     tangential: float
     """beta."""
@@ -165,25 +166,18 @@ class Rubbing(NamedTuple):
     """Moment of inertia over R^2, (n + 1,) [mass]."""
     radii: np.ndarray
     """(n + 1,) [length]."""
-    spins: np.ndarray
+    spins: Annotated[np.ndarray, kept(-1)]
     """(n + 1, 1) in the plane, (n + 1, 3) in space [1 / time]."""
-    normal: np.ndarray
+    normal: Annotated[np.ndarray, ROOM]
     """Room for the unit vector from one particle to the other, (3,)."""
-    slip: np.ndarray
+    slip: Annotated[np.ndarray, ROOM]
     """Room for a velocity of the surfaces, which becomes the tangential impulse, (3,)."""
 
-
-@transfer.register
-def _(impact: Rubbing, rr, rv):
-    if rv * rv < impact.threshold * impact.threshold * rr:
-        impact.spared[0] += 1
-        return 1.0
-    return 0.5 * (1.0 + impact.restitution)
-
-
-@copy_state.register
-def _(impact: Rubbing, before, instant, passed, slower):
-    impact.spins[:] = np.ldexp(before.spins, slower)
+    def transfer(self, rr, rv):
+        if rv * rv < self.threshold * self.threshold * rr:
+            self.spared[0] += 1
+            return 1.0
+        return 0.5 * (1.0 + self.restitution)
 
 
 @inner

@@ -65,11 +65,6 @@ def from_table(values: Any, what: str) -> Any:
         The table; of an impact also the number that is a restitution.
     what : {"interaction", "motion", "impact", "drive", "path", "obstacle"}
         What it is for.
-
-    Raises
-    ------
-    InputError
-        If it is unknown, or an item is missing, unknown or wrong.
     """
     if what == "impact" and isinstance(values, int | float):
         return as_impact(values)
@@ -116,13 +111,7 @@ def _class(kind: Any, what: str) -> Any:
 
 
 def obstacle_from_table(values: Any) -> Obstacle:
-    """Return the obstacle of ``carom.models.files.to_tables.obstacle_to_table``.
-
-    Raises
-    ------
-    InputError
-        If it is of a class of one's own, of an unknown type, or a value is missing, unknown or wrong.
-    """
+    """Return the obstacle of ``carom.models.files.to_tables.obstacle_to_table``."""
     if not isinstance(values, dict):
         raise InputError(f"An obstacle must be a table, found {checks.describe(values)}.")
     if values.get("type") == "own":
@@ -135,13 +124,7 @@ def obstacle_from_table(values: Any) -> Obstacle:
 
 
 def walls_from_table(values: Any) -> dict[str, Wall]:
-    """Return the walls of ``carom.models.files.to_tables.walls_to_table``.
-
-    Raises
-    ------
-    InputError
-        If a value is unknown or wrong.
-    """
+    """Return the walls of ``carom.models.files.to_tables.walls_to_table``."""
     if not isinstance(values, dict):
         raise InputError(f"walls must be a table of tables, found {checks.describe(values)}.")
     walls = {}

@@ -25,13 +25,7 @@ def holds(value: Any) -> bool:
 
 
 def to_table(value: Any, what: str) -> dict[str, Any]:
-    """Return what a file holds of a value.
-
-    Raises
-    ------
-    InputError
-        If it is of a class of one's own.
-    """
+    """Return what a file holds of a value."""
     if not hasattr(value, "to_table"):
         raise InputError(
             f"The {what} {type(value).__name__} is of a class of one's own, which no file can hold."
@@ -50,13 +44,7 @@ def obstacle_to_table(obstacle: Obstacle) -> dict[str, Any]:
 
 
 def walls_to_table(walls: Mapping[str, Wall]) -> dict[str, Any]:
-    """Return walls by name as values that JSON and TOML hold.
-
-    Raises
-    ------
-    InputError
-        If the path of one is of a class of one's own.
-    """
+    """Return walls by name as values that JSON and TOML hold."""
     tables = {}
     for name, wall in walls.items():
         if not _kept(wall):

@@ -3,21 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.models.mathematics.contact import contact_time_known, elastic
-from carom.models.questions.interaction import (
-    contact_time,
-    core_square,
-    growth,
-    interaction_time,
-    jump,
-    radius,
-)
-from carom.models.questions.memory import shift_epoch
+from carom.models.questions import interaction, memory
+from carom.models.questions.interaction import radius
+from carom.models.questions.memory import parameter, present
 from carom.models.questions.particles import NEVER, Particles, lanes
 
 
@@ -41,16 +35,49 @@ class Growing:
         )
 
 
+@answering(interaction, memory)
 @lanes("radii", "rates")
 class GrowingCores(NamedTuple):
     """Hard cores that touch at the sum of radii that grow."""
 
-    radii: np.ndarray
+    radii: Annotated[np.ndarray, present()]
     """At the beginning of the epoch, (n + 1,) float64 [length]."""
-    rates: np.ndarray
+    rates: Annotated[np.ndarray, parameter(-1)]
     """Radius gained a time, (n + 1,) float64."""
     masses: np.ndarray
     """(n + 1,) float64."""
+
+    def interaction_time(self, i, j, rr, rv, vv, now):
+        radii, rate = self.radii[i] + self.radii[j], self.rates[i] + self.rates[j]
+        c, b, a = growing(radii, rate, rr, rv, vv, now)
+        discriminant = b * b - a * c
+        t = c / (np.sqrt(max(discriminant, 0.0)) - b)
+        # a < 0: the cores grow faster than their centres part. A candidate that is i itself never meets i.
+        meets = ((b < 0.0) | (a < 0.0)) & (discriminant >= 0.0) & (i != j)
+        return max(t, 0.0) if meets else NEVER
+
+    def contact_time(self, i, j, rr, rv, vv, now):
+        radii, rate = self.radii[i] + self.radii[j], self.rates[i] + self.rates[j]
+        c, b, a = growing(radii, rate, rr, rv, vv, now)
+        return contact_time_known(c, b, a)
+
+    def jump(self, i, j, rr, rv, now):
+        # Elastic in the frame of the surfaces, which approach faster than the centres: no pair sticks.
+        return elastic(self, i, j, rr, rv - np.sqrt(rr) * (self.rates[i] + self.rates[j]))
+
+    def core_square(self, i, j, now):
+        contact = radius(self, i, now) + radius(self, j, now)
+        return contact * contact
+
+    def radius(self, i, now):
+        return self.radii[i] + self.rates[i] * now
+
+    def growth(self, i):
+        return self.rates[i]
+
+    def shift_epoch(self, duration):
+        for i in range(len(self.radii)):
+            self.radii[i] += self.rates[i] * duration
 
 
 @inner
@@ -61,49 +88,3 @@ def growing(radii, rate, rr, rv, vv, now):
     """
     contact = radii + rate * now
     return rr - contact * contact, rv - contact * rate, vv - rate * rate
-
-
-@interaction_time.register
-def _(pair: GrowingCores, i, j, rr, rv, vv, now):
-    radii, rate = pair.radii[i] + pair.radii[j], pair.rates[i] + pair.rates[j]
-    c, b, a = growing(radii, rate, rr, rv, vv, now)
-    discriminant = b * b - a * c
-    t = c / (np.sqrt(max(discriminant, 0.0)) - b)
-    # a < 0: the cores grow faster than their centres part. A candidate that is i itself never meets i.
-    meets = ((b < 0.0) | (a < 0.0)) & (discriminant >= 0.0) & (i != j)
-    return max(t, 0.0) if meets else NEVER
-
-
-@contact_time.register
-def _(pair: GrowingCores, i, j, rr, rv, vv, now):
-    radii, rate = pair.radii[i] + pair.radii[j], pair.rates[i] + pair.rates[j]
-    c, b, a = growing(radii, rate, rr, rv, vv, now)
-    return contact_time_known(c, b, a)
-
-
-@jump.register
-def _(pair: GrowingCores, i, j, rr, rv, now):
-    # Elastic in the frame of the surfaces, which approach each other faster than the centres: no pair sticks.
-    return elastic(pair, i, j, rr, rv - np.sqrt(rr) * (pair.rates[i] + pair.rates[j]))
-
-
-@core_square.register
-def _(pair: GrowingCores, i, j, now):
-    contact = radius(pair, i, now) + radius(pair, j, now)
-    return contact * contact
-
-
-@radius.register
-def _(pair: GrowingCores, i, now):
-    return pair.radii[i] + pair.rates[i] * now
-
-
-@growth.register
-def _(pair: GrowingCores, i):
-    return pair.rates[i]
-
-
-@shift_epoch.register
-def _(pair: GrowingCores, duration):
-    for i in range(len(pair.radii)):
-        pair.radii[i] += pair.rates[i] * duration

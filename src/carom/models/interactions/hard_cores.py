@@ -7,8 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.compiling.registry import answering
 from carom.models.mathematics.contact import contact_time_known, elastic, first_contact
-from carom.models.questions.interaction import contact_time, core_square, interaction_time, jump, mass, radius
+from carom.models.questions import interaction
+from carom.models.questions.interaction import contact_time, core_square, interaction_time, jump
 from carom.models.questions.particles import Particles, lanes
 
 
@@ -50,6 +52,23 @@ class HardCores:
         return UnequalCores(particles.with_ghost(particles.radii), particles.with_ghost(particles.masses))
 
 
+def _meeting(pair, i, j, rr, rv, vv, now):
+    return first_contact(rr - core_square(pair, i, j, now), rv, vv)
+
+
+def _known_meeting(pair, i, j, rr, rv, vv, now):
+    return contact_time_known(rr - core_square(pair, i, j, now), rv, vv)
+
+
+def touching(kind: Any) -> Any:
+    """Let cores of a type that answers ``core_square`` meet at that distance: a class decorator."""
+    interaction_time.register(kind)(_meeting)
+    contact_time.register(kind)(_known_meeting)
+    return kind
+
+
+@answering(interaction)
+@touching
 class EqualCores(NamedTuple):
     """Hard cores of one diameter and one mass."""
 
@@ -60,40 +79,24 @@ class EqualCores(NamedTuple):
     weight: float
     """Mass of each component."""
 
+    def jump(self, i, j, rr, rv, now):
+        # The distance found, not the diameter: the energy is then kept to rounding even where c was not quite
+        # zero.
+        factor = rv / rr
+        return factor, factor, -self.weight * rv
 
-@interaction_time.register
-def _(pair: EqualCores, i, j, rr, rv, vv, now):
-    return first_contact(rr - pair.square, rv, vv)
+    def core_square(self, i, j, now):
+        return self.square
 
+    def radius(self, i, now):
+        return self.core
 
-@contact_time.register
-def _(pair: EqualCores, i, j, rr, rv, vv, now):
-    return contact_time_known(rr - pair.square, rv, vv)
-
-
-@jump.register
-def _(pair: EqualCores, i, j, rr, rv, now):
-    # The distance found, not the diameter: the energy is then kept to rounding even where c was not quite
-    # zero.
-    factor = rv / rr
-    return factor, factor, -pair.weight * rv
+    def mass(self, i):
+        return self.weight
 
 
-@core_square.register
-def _(pair: EqualCores, i, j, now):
-    return pair.square
-
-
-@radius.register
-def _(pair: EqualCores, i, now):
-    return pair.core
-
-
-@mass.register
-def _(pair: EqualCores, i):
-    return pair.weight
-
-
+@answering(interaction)
+@touching
 @lanes("radii")
 class UnequalCores(NamedTuple):
     """Hard cores that touch at the sum of their radii."""
@@ -103,29 +106,13 @@ class UnequalCores(NamedTuple):
     masses: np.ndarray
     """(n + 1,) float64."""
 
-
-@interaction_time.register
-def _(pair: UnequalCores, i, j, rr, rv, vv, now):
-    contact = pair.radii[i] + pair.radii[j]
-    return first_contact(rr - contact * contact, rv, vv)
+    def core_square(self, i, j, now):
+        contact = self.radii[i] + self.radii[j]
+        return contact * contact
 
 
-@contact_time.register
-def _(pair: UnequalCores, i, j, rr, rv, vv, now):
-    return contact_time_known(rr - core_square(pair, i, j, now), rv, vv)
-
-
-@jump.register
-def _(pair: UnequalCores, i, j, rr, rv, now):
-    return elastic(pair, i, j, rr, rv)
-
-
-@core_square.register
-def _(pair: UnequalCores, i, j, now):
-    contact = pair.radii[i] + pair.radii[j]
-    return contact * contact
-
-
+@answering(interaction)
+@touching
 @lanes("kinds")
 class SpeciesCores(NamedTuple):
     """Hard cores with a contact distance for every pair of species (non-additive)."""
@@ -141,22 +128,10 @@ class SpeciesCores(NamedTuple):
     masses: np.ndarray
     """(n + 1,) float64."""
 
-
-@interaction_time.register
-def _(pair: SpeciesCores, i, j, rr, rv, vv, now):
-    return first_contact(rr - pair.squares[pair.kinds[i] * pair.species + pair.kinds[j]], rv, vv)
-
-
-@contact_time.register
-def _(pair: SpeciesCores, i, j, rr, rv, vv, now):
-    return contact_time_known(rr - core_square(pair, i, j, now), rv, vv)
+    def core_square(self, i, j, now):
+        return self.squares[self.kinds[i] * self.species + self.kinds[j]]
 
 
 @jump.register
-def _(pair: SpeciesCores, i, j, rr, rv, now):
+def _(pair: UnequalCores | SpeciesCores, i, j, rr, rv, now):
     return elastic(pair, i, j, rr, rv)
-
-
-@core_square.register
-def _(pair: SpeciesCores, i, j, now):
-    return pair.squares[pair.kinds[i] * pair.species + pair.kinds[j]]

@@ -8,20 +8,16 @@ a thousand moving ones. Two pinned components may overlap.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
+from carom.compiling.registry import answering
 from carom.errors import InputError
-from carom.models.mathematics.contact import contact_time_known, first_contact
-from carom.models.questions.interaction import (
-    contact_time,
-    core_square,
-    interaction_time,
-    jump,
-    record_impulse,
-)
+from carom.models.interactions.hard_cores import touching
+from carom.models.questions import interaction
+from carom.models.questions.memory import kept
 from carom.models.questions.particles import Particles, lanes
 
 
@@ -34,11 +30,6 @@ def mask(given: Any, n: int) -> np.ndarray | None:
         Which components are pinned: a bool for each, or their indices.
     n : int
         Number of components.
-
-    Raises
-    ------
-    InputError
-        If ``given`` is none of these, or all components are pinned.
     """
     if given is None:
         return None
@@ -94,6 +85,8 @@ class Pinned:
         )
 
 
+@answering(interaction)
+@touching
 @lanes("radii")
 class PinnedCores(NamedTuple):
     """Hard cores of which some have infinite mass."""
@@ -104,35 +97,18 @@ class PinnedCores(NamedTuple):
     """One over the mass, 0 where a component is pinned, (n + 1,) float64."""
     masses: np.ndarray
     """(n + 1,) float64."""
-    impulse: np.ndarray
+    impulse: Annotated[np.ndarray, kept(-1)]
     """Momentum that each component took up along the normals of its contacts, (n + 1,) float64."""
 
+    def jump(self, i, j, rr, rv, now):
+        ours, theirs = self.inverse[i], self.inverse[j]
+        factor = 2.0 * rv / (rr * (ours + theirs))
+        return factor * ours, factor * theirs, -factor * rr
 
-@interaction_time.register
-def _(pair: PinnedCores, i, j, rr, rv, vv, now):
-    contact = pair.radii[i] + pair.radii[j]
-    return first_contact(rr - contact * contact, rv, vv)
+    def record_impulse(self, i, j, momentum):
+        self.impulse[i] += momentum
+        self.impulse[j] += momentum
 
-
-@contact_time.register
-def _(pair: PinnedCores, i, j, rr, rv, vv, now):
-    return contact_time_known(rr - core_square(pair, i, j, now), rv, vv)
-
-
-@jump.register
-def _(pair: PinnedCores, i, j, rr, rv, now):
-    ours, theirs = pair.inverse[i], pair.inverse[j]
-    factor = 2.0 * rv / (rr * (ours + theirs))
-    return factor * ours, factor * theirs, -factor * rr
-
-
-@record_impulse.register
-def _(pair: PinnedCores, i, j, momentum):
-    pair.impulse[i] += momentum
-    pair.impulse[j] += momentum
-
-
-@core_square.register
-def _(pair: PinnedCores, i, j, now):
-    contact = pair.radii[i] + pair.radii[j]
-    return contact * contact
+    def core_square(self, i, j, now):
+        contact = self.radii[i] + self.radii[j]
+        return contact * contact

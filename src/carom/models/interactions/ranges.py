@@ -271,6 +271,7 @@ class Ranges:
             begun=np.zeros(1, np.int64),
             units=agents,
             told=events,
+            origin=np.zeros(1),
             speed=float(unit.to_scene(1.0, -1)),
             seed=self.seed,
         )

@@ -92,24 +92,11 @@ class RuleFile:
         return replace(self, file=str((folder / self.file).absolute()))
 
     def trusted(self) -> Self:
-        """Return the same as its file is now, allowed to run.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read, or is not the one whose digest is given.
-        """
+        """Return the same as its file is now, allowed to run."""
         return replace(self, sha256=_digest(self._source()), trust=True)
 
     def ranges(self) -> Ranges:
-        """Return the interaction: run the file, and take the rule out of it.
-
-        Raises
-        ------
-        InputError
-            If nobody said that it may run; if it cannot be read or run, is another than it was, or has no
-            such rule.
-        """
+        """Return the interaction: run the file, and take the rule out of it."""
         if not self.trust:
             raise InputError(
                 f"The rule {self.rule} of this scene is code, in {self.file}, and no scene file runs code by "

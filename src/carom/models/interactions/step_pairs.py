@@ -10,15 +10,18 @@ Alder and Wainwright, J. Chem. Phys. 31 (1959) 459.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
+from carom.models.questions import steps
+from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import BOUNCE, CORE, IN, OUT, step_core_square, step_jump, step_time
+from carom.models.questions.steps import BOUNCE, CORE, IN, OUT
 
 
+@answering(steps)
 class StepPairs(NamedTuple):
     """What the engine compiles: for every step, where it ends and what crossing its ends costs."""
 
@@ -26,18 +29,29 @@ class StepPairs(NamedTuple):
     """Square of the distance at which each step ends inwards, negative where it does not [length^2]."""
     outer: np.ndarray
     """Square of the distance at which it ends outwards, or infinity [length^2]."""
-    enter: np.ndarray
+    enter: Annotated[np.ndarray, parameter(-2)]
     """Energy that crossing the inner end takes, infinite at a wall [energy]."""
-    leave: np.ndarray
+    leave: Annotated[np.ndarray, parameter(-2)]
     """Energy that crossing the outer end takes [energy]."""
-    energy: np.ndarray
+    energy: Annotated[np.ndarray, parameter(-2)]
     """Potential energy of a pair on each step [energy]."""
-    events: np.ndarray
+    events: Annotated[np.ndarray, kept()]
     """How many events there were on each step, of each kind, (steps, 4) int64."""
     radii: np.ndarray
     """Of the components at obstacles, (n + 1,) float64 [length]."""
     masses: np.ndarray
     """(n + 1,) float64."""
+
+    def step_time(self, i, j, step, rr, rv, vv, now):
+        return end_of_step(self.inner[step], self.outer[step], rr, rv, vv)
+
+    def step_jump(self, i, j, step, rr, rv, now):
+        inwards = rr - self.inner[step] <= self.outer[step] - rr
+        cost = self.enter[step] if inwards else self.leave[step]
+        return cross(self, i, j, step, rr, rv, inwards, cost)
+
+    def step_core_square(self, step):
+        return max(self.inner[step], 0.0) if self.enter[step] == NEVER else 0.0
 
 
 @inner
@@ -53,11 +67,6 @@ def end_of_step(low, high, rr, rv, vv):
     below = root - rv if falls else (root + rv if rv > 0.0 else vv)
     t = above / below
     return max(t, 0.0) if falls | ((high < NEVER) & (vv > 0.0)) else NEVER
-
-
-@step_time.register
-def _(pair: StepPairs, i, j, step, rr, rv, vv, now):
-    return end_of_step(pair.inner[step], pair.outer[step], rr, rv, vv)
 
 
 @inner
@@ -104,15 +113,3 @@ def cross(pair, i, j, step, rr, rv, inwards, cost):
         kind = CORE if inwards else BOUNCE
     factor = share_lost / (rr * total)
     return factor * pair.masses[j], factor * pair.masses[i], -reduced * share_lost, step, kind
-
-
-@step_jump.register
-def _(pair: StepPairs, i, j, step, rr, rv, now):
-    inwards = rr - pair.inner[step] <= pair.outer[step] - rr
-    cost = pair.enter[step] if inwards else pair.leave[step]
-    return cross(pair, i, j, step, rr, rv, inwards, cost)
-
-
-@step_core_square.register
-def _(pair: StepPairs, step):
-    return max(pair.inner[step], 0.0) if pair.enter[step] == NEVER else 0.0

@@ -14,13 +14,7 @@ from carom.models.interactions.wells import SquareWell, StepTable
 
 
 def from_table(table: Any) -> Any:
-    """Return the interaction that a table with a ``type`` describes; its ``to_table`` returns the table.
-
-    Raises
-    ------
-    InputError
-        If the type or a key is unknown, one is missing, or a value is out of range.
-    """
+    """Return the interaction that a table with a ``type`` describes; its ``to_table`` returns the table."""
     if not isinstance(table, Mapping):
         raise InputError(f"An interaction must be a table with a type, found {checks.describe(table)}.")
     kind = table.get("type")

@@ -10,17 +10,18 @@ then on. Lubachevsky (1991), sec. 10, after Wieland.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import answering, inner, required
 from carom.models.interactions.step_pairs import end_of_step
 from carom.models.mathematics.counter_random import uniform
-from carom.models.questions.memory import copy_state, error_message, shift_epoch
+from carom.models.questions import memory, steps
+from carom.models.questions.memory import MOMENT, ORIGIN, ROOM, UNIT, kept, parameter
 from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import IN, OUT, start_steps, step_jump, step_time
+from carom.models.questions.steps import IN, OUT
 
 ENTERED, LEFT, TIMER, CHANGED = 1, 2, 3, 4
 """Why a rule is asked: somebody came into a circle, or went out of it; the time that the rule set has come;
@@ -73,6 +74,7 @@ def event_type(dimension: int) -> np.dtype:
     return np.dtype(fields, align=True)
 
 
+@answering(memory, steps)
 class Units(NamedTuple):
     """What the engine compiles. Arrays of one row a unit have one more, for the ghost."""
 
@@ -82,48 +84,79 @@ class Units(NamedTuple):
     """Square of the distance at which each step ends inwards, negative where it does not [length^2]."""
     outer: np.ndarray
     """Square of the distance at which it ends outwards, or infinity [length^2]."""
-    energy: np.ndarray
+    energy: Annotated[np.ndarray, parameter(-2)]
     """Of a pair on each step: zero."""
-    events: np.ndarray
+    events: Annotated[np.ndarray, kept()]
     """How many crossings there were from each step, of each kind, (steps, 4) int64."""
     radii: np.ndarray
     """Of the units at walls and obstacles [length]."""
     masses: np.ndarray
     watch: np.ndarray
     """Which circle of a kind ends the step inwards, or NOBODY, (kinds, steps) int64."""
-    kinds: np.ndarray
+    kinds: Annotated[np.ndarray, kept()]
     """Of each unit at present, int64."""
-    present: np.ndarray
+    present: Annotated[np.ndarray, kept()]
     """1, or 0 of units that are removed, int64."""
-    counts: np.ndarray
+    counts: Annotated[np.ndarray, kept()]
     """How many units of each kind are in each circle of each unit, (n + 1, circles, kinds) int64."""
-    memory: np.ndarray
+    memory: Annotated[np.ndarray, kept()]
     """Numbers of the rule's own, (n + 1, m) float64."""
-    timers: np.ndarray
+    timers: Annotated[np.ndarray, MOMENT]
     """When each unit is to be asked, in the epoch, or NEVER."""
-    targets: np.ndarray
+    targets: Annotated[np.ndarray, kept()]
     """Whom each unit aims at, or NOBODY, int64."""
-    drawn: np.ndarray
+    drawn: Annotated[np.ndarray, kept()]
     """Random numbers that each has drawn, int64."""
-    news: np.ndarray
+    news: Annotated[np.ndarray, kept()]
     """Who has changed in a circle of each unit that has not been told yet, or NOBODY, int64."""
-    queue: np.ndarray
+    queue: Annotated[np.ndarray, kept()]
     """Who is to be told, int64."""
-    queued: np.ndarray
+    queued: Annotated[np.ndarray, kept()]
     """How many these are, (1,) int64."""
-    asked: np.ndarray
+    asked: Annotated[np.ndarray, kept()]
     """How often the rule was asked, by cause, (5,) int64."""
-    fault: np.ndarray
+    fault: Annotated[np.ndarray, kept()]
     """What was wrong with the rule's first wrong answer, and for whom, (2,) int64."""
-    begun: np.ndarray
+    begun: Annotated[np.ndarray, kept()]
     """Whether the units of each circle have been counted, (1,) int64."""
-    units: Any
+    units: Annotated[Any, ROOM]
     """What the rules of two units are handed, (2,) records."""
-    told: Any
+    told: Annotated[Any, ROOM]
     """What they are told of the event, (2,) records."""
-    speed: float
+    origin: Annotated[np.ndarray, ORIGIN]
+    """When the counting of epochs began, since the start of the run, (1,) float64."""
+    speed: Annotated[float, UNIT]
     """The engine's unit of speed in the scene's: a power of two."""
     seed: int
+
+    def step_time(self, i, j, step, rr, rv, vv, now):
+        t = end_of_step(self.inner[step], self.outer[step], rr, rv, vv)
+        return t if self.present[i] * self.present[j] > 0 else NEVER
+
+    def step_jump(self, i, j, step, rr, rv, now):
+        inwards = rr - self.inner[step] <= self.outer[step] - rr
+        change = 1 if inwards else -1
+        crossed = step if inwards else step - 1
+        _count(self, i, j, crossed, change)
+        _count(self, j, i, crossed, change)
+        return 0.0, 0.0, 0.0, step + change, IN if inwards else OUT
+
+    def shift_epoch(self, duration):
+        for i in range(len(self.timers)):
+            self.timers[i] -= duration
+
+    def start_steps(self, pairs, step_numbers):
+        if self.begun[0]:
+            return
+        self.begun[0] = 1
+        for (i, j), step in zip(pairs.tolist(), step_numbers.tolist(), strict=True):
+            for crossed in range(step):
+                _count(self, i, j, crossed, 1)
+                _count(self, j, i, crossed, 1)
+
+    def error_message(self):
+        fault, i = self.fault.tolist()
+        return f"The rule gave unit {i} {COMPLAINTS[fault]}." if fault else None
 
 
 Units.lanes = ("present",)  # type: ignore[attr-defined]
@@ -140,22 +173,6 @@ def draw(unit):
     number = uniform(unit.seed, unit.number, unit.drawn)
     unit.drawn += 1
     return number
-
-
-@step_time.register
-def _(pair: Units, i, j, step, rr, rv, vv, now):
-    t = end_of_step(pair.inner[step], pair.outer[step], rr, rv, vv)
-    return t if pair.present[i] * pair.present[j] > 0 else NEVER
-
-
-@step_jump.register
-def _(pair: Units, i, j, step, rr, rv, now):
-    inwards = rr - pair.inner[step] <= pair.outer[step] - rr
-    change = 1 if inwards else -1
-    crossed = step if inwards else step - 1
-    _count(pair, i, j, crossed, change)
-    _count(pair, j, i, crossed, change)
-    return 0.0, 0.0, 0.0, step + change, IN if inwards else OUT
 
 
 @inner
@@ -300,35 +317,3 @@ def cause_of(pair, i, now):
         pair.targets[i] = NO_AGENT
         other = NO_AGENT
     return TIMER, other
-
-
-@shift_epoch.register
-def _(pair: Units, duration):
-    for i in range(len(pair.timers)):
-        pair.timers[i] -= duration
-
-
-@start_steps.register
-def _(pair: Units, pairs, step_numbers):
-    if pair.begun[0]:
-        return
-    pair.begun[0] = 1
-    for (i, j), step in zip(pairs.tolist(), step_numbers.tolist(), strict=True):
-        for crossed in range(step):
-            _count(pair, i, j, crossed, 1)
-            _count(pair, j, i, crossed, 1)
-
-
-@copy_state.register
-def _(pair: Units, before, instant, passed, slower):
-    for name in ("kinds", "present", "counts", "memory", "targets", "drawn", "news", "queue"):
-        getattr(pair, name)[:] = getattr(before, name)
-    for name in ("queued", "asked", "fault", "begun"):
-        getattr(pair, name)[:] = getattr(before, name)
-    pair.timers[:] = np.ldexp(before.timers - passed, -slower)
-
-
-@error_message.register
-def _(pair: Units):
-    fault, i = pair.fault.tolist()
-    return f"The rule gave unit {i} {COMPLAINTS[fault]}." if fault else None

@@ -7,17 +7,19 @@ each other.
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional, required
-from carom.models.mathematics.roots import curvature, next_fall, slope, value
+from carom.compiling.registry import answering, inner, optional, required
+from carom.models.mathematics import roots
+from carom.models.mathematics.roots import next_fall
 from carom.models.obstacles.balls import SolidBall
 from carom.models.obstacles.box_walls import Cushions, Faces, Yielding
-from carom.models.obstacles.containers import InsideOfCylinder, InsideOfSphere
+from carom.models.obstacles.containers import Inside
 from carom.models.obstacles.paths import Still, pace, place
 from carom.models.obstacles.planes import HalfSpace
+from carom.models.questions.memory import parameter
 from carom.models.questions.obstacle import encounter, fall
 from carom.models.questions.particles import NEVER
 
@@ -39,9 +41,9 @@ class Course(NamedTuple):
     """The least that ``place`` returns [length]."""
     highest: float
     """The most [length]."""
-    bend: float
+    bend: Annotated[float, parameter(-2)]
     """Bound on the magnitude of the acceleration."""
-    period: float
+    period: Annotated[float, parameter(1)]
     """After which the path repeats itself."""
 
 
@@ -112,6 +114,7 @@ def time_to_moving(body, course, start, g, x, v, radius, growth):
     """
 
 
+@answering(roots)
 class Lift(NamedTuple):
     """Height of a component above a plane that moves."""
 
@@ -123,21 +126,15 @@ class Lift(NamedTuple):
     speed: float
     acceleration: float
 
+    def value(self, t):
+        flight = self.height + (self.speed + 0.5 * self.acceleration * t) * t
+        return flight - self.slant * place(self.course.path, self.start + t)
 
-@value.register
-def _(curve: Lift, t):
-    flight = curve.height + (curve.speed + 0.5 * curve.acceleration * t) * t
-    return flight - curve.slant * place(curve.course.path, curve.start + t)
+    def slope(self, t):
+        return self.speed + self.acceleration * t - self.slant * pace(self.course.path, self.start + t)
 
-
-@slope.register
-def _(curve: Lift, t):
-    return curve.speed + curve.acceleration * t - curve.slant * pace(curve.course.path, curve.start + t)
-
-
-@curvature.register
-def _(curve: Lift, start, end):
-    return abs(curve.acceleration) + abs(curve.slant) * curve.course.bend
+    def curvature(self, start, end):
+        return abs(self.acceleration) + abs(self.slant) * self.course.bend
 
 
 @inner
@@ -195,6 +192,7 @@ def later(curve, t):
     )
 
 
+@answering(roots)
 class Gap(NamedTuple):
     """How far a component is from a ball, or from the inside of a container, in squares of distances."""
 
@@ -212,6 +210,22 @@ class Gap(NamedTuple):
     g: tuple
     x: Any
     v: Any
+
+    def value(self, t):
+        rr, _, _, _ = gap_at(self, t)
+        contact = self.contact + self.growth * t
+        return self.side * (rr - contact * contact)
+
+    def slope(self, t):
+        _, rv, _, _ = gap_at(self, t)
+        return 2.0 * self.side * (rv - self.growth * (self.contact + self.growth * t))
+
+    def curvature(self, start, end):
+        rr, _, vv, force = gap_at(self, start)
+        t = end - start
+        speed = np.sqrt(vv) + force * t
+        distance = np.sqrt(rr) + (np.sqrt(vv) + 0.5 * force * t) * t
+        return 2.0 * (speed * speed + distance * force + self.growth * self.growth)
 
 
 @inner
@@ -232,28 +246,6 @@ def gap_at(curve, t):
             vv += v * v
             gg += curve.g[axis] * curve.g[axis]
     return rr, rv, vv, np.sqrt(gg) + curve.course.bend
-
-
-@value.register
-def _(curve: Gap, t):
-    rr, _, _, _ = gap_at(curve, t)
-    contact = curve.contact + curve.growth * t
-    return curve.side * (rr - contact * contact)
-
-
-@slope.register
-def _(curve: Gap, t):
-    _, rv, _, _ = gap_at(curve, t)
-    return 2.0 * curve.side * (rv - curve.growth * (curve.contact + curve.growth * t))
-
-
-@curvature.register
-def _(curve: Gap, start, end):
-    rr, _, vv, force = gap_at(curve, start)
-    t = end - start
-    speed = np.sqrt(vv) + force * t
-    distance = np.sqrt(rr) + (np.sqrt(vv) + 0.5 * force * t) * t
-    return 2.0 * (speed * speed + distance * force + curve.growth * curve.growth)
 
 
 @inner
@@ -299,12 +291,7 @@ def _(body: SolidBall, course, start, g, x, v, radius, growth):
 
 
 @time_to_moving.register
-def _(body: InsideOfSphere, course, start, g, x, v, radius, growth):
-    return first_touch(Gap(course, start, -1.0, -1, body.center, body.radius - radius, -growth, g, x, v))
-
-
-@time_to_moving.register
-def _(body: InsideOfCylinder, course, start, g, x, v, radius, growth):
+def _(body: Inside, course, start, g, x, v, radius, growth):
     free_radius = body.radius - radius
     return first_touch(Gap(course, start, -1.0, body.axis, body.center, free_radius, -growth, g, x, v))
 
@@ -341,14 +328,7 @@ def _(obstacle: SolidBall, g, x, v, radius, growth, now):
 
 
 @fall.register
-def _(obstacle: InsideOfSphere, g, x, v, radius, growth, now):
-    if straight_growth(g, -1, growth):
-        return encounter(obstacle, x, v, radius, growth)
-    return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
-
-
-@fall.register
-def _(obstacle: InsideOfCylinder, g, x, v, radius, growth, now):
+def _(obstacle: Inside, g, x, v, radius, growth, now):
     if straight_growth(g, obstacle.axis, growth):
         return encounter(obstacle, x, v, radius, growth)
     return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)

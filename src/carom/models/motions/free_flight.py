@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from carom.models.questions.motion import position, velocity
+from carom.compiling.registry import answering
+from carom.models.questions import motion
 from carom.models.questions.particles import Particles
 
 
@@ -18,18 +19,15 @@ class FreeFlight:
         return Inertial()
 
 
+@answering(motion)
 class Inertial(NamedTuple):
     """Uniform motion along straight lines."""
 
     inertial: bool = True
     """Always true: the frame of reference is inertial (Numba has no empty tuples of its own class)."""
 
+    def position(self, axis, x, v, t):
+        return x + v * t
 
-@position.register
-def _(motion: Inertial, axis, x, v, t):
-    return x + v * t
-
-
-@velocity.register
-def _(motion: Inertial, axis, v, t):
-    return v
+    def velocity(self, axis, v, t):
+        return v

@@ -4,26 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
+from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.double_double import exact_product, exact_sum, with_product
 from carom.models.mathematics.parabolas import HOP, landing_on_wall, leaving
-from carom.models.questions.motion import (
-    exit_time,
-    normal_acceleration,
-    position,
-    push,
-    rebound_speed,
-    rest_speed,
-    velocity,
-)
-from carom.models.questions.obstacle import fall, meeting
+from carom.models.questions import motion, obstacle, walls
+from carom.models.questions.memory import parameter
+from carom.models.questions.obstacle import fall
 from carom.models.questions.particles import Particles
-from carom.models.questions.walls import wall_meeting
 
 
 @dataclass(frozen=True)
@@ -99,74 +92,57 @@ class Gravity:
         return Falling(g, math.sqrt(2.0 * HOP * max(particles.box) * math.hypot(*g)))
 
 
+@answering(motion, obstacle, walls)
 class Falling(NamedTuple):
     """Parabolas of one acceleration."""
 
-    g: tuple
+    g: Annotated[tuple, parameter(-2)]
     """Acceleration along each axis."""
-    rest: float
+    rest: Annotated[float, parameter(-1)]
     """Least speed after a contact with a surface."""
 
+    def position(self, axis, x, v, t):
+        return x + (v + 0.5 * self.g[axis] * t) * t
 
-@position.register
-def _(motion: Falling, axis, x, v, t):
-    return x + (v + 0.5 * motion.g[axis] * t) * t
+    def velocity(self, axis, v, t):
+        return v + self.g[axis] * t
 
+    def exit_time(self, axis, x, v, low, high):
+        return leaving(x, v, self.g[axis], low, high)
 
-@velocity.register
-def _(motion: Falling, axis, v, t):
-    return v + motion.g[axis] * t
+    def meeting(self, obstacle, x, v, radius, growth, now):
+        return fall(obstacle, self.g, x, v, radius, growth, now)
 
+    def wall_meeting(self, walls, x, v, radius, growth):
+        return landing_on_wall(walls, self.g, x, v, radius, growth)
 
-@exit_time.register
-def _(motion: Falling, axis, x, v, low, high):
-    return leaving(x, v, motion.g[axis], low, high)
+    def rest_speed(self):
+        return self.rest
 
+    def normal_acceleration(self, normal):
+        down = 0.0
+        for axis in range(len(self.g)):
+            down -= self.g[axis] * normal[axis]
+        return max(down, 0.0)
 
-@meeting.register
-def _(motion: Falling, obstacle, x, v, radius, growth, now):
-    return fall(obstacle, motion.g, x, v, radius, growth, now)
+    def rebound_speed(self, approach):
+        return approach + max(approach, self.rest)
 
-
-@wall_meeting.register
-def _(motion: Falling, walls, x, v, radius, growth):
-    return landing_on_wall(walls, motion.g, x, v, radius, growth)
-
-
-@rest_speed.register
-def _(motion: Falling):
-    return motion.rest
-
-
-@normal_acceleration.register
-def _(motion: Falling, normal):
-    down = 0.0
-    for axis in range(len(motion.g)):
-        down -= motion.g[axis] * normal[axis]
-    return max(down, 0.0)
-
-
-@rebound_speed.register
-def _(motion: Falling, approach):
-    return approach + max(approach, motion.rest)
-
-
-@push.register
-def _(motion: Falling, change, v, normal):
-    # A contact on a circle is found just outside it, and its distance from the centre is rounded alike every
-    # time: unit normals are too long by 1e-16 on average. What is lost at every bounce in the same direction,
-    # be it a part of 1e-17, adds up over millions. So all is computed with twice the digits, and only the new
-    # velocity is rounded.
-    along = 0.0
-    high, low = 0.0, 0.0
-    longer, rest = -1.0, 0.0
-    for axis in range(len(motion.g)):
-        along += normal[axis] * v[axis]
-        high, low = with_product(high, low, normal[axis], v[axis])
-        longer, rest = with_product(longer, rest, normal[axis], normal[axis])
-    # Of an elastic contact the change is -2 along / normal^2; the caller had -2 along.
-    more = -2.0 * ((high - along) + low) - change * (longer + rest)
-    for axis in range(len(motion.g)):
-        product, product_error = exact_product(change, normal[axis])
-        total, error = exact_sum(v[axis], product)
-        v[axis] = total + (error + (product_error + more * normal[axis]))
+    def push(self, change, v, normal):
+        # A contact on a circle is found just outside it, and its distance from the centre is rounded alike
+        # every time: unit normals are too long by 1e-16 on average. What is lost at every bounce in the same
+        # direction, be it a part of 1e-17, adds up over millions. So all is computed with twice the digits,
+        # and only the new velocity is rounded.
+        along = 0.0
+        high, low = 0.0, 0.0
+        longer, rest = -1.0, 0.0
+        for axis in range(len(self.g)):
+            along += normal[axis] * v[axis]
+            high, low = with_product(high, low, normal[axis], v[axis])
+            longer, rest = with_product(longer, rest, normal[axis], normal[axis])
+        # Of an elastic contact the change is -2 along / normal^2; the caller had -2 along.
+        more = -2.0 * ((high - along) + low) - change * (longer + rest)
+        for axis in range(len(self.g)):
+            product, product_error = exact_product(change, normal[axis])
+            total, error = exact_sum(v[axis], product)
+            v[axis] = total + (error + (product_error + more * normal[axis]))

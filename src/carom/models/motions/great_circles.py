@@ -20,11 +20,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models.interactions.hard_cores import HardCores
-from carom.models.mathematics.roots import curvature, next_fall, slope, value
-from carom.models.questions.motion import carry, meeting_time, position, push_direction, velocity
+from carom.models.mathematics import roots
+from carom.models.mathematics.roots import next_fall, value
+from carom.models.questions import motion
 from carom.models.questions.particles import NEVER, Particles
 
 NEARLY = 2.0**-30
@@ -128,6 +129,7 @@ class GreatCircles:
         return Circles(tuple(0.5 * edge for edge in particles.box), self.radius)
 
 
+@answering(motion)
 class Circles(NamedTuple):
     """Motion on a sphere."""
 
@@ -135,6 +137,53 @@ class Circles(NamedTuple):
     """Centre of the sphere [length]."""
     radius: float
     """Radius of the sphere [length]."""
+
+    def carry(self, x, v, t, there, then):
+        angular_speed = speed_of(v) / self.radius
+        c, s = cosine_and_sine(angular_speed * t)
+        length = s / angular_speed if angular_speed > 0.0 else t
+        square = 0.0
+        out = 0.0
+        for axis in range(len(self.center)):
+            arm = x[axis] - self.center[axis]
+            u = v[axis]
+            there[axis] = arm * c + u * length
+            then[axis] = u * c - arm * (angular_speed * s)
+            square += there[axis] * there[axis]
+            out += there[axis] * then[axis]
+        # Rounding does not add up: back onto the sphere, and tangent.
+        scale = self.radius / np.sqrt(square)
+        out /= square
+        for axis in range(len(self.center)):
+            then[axis] -= out * there[axis]
+            there[axis] = there[axis] * scale + self.center[axis]
+        return there, then, 0.0
+
+    def position(self, axis, x, v, t):
+        return x  # carry() has moved it
+
+    def velocity(self, axis, v, t):
+        return v
+
+    def push_direction(self, axis, x, r, rr):
+        # r without its part along the radius, so much longer that the chord shrinks as in free flight.
+        square = self.radius * self.radius
+        tangent = r + (x - self.center[axis]) * (0.5 * rr / square)
+        return tangent / (1.0 - 0.25 * rr / square)
+
+    def meeting_time(self, me, other, now, contact, rate, limit, span):
+        speed_i, speed_j = speed_of(me.v), speed_of(other.v)
+        # r.r = 2 R^2 - 2 x_i.x_j, and the second derivative of x_i.x_j is at most (|v_i| + |v_j|)^2.
+        bound = 2.0 * ((speed_i + speed_j) * (speed_i + speed_j) + rate * rate)
+        curve = Gap(
+            me, other, self.center, speed_i / self.radius, speed_j / self.radius, now, contact, rate, bound
+        )
+        gap = value(curve, 0.0)
+        # Nothing shrinks the gap faster than both speeds and the growth together.
+        if gap > 0.0 and np.sqrt(gap + contact * contact) - contact > (speed_i + speed_j + rate) * limit:
+            return NEVER, False
+        t = next_fall(curve, span)
+        return t, (t == 0.0) & (gap < 0.0)
 
 
 HALF_TURN_HIGH, HALF_TURN_LOW = 1.57079632673412561417, 6.07710050650619224932e-11
@@ -174,47 +223,7 @@ def speed_of(v):
     return np.sqrt(square)
 
 
-@carry.register
-def _(motion: Circles, x, v, t, there, then):
-    angular_speed = speed_of(v) / motion.radius
-    c, s = cosine_and_sine(angular_speed * t)
-    length = s / angular_speed if angular_speed > 0.0 else t
-    square = 0.0
-    out = 0.0
-    for axis in range(len(motion.center)):
-        arm = x[axis] - motion.center[axis]
-        u = v[axis]
-        there[axis] = arm * c + u * length
-        then[axis] = u * c - arm * (angular_speed * s)
-        square += there[axis] * there[axis]
-        out += there[axis] * then[axis]
-    # Rounding does not add up: back onto the sphere, and tangent.
-    scale = motion.radius / np.sqrt(square)
-    out /= square
-    for axis in range(len(motion.center)):
-        then[axis] -= out * there[axis]
-        there[axis] = there[axis] * scale + motion.center[axis]
-    return there, then, 0.0
-
-
-@position.register
-def _(motion: Circles, axis, x, v, t):
-    return x  # carry() has moved it
-
-
-@velocity.register
-def _(motion: Circles, axis, v, t):
-    return v
-
-
-@push_direction.register
-def _(motion: Circles, axis, x, r, rr):
-    # r without its part along the radius, so much longer that the chord shrinks as it would in free flight.
-    square = motion.radius * motion.radius
-    tangent = r + (x - motion.center[axis]) * (0.5 * rr / square)
-    return tangent / (1.0 - 0.25 * rr / square)
-
-
+@answering(roots)
 class Gap(NamedTuple):
     """The gap of two components: ``r.r - (contact + rate t)^2`` along their great circles."""
 
@@ -237,55 +246,33 @@ class Gap(NamedTuple):
     bound: float
     """Bound on the magnitude of the second derivative of the gap."""
 
+    def value(self, t):
+        me, other = self.me, self.other
+        c, s = cosine_and_sine(self.mine * (self.now + t - me.t))
+        e, z = cosine_and_sine(self.its * (self.now + t - other.t))
+        s = s / self.mine if self.mine > 0.0 else 0.0
+        z = z / self.its if self.its > 0.0 else 0.0
+        rr = 0.0
+        for axis in range(len(self.center)):
+            x = (me.x[axis] - self.center[axis]) * c + me.v[axis] * s
+            y = (other.x[axis] - self.center[axis]) * e + other.v[axis] * z
+            rr += (y - x) * (y - x)
+        core = self.contact + self.rate * t
+        return rr - core * core
 
-@value.register
-def _(curve: Gap, t):
-    me, other = curve.me, curve.other
-    c, s = cosine_and_sine(curve.mine * (curve.now + t - me.t))
-    e, z = cosine_and_sine(curve.its * (curve.now + t - other.t))
-    s = s / curve.mine if curve.mine > 0.0 else 0.0
-    z = z / curve.its if curve.its > 0.0 else 0.0
-    rr = 0.0
-    for axis in range(len(curve.center)):
-        x = (me.x[axis] - curve.center[axis]) * c + me.v[axis] * s
-        y = (other.x[axis] - curve.center[axis]) * e + other.v[axis] * z
-        rr += (y - x) * (y - x)
-    core = curve.contact + curve.rate * t
-    return rr - core * core
+    def slope(self, t):
+        me, other = self.me, self.other
+        c, s = cosine_and_sine(self.mine * (self.now + t - me.t))
+        e, z = cosine_and_sine(self.its * (self.now + t - other.t))
+        along = s / self.mine if self.mine > 0.0 else 0.0
+        its_along = z / self.its if self.its > 0.0 else 0.0
+        rv = 0.0
+        for axis in range(len(self.center)):
+            mine, its = me.x[axis] - self.center[axis], other.x[axis] - self.center[axis]
+            x, y = mine * c + me.v[axis] * along, its * e + other.v[axis] * its_along
+            u = other.v[axis] * e - its * (self.its * z) - (me.v[axis] * c - mine * (self.mine * s))
+            rv += (y - x) * u
+        return 2.0 * (rv - (self.contact + self.rate * t) * self.rate)
 
-
-@slope.register
-def _(curve: Gap, t):
-    me, other = curve.me, curve.other
-    c, s = cosine_and_sine(curve.mine * (curve.now + t - me.t))
-    e, z = cosine_and_sine(curve.its * (curve.now + t - other.t))
-    along = s / curve.mine if curve.mine > 0.0 else 0.0
-    its_along = z / curve.its if curve.its > 0.0 else 0.0
-    rv = 0.0
-    for axis in range(len(curve.center)):
-        mine, its = me.x[axis] - curve.center[axis], other.x[axis] - curve.center[axis]
-        x, y = mine * c + me.v[axis] * along, its * e + other.v[axis] * its_along
-        u = other.v[axis] * e - its * (curve.its * z) - (me.v[axis] * c - mine * (curve.mine * s))
-        rv += (y - x) * u
-    return 2.0 * (rv - (curve.contact + curve.rate * t) * curve.rate)
-
-
-@curvature.register
-def _(curve: Gap, start, end):
-    return curve.bound
-
-
-@meeting_time.register
-def _(motion: Circles, me, other, now, contact, rate, limit, span):
-    speed_i, speed_j = speed_of(me.v), speed_of(other.v)
-    # r.r = 2 R^2 - 2 x_i.x_j, and the second derivative of x_i.x_j is at most (|v_i| + |v_j|)^2.
-    bound = 2.0 * ((speed_i + speed_j) * (speed_i + speed_j) + rate * rate)
-    curve = Gap(
-        me, other, motion.center, speed_i / motion.radius, speed_j / motion.radius, now, contact, rate, bound
-    )
-    gap = value(curve, 0.0)
-    # Nothing shrinks the gap faster than both speeds and the growth together.
-    if gap > 0.0 and np.sqrt(gap + contact * contact) - contact > (speed_i + speed_j + rate) * limit:
-        return NEVER, False
-    t = next_fall(curve, span)
-    return t, (t == 0.0) & (gap < 0.0)
+    def curvature(self, start, end):
+        return self.bound

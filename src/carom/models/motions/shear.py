@@ -13,14 +13,15 @@ import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
-from carom.models.questions.motion import position, velocity
+from carom.models.questions import motion
+from carom.models.questions.memory import parameter, present
 from carom.models.questions.particles import Particles
 
 LONGEST_STRAIN = 0.125
@@ -121,28 +122,25 @@ def start_tilt(motion: Any, box: Sequence[float]) -> float:
     return motion.tilt - ratio * round(motion.tilt / ratio)
 
 
+@answering(motion)
 class Sheared(NamedTuple):
     """A tilting lattice."""
 
-    rate: float
+    rate: Annotated[float, parameter(-1)]
     """Shear rate."""
     ratio: float
     """Edge along the stream over that along its gradient: lattices whose tilts differ by it are the same."""
-    tilt: np.ndarray
+    tilt: Annotated[np.ndarray, present()]
     """Tilt at the beginning of the epoch, (1,) float64."""
+
+    def position(self, axis, x, v, t):
+        return x + v * t
+
+    def velocity(self, axis, v, t):
+        return v
 
 
 @inner
 def tilt_at(motion, now):
     """Return the tilt at a time of the epoch."""
     return motion.tilt[0] + motion.rate * now
-
-
-@position.register
-def _(motion: Sheared, axis, x, v, t):
-    return x + v * t
-
-
-@velocity.register
-def _(motion: Sheared, axis, v, t):
-    return v

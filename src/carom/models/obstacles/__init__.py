@@ -56,11 +56,6 @@ def checked(
     """Return obstacles as the engine knows them: each can stand in the box, and draws its own random numbers.
 
     Before them are the planes that stand for ``walls`` with properties.
-
-    Raises
-    ------
-    InputError
-        If one is no obstacle, or does not fit the box.
     """
     # Obstacles that move are met on parabolas, and these know the obstacles that rest.
     from carom.models.obstacles.dressing import dressed
@@ -70,17 +65,17 @@ def checked(
     standing: list[Obstacle] = []
     given = [*walls, *obstacles]
     known: set[type] = set()  # asking for a protocol takes longer than all else
-    for k, obstacle in enumerate(given, -len(walls)):
+    worn = [*map(dressed, given)]
+    for k, (obstacle, value) in enumerate(zip(given, worn, strict=True), -len(walls)):
         if type(obstacle) not in known and (isinstance(obstacle, type) or not isinstance(obstacle, Obstacle)):
             raise InputError(
                 f"Obstacle {k} must be one of {', '.join(c.__name__ for c in KINDS.values())}, or have name, "
                 f"gap, check and model as they do; found {checks.describe(obstacle)}."
             )
         known.add(type(obstacle))
-        value = dressed(obstacle)
         value.check(box, periodic)
         drawing = getattr(value, "drawing_apart", None)
-        standing.append(value if drawing is None else drawing(standing, [*map(dressed, given)]))
+        standing.append(value if drawing is None else drawing(standing, worn))
     return tuple(standing)
 
 

@@ -13,13 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.obstacles.cells import columns
+from carom.models.obstacles.cells import in_every_image
 from carom.models.obstacles.outlines import Arc as Drawn, images
 from carom.models.obstacles.properties import Properties
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
+from carom.models.questions import obstacle
 from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
@@ -127,6 +127,8 @@ class Arc(Properties):
         return [Drawn(self.center, self.radius, math.radians(self.start), math.radians(self.angle))]
 
 
+@answering(obstacle)
+@in_every_image
 class Bow(NamedTuple):
     """A piece of a circle."""
 
@@ -141,37 +143,41 @@ class Bow(NamedTuple):
     anchor: tuple
     """Between its least and its largest coordinates [length]."""
 
-    @staticmethod
-    def together(bows: Sequence[Bow]) -> Bows:
-        """Return many of them as one model."""
-        return Bows(*columns(bows))
-
-
-class Bows(NamedTuple):
-    """Many of them, in arrays of one row each."""
-
-    center: np.ndarray
-    radius: np.ndarray
-    middle: np.ndarray
-    cosine_limit: np.ndarray
-    ends: np.ndarray
-    anchor: np.ndarray
-
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         return self.center - self.radius[:, None], self.center + self.radius[:, None]
 
+    def encounter(self, x, v, radius, growth):
+        x0, x1 = x[0] - self.center[0], x[1] - self.center[1]
+        inside = x0 * x0 + x1 * x1 < self.radius * self.radius
+        best = NEVER
+        if not inside:
+            t = _into(x0, x1, v[0], v[1], self.radius + radius, growth)
+            if t < NEVER and _on_arc(self, x, v, t):
+                best = t
+        if best == NEVER and radius < self.radius:
+            # From inside: now, or after coming in through where there is no arc.
+            t = _out_of(x0, x1, v[0], v[1], self.radius - radius, growth)
+            if t < NEVER and (inside or t > 0.0) and _on_arc(self, x, v, t):
+                best = t
+        if self.cosine_limit >= -1.0:
+            for end in range(2):
+                e0, e1 = self.ends[2 * end], self.ends[2 * end + 1]
+                best = min(best, _into(x[0] - e0, x[1] - e1, v[0], v[1], radius, growth))
+        return best
 
-@member.register
-def _(crowd: Bows, k):
-    return Bow(
-        crowd.center[k],
-        crowd.radius[k],
-        crowd.middle[k],
-        crowd.cosine_limit[k],
-        crowd.ends[k],
-        crowd.anchor[k],
-    )
+    def outward(self, x, axis):
+        r0, r1 = x[0] - self.center[0], x[1] - self.center[1]
+        distance = np.sqrt(r0 * r0 + r1 * r1)
+        if r0 * self.middle[0] + r1 * self.middle[1] >= self.cosine_limit * distance:
+            sense = 1.0 if distance > self.radius else -1.0
+            return sense * (r0 if axis == 0 else r1) / distance
+        first0, first1 = x[0] - self.ends[0], x[1] - self.ends[1]
+        second0, second1 = x[0] - self.ends[2], x[1] - self.ends[3]
+        first_square, second_square = first0 * first0 + first1 * first1, second0 * second0 + second1 * second1
+        if first_square <= second_square:
+            return (first0 if axis == 0 else first1) / np.sqrt(first_square)
+        return (second0 if axis == 0 else second1) / np.sqrt(second_square)
 
 
 @inner
@@ -213,49 +219,3 @@ def _out_of(x0, x1, v0, v1, distance, growth):
     if b > 0.0:
         return max(-c / (b + root), 0.0)
     return max((root - b) / a, 0.0) if a > 0.0 else NEVER
-
-
-@encounter.register
-def _(obstacle: Bow, x, v, radius, growth):
-    x0, x1 = x[0] - obstacle.center[0], x[1] - obstacle.center[1]
-    inside = x0 * x0 + x1 * x1 < obstacle.radius * obstacle.radius
-    best = NEVER
-    if not inside:
-        t = _into(x0, x1, v[0], v[1], obstacle.radius + radius, growth)
-        if t < NEVER and _on_arc(obstacle, x, v, t):
-            best = t
-    if best == NEVER and radius < obstacle.radius:
-        # From inside: now, or after coming in through where there is no arc.
-        t = _out_of(x0, x1, v[0], v[1], obstacle.radius - radius, growth)
-        if t < NEVER and (inside or t > 0.0) and _on_arc(obstacle, x, v, t):
-            best = t
-    if obstacle.cosine_limit >= -1.0:
-        for end in range(2):
-            e0, e1 = obstacle.ends[2 * end], obstacle.ends[2 * end + 1]
-            best = min(best, _into(x[0] - e0, x[1] - e1, v[0], v[1], radius, growth))
-    return best
-
-
-@outward.register
-def _(obstacle: Bow, x, axis):
-    r0, r1 = x[0] - obstacle.center[0], x[1] - obstacle.center[1]
-    distance = np.sqrt(r0 * r0 + r1 * r1)
-    if r0 * obstacle.middle[0] + r1 * obstacle.middle[1] >= obstacle.cosine_limit * distance:
-        sense = 1.0 if distance > obstacle.radius else -1.0
-        return sense * (r0 if axis == 0 else r1) / distance
-    first0, first1 = x[0] - obstacle.ends[0], x[1] - obstacle.ends[1]
-    second0, second1 = x[0] - obstacle.ends[2], x[1] - obstacle.ends[3]
-    first_square, second_square = first0 * first0 + first1 * first1, second0 * second0 + second1 * second1
-    if first_square <= second_square:
-        return (first0 if axis == 0 else first1) / np.sqrt(first_square)
-    return (second0 if axis == 0 else second1) / np.sqrt(second_square)
-
-
-@is_periodic.register
-def _(obstacle: Bow):
-    return True
-
-
-@anchor.register
-def _(obstacle: Bow, axis):
-    return obstacle.anchor[axis]

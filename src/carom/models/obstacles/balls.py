@@ -8,13 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.compiling.registry import answering
 from carom.densities import sphere_area
 from carom.models import fields
 from carom.models.mathematics.contact import MOST_DIAMETERS
-from carom.models.obstacles.cells import columns
+from carom.models.obstacles.cells import crowded
 from carom.models.obstacles.outlines import Disk, SolidSphere, images
 from carom.models.obstacles.properties import Properties
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
+from carom.models.questions import obstacle
 from carom.models.questions.particles import NEVER
 
 
@@ -77,6 +78,8 @@ class Ball(Properties):
         return [SolidSphere(tuple(place.tolist()), self.radius) for place in places]
 
 
+@answering(obstacle)
+@crowded
 class SolidBall(NamedTuple):
     """A solid ball, which stands in every image of the box."""
 
@@ -84,71 +87,39 @@ class SolidBall(NamedTuple):
     """d floats."""
     radius: float
 
-    @staticmethod
-    def together(balls: Sequence[SolidBall]) -> SolidBalls:
-        """Return many balls as one model."""
-        centers, radii = columns(balls)
-        return SolidBalls(centers, radii, np.zeros(centers.shape[1]))
-
-
-class SolidBalls(NamedTuple):
-    """Many solid balls, in arrays."""
-
-    centers: np.ndarray
-    """(k, d) float64."""
-    radii: np.ndarray
-    """(k,) float64."""
-    center: np.ndarray
-    """Room for a center, (d,)."""
-
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
-        return self.centers - self.radii[:, None], self.centers + self.radii[:, None]
+        return self.center - self.radius[:, None], self.center + self.radius[:, None]
 
+    def encounter(self, x, v, radius, growth):
+        start = 0.0
+        for _ in range(2):
+            contact = self.radius + radius + growth * start
+            c = -contact * contact
+            b = -contact * growth
+            a = -growth * growth
+            for axis in range(len(self.center)):
+                r = x[axis] + v[axis] * start - self.center[axis]
+                c += r * r
+                b += r * v[axis]
+                a += v[axis] * v[axis]
+            discriminant = b * b - a * c
+            if discriminant < 0.0 or (b >= 0.0 and a >= 0.0):
+                return NEVER
+            t = start + c / (np.sqrt(discriminant) - b)
+            if start > 0.0 or c < (MOST_DIAMETERS * contact) ** 2 or a <= 0.0:
+                break
+            start = max(t - 2.0 * contact / np.sqrt(a), 0.0)  # with the digits that are lost from so far away
+        return max(t, 0.0)
 
-@member.register
-def _(crowd: SolidBalls, k):
-    for axis in range(len(crowd.center)):
-        crowd.center[axis] = crowd.centers[k, axis]
-    return SolidBall(crowd.center, crowd.radii[k])
+    def outward(self, x, axis):
+        rr = 0.0
+        for k in range(len(self.center)):
+            rr += (x[k] - self.center[k]) ** 2
+        return (x[axis] - self.center[axis]) / np.sqrt(rr)
 
+    def is_periodic(self):
+        return True
 
-@encounter.register
-def _(obstacle: SolidBall, x, v, radius, growth):
-    start = 0.0
-    for _ in range(2):
-        contact = obstacle.radius + radius + growth * start
-        c = -contact * contact
-        b = -contact * growth
-        a = -growth * growth
-        for axis in range(len(obstacle.center)):
-            r = x[axis] + v[axis] * start - obstacle.center[axis]
-            c += r * r
-            b += r * v[axis]
-            a += v[axis] * v[axis]
-        discriminant = b * b - a * c
-        if discriminant < 0.0 or (b >= 0.0 and a >= 0.0):
-            return NEVER
-        t = start + c / (np.sqrt(discriminant) - b)
-        if start > 0.0 or c < (MOST_DIAMETERS * contact) ** 2 or a <= 0.0:
-            break
-        start = max(t - 2.0 * contact / np.sqrt(a), 0.0)  # with the digits that are lost from so far away
-    return max(t, 0.0)
-
-
-@outward.register
-def _(obstacle: SolidBall, x, axis):
-    rr = 0.0
-    for k in range(len(obstacle.center)):
-        rr += (x[k] - obstacle.center[k]) ** 2
-    return (x[axis] - obstacle.center[axis]) / np.sqrt(rr)
-
-
-@is_periodic.register
-def _(obstacle: SolidBall):
-    return True
-
-
-@anchor.register
-def _(obstacle: SolidBall, axis):
-    return obstacle.center[axis]
+    def anchor(self, axis):
+        return self.center[axis]

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
+from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.obstacles.cells import columns
-from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
+from carom.models.obstacles.convex import Body, closest, convex, points_of
 
 
 @dataclass(frozen=True, repr=False)
@@ -67,6 +65,8 @@ class Cuboid(Body):
         return Block(middle, self.radius, self.low, self.high)
 
 
+@answering(closest)
+@convex
 class Block(NamedTuple):
     """All places within a distance of a block."""
 
@@ -77,50 +77,9 @@ class Block(NamedTuple):
     low: tuple
     high: tuple
 
-    @staticmethod
-    def together(blocks: Sequence[Block]) -> Blocks:
-        """Return many of them as one model."""
-        return Blocks(*columns(blocks))
-
-
-class Blocks(NamedTuple):
-    """Many of them, in arrays of one row each."""
-
-    anchor: np.ndarray
-    round: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         return self.low - self.round[:, None], self.high + self.round[:, None]
 
-
-@member.register
-def _(crowd: Blocks, k):
-    return Block(crowd.anchor[k], crowd.round[k], crowd.low[k], crowd.high[k])
-
-
-@closest.register
-def _(body: Block, x, v, t, axis):
-    return min(max(x[axis] + v[axis] * t, body.low[axis]), body.high[axis])
-
-
-@encounter.register
-def _(obstacle: Block, x, v, radius, growth):
-    return first_touch(obstacle, x, v, radius, growth)
-
-
-@outward.register
-def _(obstacle: Block, x, axis):
-    return away(obstacle, x, axis)
-
-
-@is_periodic.register
-def _(obstacle: Block):
-    return True
-
-
-@anchor.register
-def _(obstacle: Block, axis):
-    return obstacle.anchor[axis]
+    def closest(self, x, v, t, axis):
+        return min(max(x[axis] + v[axis] * t, self.low[axis]), self.high[axis])

@@ -10,9 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.compiling.registry import answering
 from carom.models.obstacles.wall_names import sides
+from carom.models.questions import walls
 from carom.models.questions.particles import NEVER
-from carom.models.questions.walls import soonest_wall, wall_meeting, wall_normal, yields
+from carom.models.questions.walls import soonest_wall, wall_meeting, wall_normal
 
 ROUNDING_MARGIN = 2.0**-40
 """Part of the longest edge by which a wall stands back where it is compared with what lies in its plane: more
@@ -20,6 +22,7 @@ than rounding leaves of a place.
 """
 
 
+@answering(walls)
 class Cushions(NamedTuple):
     """Hard walls at 0 and at the edge along the axes that are not periodic."""
 
@@ -28,7 +31,28 @@ class Cushions(NamedTuple):
     walled: tuple
     """1 for an axis with walls, 0 for a periodic one."""
 
+    def soonest_wall(self, x, v, radius, growth):
+        best = NEVER
+        number = np.int64(-1)
+        for axis in range(len(self.edges)):
+            if self.walled[axis] != 0:
+                upper = np.int64(v[axis] > 0.0)
+                approach = abs(v[axis]) + growth
+                gap = self.edges[axis] - x[axis] - radius if upper else x[axis] - radius
+                t = max(gap / approach, 0.0) if approach > 0.0 else NEVER
+                if growth > 0.0:  # the wall behind may be reached by growth
+                    back = growth - abs(v[axis])
+                    gap = x[axis] - radius if upper else self.edges[axis] - x[axis] - radius
+                    if back > 0.0 and max(gap / back, 0.0) < t:
+                        t = max(gap / back, 0.0)
+                        upper = 1 - upper
+                if t < best:
+                    best = t
+                    number = 2 * axis + upper
+        return best, number
 
+
+@answering(walls)
 class Faces(NamedTuple):
     """Hard walls where no obstacle stands for one."""
 
@@ -41,13 +65,39 @@ class Faces(NamedTuple):
     upper: tuple
     """The same of the upper walls."""
 
+    def soonest_wall(self, x, v, radius, growth):
+        best = NEVER
+        number = np.int64(-1)
+        for axis in range(len(self.lows)):
+            low = growth - v[axis]
+            high = growth + v[axis]
+            if self.lower[axis] != 0 and low > 0.0:
+                t = max((x[axis] - self.lows[axis] - radius) / low, 0.0)
+                if t < best:
+                    best = t
+                    number = np.int64(2 * axis)
+            if self.upper[axis] != 0 and high > 0.0:
+                t = max((self.highs[axis] - x[axis] - radius) / high, 0.0)
+                if t < best:
+                    best = t
+                    number = np.int64(2 * axis + 1)
+        return best, number
 
+
+@answering(walls)
 class Yielding(NamedTuple):
     """Walls, in the plane of some of which an obstacle lies: it is met first where both are met at once."""
 
     walls: Faces
     behind: Faces
     """The same, but those walls stand back by a hair."""
+
+    def soonest_wall(self, x, v, radius, growth):
+        return soonest_wall(self.walls, x, v, radius, growth)
+
+    def yields(self, motion, x, v, radius, growth, t):
+        time_behind, _ = wall_meeting(motion, self.behind, x, v, radius, growth)
+        return t < NEVER and t <= time_behind
 
 
 def cushions(
@@ -80,59 +130,6 @@ def cushions(
     back = [[hair * ((axis, side) in yielding) for axis in axes] for side in (0, 1)]
     lows, highs = tuple(-way for way in back[0]), tuple(map(sum, zip(edges, back[1], strict=True)))
     return Yielding(walls, Faces(lows, highs, lower, upper))
-
-
-@soonest_wall.register
-def _(walls: Cushions, x, v, radius, growth):
-    best = NEVER
-    number = np.int64(-1)
-    for axis in range(len(walls.edges)):
-        if walls.walled[axis] != 0:
-            upper = np.int64(v[axis] > 0.0)
-            approach = abs(v[axis]) + growth
-            gap = walls.edges[axis] - x[axis] - radius if upper else x[axis] - radius
-            t = max(gap / approach, 0.0) if approach > 0.0 else NEVER
-            if growth > 0.0:  # the wall behind may be reached by growth
-                back = growth - abs(v[axis])
-                gap = x[axis] - radius if upper else walls.edges[axis] - x[axis] - radius
-                if back > 0.0 and max(gap / back, 0.0) < t:
-                    t = max(gap / back, 0.0)
-                    upper = 1 - upper
-            if t < best:
-                best = t
-                number = 2 * axis + upper
-    return best, number
-
-
-@soonest_wall.register
-def _(walls: Faces, x, v, radius, growth):
-    best = NEVER
-    number = np.int64(-1)
-    for axis in range(len(walls.lows)):
-        low = growth - v[axis]
-        high = growth + v[axis]
-        if walls.lower[axis] != 0 and low > 0.0:
-            t = max((x[axis] - walls.lows[axis] - radius) / low, 0.0)
-            if t < best:
-                best = t
-                number = np.int64(2 * axis)
-        if walls.upper[axis] != 0 and high > 0.0:
-            t = max((walls.highs[axis] - x[axis] - radius) / high, 0.0)
-            if t < best:
-                best = t
-                number = np.int64(2 * axis + 1)
-    return best, number
-
-
-@soonest_wall.register
-def _(walls: Yielding, x, v, radius, growth):
-    return soonest_wall(walls.walls, x, v, radius, growth)
-
-
-@yields.register
-def _(walls: Yielding, motion, x, v, radius, growth, t):
-    time_behind, _ = wall_meeting(motion, walls.behind, x, v, radius, growth)
-    return t < NEVER and t <= time_behind
 
 
 def _upright(kind: type) -> None:

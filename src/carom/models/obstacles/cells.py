@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
+from carom.models.questions.obstacle import anchor, is_periodic, member
 
 CROWD_FROM = 16
 """Obstacles of one kind from which on they are kept in arrays and cells, where their type can be."""
@@ -31,9 +33,33 @@ class Cells(NamedTuple):
     """Boxes from the cell to where that obstacle comes into an image of it, (entries, d) int32."""
 
 
-def columns(models: Sequence[Any]) -> list[np.ndarray]:
-    """Return the fields of models of one kind as arrays: a number a model, or a row."""
-    return [np.array(values, np.float64) for values in zip(*models, strict=True)]
+def crowded(kind: Any) -> Any:
+    """Let a type of models be kept in arrays where there are many of them: a class decorator.
+
+    The type of many, ``Crowd``, has the same fields, each an array of one number or row a model. The method
+    ``extent`` of the class is its: it returns the least and the largest coordinates of each, (k, d) [length].
+    """
+    many = cast(Any, namedtuple)("Crowd", kind._fields, module=kind.__module__)
+    many.__qualname__ = f"{kind.__qualname__}.Crowd"
+    many.extent, kind.Crowd = kind.extent, many
+    scope = {"__name__": kind.__module__, "kind": kind}
+    row = ", ".join(f"crowd.{name}[k]" for name in kind._fields)
+    exec(f"def one(crowd, k):\n    return kind({row})", scope)
+    member.register(many)(scope["one"])
+    return kind
+
+
+def in_every_image(kind: Any) -> Any:
+    """Let models of a type with an ``anchor`` be crowded, and stand in every image: a class decorator."""
+    is_periodic.register(kind)(lambda body: True)
+    anchor.register(kind)(lambda body, axis: body.anchor[axis])
+    return crowded(kind)
+
+
+def together(models: Sequence[Any]) -> Any:
+    """Return many models of a type that is :func:`crowded` as one, or None of any other type."""
+    crowd = getattr(type(models[0]), "Crowd", None)
+    return crowd and crowd(*(np.array(values, np.float64) for values in zip(*models, strict=True)))
 
 
 def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: Sequence[bool]) -> Cells:
@@ -81,22 +107,3 @@ def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: 
 def _ranks(counts: np.ndarray) -> np.ndarray:
     """Return 0, 1, ... up to each of the ``counts``, one group after the other."""
     return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
-
-
-def near(cells: Cells, positions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return which of the obstacles in cells may be near each of the ``positions`` (n, d), inside the box.
-
-    Returns
-    -------
-    places, members : (m,) arrays
-        The place, and the obstacle; every pair once, obstacle by obstacle.
-    """
-    shape = np.array(cells.shape)
-    found = np.clip((positions / np.array(cells.sides)).astype(np.int64), 0, shape - 1)
-    cell = np.ravel_multi_index(tuple(found.T), cells.shape)
-    begin, counts = cells.starts[cell], np.diff(cells.starts)[cell]
-    members = cells.members[np.repeat(begin, counts) + _ranks(counts)].astype(np.int64)
-    places = np.repeat(np.arange(len(positions)), counts)
-    pairs = np.unique(members * len(positions) + places)
-    members, places = np.divmod(pairs, max(len(positions), 1))
-    return places, members

@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from carom import checks
+from carom.compiling.registry import answering
 from carom.densities import sphere_area
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.contact import exit_sphere
 from carom.models.obstacles.outlines import Circle, HollowCylinder, HollowSphere, Line
 from carom.models.obstacles.properties import Properties
-from carom.models.questions.obstacle import encounter, outward
+from carom.models.questions import obstacle
 from carom.texts import axis_name
 
 
@@ -66,9 +67,9 @@ class SphericalContainer(Properties):
         offset = sum(a * b for a, b in zip(self.center, normal, strict=True)) - self.radius
         return offset, offset
 
-    def model(self) -> InsideOfSphere:
+    def model(self) -> Inside:
         """Return the model that the engine compiles."""
-        return InsideOfSphere(self.center, self.radius)
+        return Inside(-1, self.center, self.radius)
 
     def inside(self, box: Sequence[float]) -> float:
         """Return the inner width [length]."""
@@ -148,9 +149,9 @@ class CylindricalContainer(Properties):
         offset = sum(a * b for a, b in zip(self.center, normal, strict=True)) - self.radius
         return offset, offset
 
-    def model(self) -> InsideOfCylinder:
+    def model(self) -> Inside:
         """Return the model that the engine compiles."""
-        return InsideOfCylinder(self.axis, self.center, self.radius)
+        return Inside(self.axis, self.center, self.radius)
 
     def inside(self, box: Sequence[float]) -> float:
         """Return the inner width [length]."""
@@ -174,66 +175,34 @@ class CylindricalContainer(Properties):
         return [HollowCylinder(self.axis, tuple(self.center), self.radius)]
 
 
-class InsideOfSphere(NamedTuple):
-    """The inside of a sphere is free."""
-
-    center: tuple
-    radius: float
-
-
-@encounter.register
-def _(obstacle: InsideOfSphere, x, v, radius, growth):
-    free_radius = obstacle.radius - radius
-    c = -free_radius * free_radius
-    b = free_radius * growth
-    a = -growth * growth
-    for axis in range(len(obstacle.center)):
-        r = x[axis] - obstacle.center[axis]
-        c += r * r
-        b += r * v[axis]
-        a += v[axis] * v[axis]
-    return exit_sphere(c, b, a)
-
-
-@outward.register
-def _(obstacle: InsideOfSphere, x, axis):
-    rr = 0.0
-    for k in range(len(obstacle.center)):
-        rr += (x[k] - obstacle.center[k]) ** 2
-    return (obstacle.center[axis] - x[axis]) / np.sqrt(rr)
-
-
-class InsideOfCylinder(NamedTuple):
-    """The inside of a cylinder along an axis is free."""
+@answering(obstacle)
+class Inside(NamedTuple):
+    """The inside of a sphere, or of a cylinder along an axis, is free."""
 
     axis: int
-    """The coordinate along which it extends."""
+    """The coordinate along which a cylinder extends, -1 for a sphere."""
     center: tuple
-    """A point on its axis."""
+    """The center, or a point on the axis."""
     radius: float
 
+    def encounter(self, x, v, radius, growth):
+        free_radius = self.radius - radius
+        c = -free_radius * free_radius
+        b = free_radius * growth
+        a = -growth * growth
+        for axis in range(len(self.center)):
+            if axis != self.axis:
+                r = x[axis] - self.center[axis]
+                c += r * r
+                b += r * v[axis]
+                a += v[axis] * v[axis]
+        return exit_sphere(c, b, a)
 
-@encounter.register
-def _(obstacle: InsideOfCylinder, x, v, radius, growth):
-    free_radius = obstacle.radius - radius
-    c = -free_radius * free_radius
-    b = free_radius * growth
-    a = -growth * growth
-    for axis in range(len(obstacle.center)):
-        if axis != obstacle.axis:
-            r = x[axis] - obstacle.center[axis]
-            c += r * r
-            b += r * v[axis]
-            a += v[axis] * v[axis]
-    return exit_sphere(c, b, a)
-
-
-@outward.register
-def _(obstacle: InsideOfCylinder, x, axis):
-    if axis == obstacle.axis:
-        return 0.0
-    rr = 0.0
-    for k in range(len(obstacle.center)):
-        if k != obstacle.axis:
-            rr += (x[k] - obstacle.center[k]) ** 2
-    return (obstacle.center[axis] - x[axis]) / np.sqrt(rr)
+    def outward(self, x, axis):
+        if axis == self.axis:
+            return 0.0
+        rr = 0.0
+        for k in range(len(self.center)):
+            if k != self.axis:
+                rr += (x[k] - self.center[k]) ** 2
+        return (self.center[axis] - x[axis]) / np.sqrt(rr)

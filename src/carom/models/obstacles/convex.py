@@ -14,11 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import required
 from carom.errors import InputError
 from carom.models import fields
+from carom.models.obstacles.cells import in_every_image
 from carom.models.obstacles.outlines import Hull, images
 from carom.models.obstacles.properties import Properties
+from carom.models.questions.obstacle import encounter, outward
 from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
@@ -31,7 +33,6 @@ def closest(body, x, v, t, axis):
     """Return a coordinate of the point of a body's skeleton that is closest to ``x + v t``."""
 
 
-@inner
 def first_touch(body, x, v, radius, growth):
     """Return the time until a sphere at x touches a convex body, or NEVER: the answer of ``encounter``."""
     t = 0.0
@@ -56,7 +57,6 @@ def first_touch(body, x, v, radius, growth):
     return t
 
 
-@inner
 def away(body, x, axis):
     """Return a coordinate of the unit vector from a convex body to x: the answer of ``outward``."""
     rr = 0.0
@@ -64,6 +64,13 @@ def away(body, x, axis):
         r = x[k] - closest(body, x, x, 0.0, k)
         rr += r * r
     return (x[axis] - closest(body, x, x, 0.0, axis)) / np.sqrt(rr)
+
+
+def convex(kind: Any) -> Any:
+    """Let a type of models that answers ``closest`` be one of convex bodies: a class decorator."""
+    encounter.register(kind)(first_touch)
+    outward.register(kind)(away)
+    return in_every_image(kind)
 
 
 class Body(Properties, ABC):

@@ -23,9 +23,8 @@ from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.box_walls import ROUNDING_MARGIN
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
 from carom.models.obstacles.convex import Body
+from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.planes import Plane, walls
-from carom.models.obstacles.shaken import Shaken
-from carom.models.obstacles.surfaces import Surface, Thermal
 from carom.models.obstacles.wall_names import place_of, sides, wall_name
 
 PROBES = 256
@@ -38,13 +37,7 @@ Wall = tuple[int, int]
 
 
 def stand_ins(obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool]) -> dict[Wall, int]:
-    """Return the walls for which an obstacle stands, and the number of that obstacle.
-
-    Raises
-    ------
-    InputError
-        If two planes stand for one wall.
-    """
+    """Return the walls for which an obstacle stands, and the number of that obstacle."""
     hair, found = ROUNDING_MARGIN * max(box), dict[Wall, int]()
     for wall in sides(periodic):
         for k, obstacle in enumerate(obstacles):
@@ -115,18 +108,7 @@ def refuse_hidden(
 
 def bare(obstacle: Any) -> Any:
     """Return an obstacle without its surface and motion."""
-    while isinstance(obstacle, Surface | Thermal | Shaken):
-        obstacle = obstacle.obstacle
-    return obstacle
-
-
-def _ways(obstacle: Any, dimension: int) -> np.ndarray:
-    """Return the ends of the displacement of an obstacle, (m, d) [length]."""
-    while isinstance(obstacle, Surface | Thermal):
-        obstacle = obstacle.obstacle
-    if not isinstance(obstacle, Shaken):
-        return np.zeros((1, dimension))
-    return np.multiply.outer((obstacle.path.lowest, obstacle.path.highest), obstacle.direction)
+    return obstacle.obstacle if isinstance(obstacle, Dressed) else obstacle
 
 
 def _is_own(obstacle: Any) -> bool:
@@ -202,7 +184,9 @@ def _gaps(obstacle: Any, box: Sequence[float], periodic: Sequence[bool], wall: W
 
 def _is_hidden(obstacle: Any, box: Sequence[float], periodic: Sequence[bool]) -> bool:
     """Tell whether all of an obstacle is behind walls, always."""
-    body, ways, hair = bare(obstacle), _ways(obstacle, len(box)), ROUNDING_MARGIN * max(box)
+    body, hair = bare(obstacle), ROUNDING_MARGIN * max(box)
+    moves = isinstance(obstacle, Dressed) and obstacle.path is not None
+    ways = obstacle.ends if moves else np.zeros((1, len(box)))
     if isinstance(body, Plane | SphericalContainer | CylindricalContainer):
         # The room that they leave is convex, so that one of the corners is nearest.
         ends = [(0.0,) if wraps else (0.0, edge) for edge, wraps in zip(box, periodic, strict=True)]

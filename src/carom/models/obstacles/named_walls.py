@@ -13,7 +13,7 @@ from carom.errors import InputError
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.properties import Properties, properties_of
 from carom.models.obstacles.wall_names import axis_names, sides, wall_name
-from carom.texts import axis_name
+from carom.texts import axis_name, counted
 
 Walls = bool | str | Sequence[str] | Mapping[str, "Wall"]
 """What the keyword ``walls`` takes."""
@@ -78,13 +78,7 @@ class Wall(Properties):
 
 
 def named(walls: Any, dimension: int) -> dict[str, Wall]:
-    """Return the walls of a box by name, in their order, from what the keyword ``walls`` takes.
-
-    Raises
-    ------
-    InputError
-        If it names an axis or a wall that there is not, or an axis twice.
-    """
+    """Return the walls of a box by name, in their order, from what the keyword ``walls`` takes."""
     names = axis_names(dimension)
     properties: dict[str, Wall] = {}
     if isinstance(walls, Mapping):
@@ -93,7 +87,7 @@ def named(walls: Any, dimension: int) -> dict[str, Wall]:
         for name, wall in properties.items():
             if name not in known:
                 hint = checks.suggestion(name, known) if isinstance(name, str) else ""
-                raise InputError(f"There is no wall {name!r} in {dimension} dimensions{hint}.")
+                raise InputError(f"There is no wall {name!r} in {counted(dimension, 'dimension')}{hint}.")
             if not isinstance(wall, Wall):
                 raise InputError(f"walls[{name!r}] must be a Wall, found {checks.describe(wall)}.")
         given = [axis for axis in names if {f"{axis}_low", f"{axis}_high"} & {*properties}]
@@ -109,7 +103,7 @@ def named(walls: Any, dimension: int) -> dict[str, Wall]:
         )
     for axis in given:
         if axis not in names:
-            space = f"in {dimension} dimension{'s' * (dimension > 1)}"
+            space = f"in {counted(dimension, 'dimension')}"
             raise InputError(
                 f"walls={walls!r} names {axis!r}, which is no axis {space}: expected some of "
                 f"{', '.join(names)}, or True for all."

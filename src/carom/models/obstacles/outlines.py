@@ -110,13 +110,7 @@ def shapes(obstacle: Any, name: str, box: Any, periodic: Sequence[bool]) -> list
 
 
 def of_all(obstacles: Sequence[Any], box: Any, periodic: Sequence[bool]) -> list[Any]:
-    """Return the shapes of all obstacles that say how they are drawn, in two or three dimensions.
-
-    Raises
-    ------
-    InputError
-        If something else than a shape is returned, or an obstacle is of another dimension.
-    """
+    """Return the shapes of all obstacles that say how they are drawn, in two or three dimensions."""
     name, known = ("outline", PLANE) if len(box) == 2 else ("surface", SPACE)
     found = []
     for obstacle in obstacles:

@@ -16,13 +16,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import required
+from carom.compiling.registry import answering, required
 from carom.errors import InputError
+from carom.models.questions.memory import parameter
 from carom.units import TimeUnit
 
 
@@ -80,21 +81,18 @@ def pace(path, t):
     """Return the velocity at that time: the derivative of :func:`place`."""
 
 
+@answering(pace, place)
 class Still(NamedTuple):
     """No displacement."""
 
     still: bool = True
     """Always true: Numba has no empty tuples of a class."""
 
+    def place(self, t):
+        return 0.0
 
-@place.register
-def _(path: Still, t):
-    return 0.0
-
-
-@pace.register
-def _(path: Still, t):
-    return 0.0
+    def pace(self, t):
+        return 0.0
 
 
 @dataclass(frozen=True)
@@ -156,25 +154,22 @@ class Sine:
         return Swing(self.amplitude, 2.0 * math.pi / period, 2.0 * math.pi * self.phase)
 
 
+@answering(pace, place)
 class Swing(NamedTuple):
     """``amplitude sin(frequency t + phase)``."""
 
     amplitude: float
     """Largest displacement [length]."""
-    frequency: float
+    frequency: Annotated[float, parameter(-1)]
     """Angular frequency."""
     phase: float
     """Phase at time zero, in radians."""
 
+    def place(self, t):
+        return self.amplitude * math.sin(self.frequency * t + self.phase)
 
-@place.register
-def _(path: Swing, t):
-    return path.amplitude * math.sin(path.frequency * t + path.phase)
-
-
-@pace.register
-def _(path: Swing, t):
-    return path.amplitude * path.frequency * math.cos(path.frequency * t + path.phase)
+    def pace(self, t):
+        return self.amplitude * self.frequency * math.cos(self.frequency * t + self.phase)
 
 
 @dataclass(frozen=True)
@@ -284,33 +279,30 @@ class Parabolas:
         )
 
 
+@answering(pace, place)
 class Arcs(NamedTuple):
     """Pieces of parabolas."""
 
-    times: np.ndarray
+    times: Annotated[np.ndarray, parameter(1)]
     """Time at which each piece begins, and the end, (k + 1,) float64."""
     places: np.ndarray
     """Displacement at the beginning of each piece, (k,) float64 [length]."""
-    speeds: np.ndarray
+    speeds: Annotated[np.ndarray, parameter(-1)]
     """Speed at the beginning of each piece, (k,) float64."""
-    bends: np.ndarray
+    bends: Annotated[np.ndarray, parameter(-2)]
     """Acceleration of each piece, (k,) float64."""
 
+    def place(self, t):
+        t = t % self.times[-1]
+        k = 0
+        while k + 1 < len(self.bends) and t >= self.times[k + 1]:
+            k += 1
+        t -= self.times[k]
+        return self.places[k] + (self.speeds[k] + 0.5 * self.bends[k] * t) * t
 
-@place.register
-def _(path: Arcs, t):
-    t = t % path.times[-1]
-    k = 0
-    while k + 1 < len(path.bends) and t >= path.times[k + 1]:
-        k += 1
-    t -= path.times[k]
-    return path.places[k] + (path.speeds[k] + 0.5 * path.bends[k] * t) * t
-
-
-@pace.register
-def _(path: Arcs, t):
-    t = t % path.times[-1]
-    k = 0
-    while k + 1 < len(path.bends) and t >= path.times[k + 1]:
-        k += 1
-    return path.speeds[k] + path.bends[k] * (t - path.times[k])
+    def pace(self, t):
+        t = t % self.times[-1]
+        k = 0
+        while k + 1 < len(self.bends) and t >= self.times[k + 1]:
+            k += 1
+        return self.speeds[k] + self.bends[k] * (t - self.times[k])

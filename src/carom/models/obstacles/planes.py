@@ -10,12 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from carom import checks
+from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.obstacles.outlines import HalfPlane, SolidBehind
 from carom.models.obstacles.properties import Properties
 from carom.models.obstacles.wall_names import sides, wall_name
-from carom.models.questions.obstacle import encounter, outward
+from carom.models.questions import obstacle
 from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
@@ -118,6 +119,7 @@ def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
     return tuple(result)
 
 
+@answering(obstacle)
 class HalfSpace(NamedTuple):
     """The half space ``normal . x >= offset`` is free."""
 
@@ -126,17 +128,13 @@ class HalfSpace(NamedTuple):
     offset: float
     """Distance from the origin along the normal [length]."""
 
+    def encounter(self, x, v, radius, growth):
+        height = -self.offset - radius
+        approach = growth
+        for axis in range(len(self.normal)):
+            height += self.normal[axis] * x[axis]
+            approach -= self.normal[axis] * v[axis]
+        return max(height / approach, 0.0) if approach > 0.0 else NEVER
 
-@encounter.register
-def _(obstacle: HalfSpace, x, v, radius, growth):
-    height = -obstacle.offset - radius
-    approach = growth
-    for axis in range(len(obstacle.normal)):
-        height += obstacle.normal[axis] * x[axis]
-        approach -= obstacle.normal[axis] * v[axis]
-    return max(height / approach, 0.0) if approach > 0.0 else NEVER
-
-
-@outward.register
-def _(obstacle: HalfSpace, x, axis):
-    return obstacle.normal[axis]
+    def outward(self, x, axis):
+        return self.normal[axis]

@@ -9,12 +9,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom import checks
+from carom.compiling.registry import answering
 from carom.densities import unit_ball_volume
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.obstacles.cells import columns
-from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
+from carom.models.obstacles.convex import Body, closest, convex, points_of
 
 
 @dataclass(frozen=True, repr=False)
@@ -75,6 +74,8 @@ class Segment(Body):
         return ball + length * (d - 1) * unit_ball_volume(d - 1) * self.radius ** (d - 2) if d > 1 else 2.0
 
 
+@answering(closest)
+@convex
 class Stick(NamedTuple):
     """All places within a distance of a segment."""
 
@@ -88,58 +89,16 @@ class Stick(NamedTuple):
     square: float
     """Length squared [length^2]."""
 
-    @staticmethod
-    def together(sticks: Sequence[Stick]) -> Sticks:
-        """Return many of them as one model."""
-        return Sticks(*columns(sticks))
-
-
-class Sticks(NamedTuple):
-    """Many of them, in arrays of one row each."""
-
-    anchor: np.ndarray
-    round: np.ndarray
-    start: np.ndarray
-    along: np.ndarray
-    square: np.ndarray
-
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         thick, end = self.round[:, None], self.start + self.along
         return np.minimum(self.start, end) - thick, np.maximum(self.start, end) + thick
 
-
-@member.register
-def _(crowd: Sticks, k):
-    return Stick(crowd.anchor[k], crowd.round[k], crowd.start[k], crowd.along[k], crowd.square[k])
-
-
-@closest.register
-def _(body: Stick, x, v, t, axis):
-    part = 0.0
-    for k in range(len(body.along)):
-        part += (x[k] + v[k] * t - body.start[k]) * body.along[k]
-    return body.start[axis] + min(max(part / body.square, 0.0), 1.0) * body.along[axis]
-
-
-@encounter.register
-def _(obstacle: Stick, x, v, radius, growth):
-    return first_touch(obstacle, x, v, radius, growth)
-
-
-@outward.register
-def _(obstacle: Stick, x, axis):
-    return away(obstacle, x, axis)
-
-
-@is_periodic.register
-def _(obstacle: Stick):
-    return True
-
-
-@anchor.register
-def _(obstacle: Stick, axis):
-    return obstacle.anchor[axis]
+    def closest(self, x, v, t, axis):
+        part = 0.0
+        for k in range(len(self.along)):
+            part += (x[k] + v[k] * t - self.start[k]) * self.along[k]
+        return self.start[axis] + min(max(part / self.square, 0.0), 1.0) * self.along[axis]
 
 
 def polygon(

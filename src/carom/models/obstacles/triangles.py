@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import inner
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.obstacles.cells import columns
-from carom.models.obstacles.convex import Body, away, closest, first_touch, points_of
-from carom.models.questions.obstacle import anchor, encounter, is_periodic, member, outward
+from carom.models.obstacles.convex import Body, closest, convex, points_of
 
 
 @dataclass(frozen=True, repr=False)
@@ -69,6 +66,8 @@ class Triangle(Body):
         return Facet(middle, self.radius, self.a, *sides, float(u @ u), float(u @ v), float(v @ v))
 
 
+@answering(closest)
+@convex
 class Facet(NamedTuple):
     """All places within a distance of a triangle."""
 
@@ -85,42 +84,14 @@ class Facet(NamedTuple):
     uv: float
     vv: float
 
-    @staticmethod
-    def together(facets: Sequence[Facet]) -> Facets:
-        """Return many of them as one model."""
-        return Facets(*columns(facets))
-
-
-class Facets(NamedTuple):
-    """Many of them, in arrays of one row each."""
-
-    anchor: np.ndarray
-    round: np.ndarray
-    corner: np.ndarray
-    u: np.ndarray
-    v: np.ndarray
-    uu: np.ndarray
-    uv: np.ndarray
-    vv: np.ndarray
-
-    def extent(self) -> tuple[np.ndarray, np.ndarray]:
+    def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         corners = np.stack([self.corner, self.corner + self.u, self.corner + self.v])
         return corners.min(axis=0) - self.round[:, None], corners.max(axis=0) + self.round[:, None]
 
-
-@member.register
-def _(crowd: Facets, k):
-    return Facet(
-        crowd.anchor[k],
-        crowd.round[k],
-        crowd.corner[k],
-        crowd.u[k],
-        crowd.v[k],
-        crowd.uu[k],
-        crowd.uv[k],
-        crowd.vv[k],
-    )
+    def closest(self, x, v, t, axis):
+        a, b = _barycentric(self, x, v, t)
+        return self.corner[axis] + a * self.u[axis] + b * self.v[axis]
 
 
 @inner
@@ -153,29 +124,3 @@ def _barycentric(body, x, v, t):
     if square < best:
         best_a, best_b = complement, part
     return best_a, best_b
-
-
-@closest.register
-def _(body: Facet, x, v, t, axis):
-    a, b = _barycentric(body, x, v, t)
-    return body.corner[axis] + a * body.u[axis] + b * body.v[axis]
-
-
-@encounter.register
-def _(obstacle: Facet, x, v, radius, growth):
-    return first_touch(obstacle, x, v, radius, growth)
-
-
-@outward.register
-def _(obstacle: Facet, x, axis):
-    return away(obstacle, x, axis)
-
-
-@is_periodic.register
-def _(obstacle: Facet):
-    return True
-
-
-@anchor.register
-def _(obstacle: Facet, axis):
-    return obstacle.anchor[axis]

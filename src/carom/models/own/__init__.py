@@ -16,7 +16,7 @@ from carom.models.mathematics.contact import elastic, first_contact
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.own import classes, kinds
 from carom.models.own.arrays import memory, per_particle, prepared
-from carom.models.own.fields import Acceleration, Array, Energy, PerParticle, Rate, Speed, Time
+from carom.models.own.fields import Acceleration, Array, Energy, Momentum, PerParticle, Rate, Speed, Time
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import BOUNCE, CORE, IN, OUT
 
@@ -31,6 +31,7 @@ __all__ = [
     "Acceleration",
     "Array",
     "Energy",
+    "Momentum",
     "PerParticle",
     "Rate",
     "Speed",

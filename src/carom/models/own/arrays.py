@@ -9,6 +9,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import InputError
+from carom.models.questions.memory import MOMENT, Field, kept, parameter
 from carom.models.questions.particles import Particles
 
 SOURCES: dict[str, Callable[[Particles], Any]] = {
@@ -35,7 +36,14 @@ class Prepared:
         Whether it holds times of the epoch.
     size : str, optional
         The field that holds the number of its items.
+    power : int
+        It has the dimension ``time**power``, which an annotation says.
     """
+
+    @property
+    def field(self) -> Field:
+        """What it is to the engine."""
+        return MOMENT if self.times else kept(self.power) if self.remembers else parameter(self.power)
 
     def __init__(
         self,
@@ -45,8 +53,10 @@ class Prepared:
         remembers: bool = False,
         times: bool = False,
         size: str | None = None,
+        power: int = 0,
     ):
-        self.make, self.each, self.remembers, self.times, self.size = make, each, remembers, times, size
+        self.make, self.each, self.remembers, self.times = make, each, remembers, times
+        self.size, self.power = size, power
 
     def made(self, value: Any, particles: Any) -> Any:
         """Return it for a value and its particles, as compiled code knows it: without the ghost."""
@@ -128,7 +138,8 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
     """Give a model an array that its methods write into.
 
     In the body of the class: ``turned = own.memory(0)``. Or as a decorator of a method ``due(self,
-    particles)`` that returns the array.
+    particles)`` that returns the array. What has a unit of time is annotated with it, as a field is:
+    ``fastest: own.Speed = own.memory(0.0)``, or ``def due(self, particles) -> own.Time``.
 
     Parameters
     ----------
@@ -152,8 +163,8 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
 
     Notes
     -----
-    A checkpoint keeps the memory, and it is copied when velocities are rescaled. A model with
-    ``shift_epoch`` or ``copy_state`` does more than that.
+    A checkpoint keeps the memory, and it goes on when velocities are rescaled, in the engine's unit of time
+    then. A model with ``shift_epoch`` or ``copy_state`` does more than that.
     """
     if callable(start):
         return Prepared(start, remembers=True, times=times)

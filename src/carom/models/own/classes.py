@@ -4,26 +4,25 @@ from __future__ import annotations
 
 import builtins
 import dataclasses
-import difflib
 import dis
 import inspect
 import sys
 from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping
 from types import FunctionType, ModuleType
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
+from carom import checks, meant
 from carom.compiling import registry
 from carom.errors import InputError, OverlapError
 from carom.models.own import fields
 from carom.models.own.arrays import Prepared, per_particle
 from carom.models.own.fields import Meaning
 from carom.models.own.kinds import INTERACTION, OBSERVER, OBSTACLE, PATH, STEPPED, Kind, signature
-from carom.models.questions.memory import copy_state, shift_epoch
-from carom.models.questions.obstacle import at_time, recoil, surface_speed
+from carom.models.questions.memory import parameter, shift_epoch
+from carom.models.questions.obstacle import LIVE
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.questions.steps import step_bits
 from carom.units import TimeUnit
@@ -39,9 +38,6 @@ OF_STEPS = ("energy", "events")
 
 PACKAGES = sys.stdlib_module_names | {"carom", "numba", "numpy", "scipy"}
 """Packages whose functions the compiler knows, or never can."""
-
-LIVE = (recoil, surface_speed, at_time, shift_epoch, copy_state)
-"""What only an obstacle with ``live`` is asked."""
 
 
 class Own(NamedTuple):
@@ -77,12 +73,6 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
         What it is.
     names : mapping
         Names that its annotations may use, besides those of its module.
-
-    Raises
-    ------
-    InputError
-        If it lacks a method, or one has other parameters; if it has a field or reads something that compiled
-        code does not know.
     """
     if not isinstance(cls, type):
         raise InputError(f"own.{kind.decorator} decorates a class, found {cls!r}.")
@@ -96,6 +86,9 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
         if isinstance(each, Prepared):
             parts[name] = each
             delattr(cls, name)
+            each.power = meanings.pop(name, fields.returned(each.make, names)).power
+            others = inspect.get_annotations(cls).items()
+            cls.__annotations__ = {field: hint for field, hint in others if field != name}
     if kind is OBSTACLE and "name" not in meanings:
         meanings["name"] = Meaning("text")
         cls.__annotations__ = {**inspect.get_annotations(cls), "name": str}
@@ -114,7 +107,10 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     setattr(compiled, "lanes", _lanes(methods, meanings, whole))  # noqa: B010 (a namedtuple has no such name)
     for name, function in methods.items():
         kind.questions[name].register(compiled)(function)
-    _remember(cls, kind, compiled, parts, methods)
+    _age(cls, kind, compiled, parts, methods)
+    said = {name: parameter(each.power) for name, each in meanings.items() if name in given}
+    said |= {name: each.field for name, each in whole.items()}
+    compiled.__annotations__ = {name: Annotated[Any, each] for name, each in said.items()}
     definition = Own(kind, meanings, whole, constants, compiled, tuple(methods.values()))
     return _value(cls, definition, compiled)
 
@@ -142,20 +138,20 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
             continue
         if name == "step_of" and hasattr(cls, "steps_of"):
             continue
-        alike = difflib.get_close_matches(name, [each for each in written if each not in found], n=1)
+        alike = meant.nearest(name, [each for each in written if each not in found])
         how = f"def {name}({', '.join(wanted)})" if wanted else name
         raise InputError(
             f"{cls.__name__} is {_article(kind.name)} and has no {name}"
-            + (f", but {alike[0]}" if alike else "")
+            + (f", but {alike}" if alike else "")
             + f": give it {how}."
         )
     if kind is OBSERVER and not found:
         raise InputError(f"{cls.__name__} is an observer and has none of {', '.join(kind.questions)}.")
     for name in written:
-        alike = difflib.get_close_matches(name, kind.questions, n=1, cutoff=MISSPELT)
+        alike = meant.nearest(name, kind.questions, MISSPELT)
         if name not in found and alike and name not in kind.asked:
             raise InputError(
-                f"{cls.__name__} has a method {name}, which nobody asks; did you mean {alike[0]}? Else give "
+                f"{cls.__name__} has a method {name}, which nobody asks; did you mean {alike}? Else give "
                 "it a name that is less alike."
             )
     return found
@@ -191,7 +187,7 @@ def _completed(
             if name not in meanings:
                 found.setdefault(name, per_particle(name))
     if kind is STEPPED:
-        found["energy"] = Prepared(_energies)
+        found["energy"] = Prepared(_energies, power=-2)
         found["events"] = Prepared(
             lambda value, particles: np.zeros((_rows(value), 4), np.int64), remembers=True
         )
@@ -210,7 +206,7 @@ def _energies(value: Any, particles: Particles) -> np.ndarray:
             f"found {value.energies()!r}."
         )
     padded = np.full(_rows(value), NEVER)
-    padded[: len(energies)] = particles.unit.to_kernel(energies, -2)
+    padded[: len(energies)] = energies
     return padded
 
 
@@ -233,13 +229,7 @@ def _constants(
     known: set[str],
     meanings: Mapping[str, Meaning],
 ) -> dict[str, Any]:
-    """Return the numbers of a class that its compiled methods read.
-
-    Raises
-    ------
-    InputError
-        If they read anything else that is no field and no array.
-    """
+    """Return the numbers of a class that its compiled methods read."""
     found = {}
     for question, function in methods.items():
         for name in _reads(function):
@@ -253,10 +243,10 @@ def _constants(
                     "outside of the class, and hand it what it needs."
                 )
             if not isinstance(value, bool | int | float):
-                alike = difflib.get_close_matches(name, known, n=1)
+                alike = meant.nearest(name, known)
                 raise InputError(
                     f"{label} reads self.{name}, which is no number and no array of the class"
-                    + (f"; did you mean {alike[0]}?" if alike else f"; it has {', '.join(sorted(known))}.")
+                    + (f"; did you mean {alike}?" if alike else f"; it has {', '.join(sorted(known))}.")
                 )
             found[name] = value
     return found
@@ -301,14 +291,11 @@ def called(function: Callable[..., Any]) -> list[FunctionType]:
     return list(found)
 
 
-def _remember(
+def _age(
     cls: type, kind: Kind, compiled: Any, parts: Mapping[str, Prepared], methods: Mapping[str, Any]
 ) -> None:
-    """Let the memory of a model go on when an epoch ends, and when another model replaces it."""
-    if "copy_state" not in kind.questions:
-        return
-    memories = {name: each for name, each in parts.items() if each.remembers}
-    times = [name for name, each in memories.items() if each.times]
+    """Let the times that a model remembers go on when an epoch ends."""
+    times = [name for name, each in parts.items() if each.times]
     if times and "shift_epoch" not in methods:
         # Compiled code finds a field of a tuple by its name alone, so the names stand in the code.
         lines = [
@@ -317,14 +304,6 @@ def _remember(
         scope: dict[str, Any] = {"__name__": cls.__module__, "__builtins__": builtins}
         exec("def shift(self, duration):\n" + "\n".join(lines), scope)
         shift_epoch.register(compiled)(scope["shift"])
-    if memories and "copy_state" not in methods:
-
-        def copied(model, before, instant, passed, slower):
-            for name, each in memories.items():
-                old = getattr(before, name)
-                getattr(model, name)[...] = np.ldexp(old - passed, -slower) if each.times else old
-
-        copy_state.register(compiled)(copied)
 
 
 def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> Any:
@@ -338,11 +317,6 @@ def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> 
         The particles, where there are any.
     unit : TimeUnit or None
         The engine's unit of time; None leaves quantities as they are.
-
-    Raises
-    ------
-    InputError
-        If there are not so many particles as an array has values.
     """
     cls = type(value)
     if "_own" not in vars(cls):
@@ -364,7 +338,7 @@ def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> 
         if meaning.word == "per particle" and found[name] is not None:
             one_each.add(name)
     for name, part in definition.parts.items():
-        found[name] = part.made(value, particles)
+        found[name] = fields.converted(part.made(value, particles), part.power, unit)
         if part.each:
             one_each.add(name)
     for name in one_each:

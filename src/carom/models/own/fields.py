@@ -36,6 +36,7 @@ Time = Annotated[Any, Meaning("quantity", 1, "A time, or several [time].")]
 Rate = Annotated[Any, Meaning("quantity", -1, "A rate, or several [1 / time].")]
 Speed = Annotated[Any, Meaning("quantity", -1, "A speed, or several [length / time].")]
 Acceleration = Annotated[Any, Meaning("quantity", -2, "An acceleration, or one an axis [length / time^2].")]
+Momentum = Annotated[Any, Meaning("quantity", -1, "A momentum, or several [mass length / time].")]
 Energy = Annotated[Any, Meaning("quantity", -2, "An energy, or several [energy].")]
 
 KNOWN = {float: "number", int: "integer", bool: "boolean", str: "text", tuple: "numbers", np.ndarray: "array"}
@@ -51,11 +52,6 @@ def meanings(cls: type, names: Mapping[str, Any]) -> dict[str, Meaning]:
         The class.
     names : mapping
         What is known by name where the class is defined, besides its module.
-
-    Raises
-    ------
-    InputError
-        If an annotation is none that compiled code has a type for.
     """
     try:
         annotations = inspect.get_annotations(cls, eval_str=True, locals=dict(names))
@@ -71,6 +67,17 @@ def meanings(cls: type, names: Mapping[str, Any]) -> dict[str, Meaning]:
     }
 
 
+def returned(method: Any, names: Mapping[str, Any]) -> Meaning:
+    """Return what a method says that it returns: an array, unless its annotation is one of ours."""
+    said = types.SimpleNamespace(__annotations__={"return": method.__annotations__.get("return")})
+    try:
+        hint = typing.get_type_hints(said, method.__globals__, dict(names), include_extras=True)["return"]
+    except NameError:  # only for type checkers
+        hint = None
+    found = getattr(hint, "__metadata__", ())
+    return next((each for each in found if isinstance(each, Meaning)), Meaning("array"))
+
+
 def _meaning(cls: type, name: str, annotation: Any) -> Meaning:
     if typing.get_origin(annotation) in (typing.Union, types.UnionType):  # of None and another
         parts = [each for each in typing.get_args(annotation) if each is not type(None)]
@@ -83,7 +90,8 @@ def _meaning(cls: type, name: str, annotation: Any) -> Meaning:
         shown = getattr(annotation, "__name__", str(annotation))
         raise InputError(
             f"The field {name} of {cls.__name__} is annotated with {shown}; expected float, int, bool, str, "
-            "tuple, own.Array, own.PerParticle, or a quantity: own.Time, Rate, Speed, Acceleration, Energy."
+            "tuple, own.Array, own.PerParticle, or a quantity: own.Time, Rate, Speed, Acceleration, Energy, "
+            "Momentum."
         )
     if plain is tuple and {*typing.get_args(annotation)} - {Ellipsis} == {int}:
         return Meaning("integers")
@@ -91,13 +99,7 @@ def _meaning(cls: type, name: str, annotation: Any) -> Meaning:
 
 
 def checked(value: Any, meaning: Meaning, name: str) -> Any:
-    """Return the value of a field as its annotation wants it; ``name`` is for the message.
-
-    Raises
-    ------
-    InputError
-        If it is something else.
-    """
+    """Return the value of a field as its annotation wants it; ``name`` is for the message."""
     expected = meaning.word
     if value is None:  # only where the class has that default: None compiles to nothing
         return None
@@ -133,13 +135,16 @@ def _array(value: Any, name: str) -> np.ndarray:
 
 def compiled(value: Any, meaning: Meaning, unit: TimeUnit | None) -> Any:
     """Return what the compiler gets of a field, checked: a quantity is converted to a ``unit`` of time."""
-    if isinstance(value, np.ndarray):
-        value = value.copy()
-    if value is None or meaning.power == 0 or unit is None:
+    return converted(value.copy() if isinstance(value, np.ndarray) else value, meaning.power, unit)
+
+
+def converted(value: Any, power: int, unit: TimeUnit | None) -> Any:
+    """Return numbers of the dimension ``time**power`` in a ``unit`` of time."""
+    if value is None or power == 0 or unit is None:
         return value
     if isinstance(value, tuple):
-        return tuple(float(unit.to_kernel(each, meaning.power)) for each in value)
-    return unit.to_kernel(value, meaning.power)
+        return tuple(float(unit.to_kernel(each, power)) for each in value)
+    return unit.to_kernel(value, power)
 
 
 def refuse_other_count(value: np.ndarray, n: int, name: str) -> None:

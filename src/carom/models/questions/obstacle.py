@@ -8,6 +8,7 @@ from typing import Any, Protocol, runtime_checkable
 import numpy as np
 
 from carom.compiling.registry import optional, required
+from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import push, rebound_speed
 
 
@@ -186,3 +187,7 @@ def surface_velocity(obstacle, axis, now):
 def at_time(obstacle, now):
     """Set the time of the contact for the next calls of :func:`outward` and :func:`anchor`."""
     return
+
+
+LIVE = (recoil, surface_speed, at_time, shift_epoch, copy_state)
+"""What is asked only of obstacles that move, lose energy or have a memory."""

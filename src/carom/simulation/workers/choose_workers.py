@@ -33,14 +33,7 @@ def automatic(n: int, dimension: int, most: int) -> int:
 
 
 def executive_of(run_state: RunState, workers: int | str) -> Executive | None:
-    """Return the workers of a run, or None for a single one; not more than there can be slabs.
-
-    Raises
-    ------
-    InputError
-        If ``workers`` is neither a number nor "auto", or several are asked for and the scene cannot be run in
-        windows.
-    """
+    """Return the workers of a run, or None for a single one; not more than there can be slabs."""
     from carom.engine.domains.decomposition import most_slabs
     from carom.engine.domains.logical_process import obstacle_to_windows
 

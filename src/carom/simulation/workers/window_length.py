@@ -67,15 +67,18 @@ class WindowLength:
         self._change = 0.1  # and by how much it changed, in proportion: unknown at first
         self._streak = 0
         self._counted = self.run_state.collisions
-        self._instant = self.run_state.clock.instant
+        self._base, self._instant = self.run_state.clock.base, self.run_state.clock.instant
 
     def rate(self) -> float:
         """Return the collisions of a particle a time [1 / engine's time]."""
         run_state = self.run_state
         n = run_state.scene.n
+        clock = run_state.clock
+        if clock.base != self._base:  # other velocities, maybe in another unit
+            self._base, self._known = clock.base, 0.0
+            self._counted, self._instant = run_state.collisions, clock.instant
         counted = 2.0 * (run_state.collisions - self._counted) / n
         if counted >= SEEN:
-            clock = run_state.clock
             elapsed = float(clock.since_base(clock.instant) - clock.since_base(self._instant))
             if elapsed > 0.0:
                 before, self._known = self._known, counted / elapsed

@@ -12,12 +12,13 @@ import numpy as np
 
 from carom import theory
 from carom.block import Block
-from carom.errors import CaromError, CaromWarning
+from carom.errors import CaromWarning
 from carom.observables import Pressure, PressureResult
 from carom.observables.statistics import Estimate
 from carom.reference import NaiveSystem
 from carom.scene.scene import Scene
 from carom.scene.temperature import temperature
+from carom.studies import phase
 from carom.studies.accuracy.diffusion import BLOCK, EinsteinSlope, looks
 from carom.studies.accuracy.methods import Method, Motion
 
@@ -238,11 +239,17 @@ def measured(
     return Measured(found, slope.estimate(), spent, motion)
 
 
+def theory_of(scene: Scene) -> tuple[str, theory.Equation] | None:
+    """Return the phase of a scene that began as a crystal, and its equation of state; None without one."""
+    state = phase.expected(scene.packing_fraction, scene.dimension, "crystal")
+    equation = phase.usual_equation(scene.dimension, state)
+    return None if equation is None else (state, equation)
+
+
 def expected_pressure(scene: Scene) -> float | None:
     """Return Z of the scene's N by the best equation of state, or None where there is none."""
-    eta = scene.packing_fraction
-    try:
-        equation = theory.best(scene.dimension)
-        return float(equation(eta) + theory.finite_size_shift(eta, scene.n, equation))
-    except CaromError:
+    known, eta = theory_of(scene), scene.packing_fraction
+    if known is None:
         return None
+    found = float(known[1](eta)) + phase.finite_size_shift(known[0], eta, scene.n, known[1])
+    return found if math.isfinite(found) else None

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 import time as clock
-import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from carom import theory
-from carom.errors import CaromError, CaromWarning
 from carom.frame import Frame
 from carom.observables import RDF, Pressure
 from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
+from carom.studies.accuracy.measures import theory_of
+from carom.studies.phase import finite_size_shift
 
 MELTING = 100
 """Collisions per particle that melt a lattice."""
@@ -39,15 +38,11 @@ def size(scene: Scene, seed: int, seconds: float, look: Callable[..., object]) -
     found = sim.measure(Pressure(), collisions=round(max(pace * seconds, 10.0 * scene.n)), blocks=512)
     spent = clock.process_time() - began
     bias = corrected = None
-    try:
-        equation = theory.best(scene.dimension)
+    if (there := theory_of(scene)) is not None:
+        state, equation = there
         true = float(equation(scene.packing_fraction))
-        bias = float(theory.finite_size_shift(scene.packing_fraction, scene.n, equation)) / true
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # small boxes are meant here
-            corrected = found.infinite_size().mean / true - 1.0
-    except CaromError:
-        bias = corrected = None
+        shift = finite_size_shift(state, scene.packing_fraction, scene.n, equation)
+        bias, corrected = known(shift / true), known((found.Z.mean - shift) / true - 1.0)
     return {
         "n": scene.n,
         "Z": [found.Z.mean, found.Z.error],

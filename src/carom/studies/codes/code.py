@@ -18,6 +18,7 @@ from carom.paths import write_text
 from carom.results import Result
 from carom.studies.codes.polish import GUARD
 from carom.studies.codes.spec import MOST_DIGITS
+from carom.texts import counted
 
 FORMAT = "carom spherical code"
 """Value of the key "format" in a file."""
@@ -199,17 +200,17 @@ class SphericalCode(Result):
 
     def _lines(self) -> list[str]:
         """Return what is printed: the angle, the contacts, the search."""
-        loose = f"{len(self.rattlers)} rattler{'' if len(self.rattlers) == 1 else 's'}"
+        loose = counted(len(self.rattlers), "rattler")
         kind = "a strict local optimum" if self.rigid else "parts of it can move"
         angle = f"smallest angle {self.angle:.9f} degrees, to {self.digits} digits"
         lines = [
             f"{self.n} points on S^{self.dimension - 1}: {angle}",
-            f"{len(self.contacts)} contacts, {loose}: {kind}",
+            f"{counted(len(self.contacts), 'contact')}, {loose}: {kind}",
         ]
         if self.angles:
             return [
                 *lines,
-                f"reached by {self.reached} of {len(self.angles)} tries, first by seed {self.seed}",
+                f"reached by {self.reached} of {counted(len(self.angles), 'try')}, first by seed {self.seed}",
             ]
         return [*lines, self.note]
 
@@ -228,13 +229,7 @@ def _text(x: Any, digits: int) -> str:
 
 
 def load(path: str | PathLike[str]) -> SphericalCode:
-    """Return the code in the JSON file ``path``.
-
-    Raises
-    ------
-    FileError
-        If the file is missing, damaged, or holds something else.
-    """
+    """Return the code in the JSON file ``path``."""
     what = "a spherical code that save() wrote"
     found: SphericalCode = records.read_json(Path(path), _of_words, what, "name another file")
     return found

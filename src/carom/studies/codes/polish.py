@@ -100,11 +100,6 @@ def polish(points: np.ndarray) -> Polished:
     Pairs that bear no force are removed from the contacts, and pairs that came closer than the contacts are
     added, until there are none of either. Where that fails, the configuration was not jammed yet: it then
     climbs to the next optimum first.
-
-    Raises
-    ------
-    ValueError
-        If the equations of the contacts have no solution nearby, or no forces hold them.
     """
     try:
         return _settled(points)
@@ -145,11 +140,6 @@ def refine(code: Polished, digits: int) -> tuple[Digits, Any, Any]:
 
     Residuals are computed in ``mpmath``, and steps with the pseudo-inverse of the Jacobian in doubles. Each
     step adds some fifteen digits.
-
-    Raises
-    ------
-    ValueError
-        If the steps do not get smaller.
     """
     import mpmath
 

@@ -91,13 +91,7 @@ def reached(records: Sequence[Record]) -> list[int]:
 
 
 def best_of(records: Sequence[Record], digits: int) -> SphericalCode | None:
-    """Return the best code of some tries, polished to many digits; None if they led to no code.
-
-    Raises
-    ------
-    InputError
-        If the best code does not have so many digits.
-    """
+    """Return the best code of some tries, polished to many digits; None if they led to no code."""
     found = {record["task"]["seed"]: record["result"] for record in records}
     seeds = reached(records)
     if not seeds:
@@ -129,13 +123,7 @@ def best_of(records: Sequence[Record], digits: int) -> SphericalCode | None:
 
 
 def exact(n: int, dimension: int, digits: int) -> SphericalCode:
-    """Return a code that is known without a search.
-
-    Raises
-    ------
-    InputError
-        If none is known of this size.
-    """
+    """Return a code that is known without a search."""
     code = known(n, dimension, digits)
     if code is None:
         raise InputError(

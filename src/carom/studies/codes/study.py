@@ -18,6 +18,7 @@ from carom.studies.folder import Record, Task
 from carom.studies.signals import Interrupted
 from carom.studies.study import Look, Study
 from carom.table import Column, Table, facts
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -119,7 +120,7 @@ class Codes(Study[CodeSpec]):
             return f"The search {self.place(first.task)} failed: {first.reason}."
         first_record = self.records[0]
         return (
-            f"None of {len(self.records)} tries led to a code; {self.place(first_record['task'])}, "
+            f"None of {counted(len(self.records), 'try')} led to a code; {self.place(first_record['task'])}, "
             f"{first_record['result']['problem'].rstrip('.')}. Give more tries."
         )
 

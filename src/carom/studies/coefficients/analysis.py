@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 
 from carom.observables.combined import combined
-from carom.observables.statistics import Estimate
+from carom.observables.statistics import UNKNOWN, Estimate
 from carom.studies.coefficients import windows
 from carom.studies.folder import Record
-
-UNKNOWN = Estimate(math.nan, math.inf, 0.0, math.inf, 0)
 
 
 @dataclass(frozen=True)

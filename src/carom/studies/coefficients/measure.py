@@ -23,25 +23,7 @@ from carom.studies.study import Look
 
 
 def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Equilibrate and measure one run.
-
-    Parameters
-    ----------
-    task : dict
-        As :meth:`TransportSpec.tasks` makes it.
-    look : callable
-        Called from time to time; it may end the run.
-
-    Returns
-    -------
-    dict
-        Values whose bits depend on the task alone, but for ``timings``.
-
-    Raises
-    ------
-    InputError
-        If the scene cannot be made.
-    """
+    """Equilibrate and measure the run of a ``task``; ``look`` may end it."""
     sim = simulation_of(task, _refuse_other_interactions, observers=[HelfandCurrents()])
     scene = sim.scene
     every, stepped = task["every"], sim._state.system.stepped

@@ -41,11 +41,6 @@ def study(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
     result : Transport
     path : path, optional
         Where to save the picture.
-
-    Raises
-    ------
-    InputError
-        If no point is done yet.
     """
     rows = result.points
     if not rows:

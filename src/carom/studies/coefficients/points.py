@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 from carom import theory
-from carom.observables.statistics import Estimate
-from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Point
+from carom.observables.statistics import UNKNOWN, Estimate
+from carom.studies.coefficients.analysis import Coefficient, Point
 from carom.studies.folder import Record
 from carom.theory.transport import HIGHEST
 

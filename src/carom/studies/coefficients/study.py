@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from carom.errors import InputError
-from carom.observables.statistics import value_with_error
-from carom.studies.coefficients.analysis import UNKNOWN, Coefficient, Extrapolation, line
+from carom.observables.statistics import UNKNOWN, value_with_error
+from carom.studies.coefficients.analysis import Coefficient, Extrapolation, line
 from carom.studies.coefficients.measure import measure
 from carom.studies.coefficients.points import Coefficients, coefficients_of
 from carom.studies.coefficients.spec import TransportSpec
@@ -22,6 +22,7 @@ from carom.studies.eos.study import composition
 from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.table import Column, Table, error
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -208,7 +209,7 @@ class Transport(GridStudy[TransportSpec]):
     def _lines(self) -> list[str]:
         """Return what is printed: the grid, the coefficients of one point, and the remarks."""
         rows = self.points
-        what = f"{len(rows)} points"
+        what = counted(len(rows), "point")
         if len(rows) == 1:
             what = f"N = {rows[0].n} at packing fraction {rows[0].packing_fraction:g}"
         lines = [f"Transport coefficients in {self.spec.dimension}D: {what}, {self._done()}"]

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from carom.block import Block
-from carom.frame import Frame
 from carom.observables import Estimate, Pressure
+from carom.observables.drift import moved as moved_from
 from carom.observables.precision import lengthen
 from carom.simulation import stretches
 from carom.simulation.equipartition import Thermometer
@@ -31,31 +31,13 @@ ROOM = 1.05
 
 
 def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Equilibrate and measure one run.
-
-    Parameters
-    ----------
-    task : dict
-        As :meth:`StudySpec.tasks` makes it.
-    look : callable
-        Called from time to time; it may end the run.
-
-    Returns
-    -------
-    dict
-        Values whose bits depend on the task alone, but for ``timings``.
-
-    Raises
-    ------
-    InputError
-        If the scene cannot be made.
-    """
+    """Equilibrate and measure the run of a ``task`` until its error is reached; ``look`` may end it."""
     sim = simulation_of(task)
     scene = sim.scene
     began_at = sim.frame().unwrapped
     equilibrate(sim, task, look)
     equilibration = sim.time
-    moved = _moved(began_at, sim.frame())
+    moved = moved_from(began_at, sim.frame())
     sampler = OrderParameter(scene.dimension) if task["frames"] else None
     every = task["blocks"] // task["frames"] if task["frames"] else 0
     request = Pressure()
@@ -92,7 +74,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
         "equilibration_time": equilibration,
         "collisions": statistics.collisions,
         "moved": moved,
-        "moved_at_end": _moved(began_at, sim.frame()),
+        "moved_at_end": moved_from(began_at, sim.frame()),
         "species_differ": bool(thermometer.differences()),
         "relaxed": not relaxation.doubts(),
         "species": [[float(s), int(c)] for s, c in zip(diameters, counts, strict=True)],
@@ -133,13 +115,6 @@ class Planned:
         factor = ROOM * (z.error / (self.relative_error * z.mean)) ** 2
         # With long correlations the error bar of a short run is uncertain, and here mostly too large.
         return min(math.ceil(min(factor, GROWTH) * length), MOST * self.blocks)
-
-
-def _moved(start: np.ndarray, frame: Frame) -> float:
-    """Return the median distance from the start, in units of the mean spacing ``(V / n)^(1/d)``."""
-    distance = np.sqrt(np.sum((frame.unwrapped - start) ** 2, axis=1))
-    spacing = (math.prod(frame.box) / frame.n) ** (1.0 / frame.dimension)
-    return float(np.median(distance)) / spacing
 
 
 def _plain(estimate: Estimate) -> dict[str, float | None]:

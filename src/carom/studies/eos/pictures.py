@@ -14,7 +14,8 @@ from carom.errors import InputError
 from carom.models.interactions.tables import from_table
 from carom.pictures import paper
 from carom.scene import description
-from carom.studies.eos.table import Row, compared, finite_size_shift, usual_equation
+from carom.studies.eos.table import Row, compared
+from carom.studies.phase import finite_size_shift, usual_equation
 from carom.theory import Equation
 
 if TYPE_CHECKING:
@@ -44,11 +45,6 @@ def study(
         Equations of state to draw, by label; the first is compared with the data.
     path : path, optional
         Where to save the picture.
-
-    Raises
-    ------
-    InputError
-        If no point is done yet.
     """
     rows = result.table
     if not rows:

@@ -21,6 +21,7 @@ from carom.studies.eos.table import Row, row
 from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
 from carom.table import Column, Table, error
+from carom.texts import counted
 from carom.theory import Equation
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ class EquationOfState(GridStudy[StudySpec]):
         if math.isfinite(chi2 := self.chi2_per_point):
             said.append(f"Mean squared deviation of the fluid from theory, in standard errors: {chi2:.2f}.")
         if flagged:
-            said.append(f"{flagged} point{'s' * (flagged > 1)} flagged, and left out of fits.")
+            said.append(f"{counted(flagged, 'point')} flagged, and left out of fits.")
         return said
 
     @property
@@ -122,12 +123,13 @@ class EquationOfState(GridStudy[StudySpec]):
         return f"Equation of state of {'a ' * mixed}{name}{composition(species)}"
 
     def __repr__(self) -> str:
-        return f"<EquationOfState: {len(self.table)} points, {self.progress} done>"
+        return f"<EquationOfState: {counted(len(self.table), 'point')}, {self.progress} done>"
 
     def _lines(self) -> list[str]:
         """Return what is printed: the grid, the range of Z, the comparison with theory."""
         rows = self.table
-        lines = [f"Equation of state in {self.spec.dimension}D: {len(rows)} points, {self._done()}"]
+        points = counted(len(rows), "point")
+        lines = [f"Equation of state in {self.spec.dimension}D: {points}, {self._done()}"]
         if rows:
             ends = rows[:1] if len(rows) == 1 else [rows[0], rows[-1]]
             lines.append(
@@ -166,7 +168,7 @@ class EquationOfState(GridStudy[StudySpec]):
             return
         each = zip(found.values, found.errors, found.known, strict=True)
         lines = [Virial(k, *numbers) for k, numbers in enumerate(each, start=2)]
-        said = f"From {found.points} points, χ² = {found.chi2:.1f}."
+        said = f"From {counted(found.points, 'point')}, χ² = {found.chi2:.1f}."
         yield "Virial coefficients", Table(Virial, lines, notes=[said])
 
     def plot(

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from carom import theory
 from carom.errors import InputError
 from carom.observables import drift
 from carom.observables.quantiles import chi_squared_tail
 from carom.studies.folder import Record
+from carom.studies.phase import expected, finite_size_shift, usual_equation
 from carom.table import Column, error
 from carom.theory import Equation
 
@@ -37,7 +37,7 @@ class Row:
     packing_fraction, n, dimension
         The point, as simulated.
     phase : str
-        Expected phase: "fluid", "solid" or "coexistence"; see :func:`phase`.
+        Phase that is expected at this density: "fluid", "solid" or "coexistence".
     replicas : int
         Number of finished runs.
     Z, Z_error : float
@@ -122,89 +122,12 @@ def combined(
     return mean, math.sqrt(variance / total), chi2
 
 
-def phase(packing_fraction: float, dimension: int, initial: str, *, mixture: bool = False) -> str:
-    """Return the phase that a run should be in.
-
-    Parameters
-    ----------
-    packing_fraction : float
-        Packing fraction.
-    dimension : int
-        d.
-    initial : str
-        "random", or the name of a lattice.
-    mixture : bool
-        Whether the scene is a mixture.
-
-    Returns
-    -------
-    str
-        "fluid" below freezing. Above freezing "fluid" for a random start, and "solid" for a crystal. In 2D
-        "coexistence" between freezing and melting of equal disks.
-    """
-    if theory.is_stable_fluid(dimension, packing_fraction):
-        return "fluid"
-    if dimension == 2 and round(packing_fraction, 9) < theory.MELTING[2] and not mixture:
-        return "coexistence"
-    return "fluid" if initial == "random" else "solid"
-
-
 def compared(record: Record) -> bool:
     """Return whether the run of a ``record`` may be compared with theory.
 
     It must be of elastic, additive hard cores that all fly freely, without walls and obstacles.
     """
     return not (record["result"]["confined"] or any(name in record["task"]["scene"] for name in UNKNOWN))
-
-
-def usual_equation(
-    dimension: int, phase: str, species: Sequence[tuple[float, int]] = ((1.0, 1),)
-) -> Equation | None:
-    """Return the best known equation of state, or None.
-
-    Parameters
-    ----------
-    dimension : int
-        d.
-    phase : str
-        As from :func:`phase`.
-    species : sequence of (float, int)
-        Diameters, and the number of particles with each.
-    """
-    if phase == "solid" and dimension == 3 and len(species) == 1:
-        return theory.almarza
-    if phase != "fluid" or dimension > 6:
-        return None
-    if len(species) == 1:
-        return theory.best(dimension)
-    diameters, total = [s for s, _ in species], sum(c for _, c in species)
-    fractions = [c / total for _, c in species]
-    if dimension == 3:
-        return lambda eta: theory.bmcsl(eta, fractions, diameters)
-    return lambda eta: theory.santos_yuste_lopez_de_haro(eta, fractions, diameters, dimension)
-
-
-def finite_size_shift(state: str, packing_fraction: float, n: int, equation: Equation | None) -> float:
-    """Return ``Z_N - Z`` of n particles in a phase by theory; nan without an equation of state.
-
-    Parameters
-    ----------
-    state : str
-        The phase, as from :func:`phase`.
-    packing_fraction : float
-        Packing fraction.
-    n : int
-        Number of particles.
-    equation : callable or None
-        Equation of state of infinitely many particles.
-    """
-    if equation is None:
-        return math.nan
-    law = theory.crystal_finite_size_shift if state == "solid" else theory.finite_size_shift
-    try:
-        return float(law(packing_fraction, n, equation))
-    except InputError:
-        return math.nan
 
 
 def row(records: Sequence[Record], equation: Equation | None = None) -> Row:
@@ -222,7 +145,7 @@ def row(records: Sequence[Record], equation: Equation | None = None) -> Row:
     task, first = records[0]["task"], results[0]
     # The requested value: that of the scene differs by rounding, which depends on n.
     eta, n, d = float(task["scene"]["packing_fraction"]), int(first["n"]), int(first["dimension"])
-    state = phase(eta, d, task["scene"]["initial"], mixture=len(first["species"]) > 1)
+    state = expected(eta, d, task["scene"]["initial"], mixture=len(first["species"]) > 1)
     z, z_error, chi2 = _quantity(results, "Z")
     pressure, pressure_error, _ = _quantity(results, "reduced_pressure")
     chosen, beside = equation, equation is not None or compared(records[0])

@@ -32,26 +32,7 @@ LEAST_LOSS = 0.1
 
 
 def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Bring one flow to its balance and measure it.
-
-    Parameters
-    ----------
-    task : dict
-        As :meth:`ShearSpec.tasks` makes it.
-    look : callable
-        Called from time to time; it may end the run.
-
-    Returns
-    -------
-    dict
-        Values whose bits depend on the task alone, but for ``timings``. ``series`` holds means over blocks of
-        equal time.
-
-    Raises
-    ------
-    InputError
-        If the scene cannot be made.
-    """
+    """Bring the flow of a ``task`` to its balance and measure blocks of equal time; ``look`` may end it."""
     sim = simulation_of(task)
     scene, rate, kT = sim.scene, task["rate"], task["scene"]["kT"]
     if not task["rescale"] and scene.drive is None:

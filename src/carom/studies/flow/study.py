@@ -22,6 +22,7 @@ from carom.studies.flow.spec import ShearSpec, duration
 from carom.studies.folder import Record, Task
 from carom.studies.grid_study import GridStudy
 from carom.table import Column, Table, error
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -125,7 +126,7 @@ class ShearFlow(GridStudy[ShearSpec]):
     def _lines(self) -> list[str]:
         """Return what is printed: the grid, the viscosity at its ends, and how many points are flagged."""
         rows = self.table
-        points = f"{len(rows)} point{'s' * (len(rows) != 1)}"
+        points = counted(len(rows), "point")
         lines = [f"Shear flow in {self.spec.dimension}D: {points}, {self._done()}"]
         if rows:
             ends = rows[:1] if len(rows) == 1 else [rows[0], rows[-1]]
@@ -137,7 +138,7 @@ class ShearFlow(GridStudy[ShearSpec]):
                 )
             )
         if flagged := sum(map(rows.flagged, rows)):
-            lines.append(f"{flagged} point{'s' * (flagged > 1)} flagged: study.table says why")
+            lines.append(f"{counted(flagged, 'point')} flagged: study.table says why")
         return lines
 
     def parts(self) -> Iterator[tuple[str, Table | Figure]]:

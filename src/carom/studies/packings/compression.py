@@ -160,13 +160,7 @@ def _digest(scene: Scene) -> str:
 
 
 def holds_packing(out: str | PathLike[str]) -> bool:
-    """Return whether the folder ``out`` holds a compression that can be continued.
-
-    Raises
-    ------
-    FileError
-        If it holds a run as well: then nobody can know which of them is meant.
-    """
+    """Return whether the folder ``out`` holds a compression that can be continued."""
     folder = PackingFolder(Path(out))
     there = folder.checkpoint.is_file()
     if there and (other := RunFolder(folder.path).checkpoint).is_file():
@@ -294,13 +288,7 @@ class Compression:
 
     @classmethod
     def load(cls, path: Path, progress: Progress | None = None) -> Compression:
-        """Return the compression that :meth:`save` wrote.
-
-        Raises
-        ------
-        FileError
-            If the file is missing, damaged, of another version of Carom, or holds something else.
-        """
+        """Return the compression that :meth:`save` wrote."""
         _, attributes = checkpoint.load(path)
         try:
             notes = json.loads(attributes["extra"])

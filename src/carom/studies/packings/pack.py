@@ -17,7 +17,7 @@ from carom.scene.species import Species
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of, read, sections
-from carom.studies.arguments import refuse_unknown
+from carom.studies.documented import documented
 from carom.studies.packings.compression import (
     Compression,
     PackingFolder,
@@ -42,11 +42,6 @@ def asked_of(source: Any, given: Mapping[str, Any]) -> tuple[PackSpec, SceneSpec
         A scene file, or a folder that holds one.
     given : mapping
         Fields of :class:`PackSpec`, which replace those of the file; None stands for those not given.
-
-    Raises
-    ------
-    InputError
-        If ``[scene]`` and points contradict each other.
     """
     asked = PackSpec.of(source, given)
     if not isinstance(source, str | PathLike):
@@ -65,27 +60,18 @@ def asked_of(source: Any, given: Mapping[str, Any]) -> tuple[PackSpec, SceneSpec
     return asked, SceneFile.load(path).scene
 
 
+@documented(PackSpec, hidden=("n", "seeds"))
 @watchable("Packing", by_stage)
 def pack(
     start: int | Scene | str | PathLike[str] | None = None,
     *,
-    dimension: int | None = None,
     species: Sequence[Species] | None = None,
-    walls: bool | None = None,
-    packing_fraction: float | None = None,
-    rate: float | None = None,
-    until_Z: float | None = None,
-    collisions: int | None = None,
     stages: Sequence[tuple[float, float | None]] | None = None,
-    common: bool | None = None,
-    seed: int | None = None,
-    neighbors: str | None = None,
     out: str | PathLike[str] | None = None,
     overwrite: bool = False,
     resume: bool = False,
-    pictures: bool | None = None,
     progress: Progress | None = None,
-    **others: Any,
+    **given: Any,
 ) -> Packing:
     """Let particles grow while they move, until they jam (Lubachevsky and Stillinger; the paper's sec. 8).
 
@@ -95,43 +81,21 @@ def pack(
         Number of random points in a cubic box; 1000 if neither it nor species with counts are given. Or the
         scene to start from, of any density and in a box of any kind. Or a scene file (TOML) with ``[scene]``,
         ``[pack]`` or both, whose values other arguments replace.
-    dimension : int
-        d of the points; 3 if left out.
+    @
     species : sequence of :class:`carom.Species`, optional
         Species of the points, each with a ``count`` or a ``fraction``; their diameters are approximately the
         final ones [length].
-    walls : bool
-        Whether the box of the points has hard walls instead of periodic boundaries.
-    packing_fraction : float, optional
-        Packing fraction of the start, instead of points.
-    rate : float, optional
-        Growth rate of the mean diameter over the thermal speed, gamma. By default it is 0.02 up to Z = 1e3,
-        then 1e-3.
-    until_Z : float, optional
-        Z = PV / NkT to reach; 1e10 if neither it nor a number of collisions is given. Beyond 1e13 gaps are
-        lost in rounding.
-    collisions : int, optional
-        Number of pair collisions after which the compression ends, at any Z.
     stages : sequence of (rate, until_Z), optional
-        Stages instead of one rate and Z, e.g. fast, then slow. The last Z may be None.
-    common : bool
-        Whether all diameters grow at one rate; by default they grow in proportion to themselves.
-    seed : int
-        Seed of the points, and of the velocities where the scene has none; 1 if left out.
-    neighbors : {"auto", "lists", "sectors", "all"}
-        As in :class:`carom.Simulation`.
+        Stages instead of one rate and Z, e.g. fast, then slow. The last Z may be None. Beyond 1e13 gaps are
+        lost in rounding.
     out : path, optional
         Folder for results and checkpoints; :func:`carom.resume` continues from there.
     overwrite : bool
         Whether a packing that the folder holds may be replaced.
     resume : bool
         Whether to go on with the packing that the folder holds, if it is this one.
-    pictures : bool
-        Whether to draw pictures in the folder; True if left out.
     progress : callable, optional
         Called as ``progress("Packing", fraction)``; True shows a bar.
-    **others
-        None: any other argument is an error that names the right one.
 
     Returns
     -------
@@ -162,19 +126,12 @@ def pack(
     >>> packing.note
     'Z = PV/NkT = 1e+06 reached'
     """
-    if "seeds" in others:
+    if "seeds" in given:
         raise InputError(_SEVERAL)
-    refuse_unknown("pack()", others, _ARGUMENTS)
-    of_points = {
-        "dimension": dimension, "species": species, "walls": walls, "packing_fraction": packing_fraction,
-    }  # fmt: skip
-    given: dict[str, Any] = {
-        **of_points, "rate": rate, "until_Z": until_Z, "collisions": collisions, "stages": stages,
-        "common": common, "seed": seed, "neighbors": neighbors, "pictures": pictures,
-    }  # fmt: skip
+    given |= {k: v for k, v in (("species", species), ("stages", stages)) if v is not None}
     if isinstance(start, Scene):
-        if points := [name for name, value in of_points.items() if value is not None]:
-            raise InputError(f"{min(points)} is for points, and pack() starts from a scene: leave it out.")
+        if points := sorted({*POINTS} & {*given}):
+            raise InputError(f"{points[0]} is for points, and pack() starts from a scene: leave it out.")
         return packed(PackSpec(**given), start, out, overwrite, resume, progress)
     if start is not None and not isinstance(start, int | np.integer | str | PathLike):
         raise InputError(
@@ -186,12 +143,6 @@ def pack(
         raise InputError(_SEVERAL)
     return packed(asked, scene, out, overwrite, resume, progress)
 
-
-_ARGUMENTS = (
-    "dimension", "species", "walls", "packing_fraction", "rate", "until_Z", "collisions", "stages", "common",
-    "seed", "neighbors", "out", "overwrite", "resume", "pictures", "progress",
-)  # fmt: skip
-"""Keywords of :func:`pack`."""
 
 _SEVERAL = "pack() makes one packing; packings(..., seeds=8) makes several."
 
@@ -256,13 +207,6 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
     out : path
         The folder of the compression.
     progress : callable, optional
-        As in :func:`pack`.
-
-    Raises
-    ------
-    FileError
-        If the folder holds no compression, or its checkpoint is damaged or of another version of Carom.
-    Interrupted
         As in :func:`pack`.
     """
     folder = PackingFolder(Path(out))

@@ -32,7 +32,7 @@ from carom.scene.description import particles
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
-from carom.texts import visible
+from carom.texts import counted, visible
 from carom.version import __version__
 
 HISTORY = np.dtype([("collisions", np.int64), ("packing_fraction", float), ("Z", float), ("rate", float)])
@@ -290,7 +290,7 @@ class Packing(Result):
         summary = self.to_dict()
         if summary["gap"] is not None:
             jams = "" if summary["jamming_fraction"] is None else f"jams at {self.jamming_fraction:.8g}, "
-            lines.append(f"{jams}{summary['rattlers']} rattlers, {self.network.counted}")
+            lines.append(f"{jams}{counted(summary['rattlers'], 'rattler')}, {self.network.counted}")
         return [*lines, f"ended: {self.note}"]
 
     def _repr_html_(self) -> str:
@@ -304,7 +304,7 @@ class Packing(Result):
 
     def __repr__(self) -> str:
         return (
-            f"<Packing of {self.n} particles, packing_fraction={self.packing_fraction:.6g}, "
+            f"<Packing of {counted(self.n, 'particle')}, packing_fraction={self.packing_fraction:.6g}, "
             f"Z={self.Z:.3g}: {visible(self.note)}>"
         )
 

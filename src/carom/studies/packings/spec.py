@@ -10,6 +10,9 @@ from typing import Any, ClassVar
 from carom.declared import described, integer, number, option, said, switch, word
 from carom.errors import InputError
 from carom.scene_file.commands import Beside
+from carom.spec import tables_of
+
+SYSTEM, LENGTH, SEEDS, OUTPUT = "The system", "How long", "Several packings", "What to write"
 
 
 def _stages(value: Any, name: str) -> tuple[list[Any], ...]:
@@ -22,6 +25,11 @@ def _stages(value: Any, name: str) -> tuple[list[Any], ...]:
 said(
     _stages, type="array", items={"type": "array", "items": {"type": "number"}, "minItems": 2, "maxItems": 2}
 )
+
+
+def _stages_in(texts: Sequence[str]) -> list[list[float]]:
+    """Return the stages that options name."""
+    return [[*each.values()] for each in tables_of("--stage", "RATE:Z")(texts)]
 
 
 def _species(value: Any, name: str) -> tuple[dict[str, Any], ...]:
@@ -54,43 +62,70 @@ class PackSpec(Beside):
         ("n", "species"), ("stages", "rate"), ("stages", "until_Z"),
     )  # fmt: skip
 
-    n: int | None = option(integer(low=2), "Number of points; by default 1000, or that of the species.")
-    dimension: int = option(integer(low=1, high=12), "Dimension of space.", default=3)
-    seeds: int | None = option(integer(low=1, high=10**6), "Number of packings; by default one, from seed.")
+    n: int | None = option(
+        integer(low=2), "Number of points; by default 1000, or that of the species.", SYSTEM
+    )
+    dimension: int = option(integer(low=1, high=12), "Dimension of space.", SYSTEM, default=3)
+    seeds: int | None = option(
+        integer(low=1, high=10**6), "Number of packings; by default one, from seed.", SEEDS
+    )
     seed: int = option(
         integer(low=0, high=2**63 - 1),
         "Seed of random numbers; each further packing has the next.",
         default=1,
     )
     packing_fraction: float | None = option(
-        number(low=0.0), "Packing fraction of the start, instead of points."
+        number(low=0.0), "Packing fraction of the start, instead of points.", SYSTEM
     )
     species: Sequence[Any] | None = option(
-        _species, "Species of the points, each with a count or a fraction."
+        _species,
+        "Species of the points, each with a count or a fraction; as an option COUNT:DIAMETER, for each.",
+        SYSTEM,
+        read=tables_of("--species", "COUNT:DIAMETER"),
+        many=True,
     )
     walls: bool = option(
-        switch, "Whether the box has hard walls instead of periodic boundaries.", default=False
+        switch,
+        "Whether the box has hard walls instead of periodic boundaries.",
+        SYSTEM,
+        ("--walls",),
+        default=False,
     )
     rate: float | None = option(
         number(low=0.0),
         "Growth of the mean diameter over the thermal speed; by default 0.02 up to Z = 1e3, then 1e-3.",
+        LENGTH,
     )
     until_Z: float | None = option(
-        number(low=0.0), "Z = PV/NkT at the end; by default 1e10, if no number of collisions is given."
+        number(low=0.0),
+        "Z = PV/NkT at the end; by default 1e10, if no number of collisions is given.",
+        LENGTH,
     )
     stages: Sequence[Any] | None = option(
-        _stages, "Instead of both: [rate, Z] of each stage, e.g. fast, then slow."
+        _stages,
+        "Instead of both: rate and Z of each stage, e.g. fast, then slow; as an option RATE:Z, for each.",
+        LENGTH,
+        ("--stage",),
+        _stages_in,
+        many=True,
     )
-    collisions: int | None = option(integer(low=1), "Number of pair collisions after which to stop.")
+    collisions: int | None = option(integer(low=1), "Number of pair collisions after which to stop.", LENGTH)
     common: bool = option(
-        switch, "Whether all diameters grow at one rate, not in proportion to size.", default=False
+        switch,
+        "Whether all diameters grow at one rate, not in proportion to size.",
+        LENGTH,
+        ("--common",),
+        default=False,
     )
     neighbors: str = option(
         word("auto", "lists", "sectors", "all"),
         "How pairs are found: auto, lists, sectors or all.",
+        flags=None,
         default="auto",
     )
-    pictures: bool = option(switch, "Whether to draw PNG files.", default=True)
+    pictures: bool = option(
+        switch, "Whether to draw PNG files.", OUTPUT, ("--pictures/--no-pictures",), default=True
+    )
 
     def complete(self) -> None:
         """Check the stages, and of several packings the start, rather than in a worker an hour later.
@@ -132,13 +167,7 @@ def points_of(task: Mapping[str, Any]) -> Any:
 
 
 def _table(species: Any) -> dict[str, Any]:
-    """Return a species as a file has it.
-
-    Raises
-    ------
-    InputError
-        If it is none.
-    """
+    """Return a species as a file has it."""
     from carom import checks
     from carom.scene.species import Species
 

@@ -25,6 +25,7 @@ from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec, points_of
 from carom.studies.study import Look, Study
 from carom.table import Column, Table
+from carom.texts import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -160,7 +161,7 @@ class Packings(Study[PackSpec]):
         ]
         if not known:
             return []
-        return [f"Means and standard errors over {len(self.table)} packings: {', '.join(known)}."]
+        return [f"Means and standard errors over {counted(len(self.table), 'packing')}: {', '.join(known)}."]
 
     def more(self) -> dict[str, Any]:
         """Return the means and their standard errors."""

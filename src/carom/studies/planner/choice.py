@@ -184,11 +184,6 @@ def afford(
         The target, for messages.
     shown : callable
         Returns the text of the target that asks for an error.
-
-    Raises
-    ------
-    InputError
-        If it does not fit; the message names an error that would.
     """
     found = on_cores(chosen, error, cores, limit)
     if found.seconds(cores) <= limit:

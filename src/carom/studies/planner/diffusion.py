@@ -96,11 +96,6 @@ class DiffusionMethod:
     system : System
     species : str, optional
         Name or number of the species of a mixture.
-
-    Raises
-    ------
-    InputError
-        If an infinite system has no D, or its correction to infinite size is not known.
     """
 
     measure = staticmethod(measure)

@@ -43,20 +43,7 @@ ESTIMATORS = ("virial", "collision rate", "both")
 
 
 def measure(task: Task, look: Look) -> dict[str, Any]:
-    """Equilibrate and measure one run.
-
-    Parameters
-    ----------
-    task : dict
-        As :meth:`carom.studies.planner.pressure.PressureMethod.tasks` makes it.
-    look : callable
-        Called from time to time; it may end the run.
-
-    Returns
-    -------
-    dict
-        Values whose bits depend on the task alone; and ``timings``, with the CPU seconds of each stage.
-    """
+    """Equilibrate and measure one run of a plan; ``timings`` has the CPU seconds of each stage."""
     load(task)
     began = clock.thread_time()
     sim = simulation_of(task, refuse_unusual)

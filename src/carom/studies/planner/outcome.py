@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 from carom.errors import InputError
 from carom.observables.statistics import Estimate
@@ -17,38 +17,9 @@ from carom.spec import Spec
 from carom.studies.folder import Record, Task
 from carom.studies.grid_study import GridStudy
 from carom.studies.planner.choice import Design, duration
-from carom.studies.planner.target import Target
 
 NAME = "outcome.json"
 """File of the outcome, in the folder of a plan."""
-
-
-class Promise(Protocol):
-    """The part of a :class:`~carom.studies.planner.plan.RunPlan` with which an outcome is compared."""
-
-    @property
-    def target(self) -> Target:
-        """The quantity, and the error to reach."""
-
-    @property
-    def estimator(self) -> str:
-        """The estimator with the smallest variance."""
-
-    @property
-    def design(self) -> Design:
-        """N, replicas and length of the runs."""
-
-    @property
-    def seed(self) -> int:
-        """Seed of the runs."""
-
-    @property
-    def error(self) -> float:
-        """Promised error, bias included."""
-
-    @property
-    def cpu_seconds(self) -> float:
-        """Promised CPU time [s]."""
 
 
 KEPT = 1.3
@@ -75,7 +46,7 @@ class Outcome:
         Doubts about the result.
     """
 
-    plan: Promise
+    plan: Any
     value: Estimate
     bias: float
     cpu_seconds: float
@@ -142,20 +113,14 @@ class Outcome:
 
 
 def carry_out(
-    plan: Promise,
+    plan: Any,
     how: Any,
     out: str | PathLike[str] | None,
     executor: Any,
     workers: int | None,
     progress: Callable[[float, str], object] | None,
 ) -> Outcome:
-    """Run a plan; parameters as for :meth:`carom.studies.planner.plan.RunPlan.run`.
-
-    Raises
-    ------
-    InputError
-        If a run failed.
-    """
+    """Run a plan; parameters as for :meth:`carom.studies.planner.plan.RunPlan.run`."""
     asked = _Runs(how, plan.design, plan.seed)
     done = _Planned(asked).run(executor=executor, cores=workers, out=out, progress=progress)
     if done.failures:

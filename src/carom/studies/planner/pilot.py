@@ -120,11 +120,6 @@ def pilot(
         Collisions per particle, where they are known.
     look : callable, optional
         Called from time to time with the elapsed fraction of the time.
-
-    Raises
-    ------
-    InputError
-        If the system does not come to equilibrium within the pilot.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", CaromWarning)
@@ -212,13 +207,7 @@ def _measured(sim: Simulation, watch: Watch, equilibration: float) -> tuple[Bloc
 
 
 def equilibrate(sim: Simulation, system: System, watch: Watch) -> float:
-    """Run until a fluid has forgotten its start; return the collisions per particle that are needed.
-
-    Raises
-    ------
-    InputError
-        If the pilot ends before.
-    """
+    """Run until a fluid has forgotten its start; return the collisions per particle that are needed."""
     if system.crystal:
         sim.run(collisions_per_particle=OF_CRYSTAL, progress=watch.look)
         return OF_CRYSTAL

@@ -20,7 +20,8 @@ from carom.paths import writing
 from carom.results import Result, html_of
 from carom.scene_file.commands import PlanSpec
 from carom.simulation.workers.thread_pool import cores as all_cores
-from carom.studies.arguments import processes, refuse_unknown
+from carom.studies.arguments import processes
+from carom.studies.documented import documented
 from carom.studies.places import refuse_others, refuse_to_replace
 from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
 from carom.studies.planner.diffusion import DiffusionMethod
@@ -291,13 +292,7 @@ class RunPlan(Result):
 
 
 def load(folder: str | PathLike[str]) -> RunPlan:
-    """Return the plan in a ``folder``.
-
-    Raises
-    ------
-    FileError
-        If there is no plan, or one of another version of Carom.
-    """
+    """Return the plan in a ``folder``."""
     path = Path(folder) / NAME
     return records.read_json(path, of_words, "a plan of Carom", "give another folder, or plan again")
 
@@ -305,9 +300,6 @@ def load(folder: str | PathLike[str]) -> RunPlan:
 _AT_LEAST_ZERO, _POSITIVE = records.number(low=0.0), records.number(low=0.0, open_low=True)
 
 _NAMED = records.table({"carom": records.text})
-
-_TAKEN = ("value", "estimator", "ratios", "cores", "walltime", "seed", "pilot_seconds")
-"""Fields of a plan that are as the file has them."""
 
 _WORDS = records.table(
     {
@@ -354,13 +346,7 @@ _WORDS = records.table(
 
 
 def reserve(folder: Path) -> None:
-    """Refuse a folder in which a plan would be mixed with other results, or replace files of others.
-
-    Raises
-    ------
-    FileError
-        If it holds other results, or files by the names of a plan's that are none.
-    """
+    """Refuse a folder in which a plan would be mixed with other results, or replace files of others."""
     path = folder / NAME
     if os.path.lexists(path):
         # Another plan is replaced, and nothing else that has this name. The study of a plan is beside it.
@@ -407,6 +393,7 @@ def method(system: System, target: Target) -> Any:
     return PressureMethod(system, target.quantity)
 
 
+@documented(PlanSpec, hidden=("pilot",))
 @watchable("Planning", lambda shown: shown)
 def plan(
     target: str | Target | None = None,
@@ -415,13 +402,9 @@ def plan(
     dimension: int | None = None,
     species: Sequence[Mapping[str, float]] | None = None,
     scene: Any = None,
-    n: int | None = None,
-    cores: int | str | None = None,
-    walltime: float | None = None,
-    seed: int | None = None,
     pilot_seconds: float | None = None,
     progress: Callable[[float, str], object] | None = None,
-    **others: Any,
+    **given: Any,
 ) -> RunPlan:
     """Return the run that reaches a target for the least CPU time, and its cost on this machine.
 
@@ -432,6 +415,7 @@ def plan(
         has a relative error, ``"Z=+-0.002"`` an absolute one. Quantities are Z, P (or pressure), g(contact),
         D, and D(A) of the species A of a mixture, by its name or its number from 0 on. ``"Z=1e-3"`` if left
         out.
+    @
     packing_fraction : float
         Packing fraction of hard spheres with diameter, mass and kT 1. Give this or ``scene``.
     dimension : int
@@ -441,20 +425,10 @@ def plan(
     scene : path, SceneFile or System
         A scene. The plan may change its number of particles. Of a scene file (TOML) ``[plan]`` is read as
         well, whose values other arguments replace.
-    n : int, optional
-        Number of particles; by default the plan chooses it.
-    cores : int or "auto", optional
-        Number of cores; by default all of this machine.
-    walltime : float, optional
-        Wall time that is available [s]; by default no limit.
-    seed : int
-        Seed of the runs and of the pilots; 1 if left out.
     pilot_seconds : float
         CPU time that each of two pilots may take [s]; 15 if left out.
     progress : callable, optional
         Called with the finished fraction of the pilot, and a sentence; True shows a bar.
-    **others
-        None: any other argument is an error that names the right one.
 
     Returns
     -------
@@ -475,12 +449,10 @@ def plan(
     >>> found.design.replicas
     1
     """
-    refuse_unknown("plan()", others, _ARGUMENTS)
-    given = {"n": n, "seed": seed, "cores": cores, "walltime": walltime, "pilot": pilot_seconds}
     if target is not None and not isinstance(target, str | Target):
         raise InputError(f'plan() begins with a target such as "Z=1e-4", found {checks.describe(target)}.')
     system = system_of(packing_fraction, dimension, species, scene)
-    asked = asked_of(target, scene, given)
+    asked = asked_of(target, scene, {"pilot": pilot_seconds, **given})
     n, walltime = asked.n, asked.walltime
     goal = target if isinstance(target, Target) else Target.parse(asked.target)
     cores = processes(asked.cores) or all_cores()
@@ -536,13 +508,6 @@ def plan(
         sizes=tuple(_size(each, error) for each in candidates),
         pilot_seconds=clock.thread_time() - began,
     )  # fmt: skip
-
-
-_ARGUMENTS = (
-    "packing_fraction", "dimension", "species", "scene", "n", "cores", "walltime", "seed", "pilot_seconds",
-    "progress",
-)  # fmt: skip
-"""Keywords of :func:`plan`."""
 
 
 def _timed(costs: Costs, again: Costs) -> Costs:

@@ -12,11 +12,13 @@ from typing import Any
 
 from carom import checks, densities, theory
 from carom.errors import InputError
+from carom.scene.species import counts_of
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import SceneSpec
 from carom.spec import file_of
 from carom.studies.coefficients import windows
 from carom.studies.eos.spec import StudySpec
+from carom.studies.phase import usual_equation
 from carom.studies.planner.target import Scale
 from carom.studies.scenes import nearest_filling, plain, refuse_other_interactions, with_fractions
 from carom.theory.mixture_size import mixture_finite_size_shift
@@ -57,11 +59,6 @@ class System:
         2 to 6.
     scene : mapping
         Keys of ``[scene]``: diameter, mass, kT and interaction, or kT and species with fractions.
-
-    Raises
-    ------
-    InputError
-        If no infinite system of this kind is known, or the density is that of two phases.
     """
 
     packing_fraction: float
@@ -213,10 +210,9 @@ class System:
         start = {2: "triangular", 3: "fcc"}.get(self.dimension, "dn" if self.dimension > 3 else "cubic")
         return nearest_filling(start, self.dimension, n) if self.crystal else n
 
-    def counts(self, n: int) -> list[int]:
+    def counts(self, n: int) -> tuple[int, ...]:
         """Return the numbers of particles of each species among n, rounded as a scene rounds them."""
-        ends = [round(n * part) for part in _running(self.fractions)]
-        return [b - a for a, b in zip([0, *ends], ends, strict=False)]
+        return counts_of(self.fractions, n)
 
     def z(self, fractions: Sequence[float] | None = None) -> float:
         """Return Z of the infinite system by theory."""
@@ -250,13 +246,7 @@ class System:
         )
 
     def species(self, name: str | None) -> int:
-        """Return the number of the species that a target names, 0 where there is one and none is named.
-
-        Raises
-        ------
-        InputError
-            If there is no such species, or several and none is named.
-        """
+        """Return the number of the species that a target names, 0 where there is one and none is named."""
         names = [str(each.get("name") or k) for k, each in enumerate(self.scene.get("species", ()))] or ["0"]
         if name is None and len(names) > 1:
             raise InputError(
@@ -267,13 +257,7 @@ class System:
         return 0 if name is None else names.index(name) if name in names else int(name)
 
     def scale(self, quantity: str) -> Scale:
-        """Return how a quantity follows from Z.
-
-        Raises
-        ------
-        InputError
-            For the contact value of a mixture, which has one for every pair of species.
-        """
+        """Return how a quantity follows from Z."""
         if quantity == "P":
             return Scale(0.0, self.density * self.kT)
         if quantity == "g(contact)":
@@ -309,13 +293,7 @@ class System:
 
 
 def of_scene(path: str | Path) -> tuple[System, int]:
-    """Return the system of a scene file, and its number of particles.
-
-    Raises
-    ------
-    FileError, InputError
-        If the file cannot be read, or is not a bulk phase in a periodic box.
-    """
+    """Return the system of a scene file, and its number of particles."""
     return of_plan(SceneFile.load(file_of(Path(path))))
 
 
@@ -342,12 +320,6 @@ def of_plan(plan: SceneFile) -> tuple[System, int]:
 
 def _mixed(eta: float, fractions: Sequence[float], diameters: Sequence[float], d: int) -> float:
     """Return Z of a fluid by the best theory for its dimension."""
-    if len(diameters) == 1:
-        return float(theory.best(d)(eta))
-    equation = functools.partial(theory.santos_yuste_lopez_de_haro, dimension=d)
-    return float(theory.bmcsl(eta, fractions, diameters) if d == 3 else equation(eta, fractions, diameters))
-
-
-def _running(parts: Sequence[float]) -> list[float]:
-    """Return the cumulative sums."""
-    return [math.fsum(parts[: k + 1]) for k in range(len(parts))]
+    equation = usual_equation(d, "fluid", [*zip(diameters, fractions, strict=True)])
+    assert equation is not None
+    return float(equation(eta))

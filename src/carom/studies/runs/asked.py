@@ -28,13 +28,6 @@ def plan_of(asked: Any) -> SceneFile:
     """Return the scene file that a file, a folder of a run or a value describes; without one the default.
 
     A file with frames, also of another program, is the start of a scene that says nothing else.
-
-    Raises
-    ------
-    InputError
-        If it is nothing that a run begins with, or the file has no scene.
-    FileError
-        If the file cannot be read.
     """
     if asked is None:
         return SceneFile()
@@ -42,7 +35,7 @@ def plan_of(asked: Any) -> SceneFile:
         return asked.beside(Path())
     if isinstance(asked, str | PathLike):
         path = Path(asked)
-        if path.suffix.lower() != ".toml" and foreign_format_of(path) is not None:
+        if path.suffix.lower() != ".toml" and not path.is_dir() and foreign_format_of(path) is not None:
             return SceneFile(SceneSpec(file=str(existing(path)))).beside(Path())
         return SceneFile.load(path / RunFolder(path).scene.name if path.is_dir() else path)
     raise InputError(
@@ -62,13 +55,6 @@ def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFil
         Temperature of velocities to be drawn; 1 where neither it nor velocities are given.
     folder : RunFolder
         Where the file of the start is to lie.
-
-    Raises
-    ------
-    InputError
-        If the scene has a model of a class of one's own, which no file holds.
-    FileError
-        If it cannot be written.
     """
     if scene.velocities is None and kT is None:
         kT = 1.0

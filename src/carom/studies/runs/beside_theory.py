@@ -55,10 +55,6 @@ def of_infinite_size(
         return constant_pressure.infinite(given["Z"], MeanBox.of(volume), phase)
     if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
         return None
-    if phase.name == "solid":
-        # For a crystal the correction follows from its own Z: Z - 1 is that of n - 1 vibrating particles.
-        factor = pressure.n / (pressure.n - 1.0)
-        return pressure.Z.scaled(factor, offset=1.0 - factor)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", CaromWarning)  # the note on the phase has the same text
@@ -77,9 +73,11 @@ def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
             if isinstance(scene, MeanBox):
                 value, contact = large + constant_pressure.shift(scene, phase, equation), math.nan
             else:
-                value = large + finite_size_shift(phase, eta, n, equation)
+                value = large + finite_size_shift(phase.name, eta, n, equation)
                 contact = float(theory.contact_value(value, eta, dimension, n)) if n > 1 else math.nan
         except CaromError:
+            continue
+        if math.isnan(value):
             continue
         rows.append(
             {

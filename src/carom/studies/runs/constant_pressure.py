@@ -50,7 +50,7 @@ def compressibility_factor(found: VolumeResult, moves: VolumeMoves) -> Estimate:
 def shift(box: MeanBox, phase: Phase, equation: theory.Equation) -> float:
     """Return Z of n particles at constant pressure less that of infinitely many, by theory."""
     eta, n = box.packing_fraction, box.n
-    return finite_size_shift(phase, eta, n, equation) + float(
+    return finite_size_shift(phase.name, eta, n, equation) + float(
         theory.constant_pressure_shift(eta, n, equation)
     )
 

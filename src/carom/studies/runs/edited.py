@@ -18,11 +18,6 @@ def check_unedited(path: Path, plan: SceneFile) -> None:
         The scene file.
     plan : SceneFile
         The plan of the run.
-
-    Raises
-    ------
-    FileError
-        If the file describes another run, or is no longer a scene file.
     """
     if not path.exists():
         return

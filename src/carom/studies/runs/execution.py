@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,10 @@ from carom.io import checkpoint
 from carom.notebook import by_stage, watchable
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import RunSpec
 from carom.simulation.barostat import Barostat
 from carom.simulation.swaps import Swaps
-from carom.studies.arguments import refuse_unknown
+from carom.studies.documented import documented
 from carom.studies.places import of_the_user
 from carom.studies.runs.asked import plan_of, plan_of_scene
 from carom.studies.runs.edited import check_unedited
@@ -27,30 +27,20 @@ from carom.studies.runs.underway import KEPT, Predicted, Progress, Run
 from carom.studies.signals import stoppable
 
 
+@documented(RunSpec)
 @watchable("Running", by_stage)
 def run(
     scene: Scene | SceneFile | str | PathLike[str] | None = None,
     out: str | PathLike[str] = "carom-run",
     *,
-    kT: float | None = None,
-    equilibration: float | None = None,
-    collisions_per_particle: float | None = None,
-    time: float | None = None,
-    relative_error: float | None = None,
-    walltime: float | None = None,
-    frames: int | None = None,
-    write: Sequence[str] | None = None,
-    event_log: bool | None = None,
-    pictures: bool | None = None,
     swaps: Swaps | None = None,
     barostat: Barostat | None = None,
-    seed: int | None = None,
     cores: int | str = 1,
     trust_code: bool = False,
     overwrite: bool = False,
     progress: Progress | None = None,
     predicted: Predicted | None = None,
-    **others: Any,
+    **given: Any,
 ) -> RunResult:
     """Run a scene, and write a trajectory, pressure, g(r) and pictures to a folder, as ``carom run`` does.
 
@@ -62,32 +52,11 @@ def run(
         0.45.
     out : path
         The folder; made if needed.
-    kT : float, optional
-        Temperature; without it that of the file, and of a scene without velocities 1. With wells it is held
-        until equilibration ends.
-    equilibration : float, optional
-        Collisions per particle before the measurement; 200 if left out here and in the file.
-    collisions_per_particle : float, optional
-        Collisions per particle during the measurement; 10 000 if left out.
-    time : float, optional
-        Instead, the time of the measurement.
-    relative_error : float, optional
-        Instead, measure until Z has this relative error.
-    walltime : float, optional
-        Limit of wall time for this, without that of compiling [s].
-    frames : int, optional
-        Number of frames; 100 if left out, or as many fewer as keep all files within 200 MB.
-    write : sequence of str, optional
-        Formats of the trajectory: "h5md", "extxyz", "gsd"; the first two if left out, or H5MD alone if both
-        exceed 60 MB.
-    event_log, pictures : bool, optional
-        Whether to write every collision, and to draw pictures.
+    @
     swaps : Swaps, optional
         Exchanges of diameters; see ``docs/driven``.
     barostat : Barostat, optional
         Constant pressure; see ``docs/measuring``.
-    seed : int, optional
-        Source of all randomness; 1 if left out.
     cores : int or "auto"
         Threads that run this one system together; they do not affect the results.
     trust_code : bool
@@ -98,8 +67,6 @@ def run(
         Called as ``progress(stage, fraction)``; does not affect the results. True shows a bar.
     predicted : callable, optional
         Called with a prediction of the time that is left, if there is a relative error to reach.
-    **others
-        None: any other argument is an error that names the right one.
 
     Returns
     -------
@@ -110,6 +77,8 @@ def run(
     ------
     InputError
         If an argument is unknown, or the run cannot be carried out; no file was changed then.
+    OverlapError
+        If ``check`` is given, and frames have overlaps; all results are written before.
     FileError
         If the folder holds a run, or cannot be written; after a full disk, :func:`carom.resume` goes on.
     Interrupted
@@ -129,38 +98,24 @@ def run(
     >>> found.n, len(found.frames), abs(found.Z.mean - carom.theory.carnahan_starling(0.3)) < 0.3
     (108, 2, True)
     """
-    refuse_unknown("run()", others, _ARGUMENTS)
     folder = RunFolder(Path(out))
-    given = scene if isinstance(scene, Scene) else None
-    plan = plan_of(scene) if given is None else SceneFile()
-    how = plan.run.replaced(
-        kT=kT, seed=seed, equilibration=equilibration, collisions_per_particle=collisions_per_particle,
-        time=time, relative_error=relative_error, walltime=walltime, frames=frames, write=write,
-        event_log=event_log, pictures=pictures, swaps=swaps,
-        barostat=barostat,
-    )  # fmt: skip
+    value = scene if isinstance(scene, Scene) else None
+    plan = plan_of(scene) if value is None else SceneFile()
+    how = plan.run.replaced(**given, swaps=swaps, barostat=barostat)
     plan = dataclasses.replace(plan, run=how)
     plan = plan.trusted() if trust_code else plan
     folder.check_free(overwrite)
-    if given is not None:
-        made = plan_of_scene(given, kT, folder)
+    if value is not None:
+        made = plan_of_scene(value, given.get("kT"), folder)
         plan = SceneFile(made.scene, dataclasses.replace(how, kT=made.run.kT))
     with stoppable() as stop:
         try:
             summary = Run(plan, folder, stop, progress, predicted, cores).from_the_start()
         except CaromError:
-            if given is not None and not folder.scene.exists():
+            if value is not None and not folder.scene.exists():
                 folder.start.unlink(missing_ok=True)
             raise
     return RunResult(folder.path, summary, new=True)
-
-
-_ARGUMENTS = (
-    "out", "kT", "equilibration", "collisions_per_particle", "time", "relative_error", "walltime", "frames",
-    "write", "event_log", "pictures", "swaps", "barostat", "seed", "cores", "trust_code", "overwrite",
-    "progress", "predicted",
-)  # fmt: skip
-"""Keywords of :func:`run`."""
 
 
 @watchable("Running", by_stage)
@@ -189,17 +144,6 @@ def resume(
     -------
     RunResult
         It has ``new=False`` if the run was finished already.
-
-    Raises
-    ------
-    InputError
-        If the scene has a range rule from a file that may not run, or that was edited.
-    FileError
-        If the folder holds no run, or another process is running in it. If its checkpoint is damaged or of
-        another version of Carom, or its scene file was edited. If there are frames and no checkpoint. If a
-        file that the run wrote is damaged and cannot be restored. Nothing in the folder was changed then.
-    Interrupted
-        As in :func:`run`.
 
     Warns
     -----
@@ -239,13 +183,6 @@ def go_on(plan: SceneFile, out: str | PathLike[str], *, trust_code: bool = False
         Whether the Python file of a range rule may run.
     **how
         Arguments of :func:`run` and :func:`resume`: ``progress``, ``predicted``, ``cores``.
-
-    Raises
-    ------
-    InputError
-        If the folder holds another run; and as from :func:`run` and :func:`resume`.
-    FileError
-        As from :func:`run` and :func:`resume`.
     """
     folder = RunFolder(Path(out))
     begun = folder.checkpoint.is_file() or folder.summary.is_file()

@@ -60,14 +60,7 @@ class RunFolder:
         return [self.summary, self.checkpoint, self.scene, *trajectories, *others]
 
     def check_free(self, overwrite: bool) -> None:
-        """Refuse a folder in which :meth:`begin` would fail; no file is changed.
-
-        Raises
-        ------
-        FileError
-            If the folder holds a run and `overwrite` is false, or other results, or a scene file of the user;
-            if it is no folder, or cannot be written to.
-        """
+        """Refuse a folder in which :meth:`begin` would fail; no file is changed."""
         there = next((path for path in (self.path, *self.path.absolute().parents) if path.exists()), None)
         with writing(self.path):
             if there is not None and not there.is_dir():
@@ -100,11 +93,6 @@ class RunFolder:
 
         If this is interrupted at any moment, the folder starts again as the old run or as the new one, or
         :meth:`check_empty` refuses what is left.
-
-        Raises
-        ------
-        InputError
-            If no scene file can hold the plan; nothing was removed then.
         """
         text = _text(plan)
         with writing(self.path):
@@ -121,13 +109,7 @@ class RunFolder:
                     (self.path / f"{name}.png").unlink(missing_ok=True)
 
     def check_empty(self) -> None:
-        """Refuse frames and events, which a run without a checkpoint would replace; no file is changed.
-
-        Raises
-        ------
-        FileError
-            If a trajectory or the event log holds any, or cannot be read.
-        """
+        """Refuse frames and events, which a run without a checkpoint would replace; no file is changed."""
         found = [path for form in FORMATS if _holds(path := self.trajectory(form), _frames)]
         found += [self.events] if _holds(self.events, _events) else []
         if found:
@@ -176,13 +158,7 @@ def _events(path: Path) -> int:
 
 
 def existing_run(path: Path) -> RunFolder:
-    """Return the folder of a run that has begun.
-
-    Raises
-    ------
-    FileError
-        If there is none.
-    """
+    """Return the folder of a run that has begun."""
     folder = RunFolder(path)
     try:
         if not path.is_dir():

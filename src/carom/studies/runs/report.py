@@ -17,11 +17,12 @@ import numpy as np
 
 from carom import io
 from carom.block import Block
-from carom.errors import CaromError, CaromWarning, FileError, InputError
+from carom.errors import CaromError, CaromWarning, FileError, InputError, OverlapError
 from carom.frame import Frame
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
 from carom.observables import RDF, Estimate, Pressure, PressureResult, RDFResult, WallPressure
+from carom.observables.drift import LEVEL, moved
 from carom.observables.energy import (
     Energy,
     EnergyResult,
@@ -31,12 +32,14 @@ from carom.observables.equilibrium import doubts_about, slow_structure
 from carom.observables.layers import Layers
 from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
 from carom.observables.pressure import without_pressure
+from carom.observables.quantiles import student_above
 from carom.observables.statistics import ratio
 from carom.observables.volume import VolumeResult
 from carom.observables.wall_pressure import obstacle_names
 from carom.paths import replacing, write_text
 from carom.scene.description import kind
 from carom.scene.fields import is_equal, is_simple, is_usual, standing
+from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
 from carom.scene.temperature import kept_by_motion
@@ -47,7 +50,7 @@ from carom.simulation.equipartition import Thermometer
 from carom.simulation.mechanics import Statistics
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
-from carom.studies.phase import Phase, moved, phase_of
+from carom.studies.phase import Phase, phase_of
 from carom.studies.runs import beside_theory, constant_pressure
 from carom.studies.runs.beside_theory import finite
 from carom.studies.runs.constant_pressure import MeanBox
@@ -58,6 +61,9 @@ T = TypeVar("T")
 
 OTHER = 0.01
 """Part of a temperature by which the mean of a run may differ from it, and no sentence says so."""
+
+SCALED_BY = 0.375
+"""Part of the equilibration whose mean kT velocities are scaled by last."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +81,8 @@ class Facts:
         Collisions and time before it.
     frames : int
         Frames sampled.
+    overlaps : list of (float, Overlap)
+        Times of those that were looked at and have an overlap, and the deepest in each.
     trajectories : list of Path
         Files of the trajectories.
     rate : float
@@ -97,6 +105,7 @@ class Facts:
     blocks: list[Block]
     equilibration: tuple[int, float]
     frames: int
+    overlaps: list[tuple[float, Overlap]]
     trajectories: list[Path]
     rate: float
     began: float
@@ -153,9 +162,11 @@ class _Parts:
 def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None]) -> dict[str, Any]:
     """Write g(r), the pictures, the times and the summary, in this order, and return the summary.
 
-    An error of the program in one of its parts is raised when all others are written.
+    An error of the program in one of its parts, or an overlap, is raised when all others are written.
     """
     parts = _Parts()
+    if facts.overlaps:
+        parts.fault = OverlapError(_overlapping(facts))
     pressure = parts.of("pressure", lambda: pressure_of(facts.sim, facts.blocks), None)
     volume = parts.of("volume", lambda: constant_pressure.volume_of(facts.sim, facts.blocks), None)
     energy = parts.of("potential energy", lambda: energy_of(facts.sim, facts.blocks), None)
@@ -187,6 +198,16 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
     return summary
 
 
+def _overlapping(facts: Facts) -> str:
+    """Return a sentence on the frames that overlap: the deepest in all, and the first."""
+    time, worst = max(facts.overlaps, key=lambda each: each[1].relative)
+    return (
+        f"In {len(facts.overlaps)} of {facts.frames} frames there are overlaps, the first at time "
+        f"{facts.overlaps[0][0]:.6g}: at time {time:.6g} {worst}. An event was missed, and the results are "
+        "wrong: `carom.check` a model of your own, and else report the scene and the seed."
+    )
+
+
 def pressure_of(sim: Simulation, blocks: list[Block]) -> PressureResult | None:
     """Return the pressure in a box that keeps its volume; None where there is none (:func:`no_pressure`), or
     nothing moves.
@@ -215,7 +236,7 @@ def _decides(scene: Scene) -> bool:
 def without_rdf(scene: Scene, frames: bool, barostat: bool = False) -> str | None:
     """Return a sentence on why a run with or without ``frames`` has no g(r); None if it has one."""
     if barostat:
-        return "No g(r): the barostat gives frames boxes of different volumes."
+        return "No g(r): a barostat changes the volume; `carom measure FOLDER` gives g(r) of the frames."
     if _decides(scene):
         return "No pressure and no g(r): units that decide by rules are in no equilibrium."
     if scene.walls or scene.obstacles:
@@ -329,7 +350,7 @@ def _summary(
     none: list[dict[str, Any]] = []
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
     doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure, volume, energy), list[str]())
-    other = None if energy is None else _other_temperature(facts, energy.kT)
+    other, early = (None if energy is None else _other_temperature(facts, energy.kT)) or ("", False)
     missing = None if _decides(scene) else no_pressure(scene)
 
     def measured(name: str) -> dict[str, float | None]:
@@ -369,8 +390,10 @@ def _summary(
         "contact_value_from_rdf": whole,
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
-        "remarks": [*doubts, *parts.remarks],
-        "note": " ".join(filter(None, ((missing or "") if pressure is None else pressure.note, other))),
+        "remarks": [*doubts, *([other] if early else []), *parts.remarks],
+        "note": " ".join(
+            filter(None, ((missing or "") if pressure is None else pressure.note, "" if early else other))
+        ),
         "obstacles": borne,
         "layers": parts.of("layers", lambda: _layers(facts), none),
         "collisions_by_species": _by_species(sim),
@@ -384,25 +407,34 @@ def _summary(
         "energy_drift": finite(drift),
         "momentum_drift": finite(statistics.momentum_drift),
         "worst_overlap": statistics.worst_overlap,
+        "frames_with_overlaps": len(facts.overlaps) if plan.run.check else None,
         "advancement_fraction": statistics.advancement_fraction,
         "clamped_roots": statistics.clamped_roots,
         "transits": statistics.transits,
     }
 
 
-def _other_temperature(facts: Facts, kT: Estimate) -> str | None:
-    """Return a sentence where a run came to another temperature than was asked for."""
+def _other_temperature(facts: Facts, kT: Estimate) -> tuple[str, bool] | None:
+    """Return a sentence where a run came to another temperature than was asked for, and whether it speaks
+    against equilibrium.
+    """
     asked, scene = facts.plan.run.kT, facts.sim.scene
-    if asked is None or scene.velocities is not None or not abs(kT.mean - asked) > OTHER * asked:
-        return None
-    if scene.drive is not None or drifts(facts.sim) is not None:
+    decided = scene.drive is not None or drifts(facts.sim) is not None
+    if asked is None or scene.velocities is not None or decided:
         return None  # contacts, surfaces or a drive decide, and no equilibration brings kT back
+    scaled = facts.energy_drift is not None and not facts.plan.run.event_log
+    # Velocities were scaled by a mean over a part of the equilibration, which has an error of its own.
+    measured = math.fsum(block.duration for block in facts.blocks)
+    longer = measured / (SCALED_BY * facts.equilibration[1]) if scaled and facts.equilibration[1] else 0.0
+    chance = student_above(0.5 * LEVEL, max(kT.n_eff - 1.0, 1.0)) * kT.error * math.sqrt(1.0 + longer)
+    if not abs(kT.mean - asked) > max(OTHER * asked, chance):
+        return None
     said = f"kT = {asked:g} was asked for, and its mean is {kT.mean:.4g}: kinetic and potential energy are"
+    if scaled:
+        return f"{said} still being exchanged, so equilibrate longer.", True
     if facts.plan.run.event_log:
-        return f"{said} exchanged, and velocities are not scaled where an event log is written."
-    if facts.energy_drift is None:
-        return f"{said} exchanged."
-    return f"{said} still being exchanged, so equilibrate longer."
+        return f"{said} exchanged, and velocities are not scaled where an event log is written.", False
+    return f"{said} exchanged.", False
 
 
 def _doubts(

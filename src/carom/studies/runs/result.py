@@ -22,6 +22,7 @@ from carom.results import Result
 from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
 from carom.studies.runs.summary import SUMMARY, read_timing
+from carom.texts import counted
 
 QUANTITIES = (
     "Z", "Z_infinite", "reduced_pressure", "contact_value", "collision_rate", "U", "temperature", "volume",
@@ -184,7 +185,7 @@ class RunResult(Result):
         title, rows = self._rows()
         said = [", ".join(f"{name} = {value}" for name, value in rows)] if rows else []
         s = self.summary
-        return [title, *said, f"{s['collisions']} collisions; files in {self.folder}"]
+        return [title, *said, f"{counted(s['collisions'], 'collision')}; files in {self.folder}"]
 
     def __repr__(self) -> str:
         return f"<RunResult: {self._lines()[0]}, in {self.folder}>"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 
+from carom import checks
 from carom.errors import CaromWarning, InputError
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
@@ -87,13 +88,7 @@ def without_trajectory(
 
 
 def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
-    """Return the requested formats that can hold a dimension.
-
-    Raises
-    ------
-    InputError
-        If none of the requested formats can, or GSD is requested and not installed.
-    """
+    """Return the requested formats that can hold a dimension."""
     held = tuple(form for form in asked if form == "h5md" or dimension <= LARGEST_EXTENDED)
     if asked and not held:
         raise InputError(
@@ -108,12 +103,7 @@ def holdable(asked: tuple[str, ...], dimension: int) -> tuple[str, ...]:
             stacklevel=4,
         )
     if "gsd" in held:
-        from importlib.util import find_spec
-
-        if find_spec("gsd") is None:
-            raise InputError(
-                '[run] write "gsd" needs the package gsd; pip install "carom[gsd]", or leave it out.'
-            )
+        checks.needed("gsd", '[run] write "gsd"', "'carom[gsd]', or leave it out")
     return held
 
 

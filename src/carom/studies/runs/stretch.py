@@ -15,7 +15,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from carom.block import Block, Energy, VolumeSums, combined
+from carom.block import Block, Energy, VolumeSums, weighted_sum
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR
 from carom.simulation import readings, stretches
@@ -63,6 +63,8 @@ class Stretch:
         Sums over layers along a field (``carom.observables.layers``), at the same times.
     volumes : list of tuple of float
         Sums under a barostat (:class:`carom.block.VolumeSums`) at the beginning of every segment.
+    overlaps : list of (float, Overlap)
+        Time of a frame, and its deepest overlap, of all frames that were looked at and have one.
     equilibrated : tuple of int and float, or None
         Collisions and time of the equilibration, once it is over.
     seconds, engine_seconds : float
@@ -80,6 +82,7 @@ class Stretch:
     temperatures: list[Any] = field(default_factory=list)
     layers: list[Any] = field(default_factory=list)
     volumes: list[Any] = field(default_factory=list)
+    overlaps: list[Any] = field(default_factory=list)
     equilibrated: tuple[int, float] | None = None
     seconds: float = 0.0
     engine_seconds: float = 0.0
@@ -150,7 +153,9 @@ class Stretch:
                 block._replace(energy=readings.mean_energy(first, last, block, sim.degrees_of_freedom))
             )
         for k, (before, after) in enumerate(itertools.pairwise(self.volumes)):
-            blocks[k] = blocks[k]._replace(volumes=combined(VolumeSums(*after), VolumeSums(*before), -1))
+            blocks[k] = blocks[k]._replace(
+                volumes=weighted_sum(VolumeSums(*after), VolumeSums(*before), 1, -1)
+            )
         return blocks
 
 

@@ -67,6 +67,7 @@ SUMMARY = records.table(
     later={
         "without_trajectory": _TEXT,
         "units": records.mapping(_COUNT),
+        "frames_with_overlaps": records.optional(_COUNT),
         "swaps": records.optional(records.table({"tried": _COUNT, "accepted": _COUNT})),
         "barostat": records.optional(
             records.table({"pressure": _POSITIVE, "tried": _COUNT, "accepted": _COUNT})
@@ -80,13 +81,7 @@ _TIMING = records.table({"collisions_per_second": _POSITIVE, "seconds": _POSITIV
 
 
 def read_summary(path: Path) -> dict[str, Any]:
-    """Return the summary of a finished run.
-
-    Raises
-    ------
-    FileError
-        If the file is damaged, or lacks a field that is shown.
-    """
+    """Return the summary of a finished run."""
     found: dict[str, Any] = records.read_json(
         path, SUMMARY, "the summary of a run", "remove it, and `carom resume` makes it anew"
     )
@@ -94,13 +89,7 @@ def read_summary(path: Path) -> dict[str, Any]:
 
 
 def read_timing(path: Path) -> dict[str, float]:
-    """Return the rate and the wall time of a finished run; empty if the file is missing.
-
-    Raises
-    ------
-    FileError
-        If the file is damaged.
-    """
+    """Return the rate and the wall time of a finished run; empty if the file is missing."""
     if not path.is_file():
         return {}
     found: dict[str, float] = records.read_json(path, _TIMING, "the times of a run", "remove it")

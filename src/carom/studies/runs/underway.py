@@ -18,10 +18,12 @@ from carom.io.formats import Writer
 from carom.observables.layers import Layers
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
+from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation import checkpoint, stretches
 from carom.simulation.checkpoint import size, size_of_file
+from carom.simulation.depths import deepest, present
 from carom.simulation.equilibration import Equilibration, exchanges
 from carom.simulation.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
@@ -321,6 +323,9 @@ class Run:
 
     def _write(self) -> None:
         frame = self.sim.frame()
+        if self.plan.run.check:
+            found = deepest(self.sim._state, present(self.sim._state))
+            self.stretch.overlaps += [] if found is None else [(frame.time, *found)]
         for writer in self.writers:
             writer.write(frame)
         self.written.add(frame)
@@ -335,6 +340,7 @@ class Run:
             blocks=blocks,
             equilibration=(stretch.equilibrated[0], stretch.equilibrated[1]),
             frames=stretch.written,
+            overlaps=[(time, Overlap(*found)) for time, *found in stretch.overlaps],
             trajectories=[self.folder.trajectory(form) for form in self.formats],
             rate=sum(block.collisions for block in blocks) / stretch.engine_seconds,
             began=self._began - self._before,

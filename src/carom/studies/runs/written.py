@@ -64,11 +64,6 @@ class Written:
             Number of frames written up to the checkpoint.
         report : callable
             Called with the verified fraction.
-
-        Raises
-        ------
-        FileError
-            If one is damaged and no lossless other is intact.
         """
         if keep == 0:
             return {}

@@ -1,6 +1,6 @@
 """The naive algorithm for units with range rules, in high precision: all pairs, all counters, every time.
 
-:class:`carom.reference.steps.NaiveSteps` holds which units are inside which circles. The units in a circle
+:class:`helpers.naive.steps.NaiveSteps` holds which units are inside which circles. The units in a circle
 are counted whenever a rule is called. Events at the same time happen in the order of the units' numbers.
 """
 
@@ -12,7 +12,7 @@ from types import SimpleNamespace
 from typing import Any, NamedTuple
 
 from carom.errors import InputError
-from carom.reference.steps import NaiveSteps
+from helpers.naive.steps import NaiveSteps
 
 ENTERED, LEFT, TIMER, CHANGED = 1, 2, 3, 4
 

@@ -1,0 +1,23 @@
+"""Functions in plain Python for which compiled code takes instructions of its own."""
+
+from __future__ import annotations
+
+from numba.core import types
+from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
+
+
+def compiled_as(function):
+    """Let compiled code take the instructions of an intrinsic, which is decorated, for a ``function`` of the
+    same parameters.
+
+    They are written where it is called, and not into a function that is inlined there: room on the stack ends
+    with the function that asked for it.
+    """
+
+    def decorate(answer):
+        template = make_intrinsic_template(function, answer, function.__name__)
+        infer(template)
+        infer_global(function, types.Function(template))
+        return answer
+
+    return decorate

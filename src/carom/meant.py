@@ -1,0 +1,128 @@
+"""Names that do not exist, as keywords, keys and options: the one that is meant."""
+
+from __future__ import annotations
+
+import difflib
+import functools
+import inspect
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, TypeVar
+
+from carom.errors import InputError
+
+C = TypeVar("C", bound=Callable[..., Any])
+
+SAME = (
+    ("eta", "packing_fraction", "phi", "fraction", "volume_fraction", "packing", "packing_fractions",
+     "filling"),
+    ("density", "rho", "number_density", "densities"),
+    ("n", "N", "number", "particles", "spheres", "count", "size", "num", "num_particles", "n_particles"),
+    ("dimension", "k", "d", "dim", "dims", "dimensions", "ndim", "n_dim"),
+    ("diameter", "sigma", "diameters"),
+    ("mass", "m", "masses"),
+    ("box", "L", "box_size", "edges", "lengths"),
+    ("lattice", "initial", "structure"),
+    ("walls", "wall", "boundaries"),
+    ("kT", "T", "temperature", "temp", "kBT"),
+    ("drive", "thermostat"),
+    ("cores", "workers", "threads", "processes", "jobs", "cpus", "nproc", "n_jobs"),
+    ("tries", "seeds"),
+    ("seed", "random_seed", "first", "rng", "random_state"),
+    ("out", "output", "folder", "directory", "dir", "target_folder"),
+    ("overwrite", "force", "f", "replace", "clobber"),
+    ("quiet", "silent", "no_progress"),
+    ("walltime", "max_walltime", "time_limit", "hours", "seconds"),
+    ("collisions_per_particle", "collisions", "length", "steps"),
+    ("relative_error", "target", "error", "accuracy", "precision", "tolerance"),
+    ("dry_run", "explain", "dryrun"),
+    ("until_Z", "until_pressure"),
+    ("pictures", "png", "plot", "plots"),
+    ("resume", "continue", "restart"),
+    ("rmax", "r_max", "range", "cutoff"),
+    ("color", "color_by"),
+    ("rate", "shear_rate", "growth_rate"),
+)  # fmt: skip
+"""Words for the same thing: here and there in Carom, in other programs, in formulas and in older versions."""
+
+NO_KEYWORDS = {"self", "cls", "keywords", "unknown"}
+"""Parameters that nobody gives by name."""
+
+ALIKE = 0.65
+"""How alike two names are at least, where one is meant for the other."""
+
+
+def synonym(name: str, known: Iterable[str]) -> str | None:
+    """Return the known name for the same thing, or None; options of the command line have their hyphens."""
+    plain = {one.lstrip("-").replace("-", "_"): one for one in known if one != name}
+    word = name.lstrip("-").replace("-", "_")
+    same = (one for group in SAME if word in group for one in group if one in plain)
+    return next((plain[one] for one in same), None)
+
+
+def nearest(name: str, known: Iterable[str], alike: float = ALIKE) -> str | None:
+    """Return the known name that is spelt most alike, or None."""
+    names = {each.lower(): each for each in sorted(known)}
+    near = difflib.get_close_matches(name[:80].lower(), names, n=1, cutoff=alike)
+    return names[near[0]] if near else None
+
+
+def suggestion(
+    name: str,
+    known: Iterable[str],
+    *,
+    listed: bool = False,
+    called: Mapping[str, str] | None = None,
+    elsewhere: Mapping[str, str] | None = None,
+) -> str:
+    """Return the end of an error about an unknown name: the known name that is meant, or else all of them.
+
+    If the error has ``listed`` the names already, they are not repeated. ``called`` has what some names are
+    called here, and ``elsewhere`` names that others know, and who.
+    """
+    names, others = sorted({*known} - NO_KEYWORDS), elsewhere or {}
+    if called and name in called:
+        return f"; it is called {called[name]}"
+    if one := synonym(name, names):
+        return f"; it is called {one}"
+    if one := name if name in others else synonym(name, others):
+        return f"; {one} is a keyword of {others[one]}"
+    if one := nearest(name, [*names, *others]):
+        return f"; did you mean {one}" + (f", a keyword of {others[one]}" if one not in names else "")
+    return "" if listed else f" (known: {', '.join(names)})"
+
+
+def refuse_unknown(
+    maker: str,
+    given: Iterable[str],
+    known: Iterable[str],
+    called: Mapping[str, str] | None = None,
+    elsewhere: Mapping[str, str] | None = None,
+) -> None:
+    """Raise InputError if there is a keyword that ``maker`` does not know, with the one that is meant."""
+    names = tuple(known)
+    for name in given:
+        if name not in names:
+            hint = suggestion(name, names, called=called, elsewhere=elsewhere)
+            raise InputError(f"{maker} has no keyword {name!r}{hint}.")
+
+
+def corrected(
+    called: Mapping[str, str] | None = None, elsewhere: Mapping[str, str] | None = None
+) -> Callable[[C], C]:
+    """Let a function or class refuse a keyword that it does not have by an InputError with the one meant."""
+
+    def decorate(function: Any) -> Any:
+        if isinstance(function, type):
+            function.__init__ = decorate(function.__init__)  # type: ignore[misc]
+            return function
+        maker, _, name = function.__qualname__.rpartition(".")
+        known = inspect.signature(function).parameters
+
+        @functools.wraps(function)
+        def checked(*args: Any, **kwargs: Any) -> Any:
+            refuse_unknown(maker if name == "__init__" else f"{name}()", kwargs, known, called, elsewhere)
+            return function(*args, **kwargs)
+
+        return checked
+
+    return decorate

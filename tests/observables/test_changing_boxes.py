@@ -1,0 +1,155 @@
+"""Observables of frames whose box changes, each in its own box: ideal gases, and lattices that are scaled."""
+
+import dataclasses
+import warnings
+
+import numpy as np
+import pytest
+
+import carom
+from carom.errors import CaromWarning, InputError
+from carom.observables import DensityProfile
+
+SIX_SIGMA = 6.0
+
+
+def gas(d, frames=64, n=300, *, kinds=1, shapes=False, shrink=False):
+    """Return points at random in a box whose edges change by a third and more; its shape as well if asked."""
+    rng = np.random.default_rng(d)
+    found = []
+    for k in range(frames):
+        edges = (
+            6.0 * (1.4 if shrink else 1.0) * (1.0 + 0.2 * (k % 3) * (-1.0 if shrink else 1.0)) * np.ones(d)
+        )
+        edges[0] *= 1.3 if shapes and k % 2 else 1.0
+        x = rng.random((n, d)) * edges
+        found.append(
+            carom.Frame(float(k), k, x, rng.normal(size=(n, d)), edges, np.zeros(n), np.ones(n),
+                        images=np.zeros((n, d), np.int32), species=np.arange(n) % kinds)
+        )  # fmt: skip
+    return found
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+@pytest.mark.parametrize("pair", [None, (0, 1), (1, 1)])
+@pytest.mark.parametrize("few", [False, True])
+def test_g_of_an_ideal_gas_is_one_in_every_box(d, pair, few):
+    """With errors by blocking or, of few frames, of independent pairs. In the first volume g is .6 to 1.4."""
+    frames = gas(d, 9 if few else 64, kinds=2, shapes=d > 1)
+    found = carom.RDF(rmax=3.0, width=0.5, pair=pair).over(frames)
+    assert found.frames == len(frames)
+    assert (np.abs(found.g - 1.0) < SIX_SIGMA * found.error).all()
+    assert found.error.max() < (0.1 if d < 4 else 1.5)
+    counts = carom.RDF(rmax=3.0, width=0.5, pair=pair).over(frames[:1]).counts
+    assert (counts < found.counts).all()
+
+
+def test_two_disks_fill_each_box_and_count_with_its_area():
+    boxes, places = ((6.0, 6.0), (9.0, 9.0)), np.array([[1.0, 1.0], [2.5, 1.0]])
+    frames = [carom.Frame(0.0, 0, places, np.zeros((2, 2)), box, np.ones(2), np.ones(2)) for box in boxes]
+    found = carom.RDF(rmax=2.0, width=1.0).over(frames)
+    areas, shell = np.array([36.0, 81.0]), 3.0 * np.pi
+    assert found.packing_fraction == pytest.approx(np.mean(0.5 * np.pi / areas), rel=1e-12)
+    assert found.g == pytest.approx([np.mean(areas) / shell], rel=1e-12)
+    assert found.error == pytest.approx([0.5 * np.sqrt(np.sum(areas**2)) / shell], rel=1e-12)
+
+
+def test_g_of_frames_of_one_box_is_to_the_last_bit_that_of_the_first_volume():
+    frames = gas(3, 20)
+    same = [dataclasses.replace(frame, positions=frame.positions % 6.0, box=(6.0,) * 3) for frame in frames]
+    found = carom.RDF(rmax=3.0, width=0.5).over(same)
+    shells = 4.0 / 3.0 * np.pi * np.diff(found.edges**3)
+    np.testing.assert_allclose(found.g, found.counts / 20 / (300 * 299 / 2 * shells / 216.0), rtol=1e-13)
+    assert found.packing_fraction == 0.0
+
+
+@pytest.mark.parametrize("tilt", [None, 0.0, 0.3])
+def test_bins_that_a_later_box_has_no_room_for_are_left_out(tilt):
+    frames = [dataclasses.replace(frame, tilt=tilt) for frame in gas(3, 30, shrink=True)]
+    whole = carom.RDF().over(frames)
+    least = min(float(frame.box.min()) for frame in frames) / (
+        np.hypot(1.0, 1.0) if tilt is not None else 1.0
+    )
+    assert whole.edges[-1] <= 0.5 * min(float(frame.box.min()) for frame in frames)
+    assert whole.edges[-1] > 0.9 * 0.5 * least
+    assert whole.g.size == whole.counts.size == whole.neighbors.size == len(whole.edges) - 1
+    assert (np.abs(whole.g - 1.0) < SIX_SIGMA * whole.error).all()
+    with pytest.raises(
+        InputError, match=r"rmax is 4, beyond half of the shortest box edge \(2\.52|rmax is 4"
+    ):
+        carom.RDF(rmax=4.0).over(frames)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("pair", [None, (0, 1)])
+def test_the_structure_factor_of_an_ideal_gas_is_that_of_its_waves_in_every_box(d, pair):
+    """With the waves of the first box S is some n times too large for those that do not fit another one."""
+    frames = gas(d, 200, kinds=2, shapes=d > 1)
+    found = carom.StructureFactor(shells=5, pair=pair).over(frames)
+    assert (np.abs(found.S - (pair is None)) < SIX_SIGMA * found.error).all()
+    assert found.error.max() < 0.2
+    shortest = np.mean([2.0 * np.pi / frame.box.max() for frame in frames])
+    if d == 1:
+        np.testing.assert_allclose(found.k, shortest * np.arange(1, 6), rtol=1e-12)
+    assert found.k[0] == pytest.approx(shortest, rel=0.15)
+
+
+def test_a_lattice_that_is_scaled_has_the_peak_of_its_mean_length():
+    """S is n at the reciprocal lattice of each frame: all scatter in phase."""
+    crystal = carom.Scene.crystal(108, 0.5)
+    frames = []
+    for k in range(20):
+        scale = 1.0 + 0.01 * k
+        frames.append(
+            carom.Frame(
+                float(k), k, crystal.positions * scale, np.zeros((108, 3)), np.array(crystal.box) * scale,
+                np.ones(108), np.ones(108),
+            )
+        )  # fmt: skip
+    found = carom.StructureFactor(shells=32).over(frames)
+    one = carom.StructureFactor(shells=32).over(frames[:1])
+    np.testing.assert_allclose(found.S, one.S, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.k, one.k * np.mean(1.0 / (1.0 + 0.01 * np.arange(20))), rtol=1e-12)
+
+
+def test_a_density_is_that_of_slabs_of_each_frame():
+    frames = gas(2, 60, shapes=True)
+    found = DensityProfile(axis=0, bins=6).over(frames)
+    expected = np.mean([frame.n / np.prod(frame.box) for frame in frames])
+    assert (np.abs(found.density - expected) < SIX_SIGMA * found.error).all()
+    assert found.error.max() < 0.05 * expected
+    np.testing.assert_allclose(
+        found.edges, np.linspace(0.0, np.mean([frame.box[0] for frame in frames]), 7), rtol=1e-12
+    )
+
+
+def test_order_of_a_crystal_is_the_same_in_every_box_and_correlated_where_it_has_room():
+    """Q_6 of fcc is .57452, and q.q is its square at every distance; the last box has no room for some."""
+    crystal = carom.Scene.crystal(256, 0.5)
+    frames = [
+        carom.Frame(float(k), k, crystal.positions * scale, np.zeros((256, 3)), np.array(crystal.box) * scale,
+                    np.ones(256), np.ones(256))
+        for k, scale in enumerate(np.linspace(1.0, 0.8, 20))
+    ]  # fmt: skip
+    half = 0.5 * min(crystal.box)
+    found = carom.BondOrder(6, rmax=half, width=0.25).over(frames)
+    assert found.local_order.mean == pytest.approx(0.57452, abs=1e-5)
+    seen = found.correlation[~np.isnan(found.correlation)]
+    np.testing.assert_allclose(seen, 0.57452**2, rtol=1e-4)
+    with pytest.raises(InputError, match="beyond half of the shortest edge"):
+        carom.BondOrder(6, rmax=1.01 * half).over(frames)
+    with pytest.raises(InputError, match="beyond half of the shortest edge"):
+        carom.BondOrder(6, reach=0.9 * half).over(frames)
+
+
+def test_displacements_in_a_box_that_changes_are_refused_and_all_else_is_measured():
+    frames = gas(3, 20, shrink=True)
+    with pytest.raises(
+        InputError, match="displacements are those in one box: measure them in a run at constant"
+    ):
+        carom.Dynamics().over(frames)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", CaromWarning)
+        found = carom.measure(frames, "rdf", "structure", "order", "crystal", "msd")
+    assert sorted(found) == ["crystal", "order", "rdf", "structure"]
+    assert any("No msd: a frame has box" in str(each.message) for each in told)
