@@ -69,8 +69,8 @@ class Barostat(Declared):
     pressure: float = needed(positive, "The pressure P [energy / length^d].")
     interval: float = needed(
         positive,
-        "Time between two moves [time]. An accepted one costs as much as tens of collisions of each particle: "
-        "neighbors are chosen anew, all events predicted. Some mean free times are a good choice.",
+        "Time between two moves [time]. An accepted one costs as much as tens of collisions of each particle, "
+        "because neighbors are chosen anew. Some mean free times are a good choice.",
     )
     step: float = needed(
         number(low=0.0, open_low=True, high=1.0),
