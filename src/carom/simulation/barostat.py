@@ -69,7 +69,7 @@ class Barostat(Declared):
     pressure: float = needed(positive, "The pressure P [energy / length^d].")
     interval: float = needed(
         positive,
-        "Time between two moves [time]. An accepted one costs as much as tens of collisions of each particle, "
+        "Time between two moves [time]. An accepted one costs as much as tens of collisions a particle, "
         "because neighbors are chosen anew. Some mean free times are a good choice.",
     )
     step: float = needed(

@@ -68,7 +68,7 @@ def arrays_in(value: Any, name: str = "", role: str = "parameter") -> Iterator[t
     name : str
         What it is called, the beginning of their names.
     role : str
-        What it is (:attr:`Field.role`).
+        What it is: its ``role``.
     """
     if isinstance(value, np.ndarray):
         if role not in ("parameter", "room"):
