@@ -5,7 +5,8 @@ import shutil
 import numpy as np
 import pytest
 from helpers import full_run
-from helpers.commands import assert_same_run, began, carom as command, content
+from helpers.commands import assert_same_run, began, content
+from helpers.commands import carom as command
 
 import carom
 from carom import io

@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from helpers.marks import slow
 from helpers.oracle import EPS, moving
-from hypothesis import HealthCheck, given, settings, strategies as st
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import carom
 from carom.errors import CaromError, CaromWarning, OverlapError

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from helpers.oracle import EPS, moving
-from hypothesis import given, strategies as st
+from hypothesis import given
+from hypothesis import strategies as st
 
 import carom
 from carom.engine.build import arrays

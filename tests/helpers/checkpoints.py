@@ -1,12 +1,25 @@
-"""Small scenes of every kind of array that a checkpoint may hold."""
+"""Checkpoints with any number in the place of another; `python -m helpers.checkpoints NAME...` tries all.
 
+Each is loaded and run in a process of its own, a fork of one that has compiled everything. It is refused in a
+sentence, or it runs: a crash, a traceback and a run without end are faults.
+"""
+
+import json
+import os
+import resource
+import signal
+import sys
+import tempfile
+import time
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import carom
+from carom.errors import CaromError
 from carom.io import checkpoint
 from carom.models import Kind, Ranges, draw
 from carom.models.contacts.losses import Loss
@@ -16,6 +29,12 @@ from carom.models.obstacles.paths import Sine
 from carom.models.obstacles.planes import Plane
 from carom.observables import HelfandCurrents
 from helpers.mixtures import mixture
+
+SECONDS = 20
+"""Time of the processor for one of them; each takes some milliseconds."""
+
+MEMORY = 6 << 30
+"""Bytes for one of them: what asks for more is refused."""
 
 
 def turning(unit, event):
@@ -106,3 +125,140 @@ def used(path: Path, own: dict[str, Any]) -> None:
         sim = carom.Simulation.load(path, **own)
         sim.run(time=1.0, collisions=3000, walltime=3.0)
         sim.frame()
+
+
+INTEGERS = (-(2**62), -(2**30), -1, 0, 1, 7, 2**15, 2**30, 2**62)
+REALS = (np.nan, np.inf, -np.inf, -1.0, 0.0, 1.0, 1e300, -1e300)
+LEAVES = (
+    None,
+    -1,
+    0,
+    1,
+    2**30,
+    2**62,
+    10**30,
+    1e300,
+    -1e300,
+    float("nan"),
+    float("inf"),
+    "x",
+    "",
+    [],
+    {},
+    True,
+)
+
+
+def arrays_changed(arrays: dict[str, np.ndarray]) -> Iterator[tuple[str, dict[str, np.ndarray]]]:
+    """Yield the arrays with one of them changed, in all its places, the first or one in the middle."""
+    for name, array in arrays.items():
+        if array.size == 0 or array.dtype.kind not in "iufb":
+            continue
+        kind = array.dtype
+        if kind.kind == "f":
+            values = REALS
+        elif kind.kind == "b":
+            values = (0, 1)
+        else:
+            limits = np.iinfo(kind)
+            values = sorted({*(v for v in INTEGERS if limits.min <= v <= limits.max), limits.min, limits.max})
+        for value in values:
+            for place in (slice(None), 0, array.size // 2):
+                changed = array.copy()
+                with np.errstate(over="ignore"):
+                    changed.reshape(-1)[place] = value
+                if changed.tobytes() != array.tobytes():
+                    yield f"{name}[{place}] = {value}", {**arrays, name: changed}
+        yield f"{name} reversed", {**arrays, name: np.ascontiguousarray(array[::-1])}
+        yield f"{name} missing", {key: other for key, other in arrays.items() if key != name}
+        yield f"{name} longer", {**arrays, name: np.concatenate([array, array])}
+
+
+def attributes_changed(attributes: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the attributes with one value changed, at any depth."""
+    for key, value in attributes.items():
+        inner = None
+        if isinstance(value, str):
+            try:
+                inner = json.loads(value)
+            except ValueError:
+                inner = None
+        if isinstance(inner, dict | list):
+            for what, changed in _leaves(inner):
+                yield f"{key}{what}", {**attributes, key: json.dumps(changed)}
+        for other in LEAVES:
+            yield f"{key} = {other!r}", {**attributes, key: other}
+        yield f"{key} missing", {name: each for name, each in attributes.items() if name != key}
+
+
+def _leaves(value: Any) -> Iterator[tuple[str, Any]]:
+    """Yield copies of a value of JSON with one leaf changed."""
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield f".{key} missing", {name: each for name, each in value.items() if name != key}
+            for what, changed in _leaves(part):
+                yield f".{key}{what}", {**value, key: changed}
+    elif isinstance(value, list) and value:
+        for k, part in enumerate(value):
+            for what, changed in _leaves(part):
+                yield f"[{k}]{what}", [*value[:k], changed, *value[k + 1 :]]
+    for other in LEAVES:
+        yield f" = {other!r}", other
+
+
+def outcome(path: Path, own: dict[str, Any]) -> str:
+    """Return what became of a checkpoint: "refused", "ran", or what went wrong."""
+    read, write = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.close(read)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+        # The engine is deaf to what Python would do, and the machine may be busy with others.
+        resource.setrlimit(resource.RLIMIT_CPU, (SECONDS, SECONDS))
+        resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        try:
+            used(path, own)
+            said = "ran"
+        except CaromError as error:
+            said = "refused" if "\n" not in str(error) else f"a page: {error}"
+        except BaseException as error:
+            said = f"{type(error).__name__}: {error}"
+        os.write(write, said.encode()[:2000])
+        os._exit(0)
+    os.close(write)
+    said = os.read(read, 4000).decode(errors="replace")
+    os.close(read)
+    _, status = os.waitpid(child, 0)
+    if os.WIFSIGNALED(status):
+        return f"signal {signal.Signals(os.WTERMSIG(status)).name}"
+    return said or "nothing was said"
+
+
+def faults(name: str, *, every: int = 1, only: str = "") -> list[str]:
+    """Return what went wrong with the checkpoints of a scene; ``every`` so many is tried."""
+    found = []
+    own: dict[str, Any] = {"interaction": SCENES[name]()[0].interaction} if name == "units" else {}
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "state.h5"
+        arrays, attributes = saved(name, path)
+        cases = [(what, changed, attributes) for what, changed in arrays_changed(arrays)]
+        cases += [(what, arrays, changed) for what, changed in attributes_changed(attributes)]
+        counts: dict[str, int] = {}
+        for what, *content in cases[::every]:
+            if only and only not in what:
+                continue
+            checkpoint.save(path, *content)
+            said = outcome(path, own)
+            counts[said] = counts.get(said, 0) + 1
+            if said not in ("ran", "refused"):
+                found.append(f"{what}: {said}")
+                print(f"{name}: {what}: {said}", flush=True)
+    print(name, {said: count for said, count in counts.items() if said in ("ran", "refused")}, len(found))
+    return found
+
+
+if __name__ == "__main__":
+    begin = time.time()
+    for each in sys.argv[1:] or SCENES:
+        faults(each)
+        print(f"{time.time() - begin:.0f} s", flush=True)

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from helpers.marks import slow
 from helpers.mixtures import mixed
-from hypothesis import given, settings, strategies as st
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from carom import Species
