@@ -50,9 +50,8 @@ def trajectory(system, count, times=None):
     following = iter(system)
     events, after = [next(following)], []
     while len(after) < count:
-        after.append(
-            (system.time, system.positions, system.velocities, system.virial, system.impulses.copy())
-        )
+        sums = system.virial, system.impulses.copy()
+        after.append((system.time, system.positions, system.velocities, sums))
         events.append(next(following))
     instants = np.array([float(event.time) for event in events])
     times = 0.5 * (instants[1:] + instants[:-1]) if times is None else times
