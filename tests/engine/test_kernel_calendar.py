@@ -273,7 +273,7 @@ def test_a_pair_has_one_entry():
 
 
 def test_a_state_from_before_there_was_a_bucket_for_later_events_is_read():
-    scene = carom.Scene.crystal(cells=4, packing_fraction=0.4)
+    scene = carom.Scene.crystal(cells=3, packing_fraction=0.3)
     sim, other = (carom.Simulation(scene, seed=1) for _ in range(2))
     sim.run(collisions_per_particle=2)
     saved = {name: array.copy() for name, array in arrays(sim._state.engine).items()}

@@ -75,7 +75,7 @@ def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind)
     for _ in range(120):
         check_invariants(sim)
         go(sim, 1)
-    assert sim.collisions >= n // 4
+    assert sim.collisions >= n // 5
 
 
 @pytest.mark.usefixtures("both_ways")
