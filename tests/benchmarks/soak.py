@@ -7,19 +7,12 @@ prints a line every twenty million collisions. Figures of such runs are in docs/
 """
 
 import argparse
-import functools
 import time
 
 import numpy as np
 
 import carom
 from carom.simulation import stretches
-
-
-def scene_of(dimension, cells, packing_fraction):
-    """Return spheres on the fcc lattice, or disks on the triangular one."""
-    place = functools.partial(carom.Scene.crystal, dimension=dimension)
-    return place(cells=cells, packing_fraction=packing_fraction)
 
 
 def soak(sims, collisions, every):
@@ -68,7 +61,8 @@ def main() -> None:
     parser.add_argument("--every", type=float, default=2e7, help="collisions between two lines")
     parser.add_argument("--workers", type=int, default=1, help="so many, too, with the bits of one")
     given = parser.parse_args()
-    scene = scene_of(given.dimension, given.cells, given.packing_fraction)
+    size = {"dimension": given.dimension, "cells": given.cells}
+    scene = carom.Scene.crystal(**size, packing_fraction=given.packing_fraction)
     sims = [carom.Simulation(scene, seed=1, cores=k) for k in sorted({1, given.workers})]
     soak(sims, given.collisions, given.every)
     if given.workers > 1:

@@ -17,6 +17,19 @@ from carom.compiling import dispatch, registry, simd
 from carom.engine.state import row_type
 
 
+class Names(event.Listener):
+    """The functions that are compiled, in their order."""
+
+    def __init__(self):
+        self.compiled = []
+
+    def on_start(self, begun):
+        self.compiled.append(begun.data["dispatcher"].py_func.__name__)
+
+    def on_end(self, ended):
+        pass
+
+
 @pytest.mark.slow
 def test_plain_python_gives_the_same_bits():
     assert run_tiny(NUMBA_DISABLE_JIT="1") == run_tiny()
@@ -52,18 +65,10 @@ def test_room_on_the_stack_is_that_of_the_function_that_asks_for_it():
     def asks(rows):
         return len(simd.candidate_block(rows)[0])
 
-    compiled = []
-
-    class Listener(event.Listener):
-        def on_start(self, begun):
-            compiled.append(begun.data["dispatcher"].py_func.__name__)
-
-        def on_end(self, ended):
-            pass
-
-    with event.install_listener("numba:compile", Listener()):
+    names = Names()
+    with event.install_listener("numba:compile", names):
         assert numba.njit(**dispatch.ENTRY)(asks)(np.zeros(3, row_type(3)).view(np.recarray)) == 8
-    assert compiled == ["asks"]
+    assert names.compiled == ["asks"]
 
 
 def test_an_inlined_function_is_compiled_once_for_all_its_callers():
@@ -79,25 +84,16 @@ def test_an_inlined_function_is_compiled_once_for_all_its_callers():
     def both(x):
         return half(x) + quarter(x)
 
-    compiled = []
-
-    class Listener(event.Listener):
-        def on_start(self, begun):
-            compiled.append(begun.data["dispatcher"].py_func.__name__)
-
-        def on_end(self, ended):
-            pass
-
-    with event.install_listener("numba:compile", Listener()):
+    names = Names()
+    with event.install_listener("numba:compile", names):
         assert both(4.0) == 3.0
-    assert sorted(compiled) == ["both", "half", "quarter"]
+    assert sorted(names.compiled) == ["both", "half", "quarter"]
 
 
 @pytest.mark.needs("an x86-64 processor")
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
 def test_the_search_for_a_partner_is_vectorised(kind):
-    from numba import njit
-
     from carom.compiling.borrowed import borrowed
     from carom.engine import cycle
 
@@ -106,12 +102,12 @@ def test_the_search_for_a_partner_is_vectorised(kind):
     )
     engine = sim._state.engine
 
-    @njit(**dispatch.STRICT)
+    @numba.njit(**dispatch.STRICT)
     def search(model, state, neighbors, i, now):
         model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
         return cycle.search(model, state, neighbors, i, now, 0, cycle.NO_REF)
 
-    search(engine.model, engine.state, engine.neighbors, 0, 0.0)
+    search.compile(tuple(map(numba.typeof, (engine.model, engine.state, engine.neighbors, 0, 0.0))))
     (listing,) = search.inspect_asm().values()
     for instruction in ("sqrtpd", "divpd"):  # packed doubles: a scalar one ends in sd
         lines = [line for line in listing.splitlines() if instruction in line]

@@ -86,16 +86,17 @@ def folder(tmp_path):
     return tmp_path
 
 
+def cached(folder):
+    """Return the environment of processes that keep their code there."""
+    return {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
+
+
 def run(folder, program=PROGRAM):
     """Return what a process of its own says: whether the code was compiled or loaded, and the time."""
     (folder / "program.py").write_text(program)
+    command = [sys.executable, "-B", "program.py"]
     done = subprocess.run(
-        [sys.executable, "-B", "program.py"],
-        cwd=folder,
-        env={**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")},
-        capture_output=True,
-        text=True,
-        check=False,
+        command, cwd=folder, env=cached(folder), capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     return done.stdout.strip()
@@ -164,9 +165,8 @@ def busy(folder):
 @contextlib.contextmanager
 def telling(folder):
     """Let a process compile, or load, and say what it does."""
-    environment = {**os.environ, "NUMBA_CACHE_DIR": str(folder / "cache")}
-    command = [sys.executable, "-B", "-c", TOLD]
-    with subprocess.Popen(command, cwd=folder, env=environment, stdout=subprocess.PIPE, text=True) as process:
+    command, said = [sys.executable, "-B", "-c", TOLD], subprocess.PIPE
+    with subprocess.Popen(command, cwd=folder, env=cached(folder), stdout=said, text=True) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "Waiting for another process, which compiles probe (Floor).\n"
         yield process
@@ -228,22 +228,34 @@ def test_it_is_told_how_long_the_last_one_took(tmp_path, monkeypatch):
 
 
 @pytest.fixture
-def digest(folder, monkeypatch):
-    """Return a function that gives the digest of what a floor is made of, its files read anew."""
+def importing(folder, monkeypatch):
+    """Return a function that imports a module of the folder, all of whose files are read anew."""
     monkeypatch.syspath_prepend(folder)
     monkeypatch.chdir(folder)
     monkeypatch.setattr(sys, "dont_write_bytecode", True)
 
-    def of_floor():
+    def forget():
         for path in folder.glob("*.py"):
             sys.modules.pop(path.stem, None)
         importlib.invalidate_caches()
-        floor = importlib.import_module("floor_model").Floor
+
+    def module(name):
+        forget()
+        return importlib.import_module(name)
+
+    yield module
+    forget()
+
+
+@pytest.fixture
+def digest(importing):
+    """Return a function that gives the digest of what a floor is made of."""
+
+    def of_floor():
+        floor = importing("floor_model").Floor
         return digest_of(encounter, (types.NamedTuple((types.float64,), floor),))
 
-    yield of_floor
-    for path in folder.glob("*.py"):
-        sys.modules.pop(path.stem, None)
+    return of_floor
 
 
 @pytest.mark.parametrize(
@@ -305,9 +317,9 @@ def test_what_a_scene_lacks_does_not_keep_its_code_from_the_disk():
 
 def test_models_of_one_name_in_two_files_do_not_take_each_others_code(folder):
     (folder / "another.py").write_text(MODEL.replace("1.0 *", "5.0 *"))
-    another = PROGRAM.replace("floor_model", "another")
-    assert [run(folder), run(folder, another)] == ["compiled 3", "compiled 11"]
-    assert [run(folder), run(folder, another)] == ["loaded 3", "loaded 11"]
+    both = PROGRAM + "; from another import Floor; show(Floor(2.0))"
+    assert run(folder, both) == "compiled 3\ncompiled 11"
+    assert run(folder, both) == "loaded 3\nloaded 11"
 
 
 def test_a_plain_scene_imports_nobodys_model(folder):
@@ -416,22 +428,14 @@ def test_classes_of_one_name_have_code_of_their_own(nested):
     assert climbs == [5.0, 10.0, 15.0, 15.0, 10.0, 5.0]
 
 
-def test_a_module_that_is_loaded_again_has_code_of_its_own(folder, monkeypatch):
-    monkeypatch.syspath_prepend(folder)
-    monkeypatch.chdir(folder)
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)
-    climb = entry(_climb)
-    try:
-        floor = importlib.import_module("floor_model")
-        before = floor.Floor(2.0)
-        assert climb((before,), 10.0) == 3.0
-        edit(folder / "floor_model.py", "1.0 * obstacle.x", "5.0 * obstacle.x")
-        importlib.invalidate_caches()
-        after = importlib.reload(floor).Floor(2.0)
-        assert [climb((each,), 10.0) for each in (after, before)] == [11.0, 3.0]
-    finally:
-        for path in folder.glob("*.py"):
-            sys.modules.pop(path.stem, None)
+def test_a_module_that_is_loaded_again_has_code_of_its_own(folder, importing):
+    climb, floor = entry(_climb), importing("floor_model")
+    before = floor.Floor(2.0)
+    assert climb((before,), 10.0) == 3.0
+    edit(folder / "floor_model.py", "1.0 * obstacle.x", "5.0 * obstacle.x")
+    importlib.invalidate_caches()
+    after = importlib.reload(floor).Floor(2.0)
+    assert [climb((each,), 10.0) for each in (after, before)] == [11.0, 3.0]
 
 
 def test_a_class_that_no_module_knows_is_not_taken_for_one_that_is():
@@ -480,11 +484,12 @@ sim.save("c.h5")
 
 @pytest.mark.slow
 def test_a_resumed_run_uses_the_code_of_the_run_and_so_does_the_next(tmp_path):
-    folder = tmp_path / "cache"
     found = []
     for what in ("new", "resumed", "new"):
         words = [sys.executable, "-c", GOES_ON, what]
-        subprocess.run(words, cwd=tmp_path, check=True, env={**os.environ, "NUMBA_CACHE_DIR": str(folder)})
-        found.append({(path.name, path.stat().st_mtime_ns) for path in folder.rglob("cycle.*.nbc")})
+        subprocess.run(words, cwd=tmp_path, check=True, env=cached(tmp_path))
+        found.append(
+            {(path.name, path.stat().st_mtime_ns) for path in (tmp_path / "cache").rglob("cycle.*.nbc")}
+        )
     assert len(found[0]) == 2, "the cycle and the schedule"
     assert found[0] == found[1] == found[2]

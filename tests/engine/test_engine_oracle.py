@@ -10,98 +10,59 @@ from helpers.oracle import assert_equal_to_oracle, engine_collisions, moving, or
 import carom
 
 PER_PARTICLE = 10
+MOST = 80
+"""Collisions that are compared of one scene: lists are renewed by then, and partners lost to third ones."""
 
 
 def packed(n, dimension, packing_fraction, seed):
     return moving(carom.Scene.random(n, packing_fraction, dimension, seed=seed), seed + 100)
 
 
-RANDOM = [
-    # dimension, n, packing fractions: as dilute as double precision can follow for 10 collisions a particle
-    # (a longer flight amplifies rounding more), fluid, nearly all that random placement can do
-    (1, 2, (0.05, 0.5, 0.9)),
-    (1, 17, (0.05, 0.5, 0.9)),
-    (1, 64, (0.1, 0.7)),
-    (2, 2, (0.2, 0.3)),
-    (2, 9, (0.15, 0.3, 0.6)),
-    (2, 32, (0.2, 0.45, 0.65)),
-    (2, 64, (0.2, 0.6)),
-    (3, 2, (0.05, 0.15)),
-    (3, 8, (0.05, 0.3)),
-    (3, 32, (0.1, 0.45)),
-    (3, 64, (0.1, 0.49)),
-    (4, 2, (0.03, 0.08)),
-    (4, 16, (0.05, 0.2)),
-    (4, 64, (0.05, 0.25)),
+def follow(case, folder, **tuning):
+    dimension, n, packing_fraction = case
+    scene = packed(n, dimension, packing_fraction, seed=n)
+    assert_equal_to_oracle(scene, min(PER_PARTICLE * n // 2, MOST), folder, tuning=carom.Tuning(**tuning))
+
+
+# Dimension, n, packing fraction: as dilute as double precision can follow for 10 collisions a particle (a
+# longer flight amplifies rounding more), fluid, nearly all that random placement can do.
+FEW = [
+    *((1, n, eta) for n in (2, 17) for eta in (0.05, 0.5, 0.9)),
+    *((2, n, eta) for n in (2, 9) for eta in (0.15, 0.3)),
+    (2, 9, 0.6),
+    *((3, n, eta) for n in (2, 8) for eta in (0.05, 0.3) if (n, eta) != (2, 0.3)),
+    (4, 2, 0.08),
 ]
-
-
-LONG = ((4, 16), (4, 64))
-"""Dimensions and numbers that take long."""
+MANY = [(1, 64, 0.1), (2, 32, 0.2), (2, 32, 0.65), (3, 32, 0.1), (3, 32, 0.45)]
+SLOW = [(4, 2, 0.03), (4, 16, 0.2), (4, 64, 0.05)]
 
 
 @pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize(
-    ("dimension", "n", "packing_fraction"),
-    [slow(d, n, eta) if (d, n) in LONG else (d, n, eta) for d, n, etas in RANDOM for eta in etas],
-)
-def test_collisions_come_in_the_oracle_s_order(dimension, n, packing_fraction, tmp_path):
-    scene = packed(n, dimension, packing_fraction, seed=n)
-    assert_equal_to_oracle(scene, PER_PARTICLE * n // 2, tmp_path, tuning=carom.Tuning(neighbors="sectors"))
+@pytest.mark.parametrize("case", [*FEW, *MANY, *map(slow, SLOW)], ids=str)
+def test_collisions_come_in_the_oracle_s_order(case, tmp_path):
+    follow(case, tmp_path, neighbors="sectors")
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("shell", [None, 1.2])
+@pytest.mark.parametrize("case", [(1, 12, 0.3), (2, 32, 0.3), (2, 64, 0.65), (3, 64, 0.45)], ids=str)
+def test_lists_give_the_oracle_s_order(case, shell, tmp_path):
+    follow(case, tmp_path, neighbors="lists", shell=shell)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("neighbors", ["sectors", "lists"])
-@pytest.mark.parametrize("case", [(1, 64, 0.7), (2, 64, 0.6), (3, 64, 0.45), (4, 64, 0.05)])
+@pytest.mark.parametrize("case", [(1, 64, 0.7), (2, 64, 0.6), (3, 64, 0.45), (4, 64, 0.05)], ids=str)
 def test_compiled_collisions_come_in_the_oracle_s_order(case, neighbors, tmp_path):
     """Of one scene a dimension and scheme: the others see the same functions as plain Python."""
-    dimension, n, packing_fraction = case
-    scene = packed(n, dimension, packing_fraction, seed=n)
-    assert_equal_to_oracle(scene, PER_PARTICLE * n // 2, tmp_path, tuning=carom.Tuning(neighbors=neighbors))
-
-
-@pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize(
-    ("dimension", "n", "packing_fraction"), [(2, 9, 0.02), (3, 8, 0.01), slow(4, 16, 0.01)]
-)
-def test_dilute_gases_follow_the_oracle_as_far_as_double_precision_can(
-    dimension, n, packing_fraction, tmp_path
-):
-    scene = packed(n, dimension, packing_fraction, seed=n)
-    assert_equal_to_oracle(scene, PER_PARTICLE * n // 2, tmp_path, at_least=2 * n)
-
-
-LISTED = [
-    (1, 12, 0.3),
-    (1, 40, 0.8),
-    (2, 32, 0.3),
-    (2, 64, 0.65),
-    (3, 64, 0.25),
-    (3, 64, 0.45),
-    slow(4, 64, 0.05),
-]
-
-
-@pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize(("dimension", "n", "packing_fraction"), LISTED)
-@pytest.mark.parametrize("shell", [None, 1.2])
-def test_lists_give_the_oracle_s_order(dimension, n, packing_fraction, shell, tmp_path):
-    scene = packed(n, dimension, packing_fraction, seed=3 * n)
-    if dimension == 4:
-        shell = 1.2  # a larger one does not fit into the box
-    assert_equal_to_oracle(
-        scene,
-        PER_PARTICLE * n // 2,
-        tmp_path,
-        tuning=carom.Tuning(neighbors="lists", shell=shell),
-    )
+    follow(case, tmp_path, neighbors=neighbors)
 
 
 @pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(
     ("edge", "other", "dimension"),
     [
-        slow(edge, other, d) if other == 7.0 and d == 4 else (edge, other, d)
+        slow(edge, other, d) if (d == 4 and other > edge) or (d > 2 and other > 7.0 - d) else (edge, other, d)
         for edge, other, d in product([1.05, 1.5, 2.05, 3.05, 3.9, 4.1], [1.05, 2.3, 7.0], [2, 3, 4])
         if edge**2 + (d - 1) * other**2 > 4.0  # half a diagonal has room for two spheres
     ],
@@ -112,7 +73,7 @@ def test_two_spheres_in_small_boxes(dimension, edge, other, tmp_path):
     box = np.array([edge] + [other] * (dimension - 1))
     scene = moving(carom.Scene([0.1 * box, 0.6 * box], tuple(box)), seed=int(100 * edge + other))
     # Up to a hundred diameters of flight between two collisions: rounding grows as much at each.
-    assert_equal_to_oracle(scene, 12, tmp_path, at_least=4, tuning=carom.Tuning(neighbors="sectors"))
+    assert_equal_to_oracle(scene, 8, tmp_path, at_least=4, tuning=carom.Tuning(neighbors="sectors"))
 
 
 @pytest.mark.usefixtures("plain")
@@ -127,16 +88,10 @@ def test_two_spheres_in_small_boxes(dimension, edge, other, tmp_path):
         (2, (1.05, 2.05, 3.05, 2.0)),
         (5, (7.3,)),
         (2, (2.0000001,)),
-        (1, (1.05, 1.05)),
     ],
 )
 def test_few_spheres_in_small_boxes_with_different_edges(n, box, tmp_path):
     scene = moving(carom.Scene.random(n, box=box, seed=4), seed=5)
-    if n == 1:
-        sim = carom.Simulation(scene, seed=0)
-        sim.run(time=10.0)
-        assert sim.collisions == 0
-        return
     assert_equal_to_oracle(scene, PER_PARTICLE * n // 2 + 2, tmp_path, at_least=n)
 
 
@@ -159,8 +114,8 @@ def test_two_spheres_collide_under_two_images_at_one_time(tmp_path):
     assert sim.statistics.worst_overlap < 1e-14
 
 
-@pytest.mark.parametrize("mass", [0.125, 3.0])
-@pytest.mark.parametrize("diameter", [0.3, 7.0])
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(("diameter", "mass"), [(0.3, 3.0), (7.0, 0.125)])
 def test_diameter_and_mass_are_in_the_right_places(diameter, mass, tmp_path):
     scene = carom.Scene.random(20, 0.4, 2, diameter=diameter, mass=mass, seed=7)
     assert_equal_to_oracle(moving(scene, 8), 100, tmp_path)

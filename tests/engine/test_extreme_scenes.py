@@ -6,142 +6,129 @@ As plain Python, which gives the same bits, but for one: too small to be worth c
 import re
 import time
 
+import numpy as np
 import pytest
 from helpers.oracle_scenes import assert_no_overlap
-from helpers.plain import plain_python
 
 import carom
-from carom.errors import InputError
-from carom.models import Ball, CylindricalContainer, SphericalContainer
-
-START = """
-import warnings
-import numpy as np
-np.seterr(all="ignore")
-import carom
-from carom.simulation import run_loop
-from helpers.oracle_scenes import assert_no_overlap
-run_loop.CYCLES = 200  # looks now and then, in plain Python, too
-"""
+from carom.engine import obstacles as engine_obstacles
+from carom.errors import CaromWarning, InputError
+from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
+from carom.models.contacts.restitution import Restitution
+from carom.simulation import run_loop, stall_detector
 
 
-def said(program):
-    """Return what a program prints."""
-    return plain_python("-c", START + program).strip()
+@pytest.fixture
+def looking(plain, monkeypatch):
+    """Let runs be plain Python, and look now and then whether they stall."""
+    monkeypatch.setattr(run_loop, "CYCLES", 200)
 
 
-REFUSED = """
-try:
-    {run}
-    print("no word")
-except carom.InputError as error:
-    print(error)
-assert_no_overlap(scene, sim.frame())
-"""
-
-ROD = """
-scene = carom.Scene([[1.0]], 3.0, walls=True, velocities=[[0.1]])
-sim = carom.Simulation(scene, growth=1.0)
-"""
-
-DISKS = """
-scene = carom.Scene([[0.8, 1.0], [2.2, 1.9]], 3.0, walls=True, diameter=0.9,
-                    velocities=[[0.1, 0.2], [0.05, -0.1]])
-sim = carom.Simulation(scene, growth=1.0)
-"""
+pytestmark = pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 
 
-@pytest.mark.parametrize(
-    ("start", "run"),
-    [
-        (ROD, "sim.run(time=50.0)"),
-        (ROD, "list(sim.sample(every=25.0, count=2))"),
-        (DISKS, "sim.run(time=50.0)"),
-    ],
-)
-def test_what_grows_jams_before_the_time_asked_for(start, run):
+def refusal(sim, **limits):
+    """Return why a run cannot go on."""
+    with pytest.raises(InputError) as found:
+        sim.run(**limits)
+    assert_no_overlap(sim.scene, sim.frame())
+    return str(found.value)
+
+
+def growing_rod():
+    scene = carom.Scene([[1.0]], 3.0, walls=True, velocities=[[0.1]])
+    return carom.Simulation(scene, growth=1.0)
+
+
+def growing_disks():
+    scene = carom.Scene(
+        [[0.8, 1.0], [2.2, 1.9]], 3.0, walls=True, diameter=0.9, velocities=[[0.1, 0.2], [0.05, -0.1]]
+    )
+    return carom.Simulation(scene, growth=1.0)
+
+
+JAM = r"The components jam: they fly \S+ diameters between contacts, and .*"
+
+
+@pytest.mark.usefixtures("looking")
+@pytest.mark.parametrize("make", [growing_rod, growing_disks])
+def test_what_grows_jams_before_the_time_asked_for(make):
     # The contacts pile up before the instant at which there is no room left, and the energy, too.
-    found = said(start + REFUSED.format(run=run))
-    assert re.fullmatch(r"The components jam: they fly \S+ diameters between contacts, and .*", found)
+    assert re.fullmatch(JAM, refusal(make(), time=50.0))
 
 
-def test_growth_up_to_just_before_jamming_is_reached():
+@pytest.mark.usefixtures("looking")
+def test_what_grows_jams_before_a_sample_and_not_long_before():
+    sim = growing_rod()
+    with pytest.raises(InputError, match=JAM):
+        list(sim.sample(every=25.0, count=2))
     # A rod as long as 0.99 of its box: no reason to give up.
-    assert said(ROD + "sim.run(time=1.97); print(sim.time, sim.diameters)") == "1.97 [2.97]"
+    sim = growing_rod()
+    sim.run(time=1.97)
+    assert sim.time == 1.97
+    assert sim.diameters == pytest.approx([2.97])
 
 
+@pytest.mark.usefixtures("looking")
 def test_disks_without_any_room_are_named_instead_of_a_stall():
     # Four disks that touch each other and the walls collide for ever at one instant.
-    program = """
-scene = carom.Scene([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]], 2.0, walls=True)
-sim = carom.Simulation(scene, seed=1)
-"""
-    found = said(program + REFUSED.format(run="sim.run(time=1e-14)"))
-    assert found.startswith(
+    scene = carom.Scene([[0.5, 0.5], [1.5, 0.5], [0.5, 1.5], [1.5, 1.5]], 2.0, walls=True)
+    said = refusal(carom.Simulation(scene, seed=1), time=1e-14)
+    assert said.startswith(
         "The run would take infinitely many collisions and crossings more; expected at most 1e+15."
     )
     # A number of collisions is something else.
-    assert said(program + "print(sim.run(collisions=50).collisions)") == "50"
+    assert carom.Simulation(scene, seed=1).run(collisions=50).collisions == 50
 
 
-@pytest.mark.parametrize("run", ["sim.run(time=1.0)", "sim.run(collisions=5)"])
-def test_a_disk_that_slides_along_its_container_is_named(run):
+@pytest.mark.usefixtures("looking")
+@pytest.mark.parametrize("limits", [{"time": 1.0}, {"collisions": 5}], ids=str)
+def test_a_disk_that_slides_along_its_container_is_named(limits):
     # It touches and moves along exactly: the next hit is always now.
-    program = """
-from carom.models import SphericalContainer
-ring = SphericalContainer((2.0, 2.0), 1.5)
-scene = carom.Scene([[3.0, 2.0], [1.5, 2.0]], 4.0, walls=True, velocities=[[0.0, 1.0], [0.0, 0.0]],
-                    obstacles=[ring])
-sim = carom.Simulation(scene)
-"""
-    assert "slide along a container" in said(program + REFUSED.format(run=run))
+    scene = carom.Scene(
+        [[3.0, 2.0], [1.5, 2.0]],
+        4.0,
+        walls=True,
+        velocities=[[0.0, 1.0], [0.0, 0.0]],
+        obstacles=[SphericalContainer((2.0, 2.0), 1.5)],
+    )
+    assert "slide along a container" in refusal(carom.Simulation(scene), **limits)
 
 
-def test_a_row_that_sorts_itself_out_at_one_instant_is_no_stall():
+@pytest.mark.usefixtures("looking")
+def test_a_row_that_sorts_itself_out_at_one_instant_is_no_stall(monkeypatch):
     # n touching rods that all move inwards meet n (n - 1) / 2 times at one time.
-    program = """
-from carom.simulation import stall_detector
-stall_detector.WINDOW = 1
-n = 20
-scene = carom.Scene(0.5 + np.arange(n)[:, None], n + 50.0, velocities=np.linspace(1.0, -1.0, n)[:, None])
-sim = carom.Simulation(scene)
-sim.run(time=0.5)
-print(sim.time, sim.collisions)
-"""
-    assert said(program) == "0.5 190"
+    monkeypatch.setattr(stall_detector, "WINDOW", 1)
+    n = 20
+    velocities = np.linspace(1.0, -1.0, n)[:, None]
+    sim = carom.Simulation(carom.Scene(0.5 + np.arange(n)[:, None], n + 50.0, velocities=velocities))
+    sim.run(time=0.5)
+    assert (sim.time, sim.collisions) == (0.5, 190)
 
 
+@pytest.mark.usefixtures("looking")
 def test_a_drift_that_hides_every_collision_is_named():
-    program = """
-scene = carom.Scene.random(4, 0.2, 2, seed=1)
-velocities = 1e-12 * np.random.default_rng(1).normal(size=(4, 2)) + 1.0
-sim = carom.Simulation(scene.replace(velocities=velocities))
-"""
-    assert "drift far faster" in said(program + REFUSED.format(run="sim.run(collisions=10)"))
+    scene = carom.Scene.random(4, 0.2, 2, seed=1)
+    velocities = 1e-12 * np.random.default_rng(1).normal(size=(4, 2)) + 1.0
+    sim = carom.Simulation(scene.replace(velocities=velocities))
+    assert "drift far faster" in refusal(sim, collisions=10)
 
 
-def test_collisions_that_come_are_waited_for_however_slow_they_may_get():
+@pytest.mark.usefixtures("looking")
+def test_collisions_that_come_are_waited_for_however_slow_they_may_get(monkeypatch):
     # Contacts count down to a speed of 1e-30, and it would take that long to give up.
-    program = """
-from carom.models import Restitution
-scene = carom.Scene.random(4, 0.6, 1, seed=1).replace(impact=Restitution(0.9, elastic_below=1e-30))
-print(carom.Simulation(scene, seed=1).run(collisions=60).collisions)
-"""
-    impatient = "from carom.simulation import stall_detector as s\ns.WINDOW = s.CLUSTER = 1\n"
-    assert said(impatient + program) == "60"
+    monkeypatch.setattr(stall_detector, "WINDOW", 1)
+    monkeypatch.setattr(stall_detector, "CLUSTER", 1)
+    scene = carom.Scene.random(4, 0.6, 1, seed=1).replace(impact=Restitution(0.9, elastic_below=1e-30))
+    assert carom.Simulation(scene, seed=1).run(collisions=60).collisions == 60
 
 
-@pytest.mark.parametrize("periodic", [True, False])
-def test_one_component_alone_is_not_waited_for(periodic):
-    program = f"""
-scene = carom.Scene([[1.0, 1.0]], 1e3, walls={not periodic}, velocities=[[1.0, 0.3]])
-sim = carom.Simulation(scene)
-with warnings.catch_warnings(record=True) as found:
-    warnings.simplefilter("always")
-    assert sim.run(collisions=1).collisions == 0
-print(*[warning.message for warning in found])
-"""
-    assert said(program).startswith("One component alone meets nobody")
+@pytest.mark.usefixtures("looking")
+@pytest.mark.parametrize("walls", [True, False])
+def test_one_component_alone_is_not_waited_for(walls):
+    scene = carom.Scene([[1.0, 1.0]], 1e3, walls=walls, velocities=[[1.0, 0.3]])
+    with pytest.warns(CaromWarning, match="One component alone meets nobody"):
+        assert carom.Simulation(scene).run(collisions=1).collisions == 0
 
 
 @pytest.mark.parametrize("axis", [None, 0])
@@ -154,68 +141,49 @@ def test_a_container_that_fits_like_a_skin_is_refused(axis):
         carom.Scene([[1.0, 1.0, 1.0]], 2.0, walls=True, obstacles=around)
 
 
-CONTACTS = """
-contact = [[1.0, 1.1], [1.1, 0.3]]
-species = [carom.Species(count=2), carom.Species(count=2, diameter=0.3)]
-scene = carom.Scene.random(species=species, contact=contact, box=(2.6, 2.4), seed=3)
-"""
-
-
+@pytest.mark.usefixtures("looking")
 def test_contacts_beyond_the_sum_of_radii_are_met_under_every_image():
     # Lists name a pair under one image for as long as it is listed: here from further away than half a box.
-    program = """
-sim = carom.Simulation(scene, seed=1)
-for frame in sim.sample(every=0.05, count=30):
-    assert_no_overlap(scene, frame)
-print(sim._state.scheme.kind)
-"""
-    assert said(CONTACTS + program) == "sectors"
-    sentence = said(
-        CONTACTS + "sim = carom.Simulation\ntry:\n    sim(scene, tuning=carom.Tuning(neighbors='lists'))\n"
-        "except carom.InputError as error:\n    print(error)"
-    )
-    assert "need box edges of at least" in sentence
+    species = [carom.Species(count=2), carom.Species(count=2, diameter=0.3)]
+    scene = carom.Scene.random(species=species, contact=[[1.0, 1.1], [1.1, 0.3]], box=(2.6, 2.4), seed=3)
+    sim = carom.Simulation(scene, seed=1)
+    for frame in sim.sample(every=0.05, count=30):
+        assert_no_overlap(scene, frame)
+    assert sim._state.scheme.kind == "sectors"
+    with pytest.raises(InputError, match="need box edges of at least"):
+        carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists"))
 
 
-UNLIKE = """
-n, near = 12, {near}
-places = np.arange(n)[:, None] * 1.1 + 0.6
-velocities = np.random.default_rng(2).normal(size=(n, 1))
-scene = carom.Scene(places, (n * 1.1 + 0.2,), species=np.arange(n) % 2, contact=[[1, near], [near, 1]],
-                    velocities=velocities)
-sim = carom.Simulation(scene)
-sim.run(collisions=800)
-print(sim.statistics.worst_overlap)
-"""
-
-
-@pytest.mark.parametrize("near", [0.1, 1e-3, 2e-6])
+@pytest.mark.usefixtures("looking")
+@pytest.mark.parametrize("near", [0.1, 2e-6])
 def test_unlike_rods_keep_a_distance_far_below_their_diameters(near):
+    n = 12
+    scene = carom.Scene(
+        np.arange(n)[:, None] * 1.1 + 0.6,
+        (n * 1.1 + 0.2,),
+        species=np.arange(n) % 2,
+        contact=[[1, near], [near, 1]],
+        velocities=np.random.default_rng(2).normal(size=(n, 1)),
+    )
+    sim = carom.Simulation(scene)
+    sim.run(collisions=400)
     # Off by some roundings of the box, 13 diameters long, and by no more.
-    assert float(said(UNLIKE.format(near=near))) < 64.0 * 2.0**-53 * 13.4 / near
+    assert sim.statistics.worst_overlap < 64.0 * 2.0**-53 * 13.4 / near
 
 
-CROWD = """
-import sys
-from carom.engine import obstacles as obstacle
-from carom.models import Ball, Plane
-from carom.models.contacts.restitution import Restitution
-from carom.models.obstacles.named_walls import axes_without
-obstacle.CROWD_FROM = int(sys.argv[1])
-balls = [Ball((2.0 * (k % 3) + 1.0, 2.0 * (k // 3) + 1.0), 0.5 + 0.02 * k) for k in range(9)]
-floor = Plane((0.0, 1.0), 0.1)
-scene = carom.Scene.random(3, box=(6.0, 6.0), diameter=0.3, walls="y", seed=4,
-                           obstacles=[*balls[:4], floor, *balls[4:]])
-sim = carom.Simulation(scene, seed=1)
-for frame in sim.sample(every=1.0, count=12):
-    assert_no_overlap(scene, frame)
-print(frame.positions.tobytes().hex(), [impacts.hits for impacts in sim.obstacles])
-"""
-
-
-def test_many_fixed_disks_are_met_as_few_are():
-    crowd, few = (plain_python("-c", START + CROWD, size) for size in ("1", "100"))
-    assert crowd == few
+@pytest.mark.usefixtures("looking")
+def test_many_fixed_disks_are_met_as_few_are(monkeypatch):
+    balls = [Ball((2.0 * (k % 3) + 1.0, 2.0 * (k // 3) + 1.0), 0.5 + 0.02 * k) for k in range(9)]
+    bodies = [*balls[:4], Plane((0.0, 1.0), 0.1), *balls[4:]]
+    scene = carom.Scene.random(3, box=(6.0, 6.0), diameter=0.3, walls="y", seed=4, obstacles=bodies)
+    found = []
+    for crowd in (1, 100):
+        monkeypatch.setattr(engine_obstacles, "CROWD_FROM", crowd)
+        sim = carom.Simulation(scene, seed=1)
+        for frame in sim.sample(every=1.0, count=8):
+            assert_no_overlap(scene, frame)
+        found.append((frame.positions.tobytes(), [impacts.hits for impacts in sim.obstacles]))
+    assert found[0] == found[1]
 
 
 @pytest.mark.slow

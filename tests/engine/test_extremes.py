@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from helpers.marks import slow
 from helpers.oracle import EPS, moving
+from helpers.plain import uncompiled
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -72,6 +73,7 @@ def test_a_packing_fraction_of_1e_6_has_flights_through_many_boxes(dimension):
     assert abs(sim.collisions - expected) < 5 * math.sqrt(expected)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("box", "count", "growth"),
     [
@@ -87,12 +89,12 @@ def test_contacts_in_wide_boxes_are_as_sharp_as_coordinates(box, count, growth):
     """Not (L / sigma)^2 roundings deep, as they are where they are computed from a sector away."""
     scene = carom.Scene.random(count, dimension=len(box), box=box, seed=1)
     sim = carom.Simulation(scene, seed=1, growth=growth)
-    for _ in range(40):  # at a collision, where two touch
+    for _ in range(12):  # at a collision, where two touch
         sim.run(collisions=1)
         frame = sim.frame()
         scene.replace(positions=frame.positions, diameter=frame.diameters)
     assert sim.explain().models["timing"] in ("FromRows", "FromCache")
-    assert sim.collisions == 40
+    assert sim.collisions == 12
     assert sim.statistics.worst_overlap < 16 * EPS * FLOWN * max(box)
 
 
@@ -148,25 +150,26 @@ def test_one_part_in_1e9_below_close_packing_has_the_free_volume_pressure(dimens
 # Few spheres in the smallest boxes.
 
 
-@pytest.mark.parametrize("edge", [math.nextafter(1.0, 2.0), 1.0 + 1e-9, 1.5])
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("edge", [math.nextafter(1.0, 2.0), 1.5])
 def test_one_sphere_in_the_smallest_box_flies_through_itself(edge):
     scene = carom.Scene([[0.25, 0.5]], edge, velocities=[[1.0, -0.5]])
     sim = carom.Simulation(scene, seed=0)
-    sim.run(time=1000.0)
+    sim.run(time=100.0)
     assert sim.collisions == 0
     frame = sim.frame()
-    np.testing.assert_allclose(frame.unwrapped, [[1000.25, -499.5]], rtol=1000 * 8 * EPS)
+    np.testing.assert_allclose(frame.unwrapped, [[100.25, -49.5]], rtol=100 * 8 * EPS)
 
 
-@pytest.mark.parametrize("gap", [4 * EPS, 1e-12, 1e-6, 0.1])
-@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(("count", "gap"), [(2, 4 * EPS), (3, 4 * EPS), (3, 1e-6), (2, 0.1), (3, 0.1)])
 def test_two_and_three_spheres_in_the_smallest_boxes(count, gap):
     # A row of spheres that just fits, in a tube that is one sphere wide.
     box = [count * (1 + gap), 1 + gap]
     positions = [[k * (1 + gap), 0.1 * gap * k] for k in range(count)]
     scene = moving(carom.Scene(positions, box), 1)
     sim = carom.Simulation(scene, seed=0)
-    run(sim, collisions=2000)
+    run(sim, collisions=150)
     assert_sound(sim, overlap=16 * EPS * 4 * count)
 
 
@@ -207,7 +210,7 @@ def power(exponent):
 
 
 DISKS = moving(carom.Scene.random(20, 0.4, 2, seed=1), 2)
-RANGE = [-150, -100, -20, -7, 7, 20, 100, 150]
+RANGE = [-150, -7, 20, 150]
 
 
 @pytest.mark.parametrize("exponent", RANGE)
@@ -421,7 +424,7 @@ def test_single_precision_holds_or_is_refused(name):
         return
     sim = carom.Simulation(scene, tuning=carom.Tuning(precision="single"), seed=0)
     sim.run(time=1e-3 / np.abs(scene.velocities).max() * scene.diameter)
-    sim.run(collisions=1000, walltime=1.0)
+    sim.run(collisions=200, walltime=1.0)
     assert sim.collisions > 0
     frame, found = sim.frame(), sim.statistics
     assert np.isfinite(frame.positions).all()
@@ -442,20 +445,21 @@ def test_single_precision_overlaps_by_its_own_rounding_of_the_box(box):
         else carom.Scene.random(50, dimension=2, seed=1)
     )
     sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(precision="single"))
-    run(sim, collisions=3000)
+    run(sim, collisions=500)
     rounding = np.finfo(np.float32).eps * 4 * max(scene.box)
     assert EPS < sim.statistics.worst_overlap < 16 * rounding
-    assert sim.statistics.energy_drift < 3000 * np.finfo(np.float32).eps
+    assert sim.statistics.energy_drift < 500 * np.finfo(np.float32).eps
 
 
 # Long boxes.
 
 
-@pytest.mark.parametrize("box", [(15000.0, 1.5), (1.5, 15000.0)])
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("box", [(15000.0, 1.5), slow((1.5, 15000.0))])
 def test_boxes_of_one_to_ten_thousand(box):
     scene = carom.Scene.random(100, box=box, seed=1)
     sim = carom.Simulation(scene, seed=1)
-    run(sim, collisions=3000)
+    run(sim, collisions=20)
     assert_sound(sim)
 
 
@@ -559,16 +563,6 @@ def test_newtons_cradle_passes_the_momentum_on(dimension, gap):
     assert sim.collisions == count - 1
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_a_whole_lattice_that_collides_at_once(dimension):
-    scene = opposed_lattice(dimension)
-    sims = [carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"), seed=0) for _ in range(2)]
-    for sim in sims:
-        run(sim, collisions=40 * scene.n)
-        assert_sound(sim)
-    np.testing.assert_array_equal(sims[0].frame().positions, sims[1].frame().positions)
-
-
 # Overlaps.
 
 
@@ -598,7 +592,7 @@ def test_an_overlap_of_1e_6_is_refused_and_named():
     speed=st.integers(-60, 60),
 )
 def test_a_scene_scaled_by_powers_of_two_has_the_same_bits(length, mass, speed):
-    scene = moving(carom.Scene.random(12, 0.3, 2, seed=1), 2)
+    scene = DISKS
     other = carom.Scene(
         np.ldexp(scene.positions, length),
         np.ldexp(scene.box, length),
@@ -638,7 +632,7 @@ def followed(scene, other, collisions, tmp_path, label=None):
 )
 def test_a_moving_frame_loses_the_digits_of_its_speed_and_no_more(speed, collisions, tmp_path):
     # All cross sectors all the time: a collision costs as many crossings as the frame is faster.
-    scene = moving(carom.Scene.crystal(cells=2, packing_fraction=0.3), 3)
+    scene = moving(carom.Scene.crystal(cells=3, packing_fraction=0.3), 3)
     drift = scene.replace(velocities=scene.velocities + speed)
     same = followed(scene, drift, collisions, tmp_path)
     # A collision multiplies an error by about e: each factor of 1000 in the speed costs ln(1000) = 7 of some
@@ -672,18 +666,19 @@ NUMBER = st.one_of(ANY, EXTREME, st.floats(-10.0, 10.0))
 
 
 def assert_run_or_one_sentence(positions, box, **arguments):
-    try:
-        sim = carom.Simulation(carom.Scene(positions, box, **arguments), seed=0)
-    except CaromError as error:
-        message = str(error)
-    else:
-        sim.run(collisions=50, walltime=2.0)
-        assert_sound(sim)
-        return
+    with uncompiled():
+        try:
+            sim = carom.Simulation(carom.Scene(positions, box, **arguments), seed=0)
+        except CaromError as error:
+            message = str(error)
+        else:
+            sim.run(collisions=20, walltime=1.0)
+            assert_sound(sim)
+            return
     assert len(message.splitlines()) == 1
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(
     positions=st.lists(st.tuples(NUMBER, NUMBER), min_size=1, max_size=4),
     velocities=st.lists(st.tuples(NUMBER, NUMBER), min_size=4, max_size=4),
@@ -698,7 +693,7 @@ def test_any_numbers_make_a_run_or_one_sentence(positions, velocities, box, diam
     )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(data=st.data())
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
 def test_legal_scenes_of_extreme_numbers_run(data):
@@ -722,6 +717,7 @@ def test_pairs_of_bad_numbers_are_named():
             carom.Scene(arguments["positions"], arguments["box"], velocities=arguments["velocities"])
 
 
+@pytest.mark.usefixtures("plain")
 def test_nobody_moving_is_said_once():
     sim = carom.Simulation(carom.Scene([[1.0, 1.0], [3.0, 3.0]], 5.0, velocities=[[0.0, 0.0]] * 2), seed=0)
     with pytest.warns(CaromWarning, match="Nothing moves"):

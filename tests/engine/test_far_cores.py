@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 
 import carom
 from carom.models import SquareWell, Steps, StepTable
@@ -65,7 +66,7 @@ def assert_order_of_wide_steps():
         x, v = apart(8, d, edge, distances[0], seed=d)
         interaction = StepTable(Steps(distances, energies))
         scene = carom.Scene(x, edge, velocities=v, diameter=distances[0], interaction=interaction)
-        assert_order(scene, lambda i, j, r=distances, e=energies: (r, [*e, 0.0]), 80)
+        assert_order(scene, lambda i, j, r=distances, e=energies: (r, [*e, 0.0]), 50)
 
 
 def wide_mixture(d, seed, n=7):
@@ -127,7 +128,7 @@ def test_events_of_wide_steps_are_those_of_the_naive_algorithm():
 
 
 @pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize("seed", [5, *(pytest.param(k, marks=pytest.mark.slow) for k in range(16) if k != 5)])
+@pytest.mark.parametrize("seed", [5, *map(slow, range(4))])
 def test_events_of_mixtures_with_wide_steps_are_those_of_the_naive_algorithm(seed):
     assert_order_of_wide_mixtures(seed)
 

@@ -210,6 +210,7 @@ def test_a_model_from_outside_the_package_is_chosen_by_its_type(tmp_path):
     assert done.stdout.strip() == "[-0.125, 0.125]"
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_a_model_of_an_unknown_type_does_not_compile():
     from numba.core.errors import NumbaError
 

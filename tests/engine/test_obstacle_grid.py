@@ -24,7 +24,7 @@ def scattered(count, edge, d, radius):
     places = rng.uniform(0.0, edge, (count, d))
     return [Ball(tuple(x), radius * (1.0 + 0.1 * k)) for k, x in enumerate(places)]
 
-def bits(scene, neighbors, growth=None, time=6.0):
+def bits(scene, neighbors, growth=None, time=4.0):
     sim = carom.Simulation(scene, seed=1, growth=growth, tuning=carom.Tuning(neighbors=neighbors))
     for frame in sim.sample(every=time / 4, count=4):
         assert_no_overlap(scene, frame)
@@ -77,7 +77,7 @@ print(json.dumps({
     "growth": bits(plane(), "sectors", growth=0.01),
     "growth in lists": bits(plane(), "lists", growth=0.01),
     "growth at rest": bits(still(), "sectors", growth=0.2, time=4.0),
-    "tiny": bits(tiny(), "auto", time=60.0),
+    "tiny": bits(tiny(), "auto", time=30.0),
     "table": bits(table(), "auto"),
     "space": bits(space(), "auto"),
 }))

@@ -13,7 +13,7 @@ EPSILON = float(np.finfo(np.float32).eps)
 @pytest.fixture(scope="module")
 def fluid():
     """Return the same fluid in double and in single precision after 50 collisions a particle."""
-    scene = moving(carom.Scene.random(500, 0.4, seed=3), 3)
+    scene = moving(carom.Scene.crystal(cells=5, packing_fraction=0.3), 3)
     runs = {
         name: carom.Simulation(scene, tuning=carom.Tuning(precision=name)) for name in ("double", "single")
     }

@@ -6,7 +6,9 @@ import numpy as np
 
 import carom
 from carom.io.events import read_events, read_initial
+from carom.models.files.to_tables import obstacle_to_table
 from carom.reference import NaiveSystem
+from carom.reference.arithmetic import make_arithmetic
 
 EPS = np.finfo(float).eps
 
@@ -20,10 +22,10 @@ ROUNDINGS = 512
 
 
 def moving(scene, seed):
-    """Return the scene with normal velocities that add to zero."""
+    """Return the scene with normal velocities of equal energy; without walls their momentum is zero."""
     rng = np.random.default_rng(seed)
-    velocities = rng.normal(size=(scene.n, scene.dimension))
-    velocities -= velocities.mean(axis=0)
+    velocities = rng.normal(size=(scene.n, scene.dimension)) / np.sqrt(scene.masses)[:, None]
+    velocities -= scene.masses @ velocities / scene.masses.sum()
     return scene.replace(velocities=velocities)
 
 
@@ -36,26 +38,26 @@ def engine_collisions(scene, count, folder, **settings):
     return sim, events, events.epoch * float(read_initial(path)["epoch_length"]) + events.time
 
 
-def oracle_of(scene, nudge=0):
+def oracle_of(scene, nudge=0.0, growth=0.0, elastic_below=0.0, arithmetic="mpmath"):
     """Return the oracle at the scene's state, moved by ``nudge`` boxes and speeds at random."""
     rng = np.random.default_rng(0)
-    system = NaiveSystem(
-        scene.positions,
-        scene.velocities,
+    exact = make_arithmetic(arithmetic, 50)
+    number, shape, speed = exact.number, scene.positions.shape, np.abs(scene.velocities).max()
+    return NaiveSystem(
+        exact.array(scene.positions, "positions") + number(nudge * max(scene.box)) * rng.normal(size=shape),
+        exact.array(scene.velocities, "velocities") + number(nudge * speed) * rng.normal(size=shape),
         scene.box,
-        diameter=scene.diameter,
-        masses=[scene.mass] * scene.n,
+        diameter=scene.diameters,
+        masses=scene.masses,
+        species=None if scene.contact is None else scene.species,
+        contact=scene.contact,
+        growth=growth,
+        periodic=scene.periodic,
+        obstacles=[obstacle_to_table(obstacle) for obstacle in scene.obstacles],
+        restitution=scene.impact.restitution,
+        elastic_below=elastic_below,
+        arithmetic=arithmetic,
     )
-    if nudge:
-        number = system.arithmetic.number
-        exact = np.vectorize(number, otypes=[object])
-        shape, speed = scene.positions.shape, np.abs(scene.velocities).max()
-        positions = exact(scene.positions) + number(nudge * max(scene.box)) * rng.normal(size=shape)
-        velocities = exact(scene.velocities) + number(nudge * speed) * rng.normal(size=shape)
-        system = NaiveSystem(
-            positions, velocities, scene.box, diameter=scene.diameter, masses=[scene.mass] * scene.n
-        )
-    return system
 
 
 def divergence(scene, right, count):

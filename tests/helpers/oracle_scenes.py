@@ -4,7 +4,6 @@ The state between every two events is compared, not a log of them: it holds for 
 equal velocities before and after mean equal partners.
 """
 
-from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,12 +11,10 @@ import numpy as np
 import carom
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.contacts.restitution import Restitution
-from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles.named_walls import axes_without
-from carom.reference import NaiveSystem
 from carom.simulation import stretches
 from helpers.mixtures import mixture
-from helpers.oracle import EPS, NUDGE, ROUNDINGS
+from helpers.oracle import EPS, NUDGE, ROUNDINGS, moving, oracle_of
 
 PER_PARTICLE = 10
 
@@ -36,47 +33,31 @@ class Case(NamedTuple):
     """Of these must come before rounding hides them."""
 
 
-def moving(scene, seed):
-    """Return the scene with normal velocities of equal energy; without walls their momentum is zero."""
-    rng = np.random.default_rng(seed)
-    velocities = rng.normal(size=(scene.n, scene.dimension)) / np.sqrt(scene.masses)[:, None]
-    velocities -= scene.masses @ velocities / scene.masses.sum()
-    return scene.replace(velocities=velocities)
+class Trajectory(NamedTuple):
+    """An oracle's events, and its exact state in the middle between each of them and the next."""
+
+    events: list
+    times: np.ndarray
+    positions: np.ndarray
+    """Without wrapping, (events, n, d)."""
+    velocities: np.ndarray
+    sums: tuple
+    """Virial, and the impulses of walls and obstacles, after each event."""
 
 
-def oracle_of(scene, growth=0.0, nudge=0.0, elastic_below=0.0):
-    """Return the oracle at the scene's state, moved by ``nudge`` boxes and speeds at random."""
-    rng = np.random.default_rng(0)
-    settings = {
-        "diameter": scene.diameters,
-        "masses": scene.masses,
-        "species": None if scene.contact is None else scene.species,
-        "contact": scene.contact,
-        "growth": growth,
-        "periodic": scene.periodic,
-        "obstacles": [obstacle_to_table(obstacle) for obstacle in scene.obstacles],
-        "restitution": scene.impact.restitution,
-        "elastic_below": elastic_below,
-    }
-    system = NaiveSystem(scene.positions, scene.velocities, scene.box, **settings)
-    if not nudge:
-        return system
-    number = system.arithmetic.number
-    exact = np.vectorize(number, otypes=[object])
-    shape, speed = scene.positions.shape, np.abs(scene.velocities).max()
-    positions = exact(scene.positions) + number(nudge * max(scene.box)) * rng.normal(size=shape)
-    velocities = exact(scene.velocities) + number(nudge * speed) * rng.normal(size=shape)
-    return NaiveSystem(positions, velocities, scene.box, **settings)
-
-
-def states(system, times):
-    """Return positions without wrapping and velocities at the given times, (times, n, d) each, exact."""
-    found = []
-    for time in times:
-        system.advance_to(time)
-        found.append((system.positions, system.velocities))
-    positions, velocities = zip(*found, strict=True)
-    return np.array(positions), np.array(velocities)
+def trajectory(system, count, times=None):
+    """Return what happens to an oracle; between events its components fly straight."""
+    following = iter(system)
+    events, after = [next(following)], []
+    while len(after) < count:
+        sums = system.virial, system.impulses.copy()
+        after.append((system.time, system.positions, system.velocities, sums))
+        events.append(next(following))
+    instants = np.array([float(event.time) for event in events])
+    times = 0.5 * (instants[1:] + instants[:-1]) if times is None else times
+    positions = [x + v * (time - now) for time, (now, x, v, _) in zip(times, after, strict=True)]
+    _, _, velocities, sums = zip(*after, strict=True)
+    return Trajectory(events[:-1], times, np.array(positions), np.array(velocities), sums)
 
 
 def check(case, neighbors):
@@ -84,16 +65,13 @@ def check(case, neighbors):
     scene, growth = case.scene, case.settings.get("growth", 0.0)
     sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors=neighbors), **case.settings)
     assert sim._state.scheme.kind == neighbors
-    start = (scene, growth, 0.0, sim._state.system.threshold)
-    events = list(islice(oracle_of(*start), case.count + 1))
-    instants = np.array([float(event.time) for event in events])
-    times = 0.5 * (instants[1:] + instants[:-1])
-    right, speeds = states(oracle_of(*start), times)
-    nudged, speeds_nudged = states(oracle_of(scene, growth, NUDGE, sim._state.system.threshold), times)
+    threshold = sim._state.system.threshold
+    events, times, right, speeds, sums = trajectory(oracle_of(scene, 0.0, growth, threshold), case.count)
+    nudged = trajectory(oracle_of(scene, NUDGE, growth, threshold), case.count, times)
     length, speed = max(scene.box), np.abs(scene.velocities).max()
     # What may be off, in boxes: the oracle's own divergence, and as much for flights of some boxes.
-    parted = np.abs(nudged - right).astype(float).max(axis=(1, 2)) / (NUDGE * length)
-    turned = np.abs(speeds_nudged - speeds).astype(float).max(axis=(1, 2)) / (NUDGE * speed)
+    parted = np.abs(nudged.positions - right).astype(float).max(axis=(1, 2)) / (NUDGE * length)
+    turned = np.abs(nudged.velocities - speeds).astype(float).max(axis=(1, 2)) / (NUDGE * speed)
     flown = 1.0 + speed * times / length
     bounds = ROUNDINGS * EPS * np.maximum.accumulate(np.maximum(np.maximum(parted, turned), flown))
     horizon = int(np.searchsorted(bounds, BLURRED))
@@ -101,7 +79,7 @@ def check(case, neighbors):
     n, pairs, hits = scene.n, 0, np.zeros(len(sim.obstacles) if scene.walls or scene.obstacles else 0, int)
     for k, frame in enumerate(sim.sample(times=times[:horizon])):
         event = events[k]
-        what = f"after event {k}, {event.i} with {event.j} at {instants[k]:.6g}"
+        what = f"after event {k}, {event.i} with {event.j} at {float(event.time):.6g}"
         pairs += event.j < n
         if event.j >= n:
             hits[event.j - n] += 1
@@ -112,12 +90,11 @@ def check(case, neighbors):
         off = np.abs(frame.velocities - speeds[k].astype(float)).max()
         assert off <= bounds[k] * speed, f"{what}: velocities off by {off:g}, bound {bounds[k] * speed:g}"
         assert_no_overlap(scene, frame)
-    oracle = oracle_of(*start)
-    oracle.advance_to(times[horizon - 1])
+    virial, impulses = sums[horizon - 1]
     tolerance = 8 * n * bounds[horizon - 1] * speed * scene.masses.max()
-    assert abs(stretches.tally(sim).virial - float(oracle.virial)) <= tolerance * length * horizon
+    assert abs(stretches.tally(sim).virial - float(virial)) <= tolerance * length * horizon
     taken = [impact.impulse for impact in sim.obstacles] if len(hits) else []
-    np.testing.assert_allclose(taken, oracle.impulses.astype(float), rtol=0, atol=tolerance * horizon)
+    np.testing.assert_allclose(taken, impulses.astype(float), rtol=0, atol=tolerance * horizon)
     return horizon
 
 

@@ -30,7 +30,7 @@ EPS = np.finfo(float).eps
 LISTS, SECTORS = carom.Tuning(neighbors="lists"), carom.Tuning(neighbors="sectors")
 SHORT_LISTS = carom.Tuning(neighbors="lists", shell=1.15)
 
-CUTS = 6
+CUTS = 4
 """Parts that a run is cut into."""
 
 SHARP = 1e-5
@@ -143,7 +143,7 @@ def machinery_of(sim) -> dict[str, float]:
 def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarray]]:
     """Return the oracle's time between its last event and the next, and its sums until then."""
     scene, growth = case.scene, case.settings.get("growth", 0.0)
-    oracle = oracle_of(scene, growth, nudge, scene.impact.elastic_below or 0.0)
+    oracle = oracle_of(scene, nudge, growth, scene.impact.elastic_below or 0.0)
     n = scene.n
     kinds = np.zeros(n, int) if scene.species is None else scene.species
     counts = np.zeros((kinds.max() + 1,) * 2, int)

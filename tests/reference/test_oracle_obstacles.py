@@ -8,10 +8,10 @@ import mpmath
 import numpy as np
 import pytest
 from helpers.mixtures import mixture
+from helpers.oracle import moving, oracle_of
 
 from carom.errors import InputError, OverlapError
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
-from carom.models.files.to_tables import obstacle_to_table
 from carom.reference import NaiveSystem
 from carom.reference.arithmetic import make_arithmetic
 from carom.reference.meeting import contact_time
@@ -19,28 +19,6 @@ from carom.scene.scene import Scene
 
 # 50 digits less what a few hundred collisions amplify: each multiplies an error by some ten at most.
 FORTY_DIGITS = mpmath.mpf(10) ** -40
-
-
-def oracle_of(scene: Scene, **settings) -> NaiveSystem:
-    """Return the oracle at a scene's state."""
-    return NaiveSystem(
-        scene.positions,
-        scene.velocities,
-        scene.box,
-        diameter=scene.diameters,
-        masses=scene.masses,
-        species=None if scene.contact is None else scene.species,
-        contact=scene.contact,
-        periodic=scene.periodic,
-        obstacles=[obstacle_to_table(o) for o in scene.obstacles],
-        restitution=scene.impact.restitution,
-        **settings,
-    )
-
-
-def moving(scene: Scene, seed: int) -> Scene:
-    velocities = np.random.default_rng(seed).normal(size=scene.positions.shape)
-    return scene.replace(velocities=velocities / np.sqrt(scene.masses)[:, None])
 
 
 def test_a_rod_between_walls_goes_to_and_fro_exactly():

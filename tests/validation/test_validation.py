@@ -30,7 +30,7 @@ def two_on_a_torus(row, collisions):
     d, edge = row["d"], row["L"]
     scene = carom.Scene([[0.0] * d, [edge / 2] * d], edge, diameter=row["sigma"])
     for seed in range(starts):
-        sim = carom.Simulation(scene, seed=seed, tuning=carom.Tuning(images=False))
+        sim = carom.Simulation(scene, seed=seed)
         sim.run(collisions=100)
         block = sim.run(time=collisions / starts * row["mean_time_between_collisions"])
         values.append(1.0 + block.virial / (2 * d * sim.kT * block.duration))

@@ -34,7 +34,7 @@ def filled(counts, instants, seed):
     return all_events
 
 
-@pytest.mark.parametrize("instants", [0, 10**7, 500, 3])
+@pytest.mark.parametrize("instants", [0, 500, 3])
 @pytest.mark.parametrize(
     "counts",
     [
@@ -48,8 +48,9 @@ def filled(counts, instants, seed):
         (400,) * 16,
     ],
 )
+@pytest.mark.usefixtures("unscheduled")
 def test_virials_of_all_parts_are_added_in_the_order_of_time(counts, instants):
-    engine = carom.Simulation(carom.Scene.crystal(cells=2, packing_fraction=0.3), seed=1)._state.engine
+    engine = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)._state.engine
     all_events, parts = filled(counts, instants, sum(counts)), len(counts)
     times, virials, who = (
         np.concatenate([table[part, : counts[part]] for part in range(parts)])

@@ -9,7 +9,7 @@ import pytest
 from helpers.marks import slow
 from helpers.mixtures import mixture
 from helpers.neighbors import check_invariants, check_lists, go, present
-from helpers.oracle import engine_collisions, moving
+from helpers.oracle import moving
 
 import carom
 from carom.engine.neighbors import build
@@ -17,17 +17,6 @@ from carom.engine.neighbors import plan as scheme
 from carom.engine.neighbors.prefetch import HUGE, LARGE
 from carom.scene import lattices
 from carom.simulation.pace import Pace
-
-STEPS = np.int64(1)
-
-
-@pytest.fixture
-def simulation(tmp_path):
-    """Make simulations with a log, as the comparisons with the oracle do: nothing more has to be compiled."""
-    made = itertools.count()
-    return lambda scene, **settings: carom.Simulation(
-        scene, event_log=tmp_path / f"events{next(made)}.h5", **settings
-    )
 
 
 def check_sectors(sim):
@@ -70,69 +59,66 @@ CASES = [
     (3, 4, 0.2, "sectors"),
     (4, 12, 0.1, "sectors"),
     (2, 60, 0.1, "sectors"),
-    (3, 130, 0.1, "sectors"),
+    slow(3, 130, 0.1, "sectors"),
 ]
 
 
 @pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(("dimension", "n", "packing_fraction", "kind"), CASES)
-def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind, simulation):
+def test_invariants_hold_after_every_cycle(dimension, n, packing_fraction, kind):
     scene = moving(carom.Scene.random(n, packing_fraction, dimension, seed=n), n)
-    sim = simulation(
+    sim = carom.Simulation(
         scene,
         tuning=carom.Tuning(neighbors=kind, shell=1.2 if kind == "lists" else None),
     )
     assert sim._state.scheme.kind == kind
-    for _ in range(200):
+    for _ in range(120):
         check_invariants(sim)
         go(sim, 1)
-    assert sim.collisions >= n // 3
+    assert sim.collisions >= n // 5
 
 
-@pytest.mark.parametrize(("dimension", "n"), [slow(1, 40), (2, 100), slow(3, 150), slow(4, 160)])
-def test_lists_stay_symmetric_and_complete(dimension, n, simulation):
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize(("dimension", "n"), [slow(1, 40), (2, 60), slow(3, 150), slow(4, 160)])
+def test_lists_stay_symmetric_and_complete(dimension, n):
     eta = {1: 0.5, 2: 0.5, 3: 0.4, 4: 0.1}[dimension]
     scene = moving(carom.Scene.random(n, eta, dimension, seed=1), 2)
-    sim = simulation(scene, tuning=carom.Tuning(neighbors="lists", shell=1.15))
-    for _ in range(12):
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists", shell=1.15))
+    for _ in range(6):
         check_lists(sim)
-        go(sim, 5 * n)
+        go(sim, 4 * n)
     check_lists(sim)
-    assert sim.statistics.transits > 2 * n
+    assert sim.statistics.transits > n
 
 
-@pytest.mark.parametrize(
-    "box", [(9.0,), (1.2, 8.0), (5.5, 2.3), (7.0, 7.0), (3.4, 1.1, 4.0), (4.5, 2.2, 6.0)]
-)
-def test_members_of_sectors_are_where_their_positions_are(box, simulation):
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("box", [(9.0,), (1.2, 8.0), (5.5, 2.3), (3.4, 1.1, 4.0), (4.5, 2.2, 6.0)])
+def test_members_of_sectors_are_where_their_positions_are(box):
     n = max(2, int(0.25 * np.prod(box)))
-    sim = simulation(
+    sim = carom.Simulation(
         moving(carom.Scene.random(n, box=box, seed=1), 2), tuning=carom.Tuning(neighbors="sectors")
     )
-    for _ in range(40):
+    for _ in range(20):
         check_sectors(sim)
-        go(sim, 3 * n)
-    assert sim.statistics.transits > 10 * n
+        go(sim, 2 * n)
+    assert sim.statistics.transits > 3 * n
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("dimension", "n", "mixed"),
-    [
-        (3, 160, False),
-        *(slow(d, n, True) for d, n in ((1, 20), (2, 60), (3, 160), (4, 800))),
-        *(slow(d, n, False) for d, n in ((1, 20), (2, 60), (4, 800))),
-    ],
+    [(2, 40, True), (2, 40, False), *(slow(d, n, True) for d, n in ((1, 20), (3, 160), (4, 800)))],
 )
-def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed, monkeypatch, simulation):
+def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed, monkeypatch):
     eta = {1: 0.2, 2: 0.1, 3: 0.05, 4: 0.03}[dimension]
     scene = carom.Scene.random(n, eta, dimension, seed=1)
     if mixed:
         sizes = {"diameters": [1.0, 0.5], "masses": [1.0, 0.5**dimension], "dimension": dimension}
         scene = mixture([n // 2, n // 2], packing_fraction=eta, seed=1, **sizes)
     scene = moving(scene, 2)
-    loose = simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
+    loose = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
     monkeypatch.setattr(build, "slacks_of", lambda scheme, system: [0.0] * dimension)
-    strict = simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
+    strict = carom.Simulation(scene, tuning=carom.Tuning(neighbors="sectors"))
     sectors = loose._state.engine.neighbors
     sides, slacks = np.array(sectors.sides), np.array(sectors.slacks)
     assert (slacks > 0.0).all()
@@ -144,34 +130,41 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
     contact = 0.5 * scene.diameters
     assert (sides - (most + contact[:, None])[:, None] - (most + contact[:, None])[None] >= 0.0).all()
     outside = 0
-    for _ in range(10):
+    for _ in range(6):
         for sim in (loose, strict):
             go(sim, 2 * n)
             check_sectors(sim)
         place = np.floor(present(loose)[0] / sides).astype(int) % np.array(sectors.shape)
         outside += int((place != sectors.cell[:n]).any(axis=1).sum())
-    assert outside > n
+    assert outside > n // 2
     # The same collisions, found with fewer crossings.
     for sim in (loose, strict):
-        sim.run(collisions_per_particle=20)
+        sim.run(collisions_per_particle=5)
     assert loose.statistics.transits < 0.7 * strict.statistics.transits
 
 
-@pytest.mark.parametrize("kind", ["lists", "sectors"])
-def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
-    scene = moving(carom.Scene.random(150, 0.4, seed=1), 2)
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize(
+    ("kind", "room"),
+    [
+        ("lists", {"capacity": 1}),
+        # Compiled code alone reads beyond the end of cells for fewer than a register's members.
+        slow("lists", {"cell_capacity": 1}),
+        # Large sectors, or they could not hold more than fits into the smallest room.
+        ("sectors", {"cell_capacity": 1, "shape": (2, 2)}),
+    ],
+)
+def test_arrays_that_are_too_small_grow(kind, room, monkeypatch):
+    scene = moving(carom.Scene.random(40, 0.5, 2, seed=1), 2)
     settings = {"tuning": carom.Tuning(neighbors=kind, shell=1.2 if kind == "lists" else None)}
-    usual = simulation(scene, **settings)
+    usual = carom.Simulation(scene, **settings)
     choose = scheme.choose
-    # Large sectors, or they could not hold more than fits into the smallest room.
-    tiny = {"capacity": 8} if kind == "lists" else {"shape": (2, 2, 2)}
-    monkeypatch.setattr(
-        scheme, "choose", lambda *a: dataclasses.replace(choose(*a), cell_capacity=1, heap=16, **tiny)
-    )
-    small = simulation(scene, **settings)
-    assert small._state.scheme.cell_capacity > 1, "grown before the first event"
+    monkeypatch.setattr(scheme, "choose", lambda *a: dataclasses.replace(choose(*a), heap=16, **room))
+    small = carom.Simulation(scene, **settings)
+    grown = next(iter(room))
+    assert getattr(small._state.scheme, grown) > 1, "grown before the first event"
     for sim in (usual, small):
-        sim.run(collisions=2000)
+        sim.run(collisions=200)
         (check_lists if kind == "lists" else check_sectors)(sim)
         check_invariants(sim)
     # Room is no physics: the same collisions, up to the rounding of times predicted anew where arrays grew.
@@ -179,16 +172,17 @@ def test_arrays_that_are_too_small_grow(kind, monkeypatch, simulation):
     assert small.statistics.worst_overlap < 1e-13
 
 
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("kind", ["lists", "sectors"])
-def test_room_changes_no_collision(kind, monkeypatch, simulation):
+def test_room_changes_no_collision(kind, monkeypatch):
     # The initial capacities are found too small before the first event: nothing is predicted twice then.
     scene = moving(carom.Scene.random(60, 0.5, 2, seed=1), 2)
-    right = simulation(scene, tuning=carom.Tuning(neighbors=kind))
+    right = carom.Simulation(scene, tuning=carom.Tuning(neighbors=kind))
     choose = scheme.choose
     monkeypatch.setattr(scheme, "choose", lambda *a: dataclasses.replace(choose(*a), heap=1))
-    sim = simulation(scene, tuning=carom.Tuning(neighbors=kind))
-    right.run(collisions=500)
-    sim.run(collisions=500)
+    sim = carom.Simulation(scene, tuning=carom.Tuning(neighbors=kind))
+    right.run(collisions=200)
+    sim.run(collisions=200)
     np.testing.assert_array_equal(sim.frame().positions, right.frame().positions)
 
 
@@ -198,27 +192,30 @@ def test_looking_ahead_changes_no_collision(n, mixed, tmp_path, monkeypatch):
     ways = itertools.cycle([True, False])  # sectors look ahead in every other call
     monkeypatch.setattr(Pace, "first", lambda pace: next(ways))
     # Lists and sectors look ahead to other things, and both to more from one size on, and from the next.
-    edge = math.ceil(n ** (1 / 3))
-    assert edge**3 >= n > (edge - 2) ** 3
-    block = carom.Scene.crystal(lattice=lattices.cubic(3), cells=edge, packing_fraction=0.3)
+    edge = math.ceil(n**0.5)
+    assert edge**2 >= n > (edge - 2) ** 2
+    block = carom.Scene.crystal(lattice=lattices.cubic(2), cells=edge, packing_fraction=0.3)
     sizes = 1.0 - 0.5 * (np.arange(block.n) % 2) if mixed else 1.0
     scene = moving(carom.Scene(block.positions, block.box, diameter=sizes), 3)
-    found = []
+    frames = []
     for kind in ("lists", "sectors"):
-        folder = tmp_path / kind
-        folder.mkdir()
-        sim, events, times = engine_collisions(scene, n, folder, tuning=carom.Tuning(neighbors=kind))
+        # Lists with a log, which the tests of several workers have: nothing more is to be compiled.
+        log = tmp_path / "events.h5" if kind == "lists" else None
+        sim = carom.Simulation(scene, event_log=log, tuning=carom.Tuning(neighbors=kind))
+        sim.run(collisions=n)
         assert sim.statistics.transits > 20
-        found.append((events.i, events.j, times))
-    (i, j, times), (other_i, other_j, other_times) = found
-    np.testing.assert_array_equal(i, other_i)
-    np.testing.assert_array_equal(j, other_j)
-    np.testing.assert_allclose(times, other_times, rtol=1e-9)
+        frames.append(next(sim.sample(times=[1.001 * sim.time])))
+    # Two collisions a particle multiply an error by some hundreds, but by far more after a graze or two.
+    one, other = frames
+    assert one.step == other.step
+    np.testing.assert_allclose(one.unwrapped, other.unwrapped, rtol=1e-7)
+    np.testing.assert_allclose(one.velocities, other.velocities, rtol=0.0, atol=1e-7)
 
 
-def test_a_new_epoch_changes_neither_place_nor_order(simulation):
+@pytest.mark.usefixtures("plain")
+def test_a_new_epoch_changes_neither_place_nor_order():
     scene = moving(carom.Scene.random(30, 0.3, 2, seed=1), 2)
-    sim = simulation(scene)
+    sim = carom.Simulation(scene)
     start = sim._state.engine.state.clock[0].epoch
     while sim._state.engine.state.clock[0].epoch < start + 5:
         before, epoch = present(sim), int(sim._state.engine.state.clock[0].epoch)

@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.oracle import assert_equal_to_oracle, moving
 from helpers.oracle_scenes import case, check, placed
 
@@ -24,15 +25,17 @@ from carom.simulation.system_of_scene import prepare
     ("dimension", "n", "size"),
     [
         (2, 9, {"packing_fraction": 0.01}),
-        (2, 70, {"packing_fraction": 0.02}),
         (2, 7, {"box": (9.0, 47.0), "diameter": 1.0}),
-        pytest.param(3, 8, {"packing_fraction": 1e-3}, marks=pytest.mark.slow),
-        pytest.param(3, 70, {"packing_fraction": 0.02}, marks=pytest.mark.slow),
+        slow(2, 70, {"packing_fraction": 0.02}),
+        (3, 6, {"packing_fraction": 0.01}),
+        slow(3, 8, {"packing_fraction": 1e-3}),
+        slow(4, 16, {"packing_fraction": 0.01}),
+        slow(3, 70, {"packing_fraction": 0.02}),
     ],
 )
 def test_looking_at_everybody_finds_the_oracle_s_collisions(dimension, n, size, tmp_path):
     scene = moving(carom.Scene.random(n, dimension=dimension, seed=n, **size), n + 100)
-    assert_equal_to_oracle(scene, 3 * n, tmp_path, at_least=n, tuning=carom.Tuning(neighbors="all"))
+    assert_equal_to_oracle(scene, 2 * n, tmp_path, at_least=n, tuning=carom.Tuning(neighbors="all"))
 
 
 @pytest.mark.slow
@@ -97,23 +100,25 @@ def test_what_everybody_needs_is_said():
         carom.Simulation(carom.Scene.random(2, 0.3, 2, seed=1), tuning=carom.Tuning(neighbors="all"), seed=0)
 
 
+@pytest.mark.slow
 def test_a_few_in_a_box_of_a_thousand_diameters_collide_at_once():
     scene = carom.Scene.random(6, dimension=3, box=(1000.0,) * 3, diameter=1.0, seed=1)
     sim = carom.Simulation(scene, seed=1)
-    block = sim.run(collisions=30)
-    assert block.collisions == 30
+    block = sim.run(collisions=10)
+    assert block.collisions == 10
     # A collision takes 3e4 boxes of flight: sectors were crossed a hundred thousand times for it.
-    assert sim.statistics.transits < 30 * 6 * 1000
+    assert sim.statistics.transits < 10 * 6 * 1000
 
 
+@pytest.mark.usefixtures("plain")
 def test_contacts_that_are_kept_pass_through_a_checkpoint(tmp_path):
     """Between two collisions of an epoch the contacts kept are all that is known of the next ones."""
-    scene = carom.Scene.random(70, dimension=3, packing_fraction=1e-3, seed=2)
+    scene = carom.Scene.random(20, dimension=2, packing_fraction=0.02, seed=2)
     straight = carom.Simulation(scene, seed=3, tuning=carom.Tuning(neighbors="all"))
-    straight.run(collisions=33)
+    straight.run(collisions=13)
     straight.save(tmp_path / "on_the_way.h5")
     resumed = carom.Simulation.load(tmp_path / "on_the_way.h5")
-    blocks = [sim.run(collisions=200) for sim in (straight, resumed)]
+    blocks = [sim.run(collisions=40) for sim in (straight, resumed)]
     assert blocks[0] == blocks[1]
     one, other = (sim.frame() for sim in (straight, resumed))
     np.testing.assert_array_equal(one.positions, other.positions)

@@ -56,7 +56,7 @@ def aimed(edges, core, now, span, pace, drift, rng, n):
     return positions - np.floor(positions / edges) * edges, own + relative
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     dimension=st.integers(2, 4),
     size=st.floats(3.0, 1e6),

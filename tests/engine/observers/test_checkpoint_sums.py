@@ -62,16 +62,16 @@ def test_every_sum_survives_a_checkpoint(tmp_path, kind):
     whole, part = (
         Simulation(scene_of(growing), **settings(kind, tmp_path / name)) for name in ("whole.h5", "part.h5")
     )
-    whole.run(collisions=300)
-    part.run(collisions=140)
+    whole.run(collisions=200)
+    part.run(collisions=90)
     part.save(tmp_path / "state.h5")
     before = sums_of(part)
     loaded = Simulation.load(tmp_path / "state.h5")
     assert sums_of(loaded) == before
-    assert np.sum(before["by species"]) > 140, "pairs of two species are counted twice in the table"
+    assert np.sum(before["by species"]) > 90, "pairs of two species are counted twice in the table"
     assert sum(each.hits for each in before["impacts"]) > 0
     assert growing or before["spared"] > 0
-    loaded.run(collisions=160)
+    loaded.run(collisions=110)
     assert sums_of(loaded) == sums_of(whole)
     for sim in (whole, part, loaded):
         sim.close()
@@ -99,10 +99,11 @@ def test_a_checkpoint_leaves_no_event_in_memory(tmp_path):
         assert np.array_equal(mine, its)
 
 
+@pytest.mark.usefixtures("plain")
 def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkeypatch):
-    monkeypatch.setattr(compression, "PART", 40)
-    wanted = {"rate": 0.1, "until_Z": 1e3, "seed": 2, "pictures": False}
-    whole = carom.pack(points(30, dimension=2, seed=1), **wanted)
+    monkeypatch.setattr(compression, "PART", 10)
+    wanted = {"rate": 0.2, "until_Z": 100.0, "seed": 2, "pictures": False}
+    whole = carom.pack(points(12, dimension=2, seed=1), **wanted)
     part, parts = compression.Compression._part, []
 
     def impatient(self):
@@ -114,7 +115,7 @@ def test_a_packing_goes_on_inside_a_stretch_with_the_sums_of_it(tmp_path, monkey
 
     monkeypatch.setattr(compression.Compression, "_part", impatient)
     with pytest.raises(carom.Interrupted, match="carom resume"):
-        carom.pack(points(30, dimension=2, seed=1), **wanted, out=tmp_path / "pack")
+        carom.pack(points(12, dimension=2, seed=1), **wanted, out=tmp_path / "pack")
     assert parts
     resumed = carom.resume(tmp_path / "pack")
     assert np.array_equal(resumed.history, whole.history)

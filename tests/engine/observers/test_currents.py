@@ -62,31 +62,34 @@ def test_the_moments_are_those_of_positions_where_nobody_goes_round_the_box():
         assert found.displacement[:, 10 * k] == pytest.approx(after[2] - before[2], abs=tolerance)
 
 
+FLUID = carom.Scene.random(32, 0.3, seed=5)
+
+
 def fluid(**settings):
-    scene = carom.Scene.random(64, 0.3, seed=5)
-    return carom.Simulation(scene, seed=2, **settings)
+    return carom.Simulation(FLUID, seed=2, **settings)
 
 
 @pytest.mark.usefixtures("plain")
 def test_currents_leave_no_trace_in_the_run():
     plain, counted = fluid(), fluid(observers=[HelfandCurrents()])
-    plain.run(collisions=300)
-    counted.helfand(every=0.01, count=50)
-    counted.run(collisions=300 - counted.collisions)
+    plain.run(collisions=150)
+    counted.helfand(every=0.01, count=30)
+    counted.run(collisions=150 - counted.collisions)
     assert (plain.frame().velocities == counted.frame().velocities).all()
     assert plain.time == counted.time
     assert stretches.tally(plain).virial == stretches.tally(counted).virial
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_the_trace_of_the_collisional_stress_is_the_virial():
     sim = fluid(observers=[HelfandCurrents()])
-    found = sim.helfand(every=0.5, count=11)
+    found = sim.helfand(every=0.125, count=11)
     virial = np.trace(found.stress[1, -1])
     assert virial == pytest.approx(stretches.tally(sim).virial, rel=1e-12)
     # The kinetic part is twice the energy times the time, for ever.
     twice = sim.kT * sim.degrees_of_freedom
     assert np.trace(found.stress[0], axis1=1, axis2=2) == pytest.approx(
-        twice * 0.5 * np.arange(11), rel=1e-12
+        twice * 0.125 * np.arange(11), rel=1e-12
     )
 
 
@@ -94,14 +97,15 @@ def state_of(sim):
     return {name: value for name, value in arrays(sim._state.engine).items() if "room" not in name}
 
 
+@pytest.mark.usefixtures("plain")
 def test_moments_go_on_in_a_run_that_was_saved(tmp_path):
     sim = fluid(observers=[HelfandCurrents()])
-    sim.run(time=1.0)
+    sim.run(time=0.25)
     sim.save(tmp_path / "run.h5")
     again = carom.Simulation.load(tmp_path / "run.h5")
     during = tmp_path / "during.h5"
-    one = sim.helfand(every=0.1, count=20, look=lambda frame: sim.save(during), look_every=19)
-    two = again.helfand(every=0.1, count=20)
+    one = sim.helfand(every=0.05, count=10, look=lambda frame: sim.save(during), look_every=9)
+    two = again.helfand(every=0.05, count=10)
     third = carom.Simulation.load(during)
     for saved, value in state_of(sim).items():
         np.testing.assert_array_equal(state_of(third)[saved], value, saved)
@@ -115,19 +119,19 @@ def test_a_plain_scene_compiles_no_currents():
     assert "currents" in explain(scene).absent
 
 
+@pytest.mark.usefixtures("plain")
 def test_units_of_time_scale_the_moments_exactly():
-    scene = carom.Scene.random(64, 0.3, seed=5)
-    slow, fast = carom.Simulation(scene, kT=1.0, seed=2, observers=[HelfandCurrents()]), None
+    slow = fluid(kT=1.0, observers=[HelfandCurrents()])
     factor = 2.0**40  # of speeds: the engine's unit of time is another one then
-    fast = carom.Simulation(
-        scene.replace(velocities=slow.frame().velocities * factor), observers=[HelfandCurrents()], seed=0
-    )
-    one = slow.helfand(every=0.125, count=17)
-    two = fast.helfand(every=0.125 / factor, count=17)
+    faster = FLUID.replace(velocities=slow.frame().velocities * factor)
+    fast = carom.Simulation(faster, observers=[HelfandCurrents()], seed=0)
+    one = slow.helfand(every=0.0625, count=9)
+    two = fast.helfand(every=0.0625 / factor, count=9)
     assert (two.stress == one.stress * factor).all()
     assert (two.heat == one.heat * factor**2).all()
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("change", "says"),
     [

@@ -68,7 +68,7 @@ def test_the_moments_with_steps_are_those_of_positions_and_pair_energies():
 
 
 def fluid(**settings):
-    scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3).replace(
+    scene = carom.Scene.crystal(dimension=2, cells=(6, 6), packing_fraction=0.3).replace(
         interaction=StepTable(LADDER)
     )
     return carom.Simulation(scene, seed=2, kT=2.0, **settings)
@@ -83,29 +83,32 @@ def test_currents_leave_no_trace_in_a_run_with_steps():
     assert plain.collisions == counted.collisions > 500
 
 
+@pytest.mark.usefixtures("both_ways")
 def test_what_components_hold_is_the_potential_energy_after_epochs_rescaling_and_a_checkpoint(tmp_path):
     sim = fluid(observers=[HelfandCurrents()])
-    sim.run(collisions_per_particle=30)
+    sim.run(collisions_per_particle=4)
     sim.rescale(1.5)
-    sim.run(collisions_per_particle=30)
+    sim.run(collisions_per_particle=4)
     sim.save(tmp_path / "run.h5")
     again = carom.Simulation.load(tmp_path / "run.h5")
     for each in (sim, again):
         # In the engine's unit of time an energy is another number.
         held = each._state.unit.to_scene(each._state.observer(Currents).held.halves.sum(), -2)
         assert held == pytest.approx(each.potential_energy, rel=1e-11)
-    one, two = sim.helfand(every=0.1, count=20), again.helfand(every=0.1, count=20)
+    one, two = sim.helfand(every=0.05, count=8), again.helfand(every=0.05, count=8)
     assert (one.heat == two.heat).all()
 
 
+@pytest.mark.usefixtures("plain")
 def test_the_trace_of_the_stress_is_the_virial_of_all_events():
     sim = fluid(observers=[HelfandCurrents()])
-    found = sim.helfand(every=0.5, count=5)
+    found = sim.helfand(every=0.2, count=5)
     assert np.trace(found.stress[1, -1]) == pytest.approx(stretches.tally(sim).virial, rel=1e-11)
     twice = stretches.tally(sim).kT_time * sim.degrees_of_freedom  # kT fluctuates
     assert np.trace(found.stress[0, -1]) == pytest.approx(twice, rel=1e-11)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_currents_are_refused_where_steps_lose_energy():
     scene = carom.Scene.crystal(dimension=2, cells=(10, 10), packing_fraction=0.3)
     bridge = Steps([1.0, 1.3], [math.inf, -0.2], leaving=[math.inf, -0.6])
@@ -113,6 +116,7 @@ def test_currents_are_refused_where_steps_lose_energy():
         carom.Simulation(scene.replace(interaction=StepTable(bridge)), observers=[HelfandCurrents()], seed=0)
 
 
+@pytest.mark.slow
 def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_file():
     settings = {"n": 100, "dimension": 2, "kT": 2.0, "replicas": 1, "equilibration": 200}
     scene = {"interaction": StepTable(LADDER)}
@@ -129,11 +133,13 @@ def test_a_transport_study_of_steps_comes_to_its_temperature_and_reads_its_own_f
     assert TransportSpec.from_toml(study.spec.to_toml()) == study.spec
 
 
-def test_a_study_in_space_starts_with_its_interaction():
+def test_a_study_in_space_starts_with_its_interaction_and_is_written_with_it():
     scene = {"interaction": StepTable(LADDER)}
-    (task,) = TransportSpec((0.2,), n=108, kT=2.0, replicas=1, scene=scene).tasks()
+    spec = TransportSpec((0.2,), n=108, kT=2.0, replicas=1, scene=scene)
+    (task,) = spec.tasks()
     # Equal hard spheres start as a crystal with vacancies, which knows of cores only.
     assert start(scene_spec(task["scene"]), np.random.default_rng(1)).interaction == StepTable(LADDER)
+    assert TransportSpec.from_toml(spec.to_toml()) == spec
 
 
 def test_a_scene_file_with_a_well_is_a_transport_study(tmp_path):

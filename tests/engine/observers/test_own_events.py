@@ -1,11 +1,13 @@
 """Observers of one's own: every event as it happens, sums that survive everything, and what is refused."""
 
+import contextlib
 import dataclasses
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 from helpers.marks import slow
+from helpers.plain import uncompiled
 
 import carom
 from carom.errors import FileError, InputError
@@ -117,9 +119,11 @@ def assert_equal(one, two):
 
 @pytest.fixture(scope="module", params=[2, slow(3)])
 def observed(request):
+    """The plane as plain Python; a histogram of some thousand collisions tells one power from another."""
     scene = gas(request.param)
-    sim = carom.Simulation(scene, observers=[seen(scene)])
-    sim.run(collisions=40_000)
+    with uncompiled() if request.param == 2 else contextlib.nullcontext():
+        sim = carom.Simulation(scene, observers=[seen(scene)])
+        sim.run(collisions=1500 if request.param == 2 else 40_000)
     return sim
 
 
@@ -159,7 +163,7 @@ def test_the_first_passage_of_each_component_is_in_the_log(tmp_path):
     scene = gas(2)
     path = tmp_path / "events.h5"
     with carom.Simulation(scene, observers=[seen(scene)], event_log=path) as sim:
-        sim.run(collisions=400)
+        sim.run(collisions=300)
         first = sim.observers[0].first
     events = read_events(path)
     times = events.epoch * float(read_initial(path)["epoch_length"]) + events.time
@@ -169,16 +173,17 @@ def test_the_first_passage_of_each_component_is_in_the_log(tmp_path):
     assert (first >= 0.0).any()
 
 
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize("d", [2, slow(3)])
 def test_a_run_that_is_saved_loaded_and_resumed_has_the_same_sums(tmp_path, d):
     scene = gas(d)
     whole, cut = (carom.Simulation(scene, observers=[seen(scene)]) for _ in range(2))
-    whole.run(collisions=6000)
-    cut.run(collisions=2500)
+    whole.run(collisions=400)
+    cut.run(collisions=150)
     cut.save(tmp_path / "run.h5")
     again = carom.Simulation.load(tmp_path / "run.h5", obstacles=scene.obstacles, observers=[seen(scene)])
     assert_equal(again.observers[0], cut.observers[0])
-    again.run(collisions=3500)
+    again.run(collisions=250)
     assert_equal(again.observers[0], whole.observers[0])
 
 
@@ -188,7 +193,7 @@ def test_an_observer_changes_no_bit_of_a_run():
     frames = []
     for observers in ([], [seen(scene)]):
         sim = carom.Simulation(scene, observers=observers)
-        sim.run(collisions=300)
+        sim.run(collisions=150)
         frames.append(sim.frame())
     assert (frames[0].positions == frames[1].positions).all()
     assert (frames[0].velocities == frames[1].velocities).all()
@@ -200,7 +205,7 @@ def test_events_are_in_the_units_of_the_scene():
     slow, fast = (gas(2, speed=speed, impact=0.5) for speed in (1.0, 2.0**40))
     one, two = (carom.Simulation(scene, observers=[seen(scene)]) for scene in (slow, fast))
     for sim in (one, two):
-        sim.run(collisions=300)
+        sim.run(collisions=150)
     assert two._state.unit.exponent != one._state.unit.exponent
     a, b = (sim.observers[0] for sim in (one, two))
     assert a.energy[2] < -0.1
@@ -245,7 +250,7 @@ def test_sums_go_on_when_velocities_are_rescaled_and_when_diameters_have_grown(t
 def test_events_of_steps_say_which_they_are():
     scene = carom.Scene.random(60, 0.2, 2, seed=1).replace(interaction=SquareWell(1.5))
     sim = carom.Simulation(scene, seed=2, observers=[seen(scene)])
-    sim.run(collisions=400)
+    sim.run(collisions=250)
     assert (sim.observers[0].kinds == sim._state.engine.model.pair.events.sum(axis=0)).all()
     assert (sim.observers[0].kinds > 0).all()
 
@@ -263,17 +268,18 @@ class Result:
         return int(self.count[0])
 
 
+@pytest.mark.usefixtures("plain")
 def test_measure_observes_a_stretch():
     scene = gas(2)
     sim = carom.Simulation(scene, observers=[seen(scene)])
     plain = carom.Simulation(scene)
-    found = plain.measure(seen(scene), time=20.0)
-    sim.run(time=20.0)
+    found = plain.measure(seen(scene), time=1.0)
+    sim.run(time=1.0)
     assert_equal(found, sim.observers[0])
     assert plain.observers == ()
     before = plain.collisions
     fractions = []
-    counted = plain.measure(Result(), collisions=500, progress=fractions.append)
+    counted = plain.measure(Result(), time=0.5, progress=fractions.append)
     assert counted == plain.collisions - before > 0
     assert fractions[-1] == 1.0
     assert (plain.frame().velocities != sim.frame().velocities).any()
@@ -332,6 +338,7 @@ def test_what_is_no_observer_is_refused_in_a_sentence(observers, says):
         carom.Simulation(SMALL, observers=observers)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_several_workers_do_not_observe():
     scene = carom.Scene.crystal(cells=7, packing_fraction=0.3)
     observer = Result()
@@ -341,6 +348,7 @@ def test_several_workers_do_not_observe():
         sim.measure(observer, time=0.1)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_observers_of_a_file_are_given_again(tmp_path):
     scene = gas(2)
     sim = carom.Simulation(scene, observers=[seen(scene)])
@@ -355,6 +363,7 @@ def test_observers_of_a_file_are_given_again(tmp_path):
             carom.Simulation.load(tmp_path / "run.h5", obstacles=scene.obstacles, observers=given)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_explain_names_the_observers_and_their_arrays():
     scene = gas(2)
     found = carom.Simulation(scene, observers=[seen(scene)]).explain()
