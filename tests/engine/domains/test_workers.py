@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers import refits
 from helpers.marks import slow
 
 import carom
@@ -242,15 +243,20 @@ def test_a_run_saved_by_some_workers_is_resumed_by_others(tmp_path):
 def test_the_event_log_of_several_workers_is_that_of_one_though_the_buffer_is_full_in_a_window(
     tmp_path, monkeypatch
 ):
-    def logged(name, **settings):
-        with carom.Simulation(disks(), seed=3, event_log=tmp_path / name, **settings) as sim:
+    """Also in another unit of time, which a scene takes whose speeds are 2^25 times as high."""
+
+    def logged(name, kT, **settings):
+        with carom.Simulation(disks(), kT=kT, seed=3, event_log=tmp_path / name, **settings) as sim:
             sim.run(collisions_per_particle=4.0)
+            assert (sim._state.unit.exponent != 0) == (kT > 1.0)
         return read_events(tmp_path / name)
 
-    right = logged("one.h5")
+    right = logged("one.h5", 1.0)
     monkeypatch.setattr(recorder, "BUFFER", 97)
-    for one, other in zip(right, logged("three.h5", cores=3), strict=True):
-        np.testing.assert_array_equal(one, other)
+    found = logged("three.h5", 4.0**25, cores=3)
+    for name, one, other in zip(right._fields, right, found, strict=True):
+        power = {"time": 1, "impulse": -1}.get(name, 0)
+        np.testing.assert_array_equal(refits.scaled(one, -25 * power), other, err_msg=name)
 
 
 def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp_path):
