@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import json
 import math
@@ -18,6 +19,7 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.species import species_count
 from carom.scene import lattices, overlaps
+from carom.scene.conversion import to_frame
 from carom.scene.fields import is_equal
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
@@ -386,19 +388,7 @@ def test_arrays_that_are_no_scene_are_refused():
 
 
 def frame_of(scene: Scene, **changes: object) -> Frame:
-    fields = {
-        "time": 0.0,
-        "step": 0,
-        "positions": scene.positions,
-        "velocities": np.zeros_like(scene.positions),
-        "box": scene.box,
-        "diameters": scene.diameters,
-        "masses": scene.masses,
-        "species": scene.species,
-        "species_names": scene.species_names,
-        "periodic": scene.periodic,
-    }
-    return Frame(**{**fields, **changes})
+    return dataclasses.replace(to_frame(scene), **changes)
 
 
 def test_a_frame_becomes_a_mixture_between_walls():
