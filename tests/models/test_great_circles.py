@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 from helpers.naive import great_circles as oracle
 
@@ -13,7 +14,6 @@ from carom.errors import InputError, OverlapError
 from carom.models.motions.great_circles import GreatCircles, cosine_and_sine
 from carom.scene.temperature import temperature
 from carom.simulation.explanation import explain
-from carom.simulation.replay import Replay
 
 EPS = float(np.finfo(float).eps)
 
@@ -112,31 +112,8 @@ def test_two_points_on_one_great_circle_swap_their_speeds():
 
 
 @pytest.mark.usefixtures("both_ways")
-def test_sampling_log_replay_and_checkpoint_leave_every_bit(tmp_path):
-    scene = on_sphere(8, seed=5)
-    plain, logged = (
-        carom.Simulation(scene, seed=1),
-        carom.Simulation(scene, seed=1, event_log=tmp_path / "log.h5"),
-    )
-    plain.run(collisions=50)
-    for _ in logged.sample(every=0.2, count=3):
-        pass
-    logged.run(collisions=25 - logged.collisions)
-    logged.save(tmp_path / "half.h5")
-    logged.run(collisions=25)
-    assert (logged.frame().positions == plain.frame().positions).all()
-    assert (logged.frame().velocities == plain.frame().velocities).all()
-    again = carom.Simulation.load(tmp_path / "half.h5")
-    assert again.scene.motion == GreatCircles()
-    again.run(collisions=25)
-    again.close()
-    logged.close()
-    run = Replay(tmp_path / "log.h5")
-    while run.step():
-        pass
-    for other in (again.frame(), run.frame()):
-        assert (other.positions == plain.frame().positions).all()
-        assert (other.velocities == plain.frame().velocities).all()
+def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(tmp_path):
+    assert_goes_on(on_sphere(8, seed=5), tmp_path, 45)
 
 
 @pytest.mark.slow

@@ -22,7 +22,6 @@ from carom.models.questions.interaction import core_square, interaction_time, ju
 from carom.models.questions.motion import exit_time, position, velocity
 from carom.models.questions.observer import PairEvent, at_pair
 from carom.models.questions.obstacle import encounter, outward
-from carom.simulation.replay import Replay
 from carom.units import TimeUnit
 
 FLUID = carom.Scene.random(60, 0.3, 2, seed=1)
@@ -670,17 +669,6 @@ def test_code_of_a_class_in_a_module_is_kept_on_disk_until_it_changes(tmp_path):
     assert [said(), said()] == ["compiled 6.0", "loaded 6.0"]
     (tmp_path / "walls.py").write_text(MODULE.replace("+ radius", "+ radius + 1.0"))
     assert [said(), said()] == ["compiled 4.0", "loaded 4.0"]
-
-
-@pytest.mark.usefixtures("both_ways")
-def test_a_replay_asks_a_model_of_ones_own_in_plain_python(tmp_path):
-    scene = FLUID.replace(interaction=Cores(1.0))
-    with carom.Simulation(scene, seed=1, event_log=tmp_path / "log.h5") as sim:
-        sim.run(collisions=100)
-    run = Replay(tmp_path / "log.h5", interaction=Cores(1.0))
-    while run.step():
-        pass
-    assert (run.frame().velocities == sim.frame().velocities).all()
 
 
 def told(observer, event):

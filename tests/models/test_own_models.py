@@ -1,6 +1,5 @@
 """Models from outside of the package: the page docs/models, as it stands, and what is refused."""
 
-import enum
 import functools
 import inspect
 import os
@@ -52,6 +51,8 @@ SCENE = carom.Scene.random(6, 0.1, 2, seed=1)
 
 
 SLIT = """
+import sys
+
 sim, scene = escape, slit
 for frame in sim.sample(every=3.0, count=60):
     gaps = [bar.gap(frame.positions, 0.5 * frame.diameters, scene.box, scene.periodic) for bar in bars]
@@ -96,10 +97,10 @@ def test_the_page_runs_as_it_stands(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
+    assert lines.pop() == "lower bar needs two dimensions, with walls along both."
     assert lines[0] == "True"
     assert sum(line.startswith("holds") for line in lines) == 8
     assert lines[-12:-8] == 4 * ["True"]  # then the disks that escape
-    assert lines.pop() == "lower bar needs two dimensions, with walls along both."
     assert sum(line.endswith("of 20 are on the right") for line in lines) == 4
     assert lines[-3:] == ["floor", "False ['V', 'momentum', 'virial']", "UnlikeCores"]
 
@@ -464,10 +465,6 @@ def test_a_model_that_needs_indices_of_one_type_does_without_lanes():
 
 
 # ---------------------------------------------------------------------------------------- what is no number
-
-
-class Colour(enum.Enum):
-    RED = 1
 
 
 class Pocket(NamedTuple):

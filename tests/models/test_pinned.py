@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 
 import carom
@@ -13,7 +14,6 @@ from carom.models import Ball
 from carom.models.files.to_tables import obstacle_to_table
 from carom.models.interactions.pinned import Pinned
 from carom.reference import NaiveSystem
-from carom.simulation.replay import Replay
 
 EPS = np.finfo(float).eps
 
@@ -130,23 +130,9 @@ def test_velocities_that_are_drawn_are_of_those_that_move_only():
 
 @pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("impact", [None, 0.8])
-def test_checkpoints_and_replays_give_the_same_bits(tmp_path, impact):
-    scene = porous(impact=impact)
-    whole = carom.Simulation(scene, event_log=tmp_path / "log.h5")
-    whole.run(collisions=200)
-    half = carom.Simulation(scene)
-    half.run(collisions=80)
-    half.save(tmp_path / "half.h5")
-    again = carom.Simulation.load(tmp_path / "half.h5")
-    assert (again.scene.pinned == scene.pinned).all()
-    again.run(collisions=120)
-    whole.close()
-    run = Replay(tmp_path / "log.h5")
-    while run.step():
-        pass
-    for frame in (again.frame(), run.frame()):
-        assert (frame.positions == whole.frame().positions).all()
-        assert (frame.velocities == whole.frame().velocities).all()
+def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(tmp_path, impact):
+    whole, again = assert_goes_on(porous(impact=impact), tmp_path, 120)
+    assert (again.scene.pinned == whole.scene.pinned).all()
     assert (again.pinned_impulse == whole.pinned_impulse).all()
 
 

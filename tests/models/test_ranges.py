@@ -225,20 +225,15 @@ def test_the_naive_algorithm_waits_for_the_timers_of_units_at_rest():
         oracle.decide()
 
 
-def run_in(d, n=8, edge=7.0):
-    """Run units in d dimensions for a while, and count now and then."""
-    sim = carom.Simulation(scattered(n=n, d=d, edge=edge, seed=d), seed=0)
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize("d", [1, 3, 4])
+def test_counters_in_one_three_and_four_dimensions(d):
+    sim = carom.Simulation(scattered(n=8, d=d, edge=7.0, seed=d), seed=0)
     for time in STRETCHES[:16]:
         sim.run(time=time)
         assert_counters(sim)
     asked = sim.interaction.asked
     assert min(asked["entered"], asked["left"], asked["timer"]) > 3
-
-
-@pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize("d", [1, 3, 4])
-def test_counters_in_one_three_and_four_dimensions(d):
-    run_in(d)
 
 
 @pytest.mark.usefixtures("unscheduled")
@@ -251,12 +246,6 @@ def test_timers_go_on_in_the_time_of_the_scene_when_velocities_are_scaled(kT):
     after = sim.interaction
     assert after.timers.tolist() == before.timers.tolist() == [*TIMERS] * (sim.n // 2)
     assert after.memory.tolist() == before.memory.tolist()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("d", [1, 3, 4])
-def test_counters_in_other_dimensions_compiled(d):
-    run_in(d, n=40, edge={1: 30.0, 3: 9.0, 4: 8.0}[d])
 
 
 def test_conditions_hold():

@@ -5,11 +5,11 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 
 import carom
 from carom.models import Ball, Rough, Sine, SphericalContainer, Wall
-from carom.simulation.replay import Replay
 
 EXACT = 64 * np.finfo(float).eps
 """Roundings of one contact: some twenty products and sums, of numbers up to three times as large."""
@@ -276,23 +276,8 @@ def test_a_bumpy_floor_of_pinned_particles_turns_those_that_fall_on_it():
 
 
 @pytest.mark.usefixtures("both_ways")
-def test_a_run_is_resumed_and_replayed_with_its_spins(tmp_path):
-    scene = gas(2, n=60, restitution=0.9, tangential=0.5, friction=0.3)
-    whole = carom.Simulation(scene, seed=1)
-    whole.run(collisions=150)
-    half = carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5")
-    half.run(collisions=60)
-    list(half.sample(every=0.01, count=5))
-    half.save(tmp_path / "half.h5")
-    resumed = carom.Simulation.load(tmp_path / "half.h5")
-    resumed.run(collisions=150 - resumed.collisions)
-    resumed.close()
-    assert resumed.frame().spins.tobytes() == whole.frame().spins.tobytes()
-    assert resumed.frame().velocities.tobytes() == whole.frame().velocities.tobytes()
-    replay = Replay(tmp_path / "events.h5")
-    while replay.step():
-        pass
-    assert replay.frame().spins.tobytes() == whole.frame().spins.tobytes()
+def test_a_run_goes_on_from_a_checkpoint_and_from_its_log_with_its_spins(tmp_path):
+    assert_goes_on(gas(2, n=60, restitution=0.9, tangential=0.5, friction=0.3), tmp_path, 120)
 
 
 @pytest.mark.usefixtures("plain")

@@ -8,6 +8,7 @@ import ase.io
 import MDAnalysis
 import numpy as np
 import pytest
+from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 from helpers.neighbors import lists_of
 from helpers.sheared import Naive
@@ -22,7 +23,6 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.packing import packing_network
 from carom.scene.overlaps import Room
-from carom.simulation.replay import Replay
 from carom.simulation.temperature import momentum_flux
 
 
@@ -277,26 +277,9 @@ def test_time_runs_backwards():
 
 
 @pytest.mark.usefixtures("both_ways")
-def test_frames_and_checkpoints_leave_no_trace(tmp_path):
-    scene = gas(3, 30)
-    whole = carom.Simulation(scene, seed=1)
-    whole.run(collisions=60)
-    parts = carom.Simulation(scene, seed=1, event_log=tmp_path / "events.h5")
-    for _ in range(4):
-        parts.run(collisions=8)
-        parts.frame()
-    parts.save(tmp_path / "half.h5")
-    resumed = carom.Simulation.load(tmp_path / "half.h5")
-    resumed.run(collisions=60 - resumed.collisions)
-    resumed.close()
-    for name in ("positions", "velocities", "images"):
-        assert getattr(resumed.frame(), name).tobytes() == getattr(whole.frame(), name).tobytes()
-    assert resumed.frame().tilt == whole.frame().tilt
-    assert flux(resumed).tobytes() == flux(whole).tobytes()
-    replay = Replay(tmp_path / "events.h5")
-    while replay.step():
-        pass
-    assert replay.frame().positions.tobytes() == whole.frame().positions.tobytes()
+def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(tmp_path):
+    whole, again = assert_goes_on(gas(3, 30), tmp_path, 60)
+    assert flux(again).tobytes() == flux(whole).tobytes()
 
 
 @pytest.mark.usefixtures("plain")
