@@ -9,8 +9,7 @@ import ase.io
 import MDAnalysis
 import pytest
 from helpers import full_run
-from helpers.commands import assert_same_run, began, complaints, start, wait_for
-from helpers.commands import carom as command
+from helpers.commands import assert_same_run, began, carom as command, complaints, start, wait_for
 from helpers.marks import slow
 
 import carom

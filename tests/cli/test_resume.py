@@ -11,8 +11,7 @@ import filelock
 import MDAnalysis
 import numpy as np
 import pytest
-from helpers.commands import assert_same_run, began, start, summary, wait_for, whole_run
-from helpers.commands import carom as command
+from helpers.commands import assert_same_run, began, carom as command, start, summary, wait_for, whole_run
 
 import carom
 from carom import io

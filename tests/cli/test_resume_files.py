@@ -5,8 +5,7 @@ import shutil
 import numpy as np
 import pytest
 from helpers import full_run
-from helpers.commands import assert_same_run, began, content
-from helpers.commands import carom as command
+from helpers.commands import assert_same_run, began, carom as command, content
 
 import carom
 from carom import io

@@ -5,8 +5,7 @@ import os
 import signal
 
 import pytest
-from helpers.commands import assert_same_run
-from helpers.commands import carom as command
+from helpers.commands import assert_same_run, carom as command
 
 import carom
 from carom.compiling import compile_listeners

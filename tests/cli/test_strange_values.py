@@ -28,8 +28,7 @@ from carom.io import records
 from carom.models.obstacles.balls import Ball
 from carom.scene_file.scene_file import SceneFile
 from carom.studies import folder as tasks
-from carom.studies.codes.code import SphericalCode
-from carom.studies.codes.code import load as load_code
+from carom.studies.codes.code import SphericalCode, load as load_code
 from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec

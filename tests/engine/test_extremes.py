@@ -13,8 +13,7 @@ import pytest
 from helpers.marks import slow
 from helpers.oracle import EPS, moving
 from helpers.plain import uncompiled
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import carom
 from carom.errors import CaromError, CaromWarning, OverlapError

@@ -9,8 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from helpers.oracle import EPS, moving
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 import carom
 from carom.engine.build import arrays

@@ -1,4 +1,4 @@
-"""Models of one's own with the faults that are looked for: interactions, motions, curves."""
+"""Models of one's own with the faults that are looked for: each is right without its fault."""
 
 import math
 from dataclasses import dataclass
@@ -7,10 +7,127 @@ from typing import NamedTuple
 import numpy as np
 
 from carom.models import own
-from carom.models.mathematics.contact import elastic, first_contact
-from carom.models.questions.interaction import interaction_time, jump
-from carom.models.questions.motion import carry, meeting_time, position, velocity
-from carom.models.questions.particles import NEVER
+from carom.models.drives import kick, next_time
+from carom.models.mathematics.contact import elastic, exit_sphere, first_contact
+from carom.models.questions.contact import exchanged_part, transfer
+from carom.models.questions.interaction import core_square, interaction_time, jump
+from carom.models.questions.memory import shift_epoch
+from carom.models.questions.motion import carry, exit_time, meeting_time, position, velocity
+from carom.models.questions.obstacle import encounter, fall, outward, recoil
+from carom.models.questions.particles import NEVER, lanes
+from carom.models.questions.steps import BOUNCE, CORE, IN, OUT, step_bits, step_jump, step_time
+from carom.models.questions.walls import soonest_wall, wall_meeting
+
+
+class Cores(NamedTuple):
+    """Hard cores of diameter 1 with a fault."""
+
+    fault: str
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+@interaction_time.register
+def _(pair: Cores, i, j, rr, rv, vv, now):
+    if pair.fault == "lost":
+        return NEVER
+    contact = {"core": 0.9, "unlike times": 0.9 if i < j else 1.0}.get(pair.fault, 1.0)
+    return first_contact(rr - contact, rv, vv) * (1.5 if pair.fault == "late" else 1.0)
+
+
+@jump.register
+def _(pair: Cores, i, j, rr, rv, now):
+    a, b, virial = elastic(pair, i, j, rr, rv)
+    parts = {
+        "energy": 1.1,
+        "clay": 0.75,
+        "soft": 0.1,
+        "unlike jumps": 1.5 if i < j else 1.0,
+        "backwards": -1.0,
+    }
+    part = parts.get(pair.fault, 1.0)
+    turned = pair.fault == "sign" or (pair.fault == "unlike" and pair.masses[i] != pair.masses[j])
+    virial *= -1.0 if turned else 0.5 if pair.fault == "size" else 1.0
+    return part * a, part * b * (2.0 if pair.fault == "momentum" else 1.0), part * virial
+
+
+@core_square.register
+def _(pair: Cores, i, j, now):
+    return 1.0
+
+
+@dataclass(frozen=True)
+class Mine:
+    fault: str = ""
+
+    def reach(self, scene):
+        return 1.05
+
+    def model(self, particles):
+        wide = particles.with_ghost
+        return Cores(self.fault, wide(particles.radii), wide(particles.masses))
+
+
+class Ledge(NamedTuple):
+    """Spheres that cost energy while they are inside each other, with a fault."""
+
+    fault: str
+    energy: np.ndarray
+    events: np.ndarray
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+@step_time.register
+def _(pair: Ledge, i, j, step, rr, rv, vv, now):
+    return exit_sphere(rr - 1.0, rv, vv) if step == 1 else first_contact(rr - 1.0, rv, vv)
+
+
+@step_jump.register
+def _(pair: Ledge, i, j, step, rr, rv, now):
+    r = math.sqrt(rr)
+    u = rv / r
+    mu = pair.masses[i] * pair.masses[j] / (pair.masses[i] + pair.masses[j])
+    cost = 2.0 * pair.energy[1] / mu
+    if step == 0:
+        left = u * u - (0.5 * cost if pair.fault == "in" else cost)
+        new, after, kind = (-math.sqrt(left), 1, IN) if left > 0.0 else (-u, 0, CORE)
+    else:
+        new, after, kind = math.sqrt(u * u + (0.5 * cost if pair.fault == "out" else cost)), 0, OUT
+    if pair.fault == "kind" and kind == OUT:
+        kind = BOUNCE
+    if pair.fault == "step" and kind == IN:
+        after = 7
+    p = mu * (new - u)
+    virial = -p * r if pair.fault == "virial" else p * r
+    return -p / (pair.masses[i] * r), -p / (pair.masses[j] * r), virial, after, kind
+
+
+@dataclass(frozen=True)
+class Shoulder:
+    fault: str = ""
+    far: float = 1.0
+    keeps: bool = True
+    penetrable = True
+
+    def reach(self, scene):
+        return self.far
+
+    def conserves(self, diameter):
+        return self.keeps
+
+    def steps(self, particles):
+        return 2, np.zeros((1, 1), np.int64)
+
+    def steps_of(self, pairs, distances, species, diameter):
+        return (distances < 1.0).astype(np.int64)
+
+    def model(self, particles):
+        size, wide = 2 ** step_bits(2), particles.with_ghost
+        energy = np.zeros(3 if self.fault == "short" else size)
+        energy[1] = float(particles.unit.to_kernel(1.0, -2))
+        events = None if self.fault == "events" else np.zeros((size, 4), np.int64)
+        return Ledge(self.fault, energy, events, wide(particles.radii), wide(particles.masses))
 
 
 class Two(NamedTuple):
@@ -141,3 +258,272 @@ class Curved:
 
     def model(self, particles):
         return Curve(particles.box, self.images)
+
+
+class Bare(NamedTuple):
+    """A model that answers nothing."""
+
+    masses: np.ndarray
+
+
+class Flight(NamedTuple):
+    """Free flight with one thing wrong, or what bends and does not say so."""
+
+    fault: str
+    part: float = 1.0
+
+
+@position.register
+def _(motion: Flight, axis, x, v, t):
+    if motion.fault == "bends":
+        return x + (v - 0.5 * t) * t
+    return x + v * {"squared": t * t, "brakes": 1.0 - np.exp(-t)}.get(motion.fault, t)
+
+
+@velocity.register
+def _(motion: Flight, axis, v, t):
+    return v - t if motion.fault == "bends" else v * np.exp(-t) if motion.fault == "brakes" else v
+
+
+@exit_time.register
+def _(motion: Flight, axis, x, v, low, high):
+    up = int(v > 0.0)
+    return ((high if up else low) - x) / v * (2.0 if motion.fault == "exit" else 1.0), up
+
+
+class Walled(Flight):
+    """Free flight that meets walls after some part of the time."""
+
+
+for question in (position, velocity, exit_time):
+    question.register(Walled, question.registry[Flight])
+
+
+@wall_meeting.register
+def _(motion: Walled, walls, x, v, radius, growth):
+    t, number = soonest_wall(walls, x, v, radius, growth)
+    return motion.part * t, number
+
+
+@dataclass(frozen=True)
+class Flying:
+    fault: str = ""
+    part: float | None = None
+    straight: bool = True
+
+    def model(self, particles):
+        return Flight(self.fault) if self.part is None else Walled(self.fault, self.part)
+
+
+class Part(NamedTuple):
+    """The part that is exchanged, and a memory."""
+
+    part: float
+    asked: np.ndarray
+
+
+@transfer.register
+def _(impact: Part, rr, rv):
+    return impact.part
+
+
+@exchanged_part.register
+def _(impact: Part, i, j, rr, rv, now):
+    impact.asked[i] += 1
+    impact.asked[j] += 1
+    return impact.part
+
+
+class Law:
+    def __init__(self, part, adds_energy=False, length=31):
+        self.part, self.adds_energy, self.asked = part, adds_energy, np.zeros(length, np.int64)
+
+    def model(self, particles):
+        return Part(self.part, self.asked)
+
+
+class Fading(NamedTuple):
+    """A contact law that knows the time, and forgets it."""
+
+    last: np.ndarray
+
+
+@transfer.register
+def _(impact: Fading, rr, rv):
+    return 1.0
+
+
+@shift_epoch.register
+def _(impact: Fading, duration):
+    impact.last[0] -= duration
+
+
+class Fades:
+    def model(self, particles):
+        return Fading(np.zeros(1))
+
+
+class Level(NamedTuple):
+    """A floor at the height 1, with a fault."""
+
+    fault: str
+
+
+@encounter.register
+def _(obstacle: Level, x, v, radius, growth):
+    height = x[1] - 1.0 - radius
+    if (obstacle.fault == "hair" and height < 0.0) or obstacle.fault == "lost" or v[1] >= 0.0:
+        return NEVER
+    return max(height / -v[1], 0.0) * {"late": 2.0, "early": 0.5}.get(obstacle.fault, 1.0)
+
+
+@fall.register
+def _(obstacle: Level, g, x, v, radius, growth, now):
+    height, late = x[1] - 1.0 - radius, 1.25 if obstacle.fault == "late" else 1.0
+    root = math.sqrt(max(v[1] * v[1] - 2.0 * g[1] * height, 0.0))
+    return 0.0 if height <= 0.0 and v[1] < 0.0 else late * (v[1] + root) / -g[1]
+
+
+@outward.register
+def _(obstacle: Level, x, axis):
+    return {"long": 1.1, "double": 2.0, "inwards": -1.0}.get(obstacle.fault, 1.0) if axis == 1 else 0.0
+
+
+@recoil.register
+def _(obstacle: Level, motion, i, mass, x, v, normal, growth, now):
+    v[1] *= -1.5 if obstacle.fault == "gain" else -0.9
+
+
+@dataclass(frozen=True)
+class Floor:
+    fault: str = ""
+    sense: float = 1.0
+    name: str = "floor"
+
+    def check(self, box, periodic):
+        return
+
+    def gap(self, positions, radii, box, periodic):
+        return self.sense * (positions[:, 1] - 1.0) - radii
+
+    def model(self):
+        return Level(self.fault)
+
+
+class Bouncy(Floor):
+    def live(self, particles):
+        return self.model()
+
+
+class Clock(NamedTuple):
+    """Events at random times: ``kind`` says of which fault."""
+
+    kind: str
+    due: np.ndarray
+    drawn: np.ndarray
+
+    def draw(self, i, time):
+        return -math.log(own.uniform(1, i, self.drawn[i]))
+
+
+@next_time.register
+def _(clock: Clock, i, x, v, time):
+    if clock.kind == "kept":
+        return clock.due[i]
+    if clock.kind == "kept from the first question":
+        if clock.due[i] <= time:
+            clock.due[i] = time + clock.draw(i, time)
+        return clock.due[i]
+    if clock.kind == "a place ahead":  # moves towards it at the same speed
+        return time + ((7.0 - x[0]) / v[0]) % (20.0 / abs(v[0]))
+    if clock.kind == "a turn":
+        return 0.25 * (math.floor(time / 0.25 + 1e-9) + 1.0)
+    if clock.kind == "drawn by the question":
+        clock.drawn[i] += 1
+    if clock.kind == "an age":
+        return time + 1.0 / np.linalg.norm(v)
+    if clock.kind == "never, until then":
+        return NEVER if time < 0.3 else clock.due[i] + 0.3
+    return time + clock.draw(i, time)
+
+
+@kick.register
+def _(clock: Clock, i, mass, x, v, time):
+    clock.drawn[i] += 1
+    if clock.kind == "kept":
+        clock.due[i] += clock.draw(i, time)
+    if clock.kind not in ("kept", "a place ahead"):
+        v *= -1.0
+
+
+@dataclass(frozen=True)
+class Clocked:
+    """Kicks at the times of a clock."""
+
+    kind: str
+
+    def model(self, particles):
+        n = len(particles.radii)
+        return Clock(self.kind, np.full(n, 0.5 * (self.kind == "kept")), np.zeros(n, np.int64))
+
+
+@lanes("radii")
+class Beside(NamedTuple):
+    """Hard cores that name a lane."""
+
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+class Bounded(NamedTuple):
+    """Hard cores that say how far apart they keep two."""
+
+    core: float
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+class Misspelt(NamedTuple):
+    """Hard cores one of whose answers reads what they have not."""
+
+    radii: np.ndarray
+    masses: np.ndarray
+
+
+for kind in (Beside, Bounded, Misspelt):
+    jump.register(kind, jump.registry[Two])
+
+
+@interaction_time.register
+def _(pair: Beside, i, j, rr, rv, vv, now):
+    return first_contact(rr - 1.0, rv, vv)
+
+
+@interaction_time.register
+def _(pair: Bounded, i, j, rr, rv, vv, now):
+    return first_contact(rr - pair.core, rv, vv) if rr >= pair.core else NEVER
+
+
+@core_square.register
+def _(pair: Bounded, i, j, now):
+    return pair.core
+
+
+@interaction_time.register
+def _(pair: Misspelt, i, j, rr, rv, vv, now):
+    return first_contact(rr - pair.square, rv, vv)
+
+
+class Modelled(Parity):
+    """Cores with another model: ``make`` is given radii, masses and the particles."""
+
+    make: object = None
+
+    def model(self, particles):
+        wide = particles.with_ghost
+        return self.make(wide(particles.radii), wide(particles.masses), particles)
+
+
+def modelled(make, name="Modelled", **fields):
+    """Return cores of a class of that name, whose model is made of radii, masses and particles."""
+    return type(name, (Modelled,), {"make": staticmethod(make)})(**fields)

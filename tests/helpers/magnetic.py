@@ -1,7 +1,4 @@
-"""Charges in a magnetic field, a curved motion of one's own: between walls, around balls, and growing.
-
-A script, too, for plain Python (``plain.py``): how deep charges that grow sank into the walls.
-"""
+"""Charges in a magnetic field, a curved motion of one's own: between walls, around balls, and growing."""
 
 import math
 from typing import NamedTuple
@@ -172,9 +169,3 @@ def least_gap(frame, scene):
         for each in scene.obstacles
     ]
     return min([least, *(float(gap.min()) for gap in fixed)])
-
-
-if __name__ == "__main__":
-    growing = charges(4, (5.0, 5.5), (0, 0))
-    sim = carom.Simulation(growing, growth=0.05, seed=3)
-    print(min(least_gap(frame, growing) for frame in sim.sample(every=0.25, count=16)), sim.collisions)

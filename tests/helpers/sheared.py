@@ -155,34 +155,3 @@ class NaiveSteps(Naive):
                 del self.level[i, j]
         self.v[i] -= 0.5 * (after - before) * normal
         self.v[j] += 0.5 * (after - before) * normal
-
-
-def growing_as_all_pairs():
-    """Compare growing disks in a wide and in a narrow box with the naive ones; return the steps compared."""
-    import carom
-    from carom.models import Shear
-
-    steps = 0
-    for box, n in ((7.0, 6.0), 16), ((12.0, 11.0), 40):
-        rng, side = np.random.default_rng(5), int(np.ceil(n**0.5))
-        places = (np.argwhere(np.ones((side, side)))[:n] + 0.5) * np.array(box) / side
-        peculiar = rng.normal(size=places.shape)
-        peculiar -= peculiar.mean(axis=0)
-        naive = Naive(places, peculiar, box, 0.7, growth=0.05)
-        scene = carom.Scene(places, box, velocities=peculiar, motion=Shear(0.7))
-        sim = carom.Simulation(scene, growth=0.05)
-        for _ in range(6):
-            naive.run(8)
-            sim.run(collisions=8)
-            # Chaos: an error grows about tenfold with a collision of each, of which there are at most six.
-            assert math.isclose(sim.time, naive.time, rel_tol=1e-8)
-            assert np.abs(sim.frame().velocities - naive.peculiar).max() < 1e-6
-            assert math.isclose(sim.frame().diameters[0], naive.diameter, rel_tol=1e-8)
-            steps += 1
-        assert sim.statistics.worst_overlap < 1e-12
-        assert sim.time * 0.7 > 0.5
-    return steps
-
-
-if __name__ == "__main__":
-    print(growing_as_all_pairs(), "steps")

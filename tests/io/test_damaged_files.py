@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from helpers.events import INITIAL, assert_events, cut, make_events
 from helpers.frames import assert_same, make_frames, write
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from typer.testing import CliRunner
 
 import carom.io

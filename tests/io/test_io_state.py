@@ -10,8 +10,7 @@ import h5py
 import numpy as np
 import pytest
 from helpers.events import INITIAL, assert_events, assert_identical, cut, make_events
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 from hypothesis.extra import numpy as hnp
 
 from carom.errors import FileError, InputError

@@ -13,8 +13,7 @@ import h5py
 import numpy as np
 import pytest
 from helpers.frames import SUFFIXES, assert_same, endless, float32_spacing, make_frames, write
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, given, settings, strategies as st
 
 import carom.io
 from carom.bridges.embedding import edges, momenta, periodic

@@ -4,6 +4,8 @@ import math
 
 import numpy as np
 import pytest
+from helpers.goes_on import assert_goes_on
+from helpers.marks import slow
 
 import carom
 from carom.errors import InputError
@@ -11,7 +13,6 @@ from carom.models import Active, Brownian, Gravity
 from carom.models.drives import kick
 from carom.models.questions.particles import Particles
 from carom.observables.statistics import blocking
-from carom.simulation.replay import Replay
 from carom.units import TimeUnit
 
 SLOW = pytest.mark.slow
@@ -20,10 +21,8 @@ FIVE_SIGMA = 5.0
 """Above the standard error of some 60 averages in this file: one run in 30 000 would fail by chance, once."""
 
 
-def swimmers(d=2, kind="diffusion", **changes):
-    return carom.Scene.random(64, 0.3, d, seed=1).replace(
-        drive=Active(2.0, 3.0, 0.2, 0.5, kind, 3), **changes
-    )
+def swimmers(d=2):
+    return carom.Scene.random(64, 0.3, d, seed=1, drive=Active(2.0, 3.0, 0.2, 0.5, seed=3))
 
 
 def made(drive, d, species=None):
@@ -63,7 +62,7 @@ def square(drive, d, durations):
         (2, "tumble"),
         (2, "diffusion"),
         (3, "diffusion"),
-        pytest.param(4, "diffusion", marks=SLOW),
+        slow(4, "diffusion"),
     ],
 )
 def test_a_direction_is_forgotten_and_carries_as_far_as_geometric_sums_say(d, kind):
@@ -94,21 +93,17 @@ def test_a_direction_is_forgotten_and_carries_as_far_as_geometric_sums_say(d, ki
     assert drive.diffusion(mass=2.0, dimension=d) == pytest.approx(slope / (2 * d * 0.2), rel=1e-9)
 
 
+@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize(
     ("d", "kind"),
-    [
-        (2, "diffusion"),
-        (2, "tumble"),
-        pytest.param(1, "tumble", marks=SLOW),
-        pytest.param(3, "diffusion", marks=SLOW),
-    ],
+    [(2, "diffusion"), slow(2, "tumble"), slow(1, "tumble"), slow(3, "diffusion")],
 )
 def test_free_swimmers_of_a_run_are_displaced_as_geometric_sums_say(d, kind):
-    n, steps = 64, 12
+    n, steps = 8, 12
     scene = carom.Scene.random(n, dimension=d, box=(4e7,) * d, seed=1, mass=2.0)
     drive = Active(2.0, 0.6, step=0.2, kT=0.5, kind=kind)
     sim = carom.Simulation(scene.replace(drive=drive), seed=1)
-    paths = np.array([frame.unwrapped for frame in sim.sample(every=0.2 * steps, count=1000)])
+    paths = np.array([frame.unwrapped for frame in sim.sample(every=0.2 * steps, count=30)])
     found = np.mean(np.sum(np.diff(paths[1:], axis=0) ** 2, axis=2), axis=1)
     # A step of i begins at (i + 1/2) / n of a step, so that the first and the last of a sample are parts.
     first = (np.arange(n) + 0.5) / n
@@ -145,21 +140,20 @@ def test_draws_are_those_of_ever():
         assert model.directions[1] == pytest.approx(direction, rel=1e-12)
 
 
-@pytest.mark.parametrize("kind", ["diffusion", "tumble"])
-def test_a_run_that_is_cut_and_sampled_has_the_bits_of_one_that_is_not(kind, tmp_path):
-    plain, cut = (carom.Simulation(swimmers(kind=kind), seed=1) for _ in range(2))
-    plain.run(time=10.0)
-    list(cut.sample(every=1 / 64, count=256))
-    cut.save(tmp_path / "half.h5")
-    cut = carom.Simulation.load(tmp_path / "half.h5")
-    assert cut.scene.drive == plain.scene.drive
-    cut.run(time=6.0)
-    assert same(plain, cut)
-    assert (cut.drive.drawn == 50).all()
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize(
+    ("kind", "more"),
+    [("diffusion", {}), ("tumble", {}), ("diffusion", {"walls": "y", "motion": Gravity((0.0, -0.1))})],
+)
+def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(kind, more, tmp_path):
+    drive = Active(2.0, 3.0, 0.2, 0.5, kind, 3)
+    whole, again = assert_goes_on(carom.Scene.random(12, 0.3, 2, seed=1, drive=drive, **more), tmp_path, 45)
+    assert (whole.drive.directions == again.drive.directions).all()
+    assert (whole.drive.drawn == again.drive.drawn).all()
 
 
 @SLOW
-@pytest.mark.parametrize("d", [1, 2, 3, 4])
+@pytest.mark.parametrize("d", [2, 3])
 def test_lists_and_sectors_have_the_same_bits(d):
     found = []
     for neighbors in ("lists", "sectors"):
@@ -168,20 +162,6 @@ def test_lists_and_sectors_have_the_same_bits(d):
         found[-1].run(time=5.0)
     assert found[0].collisions > 100
     assert same(*found)
-
-
-@SLOW
-def test_a_run_of_swimmers_between_walls_is_rebuilt_from_its_log(tmp_path):
-    drive, field = Active(2.0, 3.0, step=0.2, kT=0.5), Gravity((0.0, -0.1))
-    scene = carom.Scene.random(64, 0.3, 2, seed=1, walls="y", motion=field, drive=drive)
-    sim = carom.Simulation(scene, seed=1, event_log=tmp_path / "log.h5")
-    sim.run(time=5.0)
-    sim.close()
-    run = Replay(tmp_path / "log.h5")
-    run.advance_to(5.0)
-    a, b = run.frame(), sim.frame()
-    assert (a.positions == b.positions).all()
-    assert (a.velocities == b.velocities).all()
 
 
 @SLOW
@@ -220,6 +200,7 @@ def test_disks_that_swim_far_before_they_turn_part_into_two_phases(length, parts
     assert (np.mean(between) > 0.8) == (not parts)
 
 
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize(
     ("make", "says"),
     [

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.goes_on import assert_goes_on
 from helpers.naive.falling import Floor, fall
 from helpers.round_things import around_a_ball
 
@@ -39,76 +40,35 @@ def bed(restitution=0.9, *, n=6, amplitude=0.3, period=2.0, contact_time=1e-3, g
     )
 
 
-def oracle(scene, restitution, contact_time):
-    path = scene.obstacles[0].shake
-    floors = [
-        Floor((0, 1), 0),
-        Floor((0, -1), -HEIGHT),
-        Floor((0, 1), 0.5, path.amplitude, path.period, restitution),
-    ]
-    return fall(
-        scene.positions.tolist(),
-        scene.velocities.tolist(),
-        scene.motion.g,
-        floors,
-        box=(EDGE, 0),
-        restitution=restitution,
-        contact_time=contact_time,
-    )
-
-
 def simulation(scene, folder):
     """Return a simulation with an event log, as all here have: they share one compilation."""
     return carom.Simulation(scene, event_log=folder / "log.h5", seed=0)
 
 
-def events_of(scene, path, time):
-    """Return the events of a run: time, component, partner."""
-    from carom.io.events import read_events
-
-    with carom.Simulation(scene, event_log=path, seed=0) as sim:
-        sim.run(time=time)
-        length = sim._state.epoch_length
-    found = read_events(path)
-    return [
-        (epoch * length + t, i, j)
-        for epoch, t, i, j in zip(found.epoch, found.time, found.i, found.j, strict=True)
-    ], sim
-
-
-@pytest.mark.parametrize("restitution", [1.0, 0.9])
-def test_events_over_a_shaken_floor_are_those_of_the_oracle(tmp_path, restitution):
-    scene = bed(restitution)
-    found, _ = events_of(scene, tmp_path / "log.h5", 30.0)
-    assert len(found) > 50
-    # A disk amplifies errors by some ten a collision, and every event is one of two of six: 1.5 on average.
-    for k, (step, (time, i, j)) in enumerate(zip(oracle(scene, restitution, 1e-3), found[:50], strict=False)):
-        assert {step.i, step.j} == {i, j}
-        assert abs(float(step.time) - time) < 1e-14 * 1.5**k
-
-
+@pytest.mark.usefixtures("plain")
 def test_the_floor_bears_the_weight(tmp_path):
     # Exact: impulse of floor and walls = N m g t + change of momentum, at any density and restitution.
-    scene = bed(0.7)
+    scene = bed(0.7, n=10, contact_time=0.03)
     with simulation(scene, tmp_path) as sim:
-        sim.run(time=200.0)
+        sim.run(time=10.0)
         frame = sim.frame()
         lower, upper, floor = sim.obstacles
     gained = frame.velocities[:, 1].sum() - scene.velocities[:, 1].sum()
     pushed = lower.impulse - upper.impulse + floor.impulse
-    # Sums of some 1e5 rounded impulses.
-    assert math.isclose(pushed, scene.n * 200.0 + gained, rel_tol=1e-11)
-    assert floor.hits > 1000
+    # Sums of some 100 rounded impulses.
+    assert math.isclose(pushed, scene.n * 10.0 + gained, rel_tol=1e-12)
+    assert floor.hits > 20
     assert floor.spared > 0
     assert sim.statistics.spared_contacts > 0
     assert (frame.positions[:, 1] >= 0.5 + 0.5 - 0.3).all()
 
 
+@pytest.mark.usefixtures("plain")
 def test_work_is_accounted(tmp_path):
     # With elastic contacts what the floor gives is what the disks have gained.
     scene = bed(1.0, n=12)
     with simulation(scene, tmp_path) as sim:
-        sim.run(time=50.0)
+        sim.run(time=12.0)
         frame, work = sim.frame(), sim.obstacles[2].work
 
     def energy(x, v):
@@ -119,12 +79,13 @@ def test_work_is_accounted(tmp_path):
     assert math.isclose(work, change, rel_tol=1e-10)
 
 
+@pytest.mark.usefixtures("plain")
 def test_contacts_are_spared_by_the_time_since_the_last_one_in_every_epoch(tmp_path):
     from carom.io.events import read_events
 
     scene = bed(contact_time=0.02)
     with simulation(scene, tmp_path) as sim:
-        sim.run(time=6.0 * sim._state.epoch_length)
+        sim.run(time=3.0 * sim._state.epoch_length)
         length, found = sim._state.epoch_length, sim.statistics.spared_contacts
     log = read_events(tmp_path / "log.h5")
     last = np.full(scene.n, -math.inf)
@@ -133,40 +94,19 @@ def test_contacts_are_spared_by_the_time_since_the_last_one_in_every_epoch(tmp_p
         if j < scene.n:
             expected += time - max(last[i], last[j]) < 0.02
             last[i] = last[j] = time
-    assert log.epoch[-1] == 5
+    assert log.epoch[-1] == 2
     assert found == expected > 0
 
 
-def test_a_checkpoint_in_flight_changes_no_bit(tmp_path):
-    scene = bed(0.8, n=12)
-    (tmp_path / "whole").mkdir()
-    with simulation(scene, tmp_path / "whole") as whole, simulation(scene, tmp_path) as half:
-        whole.run(time=300.0)
-        half.run(time=100.0)
-        half.save(tmp_path / "half.h5")
-        half.close()
-        again = carom.Simulation.load(tmp_path / "half.h5")  # its classes are in the file
-        again.run(time=200.0)
-        assert again.scene.motion == scene.motion
-        assert again.scene.obstacles == scene.obstacles
-        one, other = whole.frame(), again.frame()
-        assert (one.positions == other.positions).all()
-        assert (one.velocities == other.velocities).all()
-        assert whole.obstacles == again.obstacles
-        again.close()
+@pytest.mark.usefixtures("both_ways")
+def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(tmp_path):
+    whole, _ = assert_goes_on(bed(0.8, n=12), tmp_path, 45)
+    assert whole.obstacles[2].hits > 10
 
 
-def test_a_log_is_replayed_bit_for_bit(tmp_path):
-    _, sim = events_of(bed(0.8, n=12), tmp_path / "log.h5", 60.0)
-    frame = sim.frame()
-    run = Replay(tmp_path / "log.h5")
-    run.advance_to(60.0)
-    assert (run.frame().velocities == frame.velocities).all()
-    assert (run.frame().positions == frame.positions).all()
-
-
+@pytest.mark.usefixtures("plain")
 @pytest.mark.parametrize(
-    ("g", "amplitude", "period"), [(1e-12, 0.3, 2e6), (1e12, 0.3, 2e-6), (1e-3, 0.4, 0.1)]
+    ("g", "amplitude", "period"), [(1e-12, 0.3, 2e6), (1e12, 0.3, 2e-6), (1e-3, 0.04, 0.1)]
 )
 def test_tiny_and_huge_fields_and_fast_shaking_go_on(tmp_path, g, amplitude, period):
     unit = 1.0 / math.sqrt(g)
@@ -180,25 +120,26 @@ def test_tiny_and_huge_fields_and_fast_shaking_go_on(tmp_path, g, amplitude, per
     assert np.isfinite(frame.velocities).all()
 
 
+@pytest.mark.usefixtures("plain")
 def test_what_rests_on_the_floor_goes_on_resting(tmp_path):
     # Acceleration of the floor below g: the disk is carried, and never more than t_c's flight above it.
     scene = bed(0.5, n=1, amplitude=0.05, period=2.0, contact_time=1e-2)
     scene = scene.replace(positions=[[1.0, 1.0]], velocities=[[0.0, 0.0]])
     with simulation(scene, tmp_path) as sim:
-        for time in np.linspace(0.5, 20.0, 40):
+        for time in np.linspace(0.5, 5.0, 10):
             sim.run(time=0.5)
             height = sim.frame().positions[0, 1] - 1.0 - 0.05 * math.sin(math.pi * time)
             assert -1e-12 < height < 0.05
-        assert sim.obstacles[2].hits > 1000
+        assert sim.obstacles[2].hits > 200
 
 
 @pytest.mark.slow
-def test_ten_million_bounces_without_one_that_sinks(tmp_path):
+def test_a_million_bounces_without_one_that_sinks(tmp_path):
     scene = bed(0.8, n=1, amplitude=0.05, period=2.0, contact_time=1e-4)
     floor, period = 1.0, 2.0
     with simulation(scene, tmp_path) as sim:
         time = 0
-        while sim.obstacles[2].hits < 10_000_000:
+        while sim.obstacles[2].hits < 1_000_000:
             sim.run(time=7.0)
             time += 7
             height = (
@@ -331,15 +272,15 @@ def test_a_thermal_floor_makes_the_barometric_law(tmp_path):
 
 @pytest.mark.slow
 def test_energy_is_kept_in_a_field_among_round_things():
-    # A disk in a round container, around a ball: a million bounces.
+    # A disk in a round container, around a ball. Normals that are rounded alike let it grow.
     scene = around_a_ball()
     sim = carom.Simulation(scene, seed=0)
-    while sum(each.hits for each in sim.obstacles) < 1_000_000:
-        sim.run(time=100_000.0)
+    while sum(each.hits for each in sim.obstacles) < 200_000:
+        sim.run(time=50_000.0)
     drift = sim.statistics.energy_drift
-    # At random, a million roundings of 2^-53 are 1e-13; with places that are a little too deep, 9e-13.
-    assert drift < 1e-12
-    assert sim.obstacles[4].hits > 100_000
+    # Roundings at random, and six standard deviations.
+    assert drift < 6.0 * math.sqrt(200_000) * 2.0**-52
+    assert sim.obstacles[4].hits > 20_000
     assert sim.obstacles[5].hits > 1000
     place = sim.frame().positions[0] - 5.0
     assert 1.5 - 1e-12 < np.hypot(*place) < 4.0 + 1e-12

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
 from helpers.naive import great_circles as oracle
 
@@ -13,7 +14,6 @@ from carom.errors import InputError, OverlapError
 from carom.models.motions.great_circles import GreatCircles, cosine_and_sine
 from carom.scene.temperature import temperature
 from carom.simulation.explanation import explain
-from carom.simulation.replay import Replay
 
 EPS = float(np.finfo(float).eps)
 
@@ -92,6 +92,7 @@ def test_caps_have_a_degree_of_freedom_for_every_direction_on_the_sphere_and_no_
         assert temperature(scene, speed) == pytest.approx(2.0 * 9.0 / (k - 1), rel=EPS)
 
 
+@pytest.mark.usefixtures("plain")
 def test_two_points_on_one_great_circle_swap_their_speeds():
     scene = carom.Scene(
         [[5.0, 4.0, 4.0], [4.0, 5.0, 4.0]],
@@ -110,31 +111,9 @@ def test_two_points_on_one_great_circle_swap_their_speeds():
     assert sim.time == pytest.approx(touch + 2 * math.pi - 4.0 * math.asin(0.1), rel=8 * EPS)
 
 
-def test_sampling_log_replay_and_checkpoint_leave_every_bit(tmp_path):
-    scene = on_sphere(8, seed=5)
-    plain, logged = (
-        carom.Simulation(scene, seed=1),
-        carom.Simulation(scene, seed=1, event_log=tmp_path / "log.h5"),
-    )
-    plain.run(collisions=600)
-    for _ in logged.sample(every=1.5, count=3):
-        pass
-    logged.run(collisions=300 - logged.collisions)
-    logged.save(tmp_path / "half.h5")
-    logged.run(collisions=300)
-    assert (logged.frame().positions == plain.frame().positions).all()
-    assert (logged.frame().velocities == plain.frame().velocities).all()
-    again = carom.Simulation.load(tmp_path / "half.h5")
-    assert again.scene.motion == GreatCircles()
-    again.run(collisions=300)
-    again.close()
-    logged.close()
-    run = Replay(tmp_path / "log.h5")
-    while run.step():
-        pass
-    for other in (again.frame(), run.frame()):
-        assert (other.positions == plain.frame().positions).all()
-        assert (other.velocities == plain.frame().velocities).all()
+@pytest.mark.usefixtures("both_ways")
+def test_a_run_goes_on_from_a_checkpoint_and_from_its_log(tmp_path):
+    assert_goes_on(on_sphere(8, seed=5), tmp_path, 45)
 
 
 @pytest.mark.slow
@@ -177,6 +156,7 @@ def test_cosine_and_sine_are_right_to_the_last_digit():
         assert abs(s - math.sin(angle)) <= EPS
 
 
+@pytest.mark.slow
 def test_in_the_dilute_limit_collisions_come_at_the_rate_of_kinetic_theory():
     n, sigma, count = 24, 0.02, 20_000
     sim = carom.Simulation(on_sphere(n, diameter=sigma, seed=7), seed=7)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.plain import plain_python
 
 from carom.errors import InputError, OverlapError
 from carom.models.files.tables import obstacle_from_table
@@ -206,3 +209,10 @@ def test_an_obstacle_of_ones_own_is_checked_and_kept():
     with pytest.raises(InputError, match="ceiling is of the class Ceiling, which no file holds"):
         from_arrays(arrays, attributes)
     assert from_arrays(arrays, attributes, obstacles=scene.obstacles).obstacles == (Ceiling(2.0),)
+
+
+def test_the_first_cell_of_the_page_runs_as_plain_python():
+    page = Path(__file__).parents[2].joinpath("docs", "obstacles.md").read_text(encoding="utf-8")
+    printed = plain_python("-c", re.search(r"```python\n(.*?)```", page, re.DOTALL)[1])
+    assert printed.startswith("P on y_high = ")
+    assert printed.count("Impacts(") == 3

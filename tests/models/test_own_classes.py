@@ -12,9 +12,17 @@ import pytest
 
 import carom
 from carom import seeds
+from carom.compiling.dispatch import entry
 from carom.errors import FileError, InputError, OverlapError
 from carom.models import Andersen, Gravity, Loss, Plane, Sine, SquareWell, own
-from carom.simulation.replay import Replay
+from carom.models.drives import kick, next_time
+from carom.models.obstacles.paths import pace, place
+from carom.models.questions.contact import exchanged_part
+from carom.models.questions.interaction import core_square, interaction_time, jump
+from carom.models.questions.motion import exit_time, position, velocity
+from carom.models.questions.observer import PairEvent, at_pair
+from carom.models.questions.obstacle import encounter, outward
+from carom.units import TimeUnit
 
 FLUID = carom.Scene.random(60, 0.3, 2, seed=1)
 
@@ -246,48 +254,66 @@ BITS = {
 TIRED, *_ = BITS["cores that tire, in a bath, between a floor and a roof on a path"]
 
 
-@pytest.fixture(
-    scope="module",
-    params=[pytest.param(name, marks=pytest.mark.slow if "bath" in name else ()) for name in BITS],
-)
-def runs(request, tmp_path_factory):
-    """Return a run with a model of one's own, one with Carom's, and how to load the first again."""
-    mine, caroms, keywords = BITS[request.param]
-    path = tmp_path_factory.mktemp("run") / "run.h5"
-    both = [carom.Simulation(scene, seed=1) for scene in (mine, caroms)]
-    for sim in both:
-        sim.run(collisions=1000)
-    both[0].save(path)
-    return *both, path, {keyword: getattr(mine, keyword) for keyword in keywords}
-
-
 def assert_same(one, other):
     assert one.collisions == other.collisions
     assert (one.frame().positions == other.frame().positions).all()
     assert (one.frame().velocities == other.frame().velocities).all()
 
 
-def test_models_of_ones_own_have_the_bits_of_caroms(runs):
-    mine, caroms, _, _ = runs
-    assert mine.obstacles == caroms.obstacles
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize("name", BITS)
+def test_models_of_ones_own_have_the_bits_of_caroms_and_go_on_from_a_file(name, tmp_path):
+    scene, caroms, keywords = BITS[name]
+    mine, theirs = (carom.Simulation(each, seed=1) for each in (scene, caroms))
+    for sim in (mine, theirs):
+        sim.run(collisions=150)
+    assert mine.obstacles == theirs.obstacles
     assert all(each.hits for each in mine.obstacles if each.name in ("Floor", "Roof"))
-    assert_same(mine, caroms)
-
-
-def test_a_run_with_a_model_of_ones_own_is_loaded_and_goes_on(runs):
-    mine, _, path, given = runs
-    again = carom.Simulation.load(path, **given)
+    assert_same(mine, theirs)
+    mine.save(tmp_path / "run.h5")
+    given = {keyword: getattr(scene, keyword) for keyword in keywords}
+    again = carom.Simulation.load(tmp_path / "run.h5", **given)
     for sim in (mine, again):
-        sim.run(collisions=300)
+        sim.run(collisions=50)
     assert_same(mine, again)
     with pytest.raises(FileError, match=re.escape("which no file holds")):
-        carom.Simulation.load(path)
+        carom.Simulation.load(tmp_path / "run.h5")
 
 
+def answers(pair, impact, drive, floor, motion, path, x, v):
+    """Ask models of one's own what an engine asks."""
+    kicked = v.copy()
+    kick(drive, 3, 1.0, x, kicked, 0.5)
+    met = exchanged_part(impact, 2, 3, 4.0, -2.0, 1.0), exchanged_part(impact, 3, 4, 4.0, -2.0, 1.001)
+    pairs = interaction_time(pair, 0, 1, 4.0, -2.0, 2.0, 0.0), core_square(pair, 0, 1, 0.0)
+    flight = position(motion, 1, 2.0, -1.0, 0.5), velocity(motion, 1, -1.0, 0.5)
+    return (
+        *pairs, *jump(pair, 0, 1, 1.0, -2.0, 0.0), *met, impact.last[3],
+        next_time(drive, 3, x, v, 0.0), kicked[0], kicked[1], drive.drawn[3],
+        encounter(floor, x, v, 0.5, 0.0), outward(floor, x, 1),
+        *flight, *exit_time(motion, 1, 2.0, -1.0, 0.0, 8.0), place(path, 0.3), pace(path, 0.3),
+    )  # fmt: skip
+
+
+@pytest.mark.usefixtures("unscheduled")
+def test_compiled_answers_of_ones_own_are_those_of_plain_python():
+    def models():
+        model = carom.Simulation(TIRED, seed=1)._state.engine.model
+        falling, _, _ = BITS["disks that fall"]
+        return (
+            model.pair, model.impact, model.timers.drive, model.obstacles.chain.head[0],
+            carom.Simulation(falling, seed=1)._state.engine.model.motion, Swing(0.2, 3.0).model(TimeUnit()),
+            np.array([1.0, 2.0]), np.array([0.5, -1.0]),
+        )  # fmt: skip
+
+    assert entry(answers)(*models()) == answers(*models())
+
+
+@pytest.mark.usefixtures("both_ways")
 def test_an_observer_of_ones_own_counts_what_the_run_counts(tmp_path):
     scene = floored(Plane((0.0, 1.0), 0.5))
     sim = carom.Simulation(scene, seed=1, observers=[Tally(3)])
-    sim.run(collisions=500)
+    sim.run(collisions=100)
     (seen,) = sim.observers
     assert seen.pairs[0] == sim.collisions
     assert seen.hits.tolist() == [each.hits for each in sim.obstacles]
@@ -369,6 +395,7 @@ def meeting_of(a, b, share):
     return share * (a + b)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_fields_and_arrays_are_what_their_names_say():
     charge = np.arange(60) % 2
     value = Charged(charge, [[1.0, 2.0], [2.0, 3.0]][0])
@@ -389,6 +416,7 @@ def test_fields_and_arrays_are_what_their_names_say():
         carom.Scene.random(6, 0.1, 2, interaction=value)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_quantities_are_in_the_engines_unit_of_time_and_those_of_a_drive_in_the_scenes():
     fast = np.random.default_rng(1).normal(size=(60, 2)) * 2.0**40
     scene = FLUID.replace(velocities=fast, motion=Falling((0.0, -(2.0**80))), impact=Tired(0.9, 2.0**-40))
@@ -533,69 +561,12 @@ def test_a_well_refuses_pairs_where_they_have_no_step():
 # ------------------------------------------------------------------------------------ carom.check
 
 
-@own.interaction
-class Sticky(Cores):
-    def jump(self, i, j, rr, rv, now):
-        return 0.1 * rv / rr, 0.1 * rv / rr, 0.0  # they go on approaching
-
-
-@own.interaction
-class Leaky(Well):
-    def step_jump(self, i, j, step, rr, rv, now):
-        return own.cross(self, i, j, step, rr, rv, step == 0, 0.0)
-
-
-@own.motion
-class Braked(Falling):
-    def position(self, axis, x, v, t):
-        return x + (v + self.g[axis]) * t * t
-
-
-@own.impact
-class Gaining:
-    part: float
-
-    def transfer(self, rr, rv):
-        return self.part
-
-
-@own.obstacle
-class Late(Floor):
-    def encounter(self, x, v, radius, growth):
-        return 1.1 * max((x[1] - self.height - radius) / -v[1], 0.0) if v[1] < 0.0 else own.NEVER
-
-
-@own.drive
-class AtOnce:
-    def next_time(self, i, x, v, time):
-        return time
-
-    def kick(self, i, mass, x, v, time):
-        v[0] = 1.0
-
-
 @own.observer
 class Few:
     seen = own.memory(0, 3)
 
     def at_pair(self, event):
         self.seen[event.i] += 1
-
-
-@pytest.mark.parametrize(
-    ("value", "condition"),
-    [
-        (Sticky(1.0), "V"),
-        (Leaky(1.0, 1.5, 1.0), "energy"),
-        (Braked((0.0, -0.5)), "III"),
-        (Gaining(1.2), "gain"),
-        (Late(0.5), "encounter"),
-        (AtOnce(), "later"),
-    ],
-)
-def test_check_finds_what_is_wrong(value, condition):
-    found = carom.check(value, pairs=50)
-    assert condition in {failure.condition for failure in found.failures}
 
 
 def test_check_tells_an_observer_of_events():
@@ -606,6 +577,12 @@ def test_check_tells_an_observer_of_events():
 # ------------------------------------------------------------------- code that changes, and is kept
 
 
+def kicked(drive, v):
+    kick(drive, 0, 1.0, v, v, 0.5)
+    return v[0]
+
+
+@pytest.mark.usefixtures("unscheduled")
 def test_a_class_that_is_defined_again_is_another():
     # As a notebook cell that is edited and run again.
     def drive_to(speed):
@@ -626,10 +603,10 @@ def test_a_class_that_is_defined_again_is_another():
         return Push()
 
     scene = carom.Scene([[1.0, 1.0], [3.0, 3.0]], (6.0, 6.0), velocities=[[0.0, 1e-3], [0.0, 1e-3]])
+    asked = entry(kicked)
     for value, speed in ((drive_to(1.0), 3.0), (drive_to(2.0), 6.0)):
-        sim = carom.Simulation(scene.replace(drive=value), tuning=carom.Tuning(neighbors="sectors"))
-        sim.run(time=0.6)
-        assert (sim.frame().velocities[:, 0] == speed).all()
+        model = carom.Simulation(scene.replace(drive=value))._state.engine.model
+        assert asked(model.timers.drive, np.zeros(2)) == speed
 
 
 MODULE = """
@@ -694,17 +671,11 @@ def test_code_of_a_class_in_a_module_is_kept_on_disk_until_it_changes(tmp_path):
     assert [said(), said()] == ["compiled 4.0", "loaded 4.0"]
 
 
-@pytest.mark.usefixtures("both_ways")
-def test_a_replay_asks_a_model_of_ones_own_in_plain_python(tmp_path):
-    scene = FLUID.replace(interaction=Cores(1.0))
-    with carom.Simulation(scene, seed=1, event_log=tmp_path / "log.h5") as sim:
-        sim.run(collisions=100)
-    run = Replay(tmp_path / "log.h5", interaction=Cores(1.0))
-    while run.step():
-        pass
-    assert (run.frame().velocities == sim.frame().velocities).all()
+def told(observer, event):
+    at_pair(observer, event)
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_a_method_that_cannot_be_compiled_is_named():
     @own.observer
     class Odd:
@@ -713,5 +684,7 @@ def test_a_method_that_cannot_be_compiled_is_named():
         def at_pair(self, event):
             self.seen[0] += len(event._asdict())
 
+    value = Odd().model(carom.Simulation(FLUID)._state.system.particles)
+    zeros = np.zeros(2)
     with pytest.raises(InputError, match="at_pair of Odd cannot be compiled: line"):
-        carom.Simulation(FLUID, seed=1, observers=[Odd()]).run(collisions=1)
+        entry(told)(value, PairEvent(0, 1, 0.5, zeros, zeros, zeros, zeros, -1.0, 0))

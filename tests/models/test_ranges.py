@@ -1,6 +1,7 @@
 """Range rules: counters, rules, timers, removal; against counting, the naive algorithm, replay and resume."""
 
 import base64
+import contextlib
 import math
 import os
 import re
@@ -8,7 +9,9 @@ import re
 import numpy as np
 import pytest
 from helpers.browser import shown, where
+from helpers.marks import slow
 from helpers.naive.rules import NaiveRules
+from helpers.plain import uncompiled
 
 import carom
 from carom.bridges.palette import FACES, rgb
@@ -86,17 +89,18 @@ def assert_counters(sim):
 STRETCHES = np.random.default_rng(2).exponential(0.15, 24).tolist()
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
+@pytest.fixture(scope="module", params=["plain", slow("compiled")])
+def run(request, tmp_path_factory):
     """A run with a log, looked at on the way and saved in the middle."""
     folder = tmp_path_factory.mktemp("ranges")
-    sim = carom.Simulation(scattered(), event_log=folder / "log.h5", seed=0)
-    for k, time in enumerate(STRETCHES):
-        if k == 12:
-            sim.save(folder / "checkpoint.h5")
-        sim.run(time=time)
-        assert_counters(sim)
-    sim._state.flush_log()
+    with uncompiled() if request.param == "plain" else contextlib.nullcontext():
+        sim = carom.Simulation(scattered(), event_log=folder / "log.h5", seed=0)
+        for k, time in enumerate(STRETCHES):
+            if k == 12:
+                sim.save(folder / "checkpoint.h5")
+            sim.run(time=time)
+            assert_counters(sim)
+        sim._state.flush_log()
     return sim, folder
 
 
@@ -158,6 +162,7 @@ def test_circles_and_kinds_are_seen_in_the_browser(run, tmp_path):
     assert grey[80:400].sum() > np.abs(plain - [0.62, 0.62, 0.62]).max(axis=2)[80:400].__lt__(0.03).sum()
 
 
+@pytest.mark.usefixtures("plain")
 def test_a_checkpoint_goes_on_bit_for_bit(run, tmp_path):
     sim, folder = run
     log = tmp_path / "log.h5"
@@ -173,7 +178,8 @@ def test_a_checkpoint_goes_on_bit_for_bit(run, tmp_path):
     half.close()
 
 
-def test_the_events_are_those_of_the_naive_algorithm(run, tmp_path):
+@pytest.mark.usefixtures("both_ways")
+def test_the_events_are_those_of_the_naive_algorithm(tmp_path):
     scene = scattered(n=12, edge=8.0, seed=3)
     oracle = NaiveRules(
         scene.positions.tolist(),
@@ -219,20 +225,15 @@ def test_the_naive_algorithm_waits_for_the_timers_of_units_at_rest():
         oracle.decide()
 
 
-def run_in(d, n=8, edge=7.0):
-    """Run units in d dimensions for a while, and count now and then."""
-    sim = carom.Simulation(scattered(n=n, d=d, edge=edge, seed=d), seed=0)
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize("d", [1, 3, 4])
+def test_counters_in_one_three_and_four_dimensions(d):
+    sim = carom.Simulation(scattered(n=8, d=d, edge=7.0, seed=d), seed=0)
     for time in STRETCHES[:16]:
         sim.run(time=time)
         assert_counters(sim)
     asked = sim.interaction.asked
     assert min(asked["entered"], asked["left"], asked["timer"]) > 3
-
-
-@pytest.mark.usefixtures("plain")
-@pytest.mark.parametrize("d", [1, 3, 4])
-def test_counters_in_one_three_and_four_dimensions(d):
-    run_in(d)
 
 
 @pytest.mark.usefixtures("unscheduled")
@@ -245,12 +246,6 @@ def test_timers_go_on_in_the_time_of_the_scene_when_velocities_are_scaled(kT):
     after = sim.interaction
     assert after.timers.tolist() == before.timers.tolist() == [*TIMERS] * (sim.n // 2)
     assert after.memory.tolist() == before.memory.tolist()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("d", [1, 3, 4])
-def test_counters_in_other_dimensions_compiled(d):
-    run_in(d, n=40, edge={1: 30.0, 3: 9.0, 4: 8.0}[d])
 
 
 def test_conditions_hold():

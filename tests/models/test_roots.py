@@ -6,8 +6,7 @@ from typing import NamedTuple
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
+from hypothesis import given, strategies as st
 
 from carom.models.mathematics.roots import curvature, next_fall, slope, value
 from carom.models.questions.particles import NEVER

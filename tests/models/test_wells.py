@@ -8,6 +8,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.goes_on import assert_goes_on
+from helpers.marks import slow
 from helpers.steps import assert_order
 from typer.testing import CliRunner
 
@@ -22,7 +24,6 @@ from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.explanation import explain
-from carom.simulation.replay import Replay
 
 INF = math.inf
 
@@ -52,21 +53,16 @@ def scattered(n, d, interaction, fraction, seed=1, kT=1.0, **more):
     return carom.Scene(places.positions, places.box, velocities=v, interaction=interaction, **more)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", WELLS)
-def test_events_are_those_of_the_naive_algorithm_in_three_dimensions(name):
-    interaction, distances, energies = WELLS[name]
-    masses = np.linspace(0.5, 2.0, 9)
-    scene = scattered(9, 3, interaction, 0.06, seed=3, mass=masses)
-    assert_order(scene, lambda i, j: (distances, [*energies, 0.0]), 60)
-
-
 @pytest.mark.usefixtures("both_ways")
-@pytest.mark.parametrize("name", ["well", "shoulder"])
-def test_events_are_those_of_the_naive_algorithm_on_a_line(name):
+@pytest.mark.parametrize(
+    ("name", "d"),
+    [("well", 1), ("shoulder", 1), slow("well", 2), slow("well", 4), *(slow(name, 3) for name in WELLS)],
+)
+def test_events_are_those_of_the_naive_algorithm(name, d):
     interaction, distances, energies = WELLS[name]
-    scene = scattered(9, 1, interaction, 0.4, seed=5)
-    assert_order(scene, lambda i, j: (distances, [*energies, 0.0]), 80)
+    more = {"mass": np.linspace(0.5, 2.0, 9)} if d == 3 else {}
+    scene = scattered(9, d, interaction, {1: 0.4, 2: 0.2, 3: 0.06, 4: 0.02}[d], 5 if d == 1 else 3, **more)
+    assert_order(scene, lambda i, j: (distances, [*energies, 0.0]), 60)
 
 
 def pairs_of_the_plane(i, j, out=False):
@@ -85,14 +81,6 @@ def test_events_of_species_with_hysteretic_steps_are_those_of_the_naive_algorith
         leaving=lambda i, j: pairs_of_the_plane(i, j, out=True),
         event_log=tmp_path / "log.h5",
     )
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("d", [2, 4])
-def test_events_are_those_of_the_naive_algorithm_in_the_plane_and_in_four_dimensions(d):
-    interaction, distances, energies = WELLS["well"]
-    scene = scattered(9, d, interaction, {2: 0.2, 4: 0.02}[d], seed=7)
-    assert_order(scene, lambda i, j: (distances, [*energies, 0.0]), 60)
 
 
 @pytest.mark.usefixtures("plain")
@@ -150,42 +138,17 @@ def test_energy_is_kept_to_rounding():
     assert sums.pairs.sum() == -sim.potential_energy
 
 
-@pytest.mark.slow
-def test_energy_is_kept_to_rounding_over_ten_million_events():
-    sim = fluid(cells=5)
-    sim.run(collisions=10_000_000)
-    assert sim.statistics.energy_drift < 1e-12
-
-
-def test_a_run_that_is_saved_and_resumed_has_the_same_bits(tmp_path):
-    whole = fluid()
-    whole.run(collisions=3000)
-    whole.save(tmp_path / "c.h5")
-    whole.run(collisions=3000)
-    resumed = carom.Simulation.load(tmp_path / "c.h5")  # the file describes the interaction
-    assert resumed.scene.interaction == SquareWell(1.5, 1.0)
-    resumed.run(collisions=3000)
-    assert (resumed.frame().positions == whole.frame().positions).all()
-    assert (resumed.frame().velocities == whole.frame().velocities).all()
-    assert (resumed._state.engine.neighbors.refs == whole._state.engine.neighbors.refs).all()
-    assert (resumed.interaction.events == whole.interaction.events).all()
-    assert resumed.kT == whole.kT
-
-
 @pytest.mark.usefixtures("both_ways")
-def test_a_logged_run_is_replayed_bit_for_bit_with_the_kinds_of_its_events(tmp_path):
+def test_a_run_goes_on_from_a_checkpoint_and_from_its_log_with_the_kinds_of_its_events(tmp_path):
     places = carom.Scene.crystal(cells=8, dimension=2, packing_fraction=0.35)
     scene = places.replace(interaction=TABLE, species=np.arange(places.n) % 2)
-    sim = carom.Simulation(scene, seed=3, kT=1.2, event_log=tmp_path / "log.h5")
-    sim.run(collisions=300)
-    sim.close()
+    whole, again = assert_goes_on(scene, tmp_path, 200)
+    assert again.scene.interaction == TABLE  # the file describes it
+    assert (again._state.engine.neighbors.refs == whole._state.engine.neighbors.refs).all()
+    assert (again.interaction.events == whole.interaction.events).all()
+    assert again.kT == whole.kT
     events = read_events(tmp_path / "log.h5")
-    assert np.bincount(events.kind, minlength=4).tolist() == sim.interaction.events.sum(axis=0).tolist()
-    run = Replay(tmp_path / "log.h5")
-    while run.step():
-        pass
-    assert (run.frame().positions == sim.frame().positions).all()
-    assert (run.frame().velocities == sim.frame().velocities).all()
+    assert np.bincount(events.kind, minlength=4).tolist() == again.interaction.events.sum(axis=0).tolist()
 
 
 def test_steps_survive_new_lists_and_a_change_of_temperature():

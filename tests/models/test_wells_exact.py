@@ -77,15 +77,10 @@ def assert_exact_on_a_line(scene, links, collisions=300_000):
     assert 5.0 * z_error + finite * exact_z < 0.04 * exact_z
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("width", "depth", "density"),
-    [
-        (2.0, 0.7, 0.8),
-        *(
-            pytest.param(*case, marks=pytest.mark.slow)
-            for case in [(1.5, 1.0, 0.3), (1.5, 1.0, 0.6), (1.3, -0.5, 0.8), (2.0, 0.7, 0.3)]
-        ),
-    ],
+    [(2.0, 0.7, 0.8), (1.5, 1.0, 0.3), (1.3, -0.5, 0.8)],
 )
 def test_pressure_and_energy_on_a_line_are_the_exact_ones(width, depth, density):
     steps = Steps([1.0, width], [INF, -depth])
@@ -123,7 +118,7 @@ def test_pressure_and_energy_are_slopes_of_one_free_energy():
         return 0.5 * (ends[1] - ends[0]) * nodes + 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
 
     def point(density, beta):
-        kT, z, u = measured(fluid(density), 1.0 / beta, 1_200_000)
+        kT, z, u = measured(fluid(density), 1.0 / beta, 400_000)
         return 1.0 / kT, z, u
 
     by_density = by_beta = error = 0.0
@@ -140,7 +135,7 @@ def test_pressure_and_energy_are_slopes_of_one_free_energy():
             _, _, (u, u_error) = point(density, beta)
             by_beta += sign * half * weight * u
             error += (half * weight * u_error) ** 2
-    assert math.sqrt(error) < 0.01 * abs(by_beta)
+    assert math.sqrt(error) < 0.015 * abs(by_beta)
     # Four errors; and 1 % for kT, which is some 1 % off the wanted, and corrected to a tenth of that.
     assert abs(by_density - by_beta) < 4.0 * math.sqrt(error) + 0.01 * abs(by_beta)
 
@@ -156,10 +151,10 @@ def published():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("row", published(), ids=lambda row: f"{row['kT']}-{row['density']}")
+@pytest.mark.parametrize("row", published()[::3], ids=lambda row: f"{row['kT']}-{row['density']}")
 def test_pressure_and_energy_are_those_of_a_published_equation_of_state(row):
     sim = fluid(row["density"], cells=5)
-    kT, (z, z_error), (u, u_error) = measured(sim, row["kT"], 4_000_000)
+    kT, (z, z_error), (u, u_error) = measured(sim, row["kT"], 1_000_000)
     warmer = kT - row["kT"]
     # The equation is a fit to simulations of others, good to some 0.04 of Z and 3 % of U: worst near the
     # critical point. Errors of the runs are a fifth of that.
@@ -174,7 +169,7 @@ def test_the_pressure_at_the_critical_point_is_the_published_one():
     """
     sim = fluid(0.3079, cells=5)
     sim.rescale(1.35)
-    kT, (z, z_error), _ = measured(sim, 1.2172, 8_000_000, rounds=10)
+    kT, (z, z_error), _ = measured(sim, 1.2172, 3_000_000, rounds=10)
     assert abs(kT - 1.2172) < 0.02
     expected = math.exp(3.5211 - 7.1939 / kT) / (0.3079 * kT)
     # Their fit holds on the coexistence line; a hundredth of kT off, curvature is some per cent of it.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import json
 import math
@@ -18,6 +19,7 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.species import species_count
 from carom.scene import lattices, overlaps
+from carom.scene.conversion import to_frame
 from carom.scene.fields import is_equal
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
@@ -288,58 +290,47 @@ def test_a_lattice_is_filled_in_random_order():
 ONE, HALF = Species(count=5), Species(count=5, diameter=0.5)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
+MIXED = {"species": [ONE, HALF]}
+BAD_MIXTURES = {
+    Scene.random: [
         ({"species": [Species()]}, "each species a fraction, or each a count"),
         ({"species": [Species(count=1, fraction=1)]}, "each species a fraction, or each a count"),
         ({"species": [ONE, Species(fraction=1)]}, "each species a fraction, or each a count"),
         ({"species": []}, "each species a fraction, or each a count"),
         ({"species": [Species(fraction=1)] * 2}, "n must be an integer"),
         ({"species": [Species(fraction=0)] * 2, "n": 5}, "not all of them zero"),
-        ({"n": 12}, "add up to 10"),
+        (MIXED | {"n": 12}, "add up to 10"),
         ({"species": [Species(count=0)] * 2}, "at least one component"),
         ({"species": 2.0}, "species must be a list"),
         ({"species": [Species("a", count=5)] * 2}, "must differ"),
-        ({"packing_fraction": 0.7}, "up to packing fraction 0.614"),
-        ({"packing_fraction": 0.3, "box": 5.0}, "found both"),
-        ({"seed": -1}, "seed"),
+        (MIXED | {"packing_fraction": 0.7}, "up to packing fraction 0.614"),
+        (MIXED | {"packing_fraction": 0.3, "box": 5.0}, "found both"),
+        (MIXED | {"seed": -1}, "seed"),
     ],
-)
-def test_bad_mixtures_are_named_in_one_sentence(arguments, says):
-    with pytest.raises(InputError, match=says) as caught:
-        Scene.random(**{"species": [ONE, HALF], **arguments})
-    assert "\n" not in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        ({"lattice": "bcc"}, "lattice must be"),
-        ({"lattice": ["fcc"]}, "lattice must be"),
-        ({"packing_fraction": 0.3}, "does not fill"),
-        ({"lattice": "cubic", "cells": 2, "packing_fraction": 0.3}, "add up to 10, but n is 8"),
-        ({"lattice": "cubic", "cells": 2, "box": 5.0}, "no keyword 'box'"),
+    Scene.crystal: [
+        (MIXED | {"lattice": "bcc"}, "lattice must be"),
+        (MIXED | {"lattice": ["fcc"]}, "lattice must be"),
+        (MIXED | {"packing_fraction": 0.3}, "does not fill"),
+        (MIXED | {"lattice": "cubic", "cells": 2, "packing_fraction": 0.3}, "add up to 10, but n is 8"),
+        (MIXED | {"lattice": "cubic", "cells": 2, "box": 5.0}, "no keyword 'box'"),
     ],
-)
-def test_bad_mixtures_on_a_lattice_are_named_in_one_sentence(arguments, says):
-    with pytest.raises(InputError, match=says):
-        Scene.crystal(**{"species": [ONE, HALF], **arguments})
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
+    Species: [
         ({"fraction": -1}, "fraction of a Species"),
         ({"count": 1.5}, "count of a Species"),
         ({"name": "a", "mass": 0}, "mass of species a"),
         ({"diameter": -1}, "positive"),
         ({"name": 2.0}, "name of a Species must be a string"),
     ],
+}
+
+
+@pytest.mark.parametrize(
+    ("make", "arguments", "says"), [(make, *row) for make, rows in BAD_MIXTURES.items() for row in rows]
 )
-def test_a_bad_species_is_named(arguments, says):
-    with pytest.raises(InputError, match=says):
-        Species(**arguments)
+def test_bad_mixtures_are_named_in_one_sentence(make, arguments, says):
+    with pytest.raises(InputError, match=says) as caught:
+        make(**arguments)
+    assert "\n" not in str(caught.value)
 
 
 def everything() -> Scene:
@@ -386,19 +377,7 @@ def test_arrays_that_are_no_scene_are_refused():
 
 
 def frame_of(scene: Scene, **changes: object) -> Frame:
-    fields = {
-        "time": 0.0,
-        "step": 0,
-        "positions": scene.positions,
-        "velocities": np.zeros_like(scene.positions),
-        "box": scene.box,
-        "diameters": scene.diameters,
-        "masses": scene.masses,
-        "species": scene.species,
-        "species_names": scene.species_names,
-        "periodic": scene.periodic,
-    }
-    return Frame(**{**fields, **changes})
+    return dataclasses.replace(to_frame(scene), **changes)
 
 
 def test_a_frame_becomes_a_mixture_between_walls():

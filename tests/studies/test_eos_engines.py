@@ -12,8 +12,7 @@ from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
-from helpers.commands import CAROM, WAIT, wait_for
-from helpers.commands import carom as command
+from helpers.commands import CAROM, WAIT, carom as command, wait_for
 from helpers.needs import mpiexec
 from helpers.workers import die, number_of, rest
 

@@ -18,8 +18,7 @@ from helpers.needs import chromium
 from scipy.stats import linregress, norm
 
 import carom
-from carom import spec as specs
-from carom import studies, theory
+from carom import spec as specs, studies, theory
 from carom.errors import CaromWarning, FileError, InputError
 from carom.models import SquareWell, Steps, StepTable
 from carom.models.contacts.losses import Loss
@@ -29,8 +28,7 @@ from carom.models.obstacles.named_walls import axes_without
 from carom.observables import Estimate, drift
 from carom.scene import lattices
 from carom.scene_file.sections import SceneSpec
-from carom.studies import executors as engines
-from carom.studies import folder as tasks
+from carom.studies import executors as engines, folder as tasks
 from carom.studies.eos import fits, pictures, table
 from carom.studies.eos.measure import Planned, measure
 from carom.studies.eos.order import OrderParameter, psi_6, q_6

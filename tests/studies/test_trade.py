@@ -9,8 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from helpers.commands import carom as command
-from helpers.commands import complaints
+from helpers.commands import carom as command, complaints
 from helpers.naive.stepping import SteppedSystem
 from rich.console import Console
 

@@ -26,49 +26,45 @@ def column(rows, name):
 
 SPHERES = table("hard_spheres_fluid.csv")
 DISKS = table("hard_disks_fluid.csv")
-# The files round Z to six decimals.
-ROUNDING = 5.1e-7
+SOLID = table("hard_spheres_fcc_solid.csv")
+# The files round Z to six decimals, that of the crystal to five.
+ROUNDING, FIVE_DECIMALS = 5.1e-7, 5.1e-6
+
+
+def eta_of(rows):
+    # That of spheres is rounded to seven digits in the file, rho is exact.
+    return column(rows, "eta") if rows is DISKS else math.pi / 6 * column(rows, "rho")
 
 
 @pytest.mark.parametrize(
-    ("equation", "name"),
+    ("rows", "equation", "name", "atol"),
     [
-        (theory.carnahan_starling, "Z_CS"),
-        (theory.kolafa_labik_malijevsky, "Z_KLM"),
-        (theory.pieprzyk, "Zref_mKLM"),
+        (SPHERES, theory.carnahan_starling, "Z_CS", ROUNDING),
+        (SPHERES, theory.kolafa_labik_malijevsky, "Z_KLM", ROUNDING),
+        (SPHERES, theory.pieprzyk, "Zref_mKLM", ROUNDING),
+        (DISKS, theory.henderson, "Henderson", 2 * ROUNDING),
+        (DISKS, theory.santos_lopez_de_haro_yuste, "SHY", 2 * ROUNDING),
+        (DISKS, theory.best(2), "Zref", 2 * ROUNDING),
+        (SOLID, theory.speedy, "Z_Speedy98", FIVE_DECIMALS),
+        (SOLID, theory.almarza, "Z_Almarza", FIVE_DECIMALS),
+        (SOLID, theory.hall, "Z_Hall", FIVE_DECIMALS),
     ],
 )
-def test_sphere_equations_give_the_table_to_its_last_digit(equation, name):
-    # eta is rounded to seven digits in the file, rho is exact.
-    eta = math.pi / 6 * column(SPHERES, "rho")
-    np.testing.assert_allclose(equation(eta), column(SPHERES, name), rtol=0, atol=ROUNDING)
+def test_equations_give_the_tables_to_their_last_digit(rows, equation, name, atol):
+    eta = eta_of(rows)
+    np.testing.assert_allclose(equation(eta), column(rows, name), rtol=0, atol=atol)
+    assert equation(float(eta[0])) == pytest.approx(equation(eta)[0], rel=1e-14)
 
 
-@pytest.mark.parametrize(
-    ("equation", "name"),
-    [
-        (theory.henderson, "Henderson"),
-        (theory.santos_lopez_de_haro_yuste, "SHY"),
-        (theory.best(2), "Zref"),
-    ],
-)
-def test_disk_equations_give_the_table_to_its_last_digit(equation, name):
-    np.testing.assert_allclose(equation(column(DISKS, "eta")), column(DISKS, name), rtol=0, atol=2 * ROUNDING)
+SIZES = [*((SPHERES, n) for n in (108, 256, 500, 864, 1372, 4000)), *((DISKS, n) for n in (72, 256, 1024))]
 
 
-@pytest.mark.parametrize("n", [108, 256, 500, 864, 1372, 4000])
-def test_finite_size_shift_of_spheres_is_that_of_the_table(n):
-    eta = math.pi / 6 * column(SPHERES, "rho")
-    shifted = theory.pieprzyk(eta) + theory.finite_size_shift(eta, n, theory.pieprzyk)
+@pytest.mark.parametrize(("rows", "n"), SIZES)
+def test_finite_size_shifts_are_those_of_the_tables(rows, n):
+    eta, equation = eta_of(rows), theory.best(2) if rows is DISKS else theory.pieprzyk
+    shifted = equation(eta) + theory.finite_size_shift(eta, n, equation)
     # Five decimals, and the last one differs by one where the table used other differences.
-    np.testing.assert_allclose(shifted, column(SPHERES, f"Z_N{n}"), rtol=0, atol=1.1e-5)
-
-
-@pytest.mark.parametrize("n", [72, 256, 1024])
-def test_finite_size_shift_of_disks_is_that_of_the_table(n):
-    eta = column(DISKS, "eta")
-    shifted = theory.best(2)(eta) + theory.finite_size_shift(eta, n, theory.best(2))
-    np.testing.assert_allclose(shifted, column(DISKS, f"Z_N{n}"), rtol=0, atol=1.1e-5)
+    np.testing.assert_allclose(shifted, column(rows, f"Z_N{n}"), rtol=0, atol=1.1e-5)
 
 
 @pytest.mark.parametrize("n", [1, 2, 10, 1000])
@@ -263,21 +259,6 @@ def test_without_density_there_is_no_finite_size_shift():
     assert theory.finite_size_shift(0.0, 100, theory.best(3)) == 0.0
     both = theory.finite_size_shift(np.array([0.0, 0.3]), 100, theory.carnahan_starling)
     np.testing.assert_array_equal(both, [0.0, theory.finite_size_shift(0.3, 100, theory.carnahan_starling)])
-
-
-SOLID = table("hard_spheres_fcc_solid.csv")
-# The file rounds Z to five decimals.
-FIVE_DECIMALS = 5.1e-6
-
-
-@pytest.mark.parametrize(
-    ("equation", "name"),
-    [(theory.speedy, "Z_Speedy98"), (theory.almarza, "Z_Almarza"), (theory.hall, "Z_Hall")],
-)
-def test_crystal_equations_give_the_table_to_its_last_digit(equation, name):
-    eta = math.pi / 6 * column(SOLID, "rho")
-    np.testing.assert_allclose(equation(eta), column(SOLID, name), rtol=0, atol=FIVE_DECIMALS)
-    assert equation(float(eta[0])) == pytest.approx(equation(eta)[0], rel=1e-14)
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5, 6])

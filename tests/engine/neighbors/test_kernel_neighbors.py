@@ -12,8 +12,7 @@ from helpers.neighbors import check_invariants, check_lists, go, present
 from helpers.oracle import moving
 
 import carom
-from carom.engine.neighbors import build
-from carom.engine.neighbors import plan as scheme
+from carom.engine.neighbors import build, plan as scheme
 from carom.engine.neighbors.prefetch import HUGE, LARGE
 from carom.scene import lattices
 from carom.simulation.pace import Pace

@@ -12,8 +12,7 @@ from helpers.oracle import assert_equal_to_oracle, moving
 from helpers.oracle_scenes import case, check, placed
 
 import carom
-from carom.engine.neighbors import cost_model, sector_side
-from carom.engine.neighbors import plan as scheme
+from carom.engine.neighbors import cost_model, plan as scheme, sector_side
 from carom.engine.neighbors.contact_cache import CAPACITY, best_of, contact_of, keep, make_contacts
 from carom.engine.state import State
 from carom.models.questions.particles import NEVER

@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from carom.engine.neighbors import prefilter
 from carom.engine.neighbors.all_pairs import make_everybody, pack_all, pack_self
