@@ -206,7 +206,7 @@ def test_a_run_starts_from_a_data_file_of_lammps(tmp_path):
         # One sphere never meets anybody: Z = 1 exactly.
         ('lattice = "cubic"\nn = 1\npacking_fraction = 0.1', 1.0),
         # Nobody moves: there is no pressure to speak of.
-        ("n = 256\n[run]\nkT = 0.0", None),
+        ("n = 8\n[run]\nkT = 0.0", None),
     ],
     ids=["one sphere", "nothing moves"],
 )

@@ -10,10 +10,12 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pytest
 from typer.testing import CliRunner
 
 from carom import cli, io
 from carom.io import checksums
+from carom.studies import executors
 
 CAROM = [sys.executable, "-m", "carom"]
 
@@ -49,6 +51,15 @@ def carom(*arguments, cwd=None, **options):
     return subprocess.run(
         [*CAROM, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=WAIT, **options
     )
+
+
+@contextlib.contextmanager
+def in_this_process():
+    """Let studies run here what they would run in processes."""
+    choose = executors._choose
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(executors, "_choose", lambda choice, *more: choose(choice or "serial", *more))
+        yield
 
 
 def complaints(done):
