@@ -5,6 +5,7 @@ import shutil
 from contextlib import nullcontext
 
 import pytest
+from helpers.commands import in_this_process
 from helpers.plain import uncompiled
 from helpers.saved import one_of_each
 from typer.testing import CliRunner
@@ -189,7 +190,8 @@ def test_a_damaged_folder_is_one_sentence(folder, tmp_path):
 def test_anything_is_resumed_and_says_what_to_type_next(folder, tmp_path, monkeypatch, name, printed):
     shutil.copytree(folder / name, tmp_path / name)
     monkeypatch.chdir(tmp_path)
-    done = typed("resume", name, "-j", "1")
+    with in_this_process():
+        done = typed("resume", name, "-j", "1")
     assert done.exit_code == 0, done.output
     assert printed in done.output
     whole = json.loads(typed("resume", name, "--json", "-q").stdout)

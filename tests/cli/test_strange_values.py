@@ -352,7 +352,7 @@ def test_a_strange_value_beside_a_trajectory_is_a_sentence(tmp_path, all_of_them
     with io.open(tmp_path / "trajectory.h5md", "w") as file:
         file.write(crystal(2, 3))
     (tmp_path / "scene.toml").write_text("[scene]\ndimension = 2\nn = 5\ndensity = 0.1\n")
-    for changed, *_ in damaged({"box": [10.0, 10.0]}, True):
+    for changed, *_ in damaged({"box": [10.0, 10.0]}, all_of_them):
         (tmp_path / "summary.json").write_text(as_json(changed))
         typed("view", tmp_path, "--out", tmp_path / "page.html", "--no-open", "--overwrite")
 

@@ -32,7 +32,6 @@ equilibration = {equilibration}
 collisions_per_particle = {measured}
 frames = {frames}
 checkpoint_every = 0.02
-event_log = {log}
 pictures = false
 """
 
@@ -87,13 +86,10 @@ def wait_for(condition, process):
         time.sleep(0.002)
 
 
-def plan(folder: Path, *, equilibration=100, measured=20000, frames=100, log=False) -> Path:
+def plan(folder: Path, *, equilibration=100, measured=20000, frames=100) -> Path:
     """Write a small scene file and return its path."""
     path = folder / "small.toml"
-    text = PLAN.format(
-        equilibration=equilibration, measured=measured, frames=frames, log="true" if log else "false"
-    )
-    path.write_text(text)
+    path.write_text(PLAN.format(equilibration=equilibration, measured=measured, frames=frames))
     return path
 
 

@@ -7,6 +7,7 @@ import signal
 
 import numpy as np
 import pytest
+from helpers.commands import in_this_process
 from typer.testing import CliRunner
 
 import carom
@@ -32,7 +33,8 @@ def study(tmp_path_factory):
 
 
 def typed(*words):
-    return CliRunner().invoke(cli.app, ["pack", *map(str, words), "-j", "1"])
+    with in_this_process():
+        return CliRunner().invoke(cli.app, ["pack", *map(str, words), "-j", "1"])
 
 
 def test_each_packing_is_that_of_its_seed(study):
