@@ -39,7 +39,7 @@ def finished(tmp_path_factory):
     """Return the folder of a small run with everything, and what it printed."""
     folder = tmp_path_factory.mktemp("finished")
     done = carom(
-        "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.4", "--seed", "3",
+        "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.3", "--seed", "3",
         "--equilibration", "100", "--collisions-per-particle", "1000", "--frames", "20", "--out", "fluid",
         cwd=folder,
     )  # fmt: skip
@@ -82,7 +82,7 @@ def test_summary_has_its_numbers(finished):
     found = json.loads((out / "summary.json").read_text(), parse_constant=pytest.fail)
     assert found["version"] == library.__version__
     assert (found["seed"], found["n"], found["dimension"], found["frames"]) == (3, 256, 3, 20)
-    assert found["packing_fraction"] == pytest.approx(0.4)
+    assert found["packing_fraction"] == pytest.approx(0.3)
     for name in ("mean", "error", "n_eff"):
         assert isinstance(found["Z"][name], float)
     for name in ("mean", "error"):
@@ -115,7 +115,7 @@ def test_the_table_tells_the_numbers_of_the_summary(finished):
     out, done = finished
     found = json.loads((out / "summary.json").read_text())
     assert complaints(done) == "", "no progress bar where nobody sees it"
-    assert "256 hard spheres at packing fraction 0.4" in done.stdout
+    assert "256 hard spheres at packing fraction 0.3" in done.stdout
     for word in ("Carnahan", "Pieprzyk", "Energy kept to", "no overlap beyond rounding", "carom view fluid"):
         assert word in done.stdout
     mean, error = re.search(r"Z, N = 256 +([\d.]+) ± ([\d.]+)", done.stdout).groups()
@@ -163,7 +163,7 @@ def test_overwrite_replaces_the_run_and_nothing_else(finished, tmp_path):
     for name in ("summary.json", "checkpoint.h5", "events.h5", "trajectory.gsd"):
         (out / name).write_text("old")
     done = carom(
-        "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.4", "--equilibration", "1",
+        "run", "--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.3", "--equilibration", "1",
         "--collisions-per-particle", "10", "--frames", "2", "--no-pictures", "--out", out, "--overwrite",
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
