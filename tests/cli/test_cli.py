@@ -14,7 +14,7 @@ import h5py
 import MDAnalysis
 import numpy as np
 import pytest
-from helpers.commands import CAROM, carom, complaints, plan, start, wait_for
+from helpers.commands import CAROM, carom, complaints, plan, refused, start, wait_for
 from helpers.options import COMMANDS
 
 import carom as library
@@ -45,24 +45,6 @@ def finished(tmp_path_factory):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     return folder / "fluid", done
-
-
-def refused(*arguments, cwd):
-    """Type a command that cannot work; return its one sentence."""
-    before = snapshot(cwd)
-    done = carom(*arguments, cwd=cwd)
-    assert done.returncode == 2, (arguments, done)
-    assert done.stdout == ""
-    assert "Traceback" not in done.stderr
-    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
-    assert done.stderr.startswith("Error: ")
-    assert snapshot(cwd) == before, "something was touched"
-    return done.stderr
-
-
-def snapshot(folder):
-    """Return everything below a folder, with its content."""
-    return {p: p.read_bytes() if p.is_file() else None for p in folder.rglob("*")}
 
 
 # What a run leaves.
@@ -262,6 +244,30 @@ def test_bad_scenes_are_refused_in_one_sentence(tmp_path, text, sentence):
         (["export", "foreign.h5md", "x.extxyz"], "foreign.h5md"),
         (["export", "foreign.h5md", "foreign.h5md"], "--overwrite"),
         (["measure", "foreign.h5md"], "foreign.h5md"),
+        (["compile", "nowhere.toml"], "nowhere.toml"),
+        (["eos", "--eta", "a lot"], "must be numbers with commas"),
+        (["eos", "--eta", "0.1:0.2:1"], "first:last:count"),
+        (["eos", "--n", "many"], "must be integers"),
+        (["eos", "--eta", "0.9"], "packing_fraction must be"),
+        (["eos", "--relative-error", "1e-3", "--collisions-per-particle", "10"], "contradict"),
+        (["eos", "--engine", "steam"], "executor must be one of"),
+        (["eos", "--engine", "serial", "--scheduler", "tcp://x:1"], "contradict"),
+        (["eos", "missing.toml"], "does not exist"),
+        (["trade", "alone.toml"], "nothing to compare"),
+        (["pack", "--report"], "--report is for several packings"),
+        (["pack", "--cores", "2"], "--cores is for several packings"),
+        (["pack", "--seeds", "2", "--overwrite"], "--overwrite is for one packing"),
+        (["pack", "--seeds", "0"], "seeds must be"),
+        (["pack", "--seeds", "2", "--rate", "-1"], "rate must be"),
+        (["pack", "--seeds", "2", "--rate", "0.1", "--stage", "0.1:1e3"], "stages, or rate and until_Z"),
+        (["pack", "--seeds", "2", "--n", "10", "--species", "5:1"], "n"),
+        (["pack", "alone.toml", "--seeds", "2"], "[scene] is the start of one packing"),
+        (["pack", "alone.toml", "--n", "30"], "leave out n, dimension"),
+        (["pack", "bad.toml"], "did you mean rate"),
+        (["pack", "other.toml"], "[scene] says what is packed"),
+        (["code", "eight"], "number of points"),
+        (["code", "nowhere.toml"], "does not exist"),
+        (["code", "1"], "n must be"),
         (["measure", "foreign.h5md", "--out", "table.csv"], "--out names a folder"),
         (["init", "a_file"], "expected .toml"),
         (["init", "mine.toml"], "--overwrite"),
@@ -273,6 +279,9 @@ def test_bad_commands_are_refused_in_one_sentence(tmp_path, arguments, sentence)
     for name in ("a_file", "mine.toml"):
         (tmp_path / name).write_text("mine")
     (tmp_path / "foreign.h5md").write_bytes(b"nothing of the kind")
+    (tmp_path / "alone.toml").write_text("[scene]\nn = 1\n")
+    (tmp_path / "bad.toml").write_text("[pack]\nrates = 0.1\n")
+    (tmp_path / "other.toml").write_text("[pack]\nn = 20\n[scene]\nn = 10\n")
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "summary.json").write_text("{}")
     assert sentence in refused(*arguments, cwd=tmp_path)

@@ -8,7 +8,7 @@ import signal
 import filelock
 import numpy as np
 import pytest
-from helpers.commands import assert_same_run, began, summary, whole_run
+from helpers.commands import assert_same_run, began, refused, summary, whole_run
 from helpers.commands import carom as command
 
 import carom
@@ -133,18 +133,12 @@ def test_resume_of_a_finished_run_says_so(reference):
 
 def test_two_processes_do_not_run_in_one_folder(reference, stopped):
     with filelock.FileLock(stopped / LOCK):
-        done = command("resume", stopped)
-    assert done.returncode == 2
-    assert "Another process" in done.stderr
+        assert "Another process" in refused("resume", stopped)
 
 
 def test_resume_of_no_run_is_refused(tmp_path):
     for folder in (tmp_path, tmp_path / "nowhere", __file__):
-        done = command("resume", folder)
-        assert (done.returncode, done.stdout) == (2, "")
-        assert len(done.stderr.strip().splitlines()) == 1
-        assert "Traceback" not in done.stderr
-    assert not list(tmp_path.iterdir())
+        refused("resume", folder, cwd=tmp_path)
 
 
 def test_a_damaged_checkpoint_is_refused_and_left(stopped):

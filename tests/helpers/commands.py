@@ -61,6 +61,22 @@ def in_this_process():
         yield
 
 
+def content(out: Path) -> dict[str, bytes]:
+    """Return every file below a folder."""
+    return {str(path.relative_to(out)): path.read_bytes() for path in out.rglob("*") if path.is_file()}
+
+
+def refused(*arguments, cwd=None):
+    """Type a command that cannot work, and touches nothing in ``cwd``; return its one sentence."""
+    before = cwd and content(cwd)
+    done = carom(*arguments, cwd=cwd)
+    assert (done.returncode, done.stdout) == (2, ""), (arguments, done)
+    (said,) = done.stderr.strip().splitlines()
+    assert said.startswith("Error: ")
+    assert (cwd and content(cwd)) == before, "something was touched"
+    return said
+
+
 def complaints(done):
     """Return what a command wrote to stderr, but for the lines that say that it compiles or goes on, and that
     GSD knows no walls: which is said whenever such a file is begun, in a resumed run as well.
@@ -124,11 +140,6 @@ def summary(folder: Path) -> dict:
 def began(out: Path):
     """Return what tells one beginning of a run from another in the same folder: each writes the plan anew."""
     return (out / "scene.toml").stat().st_ino, (out / "scene.toml").stat().st_mtime_ns
-
-
-def content(out: Path) -> dict[str, bytes]:
-    """Return every file of a folder."""
-    return {path.name: path.read_bytes() for path in out.iterdir()}
 
 
 def assert_same_run(one: Path, other: Path):
