@@ -367,10 +367,6 @@ def test_rdf_of_a_file_is_that_of_the_run(finished, tmp_path):
     assert "--overwrite" in refused("measure", frames, "rdf", "--out", "near", cwd=tmp_path)
 
 
-def test_version():
-    assert carom("--version").stdout == f"carom {library.__version__}\n"
-
-
 HELP = """
 import contextlib, sys
 from carom.cli import main

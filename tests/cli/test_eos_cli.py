@@ -61,11 +61,6 @@ def test_json_is_all_that_standard_output_holds(done):
     assert "null" in finished.stdout or all(row["infinite"] for row in found["table"])
 
 
-def test_another_study_in_the_folder_is_left_alone(done):
-    out, _ = done
-    assert "seed was 1 and is 9 now" in refused("eos", *SHORT, "--seed", "9", "--out", ".", cwd=out)
-
-
 def test_a_table_that_cannot_be_written_is_shown_all_the_same(tmp_path):
     """With a full disk it is all that there is of a long study."""
     short = ["--eta", "0.1", "--n", "32", "--collisions-per-particle", "50", "--engine", "serial"]

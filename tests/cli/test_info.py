@@ -212,13 +212,6 @@ def test_the_report_of_a_study_is_shown_and_replaced(folder, tmp_path, monkeypat
     assert (done.exit_code, (tmp_path / "x.html").read_text()) == (2, "mine")
 
 
-def test_a_study_of_another_kind_is_refused(folder, tmp_path):
-    for name, command in (("eos1", "transport"), ("transport1", "eos")):
-        shutil.copytree(folder / name, tmp_path / name)
-        words = ("--eta", "0.1", "--n", "32", "--engine", "serial", "--out", name)
-        assert "another study" in refused(command, *words, cwd=tmp_path)
-
-
 @pytest.mark.parametrize(
     ("command", "words"),
     [

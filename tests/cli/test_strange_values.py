@@ -257,10 +257,7 @@ def test_a_strange_value_in_a_study_file_is_a_sentence(tmp_path, all_of_them):
         spec = StudySpec.from_toml(text)
         assert StudySpec.from_toml(spec.to_toml()) == spec
 
-    for tables, reader in (
-        (STUDY, eos),
-        (STUDY, transport),
-    ):
+    for tables, reader in ((STUDY, eos), (STUDY, transport)):
         for changed, *_ in damaged(tables, all_of_them):
             if (text := as_toml(changed)) is not None:
                 sentence(reader, text)

@@ -904,8 +904,7 @@ WELL = {"type": "square-well", "range": 1.5, "depth": 1.0}
 
 
 @pytest.mark.parametrize(
-    "scene",
-    [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"impact": 0.9}, {"interaction": WELL}, {"pinned": 10}],
+    "scene", [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"impact": 0.9}, {"interaction": WELL}, {"pinned": 10}]
 )
 def test_what_has_no_theory_is_compared_with_none(scene):
     """That of additive mixtures was 20 errors off for one that is not additive."""

@@ -57,8 +57,7 @@ def test_rods_follow_tonks_and_jam_where_they_fill_the_line():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("dimension", "fraction", "contacts"),
-    [(2, math.pi / 4, 4), slow(3, math.pi * math.sqrt(3) / 8, 8)],
+    ("dimension", "fraction", "contacts"), [(2, math.pi / 4, 4), slow(3, math.pi * math.sqrt(3) / 8, 8)]
 )
 def test_two_spheres_jam_at_the_centre_of_each_others_images(dimension, fraction, contacts):
     start = carom.Scene([np.zeros(dimension), np.full(dimension, 0.3)], (1.0,) * dimension, diameter=0.01)

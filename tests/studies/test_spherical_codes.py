@@ -499,10 +499,7 @@ def test_codes_of_lattices_and_polytopes_are_found_by_the_first_seed(n, k, one_o
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("n", "starts", "degrees", "contacts"),
-    [(24, 40, 60.0, 96), (120, 12, 36.0, 720)],
-)
+@pytest.mark.parametrize(("n", "starts", "degrees", "contacts"), [(24, 40, 60.0, 96), (120, 12, 36.0, 720)])
 def test_points_that_repel_each_other_become_the_24_cell_and_the_600_cell(n, starts, degrees, contacts):
     """From some random sets of points, without growth or hops."""
     code = polish(climb(repelled(n, 4, starts, np.random.default_rng(1))))
