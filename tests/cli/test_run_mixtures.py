@@ -24,23 +24,19 @@ BINARY = """
 dimension = {dimension}
 packing_fraction = 0.2
 {more}
-species."a, b" = {{ count = {large}, diameter = 1.0 }}
-species.small = {{ count = {small}, diameter = 0.5 }}
+species."a, b" = {{ count = 40, diameter = 1.0 }}
+species.small = {{ count = 80, diameter = 0.5 }}
 
 [run]
-equilibration = {equilibration}
-collisions_per_particle = {measured}
+equilibration = 20
+collisions_per_particle = 50
 frames = 20
 write = {trajectory}
 """
 
-FEW = {"large": 6, "small": 12, "equilibration": 1, "measured": 8}
-"""For plain Python, which takes hundredths of a second for a collision of a mixture."""
 
-
-def plan(dimension=3, more="", trajectory='["h5md"]', **sizes):
-    sizes = sizes or FEW
-    return SceneFile.from_toml(BINARY.format(dimension=dimension, more=more, trajectory=trajectory, **sizes))
+def plan(dimension=3, more="", trajectory='["h5md"]'):
+    return SceneFile.from_toml(BINARY.format(dimension=dimension, more=more, trajectory=trajectory))
 
 
 def table_of(path):
@@ -52,7 +48,6 @@ def table_of(path):
 
 
 @pytest.mark.parametrize("dimension", [slow(2), 3])
-@pytest.mark.usefixtures("plain")
 def test_a_run_of_a_mixture_leaves_and_shows_g_of_every_pair(tmp_path, dimension, monkeypatch, capsys):
     drawn, draw_pressure = {}, plots.pressure
 
@@ -90,11 +85,10 @@ def test_a_run_of_a_mixture_leaves_and_shows_g_of_every_pair(tmp_path, dimension
     ("more", "trajectory", "says"),
     [
         slow('walls = "z"', '["h5md"]', "No g(r): with walls"),
-        slow('obstacles.ball = { type = "ball", center = [1, 1, 1], radius = 0.2 }', '["h5md"]', "obstacles"),
+        slow('obstacles.ball = { type = "ball", center = [1, 1, 1], radius = 1.0 }', '["h5md"]', "obstacles"),
         ("", "[]", "none was asked for"),
     ],
 )
-@pytest.mark.usefixtures("plain")
 def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
     result = carom.run(plan(3, more, trajectory), tmp_path / "run")
     assert not (result.folder / "rdf.csv").exists()
@@ -112,8 +106,7 @@ def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, ca
         'obstacles.ball = { type = "ball", center = [1, 1, 1], radius = 0.5 }\n'
         'obstacles.floor = { type = "plane", normal = [0, 0, 1], offset = 0.01 }'
     )
-    sizes = {"large": 40, "small": 80, "equilibration": 20, "measured": 50}
-    result = carom.run(plan(3, more, "[]", **sizes), tmp_path / "run")
+    result = carom.run(plan(3, more, "[]"), tmp_path / "run")
     summary = result.summary
     lower, upper, ball, floor = summary["obstacles"]
     names = ["z_low", "z_high", "ball", "floor"]

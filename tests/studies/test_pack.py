@@ -270,26 +270,22 @@ def judged(start, **how):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
-def test_equal_spheres_jam_at_random_close_packing_when_fast(seed):
+def test_equal_spheres_jam_at_random_close_packing_when_fast():
     # MRJ, 0.637 to 0.64, and what fast compressions find around it.
-    packing = judged(points(1000, 3, seed=seed), rate=0.02, until_Z=1e12, seed=seed)
+    packing = judged(points(1000, 3, seed=1), rate=0.02, until_Z=1e12, seed=1)
     assert 0.635 <= packing.packing_fraction <= 0.645
 
 
 @pytest.mark.slow
 def test_the_backbone_of_spheres_is_isostatic_and_a_few_rattle():
-    rattling = []
-    for seed in (1, 2):  # a quarter of an hour
-        packing = judged(points(500, 3, seed=seed), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=seed)
-        network = packing.network
-        rattling.append(network.rattler_fraction)
-        assert 0.635 <= packing.packing_fraction <= 0.648
-        # A few of some 1450 contacts have not closed.
-        assert abs(network.contacts - network.isostatic) <= 5
-        assert network.void[1] > 10 * network.void[0]
+    packing = judged(points(500, 3, seed=1), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=1)  # some minutes
+    network = packing.network
+    assert 0.635 <= packing.packing_fraction <= 0.648
+    # A few of some 1450 contacts have not closed.
+    assert abs(network.contacts - network.isostatic) <= 5
+    assert network.void[1] > 10 * network.void[0]
     # 1.5 to 3.5 % of many spheres. Of 500 it scatters by 0.9 % from packing to packing (ten seeds).
-    assert 0.0 < np.mean(rattling) <= 0.035 + 3 * 0.009 / math.sqrt(2)
+    assert 0.0 < network.rattler_fraction <= 0.035 + 3 * 0.009
 
 
 @pytest.mark.slow

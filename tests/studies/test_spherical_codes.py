@@ -469,7 +469,7 @@ def found_among_forty(n, k):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("k", "n"), [(k, n) for k, n in TABLE if (k == 3 and n <= 30) or (k == 4 and n <= 21)]
+    ("k", "n"), [(k, n) for k, n in TABLE if (k == 3 and n <= 24) or (k == 4 and n <= 16)]
 )
 def test_the_best_known_codes_are_found(k, n):
     code = found_among_forty(n, k)
