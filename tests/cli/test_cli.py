@@ -5,6 +5,7 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -430,8 +431,6 @@ def test_progress_is_shown_on_a_terminal(tmp_path):
 
 
 def test_ctrl_c_before_anything_is_kept_leaves_quietly(tmp_path):
-    import signal
-
     words = ("--lattice", "fcc", "--cells", "4", "--packing-fraction", "0.3", "--equilibration", "1e5")
     process = start("run", *words, "--out", "run", cwd=tmp_path)
     wait_for(lambda: (tmp_path / "run" / "scene.toml").exists(), process)

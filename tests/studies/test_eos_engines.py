@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import multiprocessing
 import os
 import random
 import signal
@@ -63,8 +64,6 @@ def test_executors_of_the_caller_stay_open(serial):
 
 
 def test_a_process_pool_of_the_caller_that_breaks_leaves_a_study_to_be_finished(serial, tmp_path):
-    import multiprocessing
-
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         with pytest.raises(Exception, match="abruptly"):
             pool.submit(os._exit, 1).result()
