@@ -32,8 +32,10 @@ FEW_EVENTS = ("carom.simulation.callbacks",)
 """Modules whose examples have scenes of their own, and are over before those are compiled."""
 
 ALONE = (
-    "carom.models.drives", "carom.observables.pressure_profile", "carom.observables.pressure_tensor",
-    "carom.simulation.swaps", "carom.simulation.tuning", "carom.studies.planner.plan",
+    "carom.models.active", "carom.models.drives", "carom.observables.density_profile",
+    "carom.observables.energy", "carom.observables.pressure_profile", "carom.observables.pressure_tensor",
+    "carom.simulation.swaps", "carom.simulation.tuning", "carom.studies.flow.study",
+    "carom.studies.planner.plan",
 )  # fmt: skip
 """Those with many events of a kind that nobody else has, or pilots."""
 
