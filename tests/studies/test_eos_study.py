@@ -707,6 +707,7 @@ def test_engines_that_do_not_exist_are_refused():
     ],
     ids=lambda value: value if isinstance(value, float) else value.dimension,
 )
+@pytest.mark.usefixtures("unscheduled")
 def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene, perfect):
     order = OrderParameter(scene.dimension)
     order.add(carom.Simulation(scene, seed=0).frame())
@@ -735,6 +736,7 @@ def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
     assert psi_6(frame) == own
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_no_order_parameter_is_measured_in_other_dimensions():
     nothing = OrderParameter(4)
     nothing.add(carom.Simulation(carom.Scene.random(8, 0.05, 4, seed=0), seed=0).frame())
@@ -742,6 +744,7 @@ def test_no_order_parameter_is_measured_in_other_dimensions():
 
 
 @pytest.mark.parametrize("periodic", [(True, True, True), (True, False, True)])
+@pytest.mark.usefixtures("unscheduled")
 def test_q_6_is_the_sum_over_spherical_harmonics_of_all_bonds(periodic):
     frame = carom.Simulation(
         carom.Scene.random(200, 0.4, walls=axes_without(periodic), seed=0), seed=0
