@@ -16,9 +16,3 @@ def test_a_run_after_it_compiles_nothing(tmp_path):
     after = CliRunner().invoke(cli.app, ["run", str(scene), *small, "--out", str(tmp_path / "run")])
     assert after.exit_code == 0
     assert "new here" not in after.stderr
-
-
-def test_a_file_that_is_not_there_is_told_in_a_sentence(tmp_path):
-    done = CliRunner().invoke(cli.app, ["compile", str(tmp_path / "no.toml")])
-    assert done.exit_code == 2
-    assert "no.toml" in done.stderr

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from helpers.commands import in_this_process
 from helpers.options import COMMANDS, PLAN
 from helpers.plain import uncompiled
 from typer.testing import CliRunner
@@ -36,11 +37,6 @@ RUN = ("--lattice", "fcc", "--cells", "3", "--packing-fraction", "0.3", "--equil
 PACK = ("--n", "10", "--dimension", "2", "--rate", "1", "--until-Z", "100", "--no-pictures")
 EOS = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "50", "--equilibration",
        "20", "--engine", "serial")  # fmt: skip
-TRANSPORT = ("--eta", "0.1", "--n", "32", "--replicas", "1", "--collisions-per-particle", "100",
-             "--equilibration", "20", "--engine", "serial")  # fmt: skip
-
-SHEAR = ("--rate", "1", "--eta", "0.1", "--n", "32", "--replicas", "1", "--restitution", "0.9", "--strains",
-         "10", "--equilibration", "20", "--engine", "serial")  # fmt: skip
 
 
 class Done(NamedTuple):
@@ -162,7 +158,7 @@ THAT_OF_SCENE = close_to((0.3,))
 def of_study(kind, needed, small, *argument):
     """Return the cases of the command of a study.
 
-    With the arguments ``small`` it runs and writes its files; without any its own test looks at them.
+    With the arguments ``small`` it runs and writes its files, which one function does for all studies.
     """
     found = {
         "study": asked((), *argument),
@@ -209,7 +205,7 @@ CASES = {
     },
     "pack": {
         "scene": added(
-            (*PACK[4:], *OUT, "--collisions", "30"), ("scene.toml",), lambda done: done.summary["n"], 32
+            (), ("scene.toml",), lambda done: "cells=2" in str(done.asked["start"]), True, asks=True
         ),
         **of_fields((), PackSpec),
         "--out": added(PACK, ("--out", "elsewhere"), made("elsewhere/summary.json"), True),
@@ -295,8 +291,8 @@ CASES = {
         "--json": added((), ("--json",), json_alone, True),
     },
     "eos": of_study(StudySpec, (), EOS, ("study.toml",), "packing_fraction", (0.1,)),
-    "transport": of_study(TransportSpec, (), TRANSPORT, ("scene.toml",), "packing_fraction", THAT_OF_SCENE),
-    "shear": of_study(ShearSpec, (), SHEAR, ("scene.toml",), "packing_fraction", THAT_OF_SCENE),
+    "transport": of_study(TransportSpec, (), (), ("scene.toml",), "packing_fraction", THAT_OF_SCENE),
+    "shear": of_study(ShearSpec, (), (), ("scene.toml",), "packing_fraction", THAT_OF_SCENE),
     "code": of_study(CodeSpec, ("9",), ("5",), ("9",), "n", 9),
     "trade": of_study(TradeSpec, (), (), ("scene.toml",), "scene", lambda scene: scene["cells"] == 2),
     "view": {
@@ -408,6 +404,7 @@ def type_in(folder, command, *arguments, asked=None):
     with (
         contextlib.chdir(folder),
         pytest.MonkeyPatch.context() as patch,
+        in_this_process(),
         contextlib.nullcontext() if compiled else uncompiled(),
     ):
         for name in [name for name in sys.modules if name.startswith("carom_rules_")]:
@@ -423,8 +420,8 @@ def type_in(folder, command, *arguments, asked=None):
                 asked.update({**vars(plan.scene), **vars(plan.run)}, out=out, **settings)
                 raise Asked
 
-            def pack(spec, *settings):
-                asked.update(spec=spec)
+            def pack(spec, start, *settings):
+                asked.update(spec=spec, start=start)
                 raise Asked
 
             run_in_full = Study.run

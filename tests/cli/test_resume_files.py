@@ -5,7 +5,7 @@ import shutil
 import numpy as np
 import pytest
 from helpers import full_run
-from helpers.commands import assert_same_run, began, carom as command, content
+from helpers.commands import assert_same_run, began, content, refused
 
 import carom
 from carom import io
@@ -104,8 +104,11 @@ def test_such_a_run_goes_on_from_every_phase(whole, tmp_path, stage):
     assert_same_run(whole, out)
 
 
-@pytest.mark.parametrize("harm", [flip, cut, remove, empty])
-@pytest.mark.parametrize("form", ["h5md", "extxyz", "gsd"])
+@pytest.mark.parametrize(
+    ("form", "harm"),
+    [("h5md", harm) for harm in (flip, cut, remove, empty)]
+    + [("extxyz", flip), ("extxyz", cut), ("gsd", flip), ("gsd", empty)],
+)
 def test_a_damaged_trajectory_is_made_anew_from_another(whole, out, form, harm):
     harm(out / f"trajectory.{form}")
     before = began(out)
@@ -130,13 +133,9 @@ def test_where_no_trajectory_is_whole_nothing_is_touched(out, harm):
     # After a kill the log holds more than the checkpoint knows; that is not dropped either.
     with EventLog(out / "events.h5") as log:
         log.append(*(np.ones(1, dtype) for dtype in (int, float, int, int, int, float)))
-    before = content(out)
-    done = command("resume", out)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert "trajectory.h5md" in done.stderr
-    assert "left as it is" in done.stderr
-    assert content(out) == before
+    said = refused("resume", ".", cwd=out)
+    assert "trajectory.h5md" in said
+    assert "left as it is" in said
 
 
 @pytest.mark.parametrize("harm", [change_an_event, cut, remove, empty])
@@ -208,9 +207,7 @@ def test_an_edit_after_the_end_is_refused_as_well(whole, tmp_path):
     out = shutil.copytree(whole, tmp_path / "run")
     scene = out / "scene.toml"
     scene.write_text(scene.read_text().replace("frames = 16", "frames = 17"))
-    done = command("resume", out)
-    assert done.returncode == 2
-    assert "[run] frames is 17, and the run has 16" in done.stderr
+    assert "[run] frames is 17, and the run has 16" in refused("resume", out)
 
 
 def test_frames_and_events_without_a_checkpoint_are_kept(out):

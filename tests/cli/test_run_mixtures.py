@@ -31,7 +31,6 @@ species.small = {{ count = 80, diameter = 0.5 }}
 equilibration = 20
 collisions_per_particle = 50
 frames = 20
-pictures = true
 write = {trajectory}
 """
 
@@ -49,7 +48,7 @@ def table_of(path):
 
 
 @pytest.mark.parametrize("dimension", [slow(2), 3])
-def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypatch):
+def test_a_run_of_a_mixture_leaves_and_shows_g_of_every_pair(tmp_path, dimension, monkeypatch, capsys):
     drawn, draw_pressure = {}, plots.pressure
 
     def seen(estimate, *, equations, path):
@@ -76,17 +75,17 @@ def test_a_run_of_a_mixture_leaves_g_of_every_pair(tmp_path, dimension, monkeypa
         assert result.summary["contact_values_from_rdf"][name]["mean"] == alone.contact_value.mean
     assert result.summary["without_rdf"] is None
     assert (result.folder / "rdf.png").stat().st_size > 10_000
+    screen.results(result, as_json=False)
+    shown = " ".join(capsys.readouterr().out.split())
+    for a, b in pairs:
+        assert f"g(σ+) {a}-{b}" in shown
 
 
 @pytest.mark.parametrize(
     ("more", "trajectory", "says"),
     [
         slow('walls = "z"', '["h5md"]', "No g(r): with walls"),
-        slow(
-            'obstacles.ball = { type = "ball", center = [1, 1, 1], radius = 1.0 }',
-            '["h5md"]',
-            "with obstacles",
-        ),
+        slow('obstacles.ball = { type = "ball", center = [1, 1, 1], radius = 1.0 }', '["h5md"]', "obstacles"),
         ("", "[]", "none was asked for"),
     ],
 )
@@ -130,14 +129,6 @@ def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, ca
     shown = " ".join(capsys.readouterr().out.split())
     for text in ("P σ³/kT on z_high", "force σ/kT on floor", "elastic contacts"):
         assert text in shown
-
-
-def test_the_table_on_the_screen_holds_contact_values_of_pairs(tmp_path, capsys):
-    result = carom.run(plan(), tmp_path / "run")
-    screen.results(result, as_json=False)
-    shown = " ".join(capsys.readouterr().out.split())
-    for pair in ("a, b-a, b", "a, b-small", "small-small"):
-        assert f"g(σ+) {pair}" in shown
 
 
 def scene_of(diameters, **more):
@@ -184,22 +175,14 @@ def test_theory_ends_where_its_equation_of_equal_spheres_does(monkeypatch):
     assert names_of(seven) == []
 
 
-@pytest.mark.slow
+@pytest.mark.usefixtures("plain")
 def test_pairs_touch_where_the_scene_says(tmp_path):
     species = np.repeat([0, 1, 2], [30, 29, 1])
     contact = np.array([[1.0, 0.6, 1.0], [0.6, 1.0, 1.0], [1.0, 1.0, 1.0]])
-    scene = Scene(
-        np.random.default_rng(2).permutation(
-            Scene.crystal(cells=4, lattice="cubic", packing_fraction=0.1).positions
-        )[:60],
-        Scene.crystal(cells=4, lattice="cubic", packing_fraction=0.1).box,
-        diameter=1.0,
-        species=species,
-        contact=contact,
-    )
-    from carom import Simulation
-
-    frames = list(Simulation(scene, kT=1.0, seed=1).sample(every=0.1, count=2))
+    sites = Scene.crystal(cells=4, lattice="cubic", packing_fraction=0.1)
+    some = np.random.default_rng(2).permutation(sites.positions)[:60]
+    scene = Scene(some, sites.box, diameter=1.0, species=species, contact=contact)
+    frames = list(carom.Simulation(scene, kT=1.0, seed=1).sample(every=0.1, count=2))
     found = partial_rdf(scene, lambda: frames)
     # One component alone is no pair with itself.
     assert {name: one.diameter for name, one in found.items()} == {

@@ -5,17 +5,32 @@ from __future__ import annotations
 import io
 import re
 import time
+import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import typer
 from helpers.frames import crystal, frame_of
 from helpers.screens import printed, summary
 from rich.console import Console
+from rich.progress import Progress, TaskProgressColumn
+from typer.testing import CliRunner
 
-from carom.cli import heartbeat, screen
+from carom.cli import app, heartbeat, screen
+from carom.cli.tables import Screen
+from carom.cli.trouble import friendly
+from carom.errors import CaromWarning
+from carom.notebook import advance
+from carom.observables import Estimate
 from carom.observables.packing import DISTINCT, packing_network
-from carom.table import of_texts
+from carom.studies.coefficients.study import Row
+from carom.studies.eos.pictures import SIZES, of_size
+from carom.studies.eos.study import composition
+from carom.studies.planner.outcome import Outcome
+from carom.studies.report import STYLE
+from carom.table import Table, of_texts
 
 
 def test_all_pressures_of_a_table_have_one_unit_which_is_named():
@@ -99,7 +114,6 @@ def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(m
 
 def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeypatch, capsys):
     from carom.cli import study
-    from carom.cli.trouble import friendly
 
     monkeypatch.setattr(heartbeat, "EVERY", 0.05)
 
@@ -175,9 +189,6 @@ def test_the_screen_prints_no_number_of_contacts_where_nobody_knows_it(capsys):
 
 
 def test_the_title_of_a_report_says_the_composition_and_paper_cuts_nothing():
-    from carom.studies.eos.study import composition
-    from carom.studies.report import STYLE
-
     assert composition([[1.0, 100]]) == ""
     assert composition([[1.0, 75], [0.5, 25]]) == ": 0.75 of diameter 1, 0.25 of diameter 0.5"
     assert composition([[k, 1] for k in range(1, 10)]).endswith("and 3 sizes more")
@@ -187,35 +198,16 @@ def test_the_title_of_a_report_says_the_composition_and_paper_cuts_nothing():
 
 
 def test_sizes_of_a_study_have_colours_of_their_own():
-    from carom.studies.eos.pictures import SIZES, of_size
-
     assert len({of_size(k) for k in range(len(SIZES))}) == len(SIZES) > 4
 
 
-def test_a_study_in_a_pipe_says_that_it_compiles(monkeypatch, capsys):
-    from carom.cli import study
-
-    monkeypatch.setattr(heartbeat, "EVERY", 0.05)
-    with study.watched("runs"):
-        time.sleep(0.2)
-    assert "Compiling" in capsys.readouterr().err
-
-
 def test_the_shell_can_complete_commands():
-    from typer.testing import CliRunner
-
-    from carom.cli import app
-
     assert "--install-completion" in CliRunner().invoke(app, ["--help"]).output
 
 
 @pytest.mark.parametrize("stage", ["Compiling", "Packing"])
 def test_a_bar_shows_no_percentage_before_something_is_done(monkeypatch, stage):
     """A bar that stands at 0 % looks like a hang. Until half a percent is done it moves to and fro."""
-    from rich.progress import Progress, TaskProgressColumn
-
-    from carom.notebook import advance
-
     shown = io.StringIO()
     with Progress(TaskProgressColumn(), console=Console(file=shown, width=60), auto_refresh=False) as bar:
         bar.add_task("Starting", total=None)
@@ -238,10 +230,6 @@ def test_a_line_of_the_heartbeat_says_no_percentage_before_something_is_done():
 def test_transport_coefficients_are_stacked_on_a_narrow_terminal_and_no_word_is_cut(
     width, monkeypatch, capsys
 ):
-    from carom.cli.tables import Screen
-    from carom.studies.coefficients.study import Row
-    from carom.table import Table
-
     row = Row(0.1, 108, "thermal_conductivity", 0.88, 0.03, 0.95225, 0.921, 5.664, 11.33, "too short")
     monkeypatch.setenv("COLUMNS", str(width))
     console = Screen()
@@ -255,11 +243,6 @@ def test_transport_coefficients_are_stacked_on_a_narrow_terminal_and_no_word_is_
 
 
 def test_a_sentence_is_a_note_once(capsys):
-    import warnings
-
-    from carom.cli.trouble import friendly
-    from carom.errors import CaromWarning
-
     @friendly
     def command():
         for text in ("few samples", "few samples", "near freezing"):
@@ -272,13 +255,6 @@ def test_a_sentence_is_a_note_once(capsys):
 
 @pytest.mark.parametrize(("error", "code"), [(1.2e-3, 0), (1.5e-3, 3)])
 def test_a_plan_that_misses_its_target_has_an_exit_code_of_its_own(error, code, tmp_path, capsys):
-    from types import SimpleNamespace
-
-    import typer
-
-    from carom.observables import Estimate
-    from carom.studies.planner.outcome import Outcome
-
     promise = SimpleNamespace(target=SimpleNamespace(quantity="Z"), error=1e-3, cpu_seconds=1.0)
     outcome = Outcome(promise, Estimate(1.0, error, 1.0, 1.0, 1), 0.0, 1.0, [])
     found = 0

@@ -8,6 +8,7 @@ import contextlib
 import copy
 import json
 import math
+import os
 
 import h5py
 import mpmath
@@ -256,10 +257,7 @@ def test_a_strange_value_in_a_study_file_is_a_sentence(tmp_path, all_of_them):
         spec = StudySpec.from_toml(text)
         assert StudySpec.from_toml(spec.to_toml()) == spec
 
-    for tables, reader in (
-        (STUDY, eos),
-        (STUDY, transport),
-    ):
+    for tables, reader in ((STUDY, eos), (STUDY, transport)):
         for changed, *_ in damaged(tables, all_of_them):
             if (text := as_toml(changed)) is not None:
                 sentence(reader, text)
@@ -351,7 +349,7 @@ def test_a_strange_value_beside_a_trajectory_is_a_sentence(tmp_path, all_of_them
     with io.open(tmp_path / "trajectory.h5md", "w") as file:
         file.write(crystal(2, 3))
     (tmp_path / "scene.toml").write_text("[scene]\ndimension = 2\nn = 5\ndensity = 0.1\n")
-    for changed, *_ in damaged({"box": [10.0, 10.0]}, True):
+    for changed, *_ in damaged({"box": 10.0}, True):
         (tmp_path / "summary.json").write_text(as_json(changed))
         typed("view", tmp_path, "--out", tmp_path / "page.html", "--no-open", "--overwrite")
 
@@ -486,8 +484,6 @@ def test_an_attribute_of_another_type_in_an_hdf5_file_is_a_sentence(tmp_path):
 
 @pytest.mark.needs("Linux")
 def test_a_folder_whose_name_is_no_text_is_shown_or_refused(tmp_path):
-    import os
-
     folder = os.path.join(os.fsencode(tmp_path), b"caf\xe9")
     os.mkdir(folder)
     name = os.fsdecode(os.path.join(folder, b"disks.h5md"))

@@ -10,10 +10,12 @@ from pathlib import Path
 
 import h5py
 import numpy as np
+import pytest
 from typer.testing import CliRunner
 
 from carom import cli, io
 from carom.io import checksums
+from carom.studies import executors
 
 CAROM = [sys.executable, "-m", "carom"]
 
@@ -30,7 +32,6 @@ equilibration = {equilibration}
 collisions_per_particle = {measured}
 frames = {frames}
 checkpoint_every = 0.02
-event_log = {log}
 pictures = false
 """
 
@@ -49,6 +50,31 @@ def carom(*arguments, cwd=None, **options):
     return subprocess.run(
         [*CAROM, *map(str, arguments)], cwd=cwd, capture_output=True, text=True, timeout=WAIT, **options
     )
+
+
+@contextlib.contextmanager
+def in_this_process():
+    """Let studies run here what they would run in processes."""
+    choose = executors._choose
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(executors, "_choose", lambda choice, *more: choose(choice or "serial", *more))
+        yield
+
+
+def content(out: Path) -> dict[str, bytes]:
+    """Return every file below a folder."""
+    return {str(path.relative_to(out)): path.read_bytes() for path in out.rglob("*") if path.is_file()}
+
+
+def refused(*arguments, cwd=None):
+    """Type a command that cannot work, and touches nothing in ``cwd``; return its one sentence."""
+    before = cwd and content(cwd)
+    done = carom(*arguments, cwd=cwd)
+    assert (done.returncode, done.stdout) == (2, ""), (arguments, done)
+    (said,) = done.stderr.strip().splitlines()
+    assert said.startswith("Error: ")
+    assert (cwd and content(cwd)) == before, "something was touched"
+    return said
 
 
 def complaints(done):
@@ -76,13 +102,10 @@ def wait_for(condition, process):
         time.sleep(0.002)
 
 
-def plan(folder: Path, *, equilibration=100, measured=20000, frames=100, log=False) -> Path:
+def plan(folder: Path, *, equilibration=100, measured=20000, frames=100) -> Path:
     """Write a small scene file and return its path."""
     path = folder / "small.toml"
-    text = PLAN.format(
-        equilibration=equilibration, measured=measured, frames=frames, log="true" if log else "false"
-    )
-    path.write_text(text)
+    path.write_text(PLAN.format(equilibration=equilibration, measured=measured, frames=frames))
     return path
 
 
@@ -117,11 +140,6 @@ def summary(folder: Path) -> dict:
 def began(out: Path):
     """Return what tells one beginning of a run from another in the same folder: each writes the plan anew."""
     return (out / "scene.toml").stat().st_ino, (out / "scene.toml").stat().st_mtime_ns
-
-
-def content(out: Path) -> dict[str, bytes]:
-    """Return every file of a folder."""
-    return {path.name: path.read_bytes() for path in out.iterdir()}
 
 
 def assert_same_run(one: Path, other: Path):

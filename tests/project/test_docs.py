@@ -1,13 +1,14 @@
 """What the texts say is so: docstring examples run, commands exist, pages build, links lead somewhere."""
 
+import ast
 import doctest
+import functools
 import importlib
 import importlib.util
+import inspect
 import json
-import os
 import pkgutil
 import re
-import shutil
 import subprocess
 import sys
 import tomllib
@@ -15,19 +16,28 @@ from pathlib import Path
 
 import pytest
 from helpers.links import dead_links
+from helpers.options import COMMANDS
+from rich.markup import render
+from typer.main import get_command
 
 import carom
+from carom.cli import app
 
 ROOT = Path(__file__).parents[2]
 PAGES = [*ROOT.glob("*.md"), *ROOT.joinpath("docs").rglob("*.md")]
 # The pages of the gallery are written by the build, from the examples.
 PAGES = sorted(page for page in PAGES if not {"_build", "gallery"} & set(page.parts))
 
-FEW_EVENTS = ("carom.models.drives", "carom.simulation.callbacks")
+FEW_EVENTS = ("carom.simulation.callbacks",)
 """Modules whose examples have scenes of their own, and are over before those are compiled."""
 
-ALONE = ("carom.observables.pressure_profile",)
-"""Those with many events of a kind that nobody else has."""
+ALONE = (
+    "carom.models.active", "carom.models.drives", "carom.observables.density_profile",
+    "carom.observables.energy", "carom.observables.pressure_profile", "carom.observables.pressure_tensor",
+    "carom.simulation.swaps", "carom.simulation.tuning", "carom.studies.flow.study",
+    "carom.studies.planner.plan",
+)  # fmt: skip
+"""Those with many events of a kind that nobody else has, or pilots."""
 
 MODULES = sorted(
     module.name
@@ -86,20 +96,33 @@ def test_readme_has_the_two_commands_alone_on_their_lines():
     assert 'pip install ".[test]" && pytest' in lines
 
 
+README = "\n".join(blocks(ROOT / "README.md", "python"))
+
+
+def test_calls_in_the_readme_have_the_arguments_of_what_they_call():
+    calls = {
+        node: ast.unparse(node.func) for node in ast.walk(ast.parse(README)) if isinstance(node, ast.Call)
+    }
+    assert {"carom.Scene.random", "sim.equilibrate", "carom.pack"} <= {*calls.values()}
+    of = {"carom": carom, "sim": carom.Simulation}
+    for call, (first, _, rest) in ((call, name.partition(".")) for call, name in calls.items()):
+        if first in of:
+            called = functools.reduce(getattr, rest.split("."), of[first])
+            itself = [None] if first == "sim" else []
+            inspect.signature(called).bind(*itself, *call.args, **{word.arg: None for word in call.keywords})
+
+
+@pytest.mark.ci
 def test_readme_python_runs(tmp_path):
-    code = "\n".join(blocks(ROOT / "README.md", "python"))
-    assert "import carom" in code
     done = subprocess.run(
-        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=300
+        [sys.executable, "-c", README], cwd=tmp_path, capture_output=True, text=True, timeout=300
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout.startswith("Z")
 
 
 def test_commands_and_options_in_the_pages_exist():
-    """Every `carom ...` line of a shell block names a command and long options that its help knows."""
-    exe = shutil.which("carom", path=str(Path(sys.executable).parent)) or shutil.which("carom")
-    assert exe, "the command carom is not installed"
+    """Every `carom ...` line of a shell block names a command and long options that there are."""
     used: dict[str, set[str]] = {}
     for page in PAGES:
         for block in [*blocks(page, "bash"), *blocks(page, "sh"), *blocks(page, "console")]:
@@ -107,24 +130,15 @@ def test_commands_and_options_in_the_pages_exist():
                 words = line.split()
                 used.setdefault(words[0], set()).update(w.split("=")[0] for w in words if w.startswith("--"))
     assert "run" in used
-    environment = {**os.environ, "COLUMNS": "200", "NO_COLOR": "1", "TERM": "dumb"}
     for command, options in used.items():
-        if command.startswith("--"):
-            continue
-        done = subprocess.run(
-            [exe, command, "--help"], capture_output=True, text=True, env=environment, timeout=60
-        )
-        assert done.returncode == 0, f"carom {command}: {done.stderr}"
-        missing = {option for option in options if option not in done.stdout}
-        assert not missing, f"carom {command} has no {missing}"
+        if not command.startswith("--"):
+            parameters = COMMANDS[command].params
+            known = {name for each in parameters for name in (*each.opts, *each.secondary_opts)}
+            assert options <= known | {"--help"}, f"carom {command}"
 
 
 def test_only_commands_that_take_a_scene_file_say_that_their_options_override_it():
-    from typer.main import get_command
-
-    from carom.cli import app
-
-    for name, command in get_command(app).commands.items():
+    for name, command in COMMANDS.items():
         panels = {getattr(parameter, "rich_help_panel", None) or "" for parameter in command.params}
         takes = {parameter.name for parameter in command.params}
         assert takes & {"scene", "study"} or not any(" scene file)" in panel for panel in panels), name
@@ -132,13 +146,8 @@ def test_only_commands_that_take_a_scene_file_say_that_their_options_override_it
 
 def test_every_option_is_described_and_no_bracket_lost():
     """``[study]`` in a help text is markup, and gone, unless its bracket is escaped."""
-    from rich.markup import render
-    from typer.main import get_command
-
-    from carom.cli import app
-
     texts = {"carom": get_command(app).help}
-    for name, command in get_command(app).commands.items():
+    for name, command in COMMANDS.items():
         texts[name] = command.help.replace("[bold]Examples[/bold]", "")
         for parameter in command.params:
             texts[f"{name} {parameter.name}"] = getattr(parameter, "help", None)
@@ -242,20 +251,8 @@ def test_decision_records_have_their_three_parts():
 @pytest.mark.slow
 @pytest.mark.needs("Sphinx")
 def test_documentation_builds_without_a_warning(tmp_path):
-    command = [
-        sys.executable,
-        "-m",
-        "sphinx",
-        "-q",
-        "-W",
-        "--keep-going",
-        "-t",
-        "stored",
-        "-b",
-        "html",
-        ROOT / "docs",
-        tmp_path,
-    ]
+    words = ["-m", "sphinx", "-q", "-W", "--keep-going", "-t", "stored", "-b", "html"]
+    command = [sys.executable, *words, ROOT / "docs", tmp_path]
     done = subprocess.run(command, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert "Carom" in tmp_path.joinpath("index.html").read_text(encoding="utf-8")

@@ -60,6 +60,7 @@ def test_that_is_well():
 HANGING = re.compile(r'Timeout \(0:00:03\)!\n(.*\n)*?.*test_inner.py", line \d+ in test_in_compiled_code')
 
 
+@pytest.mark.ci
 @pytest.mark.needs("Linux")
 def test_a_test_that_hangs_fails_wherever_it_hangs_and_the_next_one_runs(tmp_path):
     said = inner_pytest(tmp_path, HANGS, "-n", "1")

@@ -5,6 +5,8 @@ import math
 
 import numpy as np
 import pytest
+from helpers.commands import refused
+from helpers.plain import uncompiled
 from helpers.saved import one_of_each
 from typer.testing import CliRunner
 
@@ -110,17 +112,14 @@ def test_a_packing_is_read_back_bit_for_bit(folder, tmp_path):
     assert np.array_equal(again.history, packing.history)
 
 
-def test_a_packing_begins_from_a_scene_file(folder, tmp_path):
-    done = CliRunner().invoke(
-        cli.app,
-        ["pack", str(folder / "scene.toml"), "--collisions", "200", "--no-pictures", "--json",
-         "--out", str(tmp_path / "p")],
-    )  # fmt: skip
+@pytest.mark.usefixtures("plain")
+def test_a_packing_begins_from_a_scene_file(tmp_path):
+    scene, out = tmp_path / "scene.toml", tmp_path / "p"
+    scene.write_text("[scene]\nn = 9\ndimension = 2\npacking_fraction = 0.2\n")
+    words = ["pack", str(scene), "--collisions", "20", "--no-pictures", "--json", "--out", str(out)]
+    done = CliRunner().invoke(cli.app, words)
     assert done.exit_code == 0, done.output
-    assert json.loads(done.stdout)["n"] == 32
-    refused = CliRunner().invoke(cli.app, ["pack", str(folder / "scene.toml"), "--n", "30"])
-    assert refused.exit_code == 2
-    assert "leave out n, dimension" in " ".join(refused.output.split())
+    assert json.loads(done.stdout)["n"] == 9
 
 
 def test_a_scene_file_gives_its_scene_and_a_checkpoint_its_simulation(folder):
@@ -224,9 +223,7 @@ def test_a_command_takes_a_folder_and_replaces_its_own_page_or_table(folder, tmp
 def test_a_page_of_somebody_else_is_not_replaced(folder, tmp_path):
     (tmp_path / "view.html").write_text("<html>mine</html>")
     (tmp_path / "trajectory.extxyz").touch()
-    done = CliRunner().invoke(cli.app, ["view", str(tmp_path), "--no-open"])
-    assert done.exit_code == 2
-    assert "--overwrite" in done.output
+    assert "--overwrite" in refused("view", ".", "--no-open", cwd=tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -289,17 +286,18 @@ def test_studies_go_on_from_their_folder(folder):
 
 def test_a_fluid_a_mixture_a_crystal_and_walls(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    scene = carom.Scene.random(256, packing_fraction=0.40)
+    scene = carom.Scene.random(256, packing_fraction=0.30)
     sim = carom.Simulation(scene, kT=1.0, seed=1)
     sim.equilibrate(collisions_per_particle=50)
     p, g = sim.measure(carom.Pressure(), carom.RDF(), collisions_per_particle=50)
-    assert float(p) == pytest.approx(carom.theory.carnahan_starling(0.40), rel=0.1)
+    assert float(p) == pytest.approx(carom.theory.carnahan_starling(0.30), rel=0.1)
     g.plot("g.png")
     large, small = Species("large", fraction=0.2), Species("small", fraction=0.8, diameter=0.5)
     assert np.bincount(carom.Scene.random(500, 0.40, species=[large, small]).species).tolist() == [100, 400]
     assert carom.Scene.crystal(500, 0.60).n == 500
-    between = carom.Simulation(carom.Scene.random(100, 0.20, walls="z"))
-    assert between.measure(carom.WallPressure("z_high"), time=5.0, blocks=16).pressure.mean > 0.0
+    with uncompiled():
+        between = carom.Simulation(carom.Scene.random(8, 0.10, walls="z"), seed=1)
+        assert between.measure(carom.WallPressure("z_high"), time=4.0, blocks=2).pressure.mean > 0.0
     sim.write("f.extxyz", every=0.5, count=2)
     sim.view("f.html")
     sim.plot("f.png")

@@ -14,10 +14,12 @@ import pytest
 from helpers.estimates import estimate
 from helpers.frames import frames_of
 from matplotlib.figure import Figure
+from rich.progress import Progress
 
 import carom
 from carom import notebook, texts
 from carom.cli import files, tables, trouble
+from carom.cli.screen import columns
 from carom.errors import CaromWarning, FileError
 from carom.observables.partial_rdf import write_partial
 from carom.observables.rdf import Histograms
@@ -152,10 +154,6 @@ def test_cells_and_lines_of_the_screen_are_text(width):
 
 
 def test_a_bar_shows_its_stage_as_text(monkeypatch):
-    from rich.progress import Progress
-
-    from carom.cli.screen import columns
-
     file = io.StringIO()
     with Progress(*columns(), console=tables.Screen(file=file, width=120, force_terminal=True)) as bar:
         bar.add_task("[/b] of", total=1)

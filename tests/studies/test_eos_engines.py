@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import multiprocessing
 import os
 import random
 import signal
@@ -43,12 +44,11 @@ def serial():
     return carom.equation_of_state(ETAS, executor="serial", **SMALL)
 
 
-@pytest.mark.parametrize("workers", [1, 2])
-def test_processes_give_the_same_bits(serial, workers):
-    study = carom.equation_of_state(ETAS, executor="processes", cores=workers, **SMALL)
+def test_processes_give_the_same_bits(serial):
+    study = carom.equation_of_state(ETAS, executor="processes", cores=2, **SMALL)
     assert bits(study) == bits(serial)
-    assert study.engine.startswith(str(workers))
-    assert len({record["provenance"]["process"] for record in study.records} - {os.getpid()}) <= workers
+    assert study.engine.startswith("2")
+    assert 1 <= len({record["provenance"]["process"] for record in study.records} - {os.getpid()}) <= 2
 
 
 def test_threads_give_the_same_bits(serial):
@@ -63,8 +63,6 @@ def test_executors_of_the_caller_stay_open(serial):
 
 
 def test_a_process_pool_of_the_caller_that_breaks_leaves_a_study_to_be_finished(serial, tmp_path):
-    import multiprocessing
-
     with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
         with pytest.raises(Exception, match="abruptly"):
             pool.submit(os._exit, 1).result()
@@ -74,6 +72,7 @@ def test_a_process_pool_of_the_caller_that_breaks_leaves_a_study_to_be_finished(
     assert bits(study) == bits(serial)
 
 
+@pytest.mark.ci
 def test_scripts_need_no_main_guard(tmp_path):
     """Ten lines without `if __name__ == "__main__"` run in processes, on every system's way to start them."""
     script = tmp_path / "ten_lines.py"
@@ -170,15 +169,15 @@ def test_the_overhead_of_a_task_is_small(tmp_path):
 # Kills and stops of the whole.
 
 
-@pytest.mark.slow
+@pytest.mark.ci
 @pytest.mark.needs("Unix")
 def test_killing_workers_and_the_study_at_random_leaves_a_study_that_finishes_with_the_same_bits(tmp_path):
     kill_at_random(tmp_path, rounds=2, seed=1)
 
 
-@pytest.mark.needs("Unix")
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", range(2, 7))
+@pytest.mark.needs("Unix")
+@pytest.mark.parametrize("seed", [2, 3])
 def test_killing_more_often(tmp_path, seed):
     kill_at_random(tmp_path, rounds=8, seed=seed)
 
@@ -226,8 +225,9 @@ def kill_at_random(folder, rounds, seed):
     assert stored(out) == expected
 
 
+@pytest.mark.ci
 @pytest.mark.needs("Unix")
-@pytest.mark.parametrize("engine", ["processes", pytest.param("threads", marks=pytest.mark.slow), "serial"])
+@pytest.mark.parametrize("engine", ["processes", "threads"])
 def test_ctrl_c_leaves_a_study_that_can_be_finished(tmp_path, engine):
     process = subprocess.Popen(
         [*CAROM, "eos", *LONG, "--engine", engine, "--cores", "2", "--out", tmp_path],
@@ -318,7 +318,7 @@ def test_a_scheduler_that_is_not_there_is_told(monkeypatch):
 
 @pytest.mark.needs("MPI")
 def test_mpi_gives_the_same_bits(tmp_path):
-    short = ["--eta", "0.1,0.3", "--n", "108", "--collisions-per-particle", "200", "--no-pictures"]
+    short = ["--eta", "0.1,0.3", "--n", "108", "--collisions-per-particle", "50", "--no-pictures"]
     launcher = [mpiexec(), "-n", "3"]
     version = subprocess.run([mpiexec(), "--version"], capture_output=True, text=True, check=False)
     if "Open MPI" in version.stdout or "open-mpi" in version.stdout:

@@ -6,7 +6,9 @@ import itertools
 import json
 import math
 import re
+import subprocess
 import sys
+from html.parser import HTMLParser
 from types import SimpleNamespace
 from typing import ClassVar
 
@@ -15,6 +17,7 @@ import pytest
 from helpers.drawn import outside, strange_bars
 from helpers.marks import slow
 from helpers.needs import chromium
+from scipy.special import sph_harm_y
 from scipy.stats import linregress, norm
 
 import carom
@@ -34,6 +37,7 @@ from carom.studies.eos.measure import Planned, measure
 from carom.studies.eos.order import OrderParameter, psi_6, q_6
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
+from carom.studies.lock import owned
 from carom.studies.start import start as start_of
 from carom.studies.study import Failure, perform
 
@@ -269,8 +273,6 @@ def test_folders_that_hold_no_study_are_refused(tmp_path):
 
 
 def test_only_one_study_at_a_time_runs_in_a_folder(tmp_path):
-    from carom.studies.lock import owned
-
     carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
     with owned(tmp_path), pytest.raises(FileError, match="Another process"):
         carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
@@ -703,6 +705,7 @@ def test_engines_that_do_not_exist_are_refused():
     ],
     ids=lambda value: value if isinstance(value, float) else value.dimension,
 )
+@pytest.mark.usefixtures("unscheduled")
 def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene, perfect):
     order = OrderParameter(scene.dimension)
     order.add(carom.Simulation(scene, seed=0).frame())
@@ -731,6 +734,7 @@ def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
     assert psi_6(frame) == own
 
 
+@pytest.mark.usefixtures("unscheduled")
 def test_no_order_parameter_is_measured_in_other_dimensions():
     nothing = OrderParameter(4)
     nothing.add(carom.Simulation(carom.Scene.random(8, 0.05, 4, seed=0), seed=0).frame())
@@ -738,9 +742,8 @@ def test_no_order_parameter_is_measured_in_other_dimensions():
 
 
 @pytest.mark.parametrize("periodic", [(True, True, True), (True, False, True)])
+@pytest.mark.usefixtures("unscheduled")
 def test_q_6_is_the_sum_over_spherical_harmonics_of_all_bonds(periodic):
-    from scipy.special import sph_harm_y
-
     frame = carom.Simulation(
         carom.Scene.random(200, 0.4, walls=axes_without(periodic), seed=0), seed=0
     ).frame()
@@ -758,7 +761,6 @@ def test_q_6_is_the_sum_over_spherical_harmonics_of_all_bonds(periodic):
 
 def balanced(page):
     """Whether every element of a page that is opened is closed, in order."""
-    from html.parser import HTMLParser
 
     class Nesting(HTMLParser):
         stack: ClassVar[list[str]] = []
@@ -835,8 +837,6 @@ def test_pictures_and_the_report_show_every_kind_of_point(tmp_path):
 
 @pytest.mark.needs("Chromium")
 def test_a_report_opens_in_a_browser_without_a_network(tmp_path):
-    import subprocess
-
     study = carom.equation_of_state([0.1, 0.2, 0.3], replicas=1, **SMALL)
     study.report(tmp_path / "report.html")
     picture = tmp_path / "page.png"
@@ -902,8 +902,7 @@ WELL = {"type": "square-well", "range": 1.5, "depth": 1.0}
 
 
 @pytest.mark.parametrize(
-    "scene",
-    [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"impact": 0.9}, {"interaction": WELL}, {"pinned": 10}],
+    "scene", [{"contact": [[1.0, 1.2], [1.2, 0.5]]}, {"impact": 0.9}, {"interaction": WELL}, {"pinned": 10}]
 )
 def test_what_has_no_theory_is_compared_with_none(scene):
     """That of additive mixtures was 20 errors off for one that is not additive."""

@@ -59,7 +59,7 @@ def test_two_processes_do_nearly_twice_the_work_of_one():
     rates = []
     for workers in (1, 2):
         study = carom.equation_of_state(
-            [0.45], n=4000, replicas=2 * workers, collisions_per_particle=20_000, cores=workers
+            [0.45], n=4000, replicas=2 * workers, collisions_per_particle=10_000, cores=workers
         )
         # Without the second or two in which the workers start.
         began = min(record["provenance"]["began"] for record in study.records)

@@ -21,7 +21,9 @@ def example():
 def test_free_spheres_scatter_as_a_gas(example):
     """F_s = exp(-k^2 t^2 kT / 2m), of velocities about the centre of mass."""
     n = 30
-    sim = carom.Simulation(carom.Scene.random(n, 1e-9, diameter=1.0), seed=1)
+    sim = carom.Simulation(
+        carom.Scene.random(n, 1e-9, diameter=1.0), seed=1, tuning=carom.Tuning(neighbors="lists")
+    )
     k = 2.0 * np.pi / sim.scene.box[0] * round(sim.scene.box[0])
     times, curves = example.scattering(sim, 0.6, origins=2)
     gas = np.exp(-0.5 * (k * times) ** 2 * (1.0 - 1.0 / n))

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.naive.stepping import SteppedSystem
 
 import carom
@@ -26,7 +27,8 @@ def start(n, dimension, packing_fraction, seed=1):
 
 
 @pytest.mark.parametrize(
-    ("n", "dimension", "packing_fraction"), [(20, 1, 0.4), (100, 2, 0.4), (150, 3, 0.2), (120, 4, 0.05)]
+    ("n", "dimension", "packing_fraction"),
+    [slow(20, 1, 0.4), (100, 2, 0.4), (150, 3, 0.2), slow(120, 4, 0.05)],
 )
 @pytest.mark.parametrize("reach", [1.2, 1.7])
 def test_every_pair_in_reach_is_listed_once(n, dimension, packing_fraction, reach):
@@ -54,12 +56,7 @@ def test_stepping_in_the_smallest_box_misses_no_pair():
 
 @pytest.mark.parametrize(
     ("n", "dimension", "packing_fraction"),
-    [
-        pytest.param(12, 1, 0.7, marks=pytest.mark.slow),
-        (64, 2, 0.4),
-        (64, 3, 0.25),
-        pytest.param(40, 4, 0.05, marks=pytest.mark.slow),
-    ],
+    [slow(12, 1, 0.7), slow(64, 2, 0.4), (64, 3, 0.25), slow(40, 4, 0.05)],
 )
 def test_compiled_stepping_makes_the_collisions_of_the_one_that_is_written_to_be_read(
     n, dimension, packing_fraction

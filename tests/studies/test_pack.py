@@ -7,7 +7,7 @@ import signal
 
 import numpy as np
 import pytest
-from helpers.commands import carom as command
+from helpers.commands import carom as command, refused
 from helpers.marks import slow
 
 import carom
@@ -56,8 +56,7 @@ def test_rods_follow_tonks_and_jam_where_they_fill_the_line():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("dimension", "fraction", "contacts"),
-    [(2, math.pi / 4, 4), slow(3, math.pi * math.sqrt(3) / 8, 8)],
+    ("dimension", "fraction", "contacts"), [(2, math.pi / 4, 4), slow(3, math.pi * math.sqrt(3) / 8, 8)]
 )
 def test_two_spheres_jam_at_the_centre_of_each_others_images(dimension, fraction, contacts):
     start = carom.Scene([np.zeros(dimension), np.full(dimension, 0.3)], (1.0,) * dimension, diameter=0.01)
@@ -200,9 +199,7 @@ def test_the_command_writes_a_folder_that_other_programs_read(tmp_path):
     assert rows[0] == "collisions,packing_fraction,Z,rate"
     assert len(rows) == 1 + len(again.history)
     assert float(rows[-1].split(",")[2]) == again.Z
-    refused = command("pack", "--n", 50, "--out", "disks", cwd=tmp_path)
-    assert refused.returncode == 2
-    assert "--overwrite" in refused.stderr
+    assert "--overwrite" in refused("pack", "--n", 50, "--out", "disks", cwd=tmp_path)
     resumed = command("resume", "disks", cwd=tmp_path)
     assert resumed.returncode == 0
     assert "Z = PV/NkT" in resumed.stdout
@@ -272,26 +269,22 @@ def judged(start, **how):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [1, 2])
-def test_equal_spheres_jam_at_random_close_packing_when_fast(seed):
+def test_equal_spheres_jam_at_random_close_packing_when_fast():
     # MRJ, 0.637 to 0.64, and what fast compressions find around it.
-    packing = judged(points(1000, 3, seed=seed), rate=0.02, until_Z=1e12, seed=seed)
+    packing = judged(points(1000, 3, seed=1), rate=0.02, until_Z=1e12, seed=1)
     assert 0.635 <= packing.packing_fraction <= 0.645
 
 
 @pytest.mark.slow
 def test_the_backbone_of_spheres_is_isostatic_and_a_few_rattle():
-    rattling = []
-    for seed in (1, 2):  # a quarter of an hour
-        packing = judged(points(500, 3, seed=seed), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=seed)
-        network = packing.network
-        rattling.append(network.rattler_fraction)
-        assert 0.635 <= packing.packing_fraction <= 0.648
-        # A few of some 1450 contacts have not closed.
-        assert abs(network.contacts - network.isostatic) <= 5
-        assert network.void[1] > 10 * network.void[0]
+    packing = judged(points(500, 3, seed=1), stages=[(0.02, 1e3), (3e-4, 1e12)], seed=1)  # some minutes
+    network = packing.network
+    assert 0.635 <= packing.packing_fraction <= 0.648
+    # A few of some 1450 contacts have not closed.
+    assert abs(network.contacts - network.isostatic) <= 5
+    assert network.void[1] > 10 * network.void[0]
     # 1.5 to 3.5 % of many spheres. Of 500 it scatters by 0.9 % from packing to packing (ten seeds).
-    assert 0.0 < np.mean(rattling) <= 0.035 + 3 * 0.009 / math.sqrt(2)
+    assert 0.0 < network.rattler_fraction <= 0.035 + 3 * 0.009
 
 
 @pytest.mark.slow

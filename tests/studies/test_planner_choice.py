@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from carom import Scene, Species, theory
-from carom.studies.planner import measures
+from carom.studies.coefficients.analysis import Coefficient
+from carom.studies.planner import diffusion, measures
 from carom.studies.planner.choice import PART, Costs, Design, design, slowed, within
+from carom.studies.planner.diffusion import DiffusionMethod, DiffusionPilot
 from carom.studies.planner.pilot import Pilot
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import OF_CRYSTAL, residual
@@ -95,8 +97,6 @@ def test_a_weight_that_is_fitted_to_few_blocks_costs_a_degree_of_freedom():
 
 
 def test_what_is_planned_of_diffusion_has_the_units_of_the_scene():
-    from carom.studies.planner.diffusion import DiffusionMethod
-
     plain, scaled = (
         DiffusionMethod(System(0.3, scene=scene)) for scene in ({}, {"diameter": 2.0, "mass": 4.0, "kT": 9.0})
     )
@@ -158,8 +158,6 @@ def test_a_mixture_has_the_mean_mass_and_the_density_of_its_species():
 
 def test_diffusion_costs_more_in_a_larger_box_whose_slope_is_taken_later():
     """The window begins at four decay times of the longest wave, which grow with the square of the edge."""
-    from carom.studies.planner.diffusion import DiffusionMethod, DiffusionPilot
-
     method = DiffusionMethod(System(0.3))
     pilot = DiffusionPilot(
         n=1000, value=0.2, variances={"displacement": 3.0, "velocity": 2.0}, viscosity=0.7, of_viscosity=0.0,
@@ -186,9 +184,6 @@ def test_diffusion_costs_more_in_a_larger_box_whose_slope_is_taken_later():
 
 def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(monkeypatch):
     """D of N spheres at rest together is smaller by 1 / N, which is exact and leaves no bias."""
-    from carom.studies.coefficients.analysis import Coefficient
-    from carom.studies.planner import diffusion
-
     n, density, one = 64, 0.5, Coefficient(0.3, 0.01, 100.0, 1.0, 100)
     point = SimpleNamespace(
         n=n,

@@ -9,7 +9,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from helpers.commands import carom as command, complaints
 from helpers.naive.stepping import SteppedSystem
 from rich.console import Console
 
@@ -349,15 +348,6 @@ def test_a_crystal_without_room_for_the_small_scene_is_refused_before_anything_r
         TradeSpec(scene={"lattice": "fcc", "packing_fraction": 0.73})
     with pytest.raises(InputError, match="nothing to compare"):
         TradeSpec(scene={"lattice": "cubic", "cells": 1, "packing_fraction": 0.1})
-
-
-def test_a_lonely_sphere_is_refused_in_one_sentence(tmp_path):
-    scene = tmp_path / "scene.toml"
-    scene.write_text("[scene]\nn = 1\n")
-    done = command("trade", scene, "--out", tmp_path / "out")
-    assert done.returncode == 2
-    (said,) = complaints(done).strip().splitlines()
-    assert "nothing to compare" in said
 
 
 @pytest.mark.parametrize(("dimension", "density"), LYAPUNOV)

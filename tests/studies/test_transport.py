@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import time
 from types import SimpleNamespace
 from unittest import mock
 
@@ -17,6 +18,7 @@ from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate, combined
 from carom.studies.coefficients import pictures, windows
 from carom.studies.coefficients.analysis import Coefficient, Point, jackknife, line
+from carom.studies.coefficients.points import coefficients_of
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.coefficients.study import Transport
 
@@ -531,7 +533,6 @@ def test_error_bars_of_200_short_runs_cover():
     settings = {"n": 32, "collisions_per_particle": 3000, "equilibration": 100}
     many = carom.transport(0.2, replicas=200, **settings)
     records = many.records
-    from carom.studies.coefficients.points import coefficients_of
 
     def numbers(r):
         return [r.shear_viscosity, r.thermal_conductivity, r.bulk_viscosity, r.self_diffusion[0]]
@@ -564,8 +565,6 @@ def test_different_masses_conduct_by_enskog_with_and_without_labels():
 
 
 def test_a_study_without_a_terminal_says_how_far_it_is(capsys, monkeypatch):
-    import time
-
     from carom.cli import heartbeat, study
 
     monkeypatch.setattr(heartbeat, "EVERY", 0.01)
