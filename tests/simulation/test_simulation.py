@@ -17,7 +17,7 @@ SCENES = {
     "disks": lambda: carom.Scene.random(60, 0.5, 2, seed=2),
     "spheres": lambda: carom.Scene.crystal(cells=3, packing_fraction=0.45),
     "few spheres": lambda: carom.Scene.random(5, 0.2, seed=3),
-    "dilute": lambda: carom.Scene.random(30, 0.02, seed=4),
+    "dilute": lambda: carom.Scene.random(12, 0.05, 2, seed=4),
     "d = 4": lambda: carom.Scene.random(12, 0.1, 4, seed=5),
 }
 
@@ -38,7 +38,7 @@ def count(request, scene):
     if request.node.callspec.params["scene"] not in OWN_KINDS or is_slow:
         return 400
     request.getfixturevalue("plain")
-    return 40
+    return 20
 
 
 def bits(sim):
