@@ -35,7 +35,7 @@ shake = { amplitude = 0.2, period = 2.0 }
 
 [run]
 equilibration = 2
-collisions_per_particle = 4
+time = 20.0
 frames = 1
 write = []
 pictures = false

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from helpers.checkpoints import SCENES, saved
+from helpers.plain import uncompiled
 
 import carom
 from carom.engine.domains.logical_process import refill_queue
@@ -21,7 +22,8 @@ TESTS = Path(__file__).parents[1]
 def states(tmp_path_factory):
     """The content of a checkpoint of disks in sectors, and of one in lists."""
     folder = tmp_path_factory.mktemp("states")
-    return {name: saved(name, folder / "state.h5") for name in ("disks", "disks in lists")}
+    with uncompiled():
+        return {name: saved(name, folder / "state.h5") for name in ("disks", "disks in lists")}
 
 
 def put(index, value):
@@ -217,7 +219,7 @@ def test_any_number_in_the_place_of_another_ends_no_interpreter(name):
     tried(name, 61)  # of each scene about the sixtieth part; `python -m helpers.checkpoints NAME` tries all
 
 
-def test_a_calendar_whose_window_begins_anywhere_is_sound(tmp_path):
+def test_a_calendar_whose_window_begins_anywhere_is_sound(plain, tmp_path):
     # As after a window of several workers, or where lines ran out. Its end is rounded, and may then be a hair
     # further from the beginning than its buckets are wide.
     scene, settings = SCENES["disks"]()

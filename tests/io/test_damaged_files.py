@@ -25,10 +25,10 @@ from carom.io.validation import flaw
 from carom.observables import RDF
 from carom.simulation.replay import Replay
 
-FLIPS = 100
+FLIPS = 50
 GROUP = "particles/trajectory"
 EXAMPLES = settings(
-    max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+    max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )
 
 
@@ -520,7 +520,7 @@ def test_any_damage_is_a_sentence_of_the_reader_of_export_and_of_rdf(tmp_path, s
         warnings.simplefilter("ignore", CaromWarning)
         for use in (
             lambda: carom.io.convert(path, target, overwrite=True),
-            lambda: RDF().over(list(carom.io.open(path))),
+            lambda: RDF().over(carom.io.read(path, ":")),
             lambda: carom.io.open(path, "a").close(),
         ):
             with contextlib.suppress(CaromError):

@@ -16,9 +16,7 @@ from carom.errors import CaromWarning, InputError
 
 
 def exported(tmp_path, name, frames):
-    with carom.io.open(tmp_path / "a.h5md", "w") as writer:
-        for frame in frames:
-            writer.write(frame)
+    write(tmp_path / "a.h5md", frames)
     count = carom.io.convert(tmp_path / "a.h5md", tmp_path / name)
     return tmp_path / name, count
 
@@ -146,9 +144,7 @@ def test_mdanalysis_and_ase_read_a_lammps_dump_and_gsd_its_own_file(tmp_path):
     universe = MDAnalysis.Universe(str(path), format="LAMMPSDUMP", lammps_coordinate_convention="unscaled",
                                    additional_columns=["radius"])  # fmt: skip
     atoms = ase.io.read(path, index=":", format="lammps-dump-text")
-    with carom.io.open(tmp_path / "a.gsd", "w") as writer:
-        for frame in frames:
-            writer.write(frame)
+    write(tmp_path / "a.gsd", frames)
     with gsd.open(str(tmp_path / "a.gsd"), "r") as stored:
         for frame, ts, each, one in zip(frames, universe.trajectory, atoms, stored, strict=True):
             np.testing.assert_allclose(ts.positions, frame.positions, atol=2e-6)

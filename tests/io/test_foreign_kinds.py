@@ -11,6 +11,7 @@ import h5py
 import MDAnalysis as mda
 import numpy as np
 import pytest
+from helpers.frames import write
 from typer.testing import CliRunner
 
 import carom
@@ -444,8 +445,7 @@ def test_a_name_that_is_no_text_is_one_sentence_of_dcd(tmp_path):
     folder = tmp_path / "\udcff"
     folder.mkdir()
     frame = carom.Frame(0.0, 0, np.ones((2, 3)), np.zeros((2, 3)), (6.0,) * 3, np.ones(2), np.ones(2))
-    with carom.io.open(tmp_path / "a.h5md", "w") as writer:
-        writer.write(frame)
+    write(tmp_path / "a.h5md", [frame])
     with pytest.raises(UnicodeEncodeError):
         carom.io.convert(tmp_path / "a.h5md", folder / "a.dcd")
     done = CliRunner().invoke(app, ["export", str(tmp_path / "a.h5md"), str(folder / "a.dcd")])

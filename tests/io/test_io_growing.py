@@ -9,24 +9,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers import forked
 from helpers.events import INITIAL, assert_events, cut, make_events
 from helpers.frames import SUFFIXES, assert_same, make_frames, write
 
 import carom
 from carom.errors import FileError
-from carom.io import claims, hdf5
+from carom.io import checkpoint, claims, hdf5
 from carom.io.claims import Claim, steady, under_way
 from carom.io.events import EventLog, read_events, read_initial
 from carom.paths import replacing
 
 COUNT, FEW = 4000, 20
-
-_WRITER = """
-import sys
-sys.path[:0] = {tests!r}
-from test_io_growing import written
-written({path!r})
-"""
 
 
 def frames_of_a_run():
@@ -55,20 +49,20 @@ class Growing:
 
     def __init__(self, path: Path):
         self.path = path
-        script = _WRITER.format(
-            tests=[str(Path(__file__).parents[1]), os.path.dirname(__file__)], path=str(path)
-        )
-        self.process = subprocess.Popen([sys.executable, "-c", script])
+        self.process = forked.begun(written, str(path))
 
     def __enter__(self):
         while not self.path.exists() or self.path.stat().st_size < 200_000:
-            assert self.process.poll() is None
+            assert not self.is_over()
             time.sleep(0.02)
         return self
 
     def __exit__(self, *_):
-        self.process.send_signal(signal.SIGKILL)
-        self.process.wait()
+        os.kill(self.process, signal.SIGKILL)
+        os.waitpid(self.process, 0)
+
+    def is_over(self):
+        return os.waitid(os.P_PID, self.process, os.WEXITED | os.WNOHANG | os.WNOWAIT) is not None
 
 
 @pytest.mark.needs("Linux")
@@ -82,7 +76,7 @@ def test_a_trajectory_that_grows_is_read_as_far_as_it_is_whole(tmp_path, suffix)
                 assert frame.step == len(reader) - 1
                 assert reader[0].step == 0
                 seen.append(len(reader))
-            assert growing.process.poll() is None, "it was over before it was read"
+            assert not growing.is_over(), "it was over before it was read"
     assert seen == sorted(seen)
     assert seen[0] > 0
     # What is whole is what was written.
@@ -100,7 +94,7 @@ def test_an_event_log_that_grows_is_read_as_far_as_it_is_whole(tmp_path):
             assert len(found.i) > 0
             assert_events(cut(right, 0, len(found.i)), found)
             np.testing.assert_array_equal(read_initial(growing.path)["box"], INITIAL["box"])
-        assert growing.process.poll() is None, "it was over before it was read"
+        assert not growing.is_over(), "it was over before it was read"
 
 
 @pytest.mark.needs("Linux")
@@ -259,68 +253,53 @@ def test_a_write_that_failed_before_is_named_with_its_cause(tmp_path, monkeypatc
     assert len(read_events(tmp_path / "e.h5").i) == 10
 
 
-_FULL = """
-import resource, sys
-import carom
-from carom.io import checkpoint
+def write_to_a_full_disk(folder, limit):
+    """Write all that can be written, where files end at a limit."""
+    import resource
 
-scene = carom.Scene.random(2000, 0.1, 2, seed=1)
-sim = carom.Simulation(scene, seed=1)
-frame = sim.frame()
-log = carom.Simulation(scene, seed=1, event_log="events.h5")
-log.run(collisions=10)  # compiled code is kept in files, too
-sim.save("old.h5")
-old = open("old.h5", "rb").read()
-limit = int(sys.argv[1])
-resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+    os.chdir(folder)
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    scene = carom.Scene.random(2000, 0.1, 2, seed=1)
+    sim = carom.Simulation(scene, seed=1)
+    frame = sim.frame()
+    log = carom.Simulation(scene, seed=1, event_log="events.h5")
+    log.run(collisions=10)  # compiled code is kept in files, too
+    sim.save("old.h5")
+    old = Path("old.h5").read_bytes()
+    resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
+    def trajectory(name):
+        write(name, [frame])
 
-def trajectory(name):
-    with carom.io.open(name, "w") as writer:
-        writer.write(frame)
+    def logging():
+        log.run(collisions=20000)
+        log.close()
 
+    def packed():
+        checkpoint.LARGE = 0.0
+        sim.save("packed.h5")
 
-def logging():
-    log.run(collisions=20000)
-    log.close()
-
-
-def packed():
-    checkpoint.LARGE = 0.0
-    sim.save("packed.h5")
-
-
-tries = {
-    "checkpoint": lambda: sim.save("new.h5"),
-    "in the place of the old one": lambda: sim.save("old.h5"),
-    "packed": packed,
-    "h5md": lambda: trajectory("a.h5md"),
-    "extxyz": lambda: trajectory("a.extxyz"),
-    "gsd": lambda: trajectory("a.gsd"),
-    "events": logging,
-}
-for name, attempt in tries.items():
-    try:
-        attempt()
-    except carom.FileError as error:
-        assert "File too large" in str(error) or name == "gsd", (name, str(error))
-        print(name, "refused")
-    else:
-        print(name, "written")
-assert open("old.h5", "rb").read() == old
-assert sorted(path for path in __import__("os").listdir() if path.startswith(".")) == []
-"""
+    tries = (
+        lambda: sim.save("new.h5"),
+        lambda: sim.save("old.h5"),
+        packed,
+        lambda: trajectory("a.h5md"),
+        lambda: trajectory("a.extxyz"),
+        logging,
+    )
+    for attempt in tries:
+        with pytest.raises(FileError, match="File too large"):
+            attempt()
+    with pytest.raises(FileError):
+        trajectory("a.gsd")
+    assert Path("old.h5").read_bytes() == old
+    assert not [path for path in os.listdir() if path.startswith(".")]
 
 
 @pytest.mark.needs("Linux")
 @pytest.mark.parametrize("limit", [600, 5000, 30_000])
 def test_a_full_disk_is_a_sentence_wherever_it_fills_up(tmp_path, limit):
-    done = subprocess.run(
-        [sys.executable, "-c", _FULL, str(limit)], cwd=tmp_path, capture_output=True, text=True, timeout=300,
-        check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, (done.returncode, done.stderr[-2000:])
-    assert done.stdout.count("refused") == 7, done.stdout
+    assert forked.status(write_to_a_full_disk, tmp_path, limit) == 0
 
 
 # ------------------------------------------------------------------------------------------------ logs
@@ -360,28 +339,36 @@ def test_looking_at_a_checkpoint_leaves_the_log_of_its_run_alone(tmp_path):
 
 
 _LOOKS = """
-import os, sys
+import os
 import carom
-sim = carom.Simulation.load("state.h5")
-os.chdir("/")
-try:
-    sim.run(collisions=50)
-    sim.close()
-except carom.FileError as error:
-    print(error)
+from helpers.plain import uncompiled
+with uncompiled():
+    sim = carom.Simulation.load("state.h5")
+    os.chdir("/")
+    try:
+        sim.run(collisions=50)
+        sim.close()
+    except carom.FileError as error:
+        print(error)
 """
 
 
+def looked(folder):
+    """Go on elsewhere from the checkpoint of a run with a log; return what this says."""
+    paths = os.pathsep.join([str(Path(__file__).parents[1]), os.environ.get("PYTHONPATH", "")])
+    words, there = [sys.executable, "-c", _LOOKS], {**os.environ, "PYTHONPATH": paths}
+    done = subprocess.run(words, cwd=folder, env=there, text=True, check=True, capture_output=True)
+    return done.stdout
+
+
 @pytest.mark.needs("Linux")
-def test_a_log_is_not_cut_while_its_run_goes_on_elsewhere(tmp_path):
+def test_a_log_is_not_cut_while_its_run_goes_on_elsewhere(plain, tmp_path):
     sim = logged_run(tmp_path)
     before = (tmp_path / "events.h5").read_bytes()
-    look = {"args": [sys.executable, "-c", _LOOKS], "cwd": tmp_path, "text": True, "check": True}
-    done = subprocess.run(**look, capture_output=True)
-    assert "is being written by another process" in done.stdout
+    assert "is being written by another process" in looked(tmp_path)
     assert (tmp_path / "events.h5").read_bytes() == before
     sim.close()
-    assert subprocess.run(**look, capture_output=True).stdout == ""
+    assert looked(tmp_path) == ""
     assert len(read_events(tmp_path / "events.h5").i) == 250
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from itertools import product
 
 import ase.io
@@ -10,7 +11,7 @@ import h5py
 import MDAnalysis
 import numpy as np
 import pytest
-from helpers.frames import frames_of
+from helpers.frames import frames_of, write
 
 import carom
 import carom.io
@@ -32,17 +33,9 @@ def assert_equal(a: Frame, b: Frame, float32: bool = False) -> None:
 
 
 def written(path, frames):
-    if path.suffix == ".gsd" and not all(frames[0].periodic):
-        with pytest.warns(CaromWarning, match="GSD knows no walls"):
-            return _written(path, frames)
-    return _written(path, frames)
-
-
-def _written(path, frames):
-    with carom.io.open(path, "w") as writer:
-        for frame in frames:
-            writer.write(frame)
-    return path
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", ".*GSD knows no walls", CaromWarning)
+        return write(path, frames)
 
 
 @pytest.mark.parametrize(
@@ -137,25 +130,10 @@ def test_mdanalysis_selects_a_species_by_name(kind, tmp_path):
         assert alone.select_atoms("name small").n_atoms == 4
 
 
-def test_a_run_between_walls_is_written_and_started_again_from(tmp_path):
-    scene = Scene.random(
-        species=[Species("a", count=4), Species("b", count=8, diameter=0.5)],
-        box=(6.0, 5.0),
-        walls="y",
-        seed=0,
-    )
-    frame = Frame(
-        0.0,
-        0,
-        scene.positions,
-        np.random.default_rng(1).normal(size=(12, 2)),
-        scene.box,
-        scene.diameters,
-        scene.masses,
-        species=scene.species,
-        species_names=scene.species_names,
-        periodic=scene.periodic,
-    )
+def test_a_run_between_walls_is_written_and_started_again_from(unscheduled, tmp_path):
+    species = [Species("a", count=4), Species("b", count=8, diameter=0.5)]
+    scene = Scene.random(species=species, box=(6.0, 5.0), walls="y", seed=0)
+    frame = carom.Simulation(scene).frame()
     for suffix in (".h5md", ".extxyz"):
         again = Scene.from_frame(carom.io.read(written(tmp_path / f"a{suffix}", [frame])))
         np.testing.assert_array_equal(again.positions, scene.positions)

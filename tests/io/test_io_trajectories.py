@@ -4,14 +4,13 @@ import dataclasses
 import itertools
 import os
 import signal
-import subprocess
 import sys
 import time
-from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+from helpers import forked
 from helpers.frames import SUFFIXES, assert_same, endless, float32_spacing, make_frames, write
 from hypothesis import HealthCheck, given, settings, strategies as st
 
@@ -300,16 +299,6 @@ def test_frames_must_belong_to_the_scene(tmp_path):
         writer.write(make_frames(3)[0])
 
 
-def test_h5md_refuses_masses_that_change(tmp_path):
-    a, b = make_frames(3)[:2]
-    with carom.io.open(tmp_path / "a.h5md", "w") as writer:
-        writer.write(a)
-        with pytest.raises(InputError, match=r"masses differ.*\.extxyz"):
-            writer.write(dataclasses.replace(b, masses=2 * b.masses))
-        writer.write(b)
-    assert len(carom.io.read(tmp_path / "a.h5md", ":")) == 2
-
-
 # ------------------------------------------------------------------------------------------------ bad files
 
 
@@ -405,7 +394,7 @@ def test_rebuild_makes_the_h5md_anew_from_a_torn_extxyz(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_random_bytes_are_file_errors_only(tmp_path, suffix, data):
     head = {".h5md": b"\x89HDF\r\n\x1a\n", ".gsd": b"\xdb\x1d\x2a\x5f\x2e\xb0\x0f\xef", ".extxyz": b"3\n"}[
@@ -423,7 +412,7 @@ _WORDS = st.sampled_from(
 )
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(at=st.integers(0, 10**6), word=_WORDS)
 def test_a_changed_word_of_extxyz_is_refused_or_read_as_written(tmp_path, at, word):
     path = write(tmp_path / "a.extxyz", make_frames(2, count=1, n=3))
@@ -449,34 +438,21 @@ def test_a_full_disk_is_a_file_error(tmp_path):
         writer.write(make_frames(3)[0])
 
 
-_FILL = """
-import resource, signal, sys
-sys.path.insert(0, {tests!r})
-from helpers.frames import make_frames
-import carom.io
-from carom.errors import FileError
-signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
-frames = make_frames(3, count=50, n=200)
-try:
-    with carom.io.open({path!r}, "w") as writer:
-        for frame in frames:
-            writer.write(frame)
-except FileError as error:
-    assert "cannot be written" in str(error) and "\\n" not in str(error), error
-    sys.exit(7)
-"""
+def fill(path):
+    """Write to a disk that has no room for all."""
+    import resource
+
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))
+    with pytest.raises(FileError, match=r"^[^\n]*cannot be written[^\n]*$"):
+        write(path, make_frames(3, count=50, n=200))
 
 
 @pytest.mark.needs("Linux")
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_a_file_that_cannot_grow_is_a_file_error(tmp_path, suffix):
     path = tmp_path / f"a{suffix}"
-    script = _FILL.format(tests=str(Path(__file__).parents[1]), path=str(path))
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, timeout=60, check=False
-    )
-    assert done.returncode == 7, done.stderr
+    assert forked.status(fill, path) == 0
     if suffix != ".gsd":  # the frame that did not fit was taken back
         expected = make_frames(3, count=50, n=200)
         found = carom.io.read(path, ":")
@@ -488,34 +464,28 @@ def test_a_file_that_cannot_grow_is_a_file_error(tmp_path, suffix):
 # ------------------------------------------------------------------------------------------------ kill -9
 
 
-# What the child has reported is complete in both files.
-_WRITE_FOR_EVER = """
-import sys
-sys.path.insert(0, {tests!r})
-from helpers.frames import endless, make_frames
-import carom.io
-frames = endless(make_frames(3, count=10, n=300))
-text = carom.io.open({folder!r} + "/a.extxyz", "w")
-native = carom.io.open({folder!r} + "/a.h5md", "w")
-for k in range(10**9):
-    frame = next(frames)
-    text.write(frame)
-    native.write(frame)
-    print(k, flush=True)
-"""
+def write_for_ever(folder, reports):
+    """Write frames to two files, and report each that is complete in both."""
+    frames = endless(make_frames(3, count=10, n=300))
+    with carom.io.open(folder / "a.extxyz", "w") as text, carom.io.open(folder / "a.h5md", "w") as native:
+        for frame in frames:
+            text.write(frame)
+            native.write(frame)
+            os.write(reports, b".")
 
 
 @pytest.mark.needs("Unix")
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(3))
 def test_kill_9_leaves_files_that_open_and_continue(tmp_path, seed):
-    script = _WRITE_FOR_EVER.format(tests=str(Path(__file__).parents[1]), folder=str(tmp_path))
-    child = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, text=True)
-    assert child.stdout.readline() == "0\n"
+    told, reports = os.pipe()
+    child = forked.begun(write_for_ever, tmp_path, reports)
+    os.close(reports)
+    os.read(told, 1)
     time.sleep(np.random.default_rng(seed).uniform(0.0, 0.15))
-    child.send_signal(signal.SIGKILL)
-    reported = 1 + max((int(line) for line in child.stdout.read().split("\n")[:-1]), default=0)
-    child.stdout.close()
-    child.wait()
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    with open(told, "rb") as file:
+        reported = 1 + len(file.read())
 
     frames = list(itertools.islice(endless(make_frames(3, count=10, n=300)), reported + 1))
     with carom.io.open(tmp_path / "a.extxyz", "a") as text:

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers import frames
 
 import carom
 from carom import io
@@ -18,15 +19,13 @@ from carom.scene.overlaps import Room
 
 def frame_of(scene):
     """Return a scene at rest as a frame."""
-    still = np.zeros_like(scene.positions)
-    return Frame(0.0, 0, scene.positions, still, scene.box, scene.diameters, scene.masses)
+    return frames.frame_of(scene.positions, scene.box, scene.diameters)
 
 
 def gas(n, dimension, seed):
     """Return points at random, as a frame: an ideal gas."""
     rng = np.random.default_rng(seed)
-    places = rng.uniform(0.0, 10.0, (n, dimension))
-    return Frame(0.0, 0, places, 0.0 * places, (10.0,) * dimension, np.ones(n), np.ones(n))
+    return frames.frame_of(rng.uniform(0.0, 10.0, (n, dimension)), (10.0,) * dimension)
 
 
 def measured(frame, **settings):
@@ -111,7 +110,7 @@ def test_orders_are_those_of_freud(voronoi):
 )  # of the box; around an empty one, distant images are neighbours
 @pytest.mark.parametrize("periodic", [(True, True), (True, False), (True, True, True), (False, False, True)])
 def test_neighbours_share_a_face_of_their_cells(periodic, crowd):
-    d, n, box = len(periodic), 40, np.array((4.0, 7.0, 5.0)[: len(periodic)])
+    d, n, box = len(periodic), 20, np.array((4.0, 7.0, 5.0)[: len(periodic)])
     places = np.random.default_rng(d).uniform(0.0, crowd * box, (n, d))
     pairs, bonds = voronoi_bonds(Room(box, np.array(periodic)), places)
     # The cell that a random point of the box lies in is that of its nearest component: the two nearest
@@ -119,7 +118,7 @@ def test_neighbours_share_a_face_of_their_cells(periodic, crowd):
     ways = np.stack(np.meshgrid(*[range(-2, 3) if axis else (0,) for axis in periodic]), -1).reshape(-1, d)
     images = (places[:, None] + ways * box).reshape(-1, d)
     rng, seen = np.random.default_rng(5), set()
-    for _ in range(20_000 if crowd == 1.0 and d == 2 else 5000):
+    for _ in range(6000 if crowd == 1.0 and d == 2 else 2000):
         start, way = rng.uniform(0.0, box), rng.standard_normal(d)
         gaps = start - images
         # Walking along a way, the first component that is as near as the nearest one of the start.
@@ -134,7 +133,7 @@ def test_neighbours_share_a_face_of_their_cells(periodic, crowd):
             seen.add((i // len(ways), j // len(ways), *np.round(images[j] - images[i], 9)))
     found = {(int(i), int(j), *np.round(bond, 9)) for (i, j), bond in zip(pairs, bonds, strict=True)}
     assert seen <= found
-    assert len(seen) > (0.9 if d == 2 else 0.7) * crowd * len(found)  # small faces are rarely crossed
+    assert len(seen) > (0.9 if d == 2 else 0.6) * crowd * len(found)  # small faces are rarely crossed
     assert {(j, i, *(-x for x in bond)) for i, j, *bond in found} == found
 
 
@@ -143,9 +142,9 @@ def test_neighbours_share_a_face_of_their_cells(periodic, crowd):
 def test_neighbours_do_not_depend_on_the_first_layer_of_images(periodic, crowd, monkeypatch):
     d = len(periodic)
     room = Room(np.array((4.0, 7.0, 5.0)[:d]), np.array(periodic))
-    places = np.random.default_rng(d).uniform(0.0, crowd * room.box, (40, d))
+    places = np.random.default_rng(d).uniform(0.0, crowd * room.box, (24, d))
     found = []
-    for first in (0.5, 1.0, 1.5, 2.0, 2.5, 3.0, 20.0 if d == 2 else 6.0):
+    for first in (0.5, 1.0, 1.5, 2.5, 20.0 if d == 2 else 6.0):
         monkeypatch.setattr(tessellation, "FIRST", first)
         pairs, bonds = voronoi_bonds(room, places)
         found.append(sorted(zip(pairs.tolist(), np.round(bonds, 9).tolist(), strict=True)))

@@ -5,9 +5,10 @@ import math
 
 import numpy as np
 import pytest
+from helpers.frames import write
 
 import carom
-from carom import io, theory
+from carom import theory
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import Dynamics
@@ -93,9 +94,7 @@ def test_scattering_begins_with_the_structure_factor(frames, found):
 
 
 def test_a_trajectory_file_gives_the_same(frames, found, tmp_path):
-    with io.open(tmp_path / "t.h5md", "w") as writer:
-        for frame in frames:
-            writer.write(frame)
+    write(tmp_path / "t.h5md", frames)
     again = Dynamics().over(tmp_path / "t.h5md")
     assert (again.mean_square == found.mean_square).all()
 
@@ -138,7 +137,7 @@ def test_times_in_single_precision_are_equally_spaced_and_a_lost_frame_is_seen(f
 def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coupling():
     # J. J. Erpenbeck and W. W. Wood, Phys. Rev. A 32, 412 (1985): from 15 to 30 mean free times on, spheres
     # follow mode coupling with Enskog's coefficients, summed over the waves of the periodic box. Here the
-    # function is above it: by 0.42 +- 0.01 at 15, and 0.28 +- 0.02 from 25 to 36, in six runs half as long.
+    # function is above it: by 0.42 +- 0.01 at 15, and 0.28 +- 0.02 from 25 to 36, in six runs as long.
     # At 40 sound has crossed the box and adds to it.
     density = 0.5
     eta = density * math.pi / 6.0
@@ -147,7 +146,7 @@ def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coup
     diffusion = enskog.self_diffusion * theory.erpenbeck_wood(eta)
     sim = carom.Simulation(carom.Scene.crystal(cells=10, packing_fraction=eta), seed=1)
     sim.run(collisions_per_particle=100)
-    found = sim.measure(Dynamics(), time=3000.0, blocks=12000)
+    found = sim.measure(Dynamics(), time=1500.0, blocks=6000)
     octant = np.indices((15, 15, 15)).reshape(3, -1)
     squares = (2.0 * math.pi / sim.scene.box[0]) ** 2 * np.sum(octant**2, axis=0)
     weights = np.prod(np.where(octant > 0, 2, 1), axis=0) * (squares > 0.0)

@@ -30,9 +30,12 @@ FIVE = 5.0
 
 INF = math.inf
 
+FEW = pytest.mark.filterwarnings("ignore::carom.CaromWarning")
+"""Independent samples in runs as short as these."""
+
 
 def two_rods(depth, interaction):
-    """Return two rods on a ring, not in a well; the part of time in the well; and the mean kT."""
+    """Return two rods on a ring, not in a well; the part of time in the well; the mean kT; and a period."""
     speed = 1.5
     scene = carom.Scene(
         [[0.0], [2.5]], EDGE, velocities=[[0.5 * speed], [-0.5 * speed]], interaction=interaction
@@ -41,7 +44,8 @@ def two_rods(depth, interaction):
     inside = math.sqrt(speed**2 + 4.0 * depth)
     within, beyond = 1.5 / inside, (EDGE - 3.5) / speed
     share = within / (within + beyond)
-    return carom.Simulation(scene, seed=0), share, 0.5 * (share * inside**2 + (1.0 - share) * speed**2)
+    kT = 0.5 * (share * inside**2 + (1.0 - share) * speed**2)
+    return carom.Simulation(scene, seed=0), share, kT, within + beyond
 
 
 @pytest.mark.parametrize(
@@ -53,20 +57,19 @@ def two_rods(depth, interaction):
     ],
     ids=["well", "shoulder", "steps"],
 )
-def test_two_rods_spend_the_exact_time_in_their_well(depth, interaction):
-    sim, share, kT = two_rods(depth, interaction)
-    found = sim.measure(carom.Energy(), time=4000.0, blocks=64)
-    # What is left of a period at the end is a part of 1e-3 of the time.
-    assert found.U.mean == pytest.approx(-0.5 * depth * share, rel=2e-3)
+@FEW
+def test_two_rods_spend_the_exact_time_in_their_well(plain, depth, interaction):
+    sim, share, kT, period = two_rods(depth, interaction)
+    found = sim.measure(carom.Energy(), time=32 * period, blocks=32)
+    assert found.U.mean == pytest.approx(-0.5 * depth * share, rel=1e-9)
     assert found.total.mean == pytest.approx(found.U.mean + found.kinetic.mean, rel=1e-12)
-    assert found.kT.mean == pytest.approx(kT, rel=2e-3)
-    assert found.U.error < 2e-3
+    assert found.kT.mean == pytest.approx(kT, rel=1e-9)
+    assert found.U.error < 1e-9
     assert found.primary == found.U
 
 
-@pytest.mark.usefixtures("both_ways")
 @pytest.mark.parametrize("g", [0.5, -0.5])
-def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
+def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(plain, g):
     position = 2.0 if g < 0.0 else 6.0
     scene = carom.Scene(
         [[4.0, position]],
@@ -78,12 +81,12 @@ def test_a_ball_on_a_floor_has_two_thirds_of_its_highest_potential_energy(g):
     )
     sim = carom.Simulation(scene, seed=0)
     assert sim.potential_energy == pytest.approx(3.0 * 0.5 * 2.0, rel=1e-12)
-    found = sim.measure(carom.Energy(), time=3000.0, blocks=1000)
+    found = sim.measure(carom.Energy(), time=300.0, blocks=200)
     # Of 1.5 above the floor, on which the centre is half a diameter high; the mean of a parabola.
     exact = 3.0 * 0.5 * (0.5 + 1.5 * 2.0 / 3.0)
-    # A thousand looks at incommensurate times miss a period by some thousandths.
-    assert found.U.mean == pytest.approx(exact, rel=5e-3)
-    assert found.kT.mean == pytest.approx(2.0 * (3.0 * 0.5 * 2.0 - exact) / 2.0, rel=1e-2)
+    # Some hundred looks at incommensurate times miss a period by some hundredths.
+    assert found.U.mean == pytest.approx(exact, rel=2e-2)
+    assert found.kT.mean == pytest.approx(2.0 * (3.0 * 0.5 * 2.0 - exact) / 2.0, rel=4e-2)
 
 
 @pytest.fixture(scope="module")
@@ -313,22 +316,23 @@ def test_a_run_with_an_event_log_tells_that_it_came_to_another_temperature(tmp_p
     assert "event log" in summary["note"]
 
 
-def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(tmp_path):
+@FEW
+def test_a_column_in_a_field_tells_its_energy_and_that_it_came_to_another_temperature(plain, tmp_path):
     plan = SceneFile.from_toml("""
 [scene]
 dimension = 2
-n = 40
+n = 8
 packing_fraction = 0.1
 walls = "y"
 
 [scene.motion]
 type = "gravity"
-g = [0.0, -0.5]
+g = [0.0, -3.0]
 
 [run]
 kT = 1.0
-equilibration = 50
-collisions_per_particle = 800
+equilibration = 15
+time = 20.0
 frames = 2
 pictures = false
 """)
@@ -338,8 +342,8 @@ pictures = false
     assert "kT = 1 was asked for" in summary["note"]
     # Total energy is conserved: both ends of the run belong to the means.
     scene = plan.build_scene()
-    before = scene.motion.potential_energy(scene.masses, scene.positions, scene.box) + 0.5 * (2 * 40 - 1)
-    after = 40.0 * u["mean"] + 0.5 * (2 * 40 - 1) * kT["mean"]
+    before = scene.motion.potential_energy(scene.masses, scene.positions, scene.box) + 0.5 * (2 * 8 - 1)
+    after = 8.0 * u["mean"] + 0.5 * (2 * 8 - 1) * kT["mean"]
     assert after == pytest.approx(before, rel=1e-9)
 
 

@@ -39,10 +39,10 @@ def alarms(a, n, runs):
     return sum(bool(doubts("Z", blocking(x), x)) for x in (series(rng, a, n) for _ in range(runs)))
 
 
-@pytest.mark.parametrize(("a", "n"), [(0.0, 256), (0.3, 256), (0.6, 1024), (0.8, 1024)])
+@pytest.mark.parametrize(("a", "n"), [(0.0, 256), (0.3, 256), (0.8, 1024)])
 def test_hardly_more_than_one_of_a_thousand_stationary_runs_is_doubted(a, n):
     # Correlated parts may make it two of a thousand; one of 1e4 tests of that would fail.
-    assert alarms(a, n, 800) <= binom.ppf(1 - 1e-4, 800, 2 * LEVEL)
+    assert alarms(a, n, 500) <= binom.ppf(1 - 1e-4, 500, 2 * LEVEL)
 
 
 @pytest.mark.filterwarnings("ignore::carom.errors.CaromWarning")
@@ -112,8 +112,8 @@ def ratios(rng, a, looks, hot=0.0):
 @pytest.mark.parametrize("a", [0.0, 0.8])
 def test_species_in_equilibrium_differ_by_chance_only(a):
     rng = np.random.default_rng(5)
-    runs = [equipartition(("big", "small"), ratios(rng, a, 256), FREEDOMS) for _ in range(800)]
-    assert sum(map(bool, runs)) <= binom.ppf(1 - 1e-4, 800, 2 * LEVEL)
+    runs = [equipartition(("big", "small"), ratios(rng, a, 256), FREEDOMS) for _ in range(500)]
+    assert sum(map(bool, runs)) <= binom.ppf(1 - 1e-4, 500, 2 * LEVEL)
 
 
 def test_a_species_that_is_hot_on_average_is_named():
@@ -128,15 +128,15 @@ def test_a_species_that_keeps_its_temperature_is_compared_with_chance():
     assert equipartition(("big", "small"), np.tile([1.7, 1 - 0.007], (64, 1)), FREEDOMS)
 
 
-def test_measure_says_that_species_differ_in_temperature():
-    scene = mixture_of_disks(1e4)
-    # Heavy disks ten times as hot as light ones cool over thousands of collisions.
+def test_measure_says_that_species_differ_in_temperature(plain):
+    scene = mixture_of_disks(1e4, 20)
+    # Heavy disks much hotter than light ones cool over thousands of collisions.
     rng = np.random.default_rng(1)
-    speeds = rng.standard_normal((60, 2)) / np.sqrt(scene.masses)[:, None]
-    speeds[:30] *= math.sqrt(10.0)
+    speeds = rng.standard_normal((40, 2)) / np.sqrt(scene.masses)[:, None]
+    speeds[:20] *= 30.0
     sim = carom.Simulation(scene.replace(velocities=speeds), seed=0)
     with pytest.warns(CaromWarning) as said:
-        sim.measure(carom.Pressure(), collisions_per_particle=400)
+        sim.measure(carom.Pressure(), time=20.0, blocks=64)
     texts = [str(each.message) for each in said]
     assert any("species differ in temperature (big at" in text for text in texts), texts
 
@@ -157,22 +157,20 @@ def test_species_are_named_that_exchange_energy_more_slowly_than_the_stretch_las
     assert sum(map(bool, coarse)) == (200 if a == 0.999 else 0)
 
 
-def mixture_of_disks(mass):
+def mixture_of_disks(mass, count=8):
     return carom.Scene.random(
-        species=[carom.Species("big", count=30, mass=mass), carom.Species("small", count=30)],
+        species=[carom.Species("big", count=count, mass=mass), carom.Species("small", count=count)],
         dimension=2,
         packing_fraction=0.1,
         seed=0,
     )
 
 
-def test_measure_says_that_a_stretch_is_short_for_heavy_disks():
+def test_measure_says_that_a_stretch_is_short_for_heavy_disks(plain):
     with pytest.warns(CaromWarning, match=r"temperatures of species change slowly \(big: 0\."):
-        carom.Simulation(mixture_of_disks(1000.0), seed=2).measure(
-            carom.Pressure(), collisions_per_particle=20
-        )
+        carom.Simulation(mixture_of_disks(1000.0), seed=2).measure(carom.Pressure(), time=20.0)
     # Twice as heavy ones take some collisions only; a warning would be an error here.
-    carom.Simulation(mixture_of_disks(2.0), seed=2).measure(carom.Pressure(), collisions_per_particle=100)
+    carom.Simulation(mixture_of_disks(2.0), seed=2).measure(carom.Pressure(), time=80.0)
 
 
 def test_the_few_that_hold_nearly_all_mass_are_not_cold():
@@ -242,15 +240,15 @@ def test_a_crystal_beyond_freezing_is_not_doubted():
     sim.measure(carom.Pressure(), collisions_per_particle=100)
 
 
-STATES = [(3, 0.30), (3, 0.45), (3, 0.49), (3, 0.494), (2, 0.68), (2, 0.70), (2, 0.72)]
+STATES = [(3, 0.30), (3, 0.49), (3, 0.494), (2, 0.68), (2, 0.72)]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("length", [200, 2000])
 @pytest.mark.parametrize(("d", "eta"), STATES)
 def test_errors_of_short_runs_near_freezing_are_right_or_said_to_be_too_small(d, eta, length):
-    # One long run in 200 stretches: its mean is known ten times as well as that of one of them.
-    runs = 200
+    # One long run in 100 stretches: its mean is known ten times as well as that of one of them.
+    runs = 100
     sim = carom.Simulation(carom.Scene.random(256, eta, d, seed=5), seed=6)
     sim.run(collisions_per_particle=2000)
     means, errors, silent = [], [], []

@@ -238,12 +238,12 @@ def test_the_error_of_the_contact_value_is_that_of_z():
 
 def test_pulls_of_the_pressure_have_unit_variance():
     pulls = []
-    for seed in range(300):
+    for seed in range(200):
         blocks = synthetic_blocks(3.2, n=50, dimension=3, count=128, seed=seed, duration=1.0)
         z = Pressure.estimate(blocks, n=50, dimension=3, volume=90.0, diameter=1.0, kT=1.0).Z
         pulls.append((z.mean - 3.2) / z.error)
-    # chi squared of 300, at 1e-4 on either side, and t of some 40 degrees of freedom: 2 %.
-    assert 0.85 < np.std(pulls) < 1.18
+    # chi squared of 200, at 1e-4 on either side, and t of some 40 degrees of freedom: 2 %.
+    assert 0.82 < np.std(pulls) < 1.21
 
 
 class Drift:
@@ -253,7 +253,7 @@ class Drift:
         raise NotImplementedError
 
 
-def test_there_is_no_pressure_where_a_motion_changes_the_momentum():
+def test_there_is_no_pressure_where_a_motion_changes_the_momentum(unscheduled):
     places = [[4.0, 4.0, 5.0], [4.0, 4.0, 3.0]]
     scene = Scene(places, 8.0, walls="z", motion=Gravity((0.0, 0.0, -1.0)))
     blocks = [Block(1.0, 20, 3.0)] * 4

@@ -65,9 +65,9 @@ def test_pulls_of_the_contact_value_from_a_histogram():
     ideal = 40.0 * r**2
     g = np.exp(1.0 - 4.0 * (r - 1.0) + 2.0 * (r - 1.0) ** 2)
     pulls = []
-    for _ in range(100):
+    for _ in range(50):
         found = contact_value(rng.poisson(g * ideal, (64, 50)), ideal, edges, 3)
         pulls.append((found.mean - math.e) / found.error)
-    # The jackknife of 64 frames knows the error to 15 %, which adds 2 % to the scatter of 7 %.
+    # The jackknife of 64 frames knows the error to 15 %, which adds 2 % to the scatter of 10 %.
     rms = math.sqrt(np.mean(np.square(pulls)))
-    assert 0.82 < rms < 1.2, rms
+    assert 0.73 < rms < 1.3, rms

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from helpers.frames import frames_of
+from helpers.frames import frames_of, write
 
 import carom
 import carom.io
@@ -98,9 +98,7 @@ def test_pandas_and_xarray_hold_a_frame_and_a_trajectory(tmp_path):
     assert list(table) == ["x", "y", "vx", "vy", "diameter", "mass", "species"]
     np.testing.assert_array_equal(table["y"], frames[0].positions[:, 1])
     assert table["species"].tolist() == [("small", "big")[kind] for kind in frames[0].species]
-    with carom.io.open(tmp_path / "a.h5md", "w") as writer:
-        for frame in frames:
-            writer.write(frame)
+    write(tmp_path / "a.h5md", frames)
     with carom.io.open(tmp_path / "a.h5md") as reader:
         data = reader.to_xarray()
     assert isinstance(data, xarray.Dataset)

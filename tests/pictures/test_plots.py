@@ -8,23 +8,18 @@ import numpy as np
 import pytest
 from helpers.drawn import bars, outside, segments, strange_bars
 from helpers.estimates import estimate
+from helpers.frames import frame_of as frame
 from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.figure import Figure
 
 from carom import theory
 from carom.block import Block
 from carom.errors import FileError, InputError
-from carom.frame import Frame
 from carom.observables import RDF
 from carom.observables.pressure import Pressure
 from carom.observables.statistics import Estimate
 from carom.pictures import plots
 from carom.pictures.paper import WARM
-
-
-def frame(positions, box, diameter=1.0):
-    x = np.asarray(positions, dtype=float)
-    return Frame(0.0, 0, x, np.zeros_like(x), tuple(box), np.full(len(x), diameter), np.ones(len(x)))
 
 
 def dashed(figure):
@@ -146,13 +141,13 @@ def test_rdf_draws_g_and_both_contact_values(tmp_path):
 
 def test_rdf_of_point_particles_has_no_contact():
     rng = np.random.default_rng(2)
-    figure = plots.rdf(RDF(bins=20).over([frame(rng.random((50, 2)), (1.0, 1.0), diameter=0.0)]))
+    figure = plots.rdf(RDF(bins=20).over([frame(rng.random((50, 2)), (1.0, 1.0), diameters=0.0)]))
     assert not figure.axes[0].child_axes
 
 
 def test_disks_are_drawn_to_scale_with_copies_at_the_border():
     # One inside, one across the left edge, one across a corner: 1 and 3 copies.
-    figure = plots.snapshot(frame([[2.0, 2.0], [0.2, 2.5], [3.9, 4.9]], (4.0, 5.0), diameter=0.8))
+    figure = plots.snapshot(frame([[2.0, 2.0], [0.2, 2.5], [3.9, 4.9]], (4.0, 5.0), diameters=0.8))
     axes = figure.axes[0]
     circles = [c for c in axes.collections if isinstance(c, EllipseCollection)]
     copies, originals = sorted(circles, key=lambda c: np.mean(c.get_facecolor()[0, :3]), reverse=True)

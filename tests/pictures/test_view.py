@@ -6,19 +6,16 @@ import base64
 import dataclasses
 import json
 import math
-import os
 import re
 import shutil
 import subprocess
-import sys
 from importlib import resources
 from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.browser import browser, shown, where
-from helpers.frames import crystal, frame_of, frames_of, without
-from helpers.scripts import module_of
+from helpers.frames import crystal, frame_of, frames_of, without, write
 from matplotlib.collections import EllipseCollection
 
 import carom
@@ -35,6 +32,7 @@ from carom.models import (
     Segment,
     SphericalContainer,
     Triangle,
+    own,
     polygon,
 )
 from carom.models.contacts.losses import Loss
@@ -172,8 +170,7 @@ def test_a_number_of_collisions_that_shows_nothing_is_refused(log, number):
 
 def test_a_page_never_replaces_the_trajectory_that_it_shows(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    with carom.io.open("q.extxyz", "w") as writer:
-        writer.write(frames_of(2)[0])
+    write("q.extxyz", [frames_of(2)[0]])
     path = Path("q.extxyz")
     before = path.read_bytes()
     with pytest.raises(InputError, match=r"expected \.html"):
@@ -194,8 +191,7 @@ obstacles.ball = {{ type = "ball", center = {center}, radius = 0.5 }}
 
 def test_only_the_scene_of_a_run_says_which_obstacles_stand_beside_its_trajectory(tmp_path):
     frame = frames_of(2)[0]
-    with carom.io.open(tmp_path / "trajectory.h5md", "w") as writer:
-        writer.write(frame)
+    write(tmp_path / "trajectory.h5md", [frame])
     plan, summary = tmp_path / "scene.toml", tmp_path / "summary.json"
 
     def seen():
@@ -219,8 +215,7 @@ def test_only_the_scene_of_a_run_says_which_obstacles_stand_beside_its_trajector
 
 def test_a_folder_with_a_log_of_curved_flights_shows_its_trajectory(log, tmp_path, monkeypatch):
     shutil.copy(log, tmp_path / "events.h5")
-    with carom.io.open(tmp_path / "trajectory.h5md", "w") as writer:
-        writer.write(frames_of(2)[0])
+    write(tmp_path / "trajectory.h5md", [frames_of(2)[0]])
     assert carom.view(tmp_path).data["replay"] is not None
     monkeypatch.setattr(FreeFlight, "straight", False, raising=False)
     assert carom.view(tmp_path).data["replay"] is None
@@ -237,9 +232,7 @@ def test_a_folder_with_a_log_of_curved_flights_shows_its_trajectory(log, tmp_pat
 def test_frames_and_trajectories_show_themselves_in_notebooks(tmp_path):
     frames = frames_of(3)
     assert "<iframe srcdoc=" in frames[0]._repr_html_()
-    with carom.io.open(tmp_path / "a.h5md", "w") as writer:
-        for frame in frames:
-            writer.write(frame)
+    write(tmp_path / "a.h5md", frames)
     with carom.io.open(tmp_path / "a.h5md") as reader:
         assert "<iframe srcdoc=" in reader._repr_html_()
     assert "<table" in frames_of(4)[0]._repr_html_()
@@ -568,29 +561,11 @@ def test_the_first_collisions_of_a_log_make_a_shorter_page(log, tmp_path):
     assert (tmp_path / "page.html").read_text() == page.html
 
 
-OWN_LOGS = """
-import sys
-import numpy as np
-import carom
-from own_values import Law, Drift, Bend, Floor, Core
-
-places = [[1.0, 5.0], [3.0, 5.2], [5.0, 4.8]]
-velocities = [[1.0, 0.1], [-1.0, 0.2], [-1.0, -0.9]]
-values = {"impact": Law(), "motion": Drift(), "interaction": Core(), "obstacles": [Floor()], "bent": Bend()}
-for name, value in values.items():
-    walled = {"walls": "y" if name == "obstacles" else False, "motion" if name == "bent" else name: value}
-    here = carom.Scene(places, 6.0, velocities=velocities, **walled)
-    with carom.Simulation(here, event_log=f"{name}.h5", tuning=carom.Tuning(neighbors="sectors")) as sim:
-        sim.run(collisions=5)
-"""
-OWN_VALUES = """
-import numpy as np
-from carom.models import own
-
 @own.impact
 class Law:
     def transfer(self, rr, rv):
         return 0.95
+
 
 @own.motion
 class Drift:
@@ -599,6 +574,7 @@ class Drift:
 
     def velocity(self, axis, v, t):
         return v
+
 
 @own.motion
 class Bend:
@@ -618,6 +594,7 @@ class Bend:
             return max((-v - np.sqrt(down)) / self.g, 0.0), np.int64(0)
         return max((-v + np.sqrt(root)) / self.g, 0.0), np.int64(1)
 
+
 @own.interaction
 class Core:
     def reach(self, scene):
@@ -628,6 +605,7 @@ class Core:
 
     def jump(self, i, j, rr, rv, now):
         return own.elastic(self, i, j, rr, rv)
+
 
 @own.obstacle
 class Floor:
@@ -641,41 +619,27 @@ class Floor:
 
     def outward(self, x, axis):
         return 1.0 if axis == 1 else 0.0
-"""
 
 
-@pytest.fixture(scope="module")
-def own_values(tmp_path_factory):
-    """Return a folder with logs of scenes with models of one's own, and the module with their values."""
-    folder = tmp_path_factory.mktemp("own")
-    (folder / "own_values.py").write_text(OWN_VALUES)
-    # Nothing is compiled for a few collisions.
-    subprocess.run(
-        [sys.executable, "-W", "ignore", "-c", OWN_LOGS],
-        cwd=folder,
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-        check=True,
-    )
-    return folder, module_of(folder / "own_values.py")
+OWN = {
+    "impact": {"impact": Law()},
+    "motion": {"motion": Drift()},
+    "interaction": {"interaction": Core()},
+    "obstacles": {"obstacles": [Floor()]},
+    "bent": {"motion": Bend()},
+}
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("impact", "Law"),
-        ("motion", "Drift"),
-        ("interaction", "Core"),
-        ("obstacles", "Floor"),
-        ("bent", "Bend"),
-    ],
-)
-def test_a_log_is_shown_with_values_of_ones_own(own_values, name, value):
-    folder, values = own_values
-    own = getattr(values, value)()
-    keyword = "motion" if name == "bent" else name
-    with pytest.raises(FileError, match=f"{keyword}=.* where the file is loaded"):
-        carom.view(folder / f"{name}.h5")
-    page = carom.view(folder / f"{name}.h5", **{keyword: [own] if name == "obstacles" else own})
+@pytest.mark.parametrize("name", OWN)
+def test_a_log_is_shown_with_values_of_ones_own(plain, tmp_path, name):
+    places, velocities = [[1.0, 5.0], [3.0, 5.2], [5.0, 4.8]], [[1.0, 0.1], [-1.0, 0.2], [-1.0, -0.9]]
+    given, path = OWN[name], tmp_path / "events.h5"
+    here = carom.Scene(places, 6.0, velocities=velocities, walls="y" if name == "obstacles" else "", **given)
+    with carom.Simulation(here, event_log=path, tuning=carom.Tuning(neighbors="sectors")) as sim:
+        sim.run(collisions=5)
+    with pytest.raises(FileError, match=f"{next(iter(given))}=.* where the file is loaded"):
+        carom.view(path)
+    page = carom.view(path, **given)
     assert (page.data["replay"] is None) == (name == "bent")
     assert page.data["n"] == 3
 

@@ -3,12 +3,12 @@
 import copy
 import os
 import pickle
-import signal
 import threading
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from helpers import forked
 
 import carom
 from carom.compiling import compile_listeners, dispatch
@@ -114,6 +114,7 @@ def test_samples_and_runs_may_take_turns_in_one_thread():
     assert sim.run(collisions=10).collisions == 10
 
 
+@pytest.mark.slow
 def test_what_failed_to_grow_can_be_used_on():
     scene = carom.Scene.random(20, 0.3, 2, seed=1)
     sim = carom.Simulation(scene, seed=1, growth=0.5)
@@ -164,28 +165,8 @@ def test_a_simulation_is_neither_pickled_nor_copied(copied):
 def test_a_forked_process_goes_on_with_a_simulation_of_its_own():
     sim = small()
     sim.run(collisions=100)
-    child = os.fork()
-    if child == 0:
-        code = 1
-        try:
-            code = int(sim.run(collisions=500).collisions != 500)
-        finally:
-            os._exit(code)
-    assert os.waitpid(child, 0)[1] == 0
+    assert forked.status(lambda: int(sim.run(collisions=500).collisions != 500)) == 0
     assert sim.run(collisions=500).collisions == 500
-
-
-def forked(body):
-    """Return the code with which a fork ends that runs a function: that which it returns, or of a signal."""
-    child = os.fork()
-    if child == 0:
-        signal.alarm(60)  # rather than wait for ever
-        code = 1
-        try:
-            code = body()
-        finally:
-            os._exit(code)
-    return os.waitpid(child, 0)[1]
 
 
 @pytest.mark.needs("Unix")
@@ -206,8 +187,8 @@ def test_a_forked_process_has_threads_of_its_own():
         return 0
 
     assert both() == 0
-    assert forked(both_and_close) == 0
-    assert forked(close) == 0
+    assert forked.status(both_and_close) == 0
+    assert forked.status(close) == 0
     assert both() == 0
     pool.close()
 
@@ -224,7 +205,7 @@ def test_a_forked_process_leaves_the_event_log_to_its_parent(tmp_path):
             sim.close()
             return int(sim.run(collisions=10).collisions != 10)
 
-        assert forked(busy) == 0
+        assert forked.status(busy) == 0
         sim.run(collisions=50)
     assert not (tmp_path / "state.h5").exists()
     run = Replay(tmp_path / "log.h5")

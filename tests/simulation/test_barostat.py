@@ -69,7 +69,7 @@ def check_rods(n, pressure, kT, count):
 
 
 def test_the_length_of_a_ring_of_rods_has_the_exact_mean_and_variance(plain):
-    check_rods(2, pressure=1.5, kT=2.0, count=800)
+    check_rods(2, pressure=1.5, kT=2.0, count=500)
 
 
 @SLOW

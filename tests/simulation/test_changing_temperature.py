@@ -62,6 +62,7 @@ def along(eta, n, growth, duration):
     return z, kT, fractions, theory.contact_value(z, fractions, 3, n)
 
 
+@pytest.mark.slow
 def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
     n, eta, growth, duration = 256, 0.2, 2e-3, 40.0
     scene = carom.Scene.random(n, eta, seed=1)

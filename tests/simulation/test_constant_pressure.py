@@ -48,7 +48,7 @@ def measured_rods(n, seed, moves, pressure=1.5, kT=2.0):
 
 
 def test_rods_have_the_length_and_the_pressure_of_the_ensemble(plain):
-    found = measured_rods(2, seed=2, moves=400)
+    found = measured_rods(2, seed=2, moves=240)
     assert abs(found.pressure.mean - 1.5) < FOUR_SIGMA * found.pressure.error < 0.8
     exact = mean_length(2, 1.5 / 2.0)
     assert abs(found.volume.mean - exact) < FOUR_SIGMA * found.volume.error < 0.2 * exact
@@ -171,7 +171,7 @@ packing_fraction = 0.3
 [run]
 barostat = { pressure = 1.2, interval = 0.1, step = 0.2, seed = 7 }
 equilibration = 4
-time = 12.0
+time = 8.0
 frames = 4
 write = ["h5md", "extxyz"]
 pictures = false

@@ -175,7 +175,7 @@ def test_what_cannot_be_checked_is_one_sentence(unscheduled):
         carom.check(Ball((0.0, 0.0), 1.0), frames=[frame])
 
 
-OPTIONS = "--n 2 -d 1 --eta 0.3 --equilibration 1 -c 2 --frames 3 --no-pictures --check"
+OPTIONS = "--n 2 -d 1 --eta 0.3 --equilibration 1 --time 5 --frames 3 --no-pictures --check"
 
 
 def test_a_run_that_is_checked_says_what_overlaps(plain, monkeypatch, tmp_path):

@@ -3,6 +3,7 @@
 import h5py
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.oracle import moving
 from helpers.replays import assert_same_frame, round_up
 
@@ -11,28 +12,42 @@ from carom.errors import FileError, InputError
 from carom.simulation.replay import Replay, replay, replays
 
 CASES = [
-    (1, 20, {"packing_fraction": 0.5}, {}),
     (2, 50, {"packing_fraction": 0.6}, {"tuning": carom.Tuning(neighbors="lists", shell=1.3)}),
     (3, 64, {"packing_fraction": 0.2}, {"tuning": carom.Tuning(neighbors="sectors")}),
-    (3, 200, {"packing_fraction": 0.4, "diameter": 0.37, "mass": 2.6}, {}),
-    (4, 16, {"packing_fraction": 0.1}, {}),
+    (3, 100, {"packing_fraction": 0.4, "diameter": 0.37, "mass": 2.6}, {}),
+]
+
+SMALL = [
+    (1, 6, {"packing_fraction": 0.5}, {}),
+    slow(4, 6, {"packing_fraction": 0.1}, {}),
     (2, 3, {"box": (1.05, 4.0)}, {}),
     (2, 6, {"box": (2.1, 4.2)}, {}),
     (3, 5, {"box": (2.2, 1.1, 5.0)}, {}),
-    (3, 10, {"box": (3.1, 2.5, 4.3)}, {}),
+    slow(3, 10, {"box": (3.1, 2.5, 4.3)}, {}),
 ]
+"""Kinds of their own, which run as plain Python by default, and compiled under ``-m slow``."""
+
+
+@pytest.mark.usefixtures("both_ways")
+@pytest.mark.parametrize(("dimension", "n", "scene", "settings"), SMALL)
+def test_every_sampled_frame_of_few_is_rebuilt_to_the_bit(dimension, n, scene, settings, tmp_path):
+    assert_rebuilt(dimension, n, scene, settings, tmp_path, 4)
 
 
 @pytest.mark.parametrize(("dimension", "n", "scene", "settings"), CASES)
 def test_every_sampled_frame_is_rebuilt_to_the_bit(dimension, n, scene, settings, tmp_path):
+    assert_rebuilt(dimension, n, scene, settings, tmp_path, 10)
+
+
+def assert_rebuilt(dimension, n, scene, settings, tmp_path, collisions):
     path = tmp_path / "events.h5"
     start = moving(carom.Scene.random(n, dimension=dimension, seed=2, **scene), 3)
     with carom.Simulation(start, event_log=path, **settings) as sim:
         frames = [sim.frame()]
-        frames += sim.sample(times=[0.3719 * start.diameter * k for k in range(1, 25)])
-        sim.run(collisions=10 * n)
+        frames += sim.sample(times=[0.3719 * start.diameter * k for k in range(1, 9)])
+        sim.run(collisions=collisions * n)
         frames += sim.sample(times=[round_up(sim), round_up(sim) + 3.0 * sim._state.epoch_length])
-    assert sim.collisions > 10 * n
+    assert sim.collisions > collisions * n
     for mine, right in zip(replays(path, [f.time for f in frames]), frames, strict=True):
         assert_same_frame(mine, right)
     assert_same_frame(replay(path, time=frames[7].time), frames[7])

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from helpers.mixtures import mixture
 from helpers.oracle import moving
-from helpers.plain import plain_python
 from helpers.replays import assert_same_frame, round_up
 
 import carom
@@ -29,10 +28,10 @@ def scenes():
         "mixture": mixture([10, 30], **MIXTURE, packing_fraction=0.35),
         "small box": mixture([1, 6], **MIXTURE, box=(1.2, 2.5, 2.5), names=["a", "b"]),
         "contact": mixture(
-            [10, 20], **MIXTURE, dimension=2, packing_fraction=0.3, contact=[[1.0, 0.9], [0.9, 0.4]]
+            [4, 8], **MIXTURE, dimension=2, packing_fraction=0.3, contact=[[1.0, 0.9], [0.9, 0.4]]
         ),
         "masses": Scene.random(20, 0.4, 2, seed=0).replace(mass=1.0 + np.arange(20) % 3),
-        "walls": mixture([5, 20], **MIXTURE, box=(7.0, 6.0), walls="y"),
+        "walls": mixture([3, 10], **MIXTURE, box=(5.0, 4.4), walls="y"),
         "hard box": Scene.random(20, 0.2, walls=True, seed=0),
         "balls": Scene.random(
             15, dimension=2, box=7.0, obstacles=[Ball((0.2, 6.8), 1.1), Ball((8.5, 3.0), 0.6, "far")], seed=0
@@ -57,12 +56,12 @@ def scenes():
             seed=0,
         ),
         "lossy": mixture([10, 20], **MIXTURE, dimension=2, packing_fraction=0.3).replace(impact=0.8),
-        "lossy equals": Scene.random(30, 0.3, 2, seed=0).replace(impact=Restitution(0.7, elastic_below=0.5)),
+        "lossy equals": Scene.random(12, 0.3, 2, seed=0).replace(impact=Restitution(0.7, elastic_below=0.5)),
     }
 
 
-# Each is compiled for itself, which takes half a minute; these run uncompiled by default.
 SHORT = ("contact", "balls", "plane", "lossy equals", "walls")
+"""Of these default tests look at short runs, as plain Python: each is compiled for itself."""
 
 
 @pytest.mark.slow
@@ -87,22 +86,16 @@ def more_scenes():
     }
 
 
-def plain_replays(folder):
-    """Replay short runs of the kinds of scenes that are fast without compilation."""
-    kinds = scenes()
-    for kind, scene in {**{kind: kinds[kind] for kind in SHORT}, **more_scenes()}.items():
-        assert_rebuilt(scene, f"{folder}/{kind}.h5", 1)
-
-
-def test_short_runs_of_many_kinds_of_scenes_are_rebuilt_in_plain_python(tmp_path):
-    plain_python("-c", f"import simulation.test_replay_scenes as t; t.plain_replays({str(tmp_path)!r})")
+@pytest.mark.parametrize("kind", [*SHORT, *more_scenes()])
+def test_short_runs_of_many_kinds_of_scenes_are_rebuilt_in_plain_python(plain, kind, tmp_path):
+    assert_rebuilt((scenes() | more_scenes())[kind], tmp_path / "events.h5", 1)
 
 
 def assert_rebuilt(scene, path, collisions):
     """Run a scene for so many collisions a component, and compare its frames with those of the replay."""
     scene = moving(scene, 3)
     with carom.Simulation(scene, event_log=path, seed=0) as sim:
-        frames = [sim.frame(), *sim.sample(times=[0.2719 * k for k in range(1, 9)])]
+        frames = [sim.frame(), *sim.sample(times=[0.2719 * k for k in range(1, 4)])]
         sim.run(collisions=collisions * scene.n)
         frames += sim.sample(times=[round_up(sim), round_up(sim) + 2.0 * sim._state.epoch_length])
         hits = sum(impact.hits for impact in sim.obstacles) if scene.walls or scene.obstacles else 0
@@ -114,21 +107,26 @@ def assert_rebuilt(scene, path, collisions):
         assert (mine.species_names, mine.periodic) == (right.species_names, right.periodic)
 
 
-def test_the_log_counts_what_hits_a_wall_apart(tmp_path):
+@pytest.fixture
+def of_walls(plain, tmp_path):
+    """Return a scene between walls, the log of a run, and how often walls were hit."""
     scene, path = moving(scenes()["walls"], 1), tmp_path / "events.h5"
     with carom.Simulation(scene, event_log=path, seed=0) as sim:
         sim.run(collisions=50)
-        hits = sum(impact.hits for impact in sim.obstacles)
+        return scene, path, sum(impact.hits for impact in sim.obstacles)
+
+
+def test_the_log_counts_what_hits_a_wall_apart(of_walls):
+    _, path, hits = of_walls
     run, steps = Replay(path), 0
     while run.step():
         steps += 1
+    assert hits > 0
     assert (run.collisions, steps) == (50, 50 + hits)
 
 
-def test_a_changed_impulse_on_a_wall_is_found(tmp_path):
-    scene, path = moving(scenes()["walls"], 1), tmp_path / "events.h5"
-    with carom.Simulation(scene, event_log=path, seed=0) as sim:
-        sim.run(collisions=50)
+def test_a_changed_impulse_on_a_wall_is_found(of_walls):
+    scene, path, _ = of_walls
     with h5py.File(path, "r+") as file:
         k = int(np.flatnonzero(file["j"][:] >= scene.n)[3])
         file["impulse"][k] *= 1 + 2.0**-40
@@ -136,10 +134,8 @@ def test_a_changed_impulse_on_a_wall_is_found(tmp_path):
         replay(path, time=1e3)
 
 
-def test_an_obstacle_of_one_s_own_cannot_be_replayed(tmp_path):
-    scene, path = moving(scenes()["walls"], 1), tmp_path / "events.h5"
-    with carom.Simulation(scene, event_log=path, seed=0) as sim:
-        sim.run(collisions=5)
+def test_an_obstacle_of_one_s_own_cannot_be_replayed(of_walls):
+    _, path, _ = of_walls
     with h5py.File(path, "r+") as file:
         attributes = json.loads(bytes(file["initial/scene"][:]))
         attributes["obstacles"] = [{"type": "own", "class": "Mine", "name": "mine"}]

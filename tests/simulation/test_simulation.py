@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 
 import carom
 from carom.errors import InputError
@@ -16,14 +17,28 @@ SCENES = {
     "disks": lambda: carom.Scene.random(60, 0.5, 2, seed=2),
     "spheres": lambda: carom.Scene.crystal(cells=3, packing_fraction=0.45),
     "few spheres": lambda: carom.Scene.random(5, 0.2, seed=3),
-    "dilute": lambda: carom.Scene.random(100, 0.02, seed=4),
+    "dilute": lambda: carom.Scene.random(12, 0.05, 2, seed=4),
     "d = 4": lambda: carom.Scene.random(12, 0.1, 4, seed=5),
 }
 
 
-@pytest.fixture(params=SCENES)
+OWN_KINDS = ("rods", "few spheres", "dilute")
+"""Short runs of these are plain Python by default, and long ones compiled under ``-m slow``."""
+
+
+@pytest.fixture(params=["disks", "spheres", "d = 4", *OWN_KINDS, *map(slow, OWN_KINDS)])
 def scene(request):
     return SCENES[request.param]()
+
+
+@pytest.fixture
+def count(request, scene):
+    """Return a number of collisions for a run of the scene."""
+    is_slow = request.node.get_closest_marker("slow") is not None
+    if request.node.callspec.params["scene"] not in OWN_KINDS or is_slow:
+        return 400
+    request.getfixturevalue("plain")
+    return 20
 
 
 def bits(sim):
@@ -32,14 +47,14 @@ def bits(sim):
     return sim.collisions, sim.time, b"".join(part.tobytes() for part in parts)
 
 
-def test_cutting_sampling_and_progress_leave_no_trace(scene):
+def test_cutting_sampling_and_progress_leave_no_trace(scene, count):
     whole = carom.Simulation(scene, seed=1)
-    whole.run(collisions=400)
-    end = whole.time + 0.5
-    list(whole.sample(times=[end]))  # run(time=0.5) would end at the exact sum, a rounding away from ``end``
+    whole.run(collisions=count)
+    end = whole.time + 0.2
+    list(whole.sample(times=[end]))  # run(time=0.2) would end at the exact sum, a rounding away from ``end``
 
     cut = carom.Simulation(scene, seed=1)
-    for _ in range(40):
+    for _ in range(count // 10):
         cut.run(collisions=10, progress=lambda fraction: None)
     for frame in cut.sample(times=[cut.time + k * 0.01 for k in range(10)]):
         assert np.all((frame.positions >= 0) & (frame.positions < np.asarray(scene.box)))
@@ -48,16 +63,16 @@ def test_cutting_sampling_and_progress_leave_no_trace(scene):
     assert bits(cut) == bits(whole)
 
 
-def test_a_loaded_simulation_goes_on_bit_for_bit(scene, tmp_path):
+def test_a_loaded_simulation_goes_on_bit_for_bit(scene, count, tmp_path):
     sim = carom.Simulation(scene, seed=7)
-    sim.run(collisions=137)
+    sim.run(collisions=count // 3)
     sim.run(time=0.01)
     sim.save(tmp_path / "checkpoint.h5")
     loaded = carom.Simulation.load(tmp_path / "checkpoint.h5")
     assert bits(loaded) == bits(sim)
     for other in (sim, loaded):
-        other.run(collisions=500)
-        other.run(time=0.3)
+        other.run(collisions=count)
+        other.run(time=0.1)
     assert bits(loaded) == bits(sim)
     assert loaded.statistics.advancements == sim.statistics.advancements
 
@@ -71,11 +86,11 @@ def test_unwrapped_positions_move_as_the_velocities_say():
         assert np.max(np.abs(frame.unwrapped - expected)) <= 40 * np.spacing(np.max(np.abs(expected)))
 
 
-def test_energy_momentum_and_hard_cores_are_kept(scene):
+def test_energy_momentum_and_hard_cores_are_kept(scene, count):
     sim = carom.Simulation(scene, seed=1)
-    sim.run(collisions=5000)
+    sim.run(collisions=2 * count)
     found = sim.statistics
-    assert found.collisions == 5000
+    assert found.collisions == 2 * count
     assert found.energy_drift < 1e-12
     assert found.momentum_drift < 1e-12
     assert found.worst_overlap < 1e-12
@@ -91,9 +106,8 @@ def test_an_end_at_a_time_stays_the_present():
         assert sim.time == present
 
 
-@pytest.mark.usefixtures("both_ways")
-def test_one_particle_flies_on_and_never_collides(monkeypatch):
-    monkeypatch.setattr(run_loop, "CYCLES", 500)  # as plain Python, cycles take long
+def test_one_particle_flies_on_and_never_collides(plain, monkeypatch):
+    monkeypatch.setattr(run_loop, "CYCLES", 100)  # as plain Python, cycles take long
     sim = carom.Simulation(carom.Scene([[1.0, 1.0, 1.0]], 2.0), seed=1)
     assert sim.run(time=20.0).collisions == 0
     with pytest.warns(carom.CaromWarning, match="meets nobody"):
@@ -123,15 +137,14 @@ def test_a_lattice_with_equal_speeds_ends():
     assert sim.statistics.energy_drift == 0.0
 
 
-@pytest.mark.parametrize("eta", [math.pi / math.sqrt(18) * (1 - 1e-9)])
-def test_a_crystal_at_a_billionth_from_close_packing_runs(eta):
+def test_a_crystal_at_a_billionth_from_close_packing_runs():
+    eta = math.pi / math.sqrt(18) * (1 - 1e-9)
     sim = carom.Simulation(carom.Scene.crystal(cells=4, packing_fraction=eta), seed=1)
     sim.run(collisions_per_particle=20)
     assert sim.statistics.worst_overlap < 1e-12
 
 
-@pytest.mark.usefixtures("both_ways")
-def test_a_cradle_of_touching_spheres_passes_the_momentum_on():
+def test_a_cradle_of_touching_spheres_passes_the_momentum_on(plain):
     positions = [[1.0 + k, 2.0, 2.0] for k in range(5)]
     velocities = [[1.0, 0.0, 0.0]] + [[0.0, 0.0, 0.0]] * 4
     scene = carom.Scene(positions, (20.0, 4.0, 4.0), velocities=velocities)
@@ -161,9 +174,9 @@ def test_scaling_by_powers_of_two_scales_the_bits():
     assert frames[1].time == frames[0].time * 2.0**50
 
 
-def test_without_images_there_is_no_array_for_them():
-    sim = carom.Simulation(SCENES["disks"](), seed=1, tuning=carom.Tuning(images=False))
-    sim.run(collisions=200)
+def test_without_images_there_is_no_array_for_them(plain):
+    sim = carom.Simulation(carom.Scene.random(12, 0.3, 2), seed=1, tuning=carom.Tuning(images=False))
+    sim.run(collisions=20)
     assert sim.frame().images is None
     with pytest.raises(ValueError, match="images=True"):
         _ = sim.frame().unwrapped

@@ -1,13 +1,12 @@
 """Temperature and pressure are the same to everyone who moves along an axis of conserved momentum."""
 
 import math
-import warnings
 
 import numpy as np
 import pytest
+from helpers.marks import slow
 from helpers.mixtures import mixed
 from helpers.oracle_scenes import placed
-from helpers.plain import uncompiled
 
 import carom
 from carom import theory
@@ -57,8 +56,8 @@ def in_a_tube():
 
 
 SCENES = {
-    **{f"equal, d = {d}": (fluid, d) for d in (1, 2, 3)},
-    **{f"mixture, d = {d}": (mixture, d) for d in (1, 2, 3)},
+    **{f"equal, d = {d}": (fluid, d) for d in (1, 2, 3, 4)},
+    **{f"mixture, d = {d}": (mixture, d) for d in (2, 3)},
     **{f"walls, d = {d}": (between_walls, d) for d in (2, 3)},
     "plane": (above_a_plane,),
     "tube": (in_a_tube,),
@@ -68,11 +67,7 @@ SCENES = {
 def measured(name, boost):
     """Return kT, Z and the pressure of walls from a short run, and what was seen of its chaos."""
     build, *arguments = SCENES[name]
-    return measured_of(build(*arguments), boost)
-
-
-def measured_of(scene, boost):
-    sim = carom.Simulation(boosted(scene, boost))
+    sim = carom.Simulation(boosted(build(*arguments), boost))
     kT = sim.kT
     blocks = list(stretches.blocks(sim, 0.1, 20))
     found = stretches.estimate(sim, carom.Pressure(), blocks)
@@ -88,26 +83,11 @@ def measured_of(scene, boost):
     return kT, z.mean, z.error, sim.collisions
 
 
-@pytest.fixture(scope="module")
-def seen():
-    """What everybody measures, without compilation of so many kinds of scenes."""
-    with uncompiled(), warnings.catch_warnings():
-        warnings.simplefilter("ignore", carom.CaromWarning)  # some twenty collisions are a guess
-        return {name: [measured(name, boost) for boost in BOOSTS] for name in SCENES}
-
-
-@pytest.mark.parametrize("name", SCENES)
-def test_a_net_momentum_changes_no_temperature_and_no_pressure(seen, name):
+@pytest.mark.filterwarnings("ignore::carom.CaromWarning")  # some twenty collisions are a guess
+@pytest.mark.parametrize("name", [slow(name) if name == "equal, d = 4" else name for name in SCENES])
+def test_a_net_momentum_changes_no_temperature_and_no_pressure(plain, name):
     # The same trajectories, seen by others: what differs is rounding, amplified by a few collisions each.
-    check(seen[name])
-
-
-def test_nor_does_it_in_four_dimensions():
-    check([measured_of(fluid(4), boost) for boost in BOOSTS])
-
-
-def check(found):
-    rest, *moving = found
+    rest, *moving = (measured(name, boost) for boost in BOOSTS)
     assert len(moving) == 2
     assert rest[1] > 1.0
     for found in moving:
@@ -116,8 +96,8 @@ def check(found):
         assert found[3] == rest[3]
 
 
-@pytest.mark.parametrize("boost", [0.0, 0.3, 5.0, 1e3])
-def test_two_rods_on_a_ring_have_the_exact_pressure_in_every_frame(boost):
+@pytest.mark.parametrize("boost", [0.0, 0.3, 5.0])
+def test_two_rods_on_a_ring_have_the_exact_pressure_in_every_frame(plain, boost):
     # They meet 2 v / (L - 2) times a time, with a virial of 2 m v each: Z = 1 + 1 / (L - 2), for any N the
     # Tonks gas of N rods on a ring. The temperature has one degree of freedom, not two.
     length, speed = 5.0, 0.75
@@ -125,11 +105,11 @@ def test_two_rods_on_a_ring_have_the_exact_pressure_in_every_frame(boost):
     sim = carom.Simulation(scene)
     assert sim.kT == pytest.approx(2 * speed**2, rel=4 * EPS * (1 + boost / speed))
     period = (length - 2) / (2 * speed)
-    found = stretches.estimate(sim, carom.Pressure(), list(stretches.blocks(sim, 8 * period, 64)))
+    found = stretches.estimate(sim, carom.Pressure(), list(stretches.blocks(sim, 2 * period, 16)))
     assert found.Z.mean == pytest.approx(1 + 1 / (length - 2), rel=1e-12 * (1 + boost))
 
 
-@pytest.mark.parametrize(("d", "boost"), [(2, 0.0), (2, 5.0), (3, 0.0), (3, 5.0)])
+@pytest.mark.parametrize(("d", "boost"), [slow(2, 5.0), (3, 5.0)])
 def test_two_spheres_have_the_exact_pressure_by_virial_and_by_count(d, boost):
     # The configurations of one beside the other fill V - v, v being the ball of radius sigma: canonical
     # Z = 1 + v / (V - v) / 2. A degree of freedom more or less would be a half, or a third, of Z - 1.
@@ -138,7 +118,7 @@ def test_two_spheres_have_the_exact_pressure_by_virial_and_by_count(d, boost):
     velocities = np.array([[0.3, 0.8, -0.5][:d], [-0.4, 0.1, 0.7][:d]]) + boost
     scene = carom.Scene([[0.2] * d, [1.5] * d], edge, velocities=velocities)
     sim = carom.Simulation(scene)
-    found = sim.measure(carom.Pressure(), collisions=60_000)
+    found = sim.measure(carom.Pressure(), collisions=40_000)
     exact = 1 + excluded / (volume - excluded) / 2
     for z in (found.Z, found.Z_from_rate):
         assert abs(z.mean - exact) < SIX_SIGMA * z.error
