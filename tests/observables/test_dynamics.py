@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from helpers.frames import write
 
 import carom
 from carom import theory
@@ -91,12 +90,6 @@ def test_scattering_begins_with_the_structure_factor(frames, found):
             abs(found.scattering[-1, s])
             < SIX * found.scattering_error[-1, s] + 0.1 * found.structure_factor[s]
         )
-
-
-def test_a_trajectory_file_gives_the_same(frames, found, tmp_path):
-    write(tmp_path / "t.h5md", frames)
-    again = Dynamics().over(tmp_path / "t.h5md")
-    assert (again.mean_square == found.mean_square).all()
 
 
 def test_measure_takes_it_as_it_is():

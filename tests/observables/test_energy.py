@@ -179,11 +179,6 @@ def test_blocks_without_energies_are_refused():
         stretches.estimate(well, carom.Energy(), [well.run(collisions=10)])
 
 
-def test_neighbouring_blocks_of_any_length_have_the_means_of_both():
-    one, other = (Block(t, 3, 1.0, energy=Energy(u, kT)) for t, u, kT in ((1.0, -2.0, 1.0), (3.0, -4.0, 2.0)))
-    assert merged(one, other).energy == Energy(-3.5, 1.75)
-
-
 def block_of(value, duration):
     """Return a block in which no field is left out, and each number is another one."""
     numbers = (value + 2.0**k for k in itertools.count())

@@ -127,14 +127,6 @@ def test_no_collision_leaves_the_error_infinite_and_warns():
     assert "inf" in str(result)
 
 
-def test_one_block_has_an_infinite_error_and_warns():
-    with pytest.warns(CaromWarning, match="independent samples"):
-        result = Pressure.estimate(
-            [Block(1.0, 100, 99.0)], n=9, dimension=2, volume=20.0, diameter=1.0, kT=1.0
-        )
-    assert result.Z.error == math.inf
-
-
 def test_blocks_without_duration_are_left_out():
     blocks = synthetic_blocks(2.0, n=50, dimension=2, count=64, seed=9)
     kwargs = {"n": 50, "dimension": 2, "volume": 100.0, "diameter": 1.0, "kT": 1.0}

@@ -9,7 +9,7 @@ import pytest
 from helpers import beside_mdanalysis
 
 from carom import theory
-from carom.errors import FileError, InputError
+from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import RDF
 from carom.observables.contact import contact_value
@@ -236,35 +236,6 @@ def test_unusable_frames_are_refused():
 def test_a_box_too_small_for_any_bin_is_refused():
     with pytest.raises(InputError, match="must exceed"):
         RDF().over([frame([[0.0, 0.0], [0.9, 0.9]], (1.8, 1.8))])
-
-
-def test_csv_holds_every_digit(tmp_path):
-    result = RDF(width=0.1, rmax=2.0).over(tonks_frames(30, 0.5, 20, 4))
-    result.save(tmp_path / "g.csv")
-    lines = (tmp_path / "g.csv").read_text().splitlines()
-    assert "# n: 30" in lines
-    table = np.array([[float(x) for x in line.split(",")] for line in lines if line[0].isdigit()])
-    np.testing.assert_array_equal(table[:, 0], result.edges[:-1])
-    np.testing.assert_array_equal(table[:, 2], result.g)
-    np.testing.assert_array_equal(table[:, 4], result.counts)
-    assert len(table) == result.g.size
-
-
-def test_npz_is_read_without_pickle(tmp_path):
-    result = RDF(width=0.1, rmax=2.0).over(tonks_frames(30, 0.5, 20, 4))
-    result.save(tmp_path / "g.npz")
-    with np.load(tmp_path / "g.npz", allow_pickle=False) as stored:
-        np.testing.assert_array_equal(stored["g"], result.g)
-        assert stored["n"] == 30
-        assert stored["contact_value"] == result.contact_value.mean
-
-
-def test_unwritable_and_unknown_files_are_refused(tmp_path):
-    result = RDF(width=0.1, rmax=2.0).over(tonks_frames(30, 0.5, 2, 4))
-    with pytest.raises(FileError, match="cannot be written"):
-        result.save(tmp_path / "missing" / "g.csv")
-    with pytest.raises(InputError, match=r"expected one of \.json, \.csv, \.npz"):
-        result.save(tmp_path / "g.pickle")
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -140,12 +140,6 @@ def test_a_wall_that_nobody_met_has_no_error_bar():
     assert found.pressure.error == math.inf
 
 
-def test_few_blocks_warn():
-    scene = carom.Scene([[2.0]], 9.0, walls=True)
-    with pytest.warns(CaromWarning):
-        estimate(WallPressure(), scene, blocks([1.0, 1.0], count=1)[0])
-
-
 GLIDING = [
     # d, periodic axes, obstacles, axes along which momentum is conserved
     (3, (True, True, True), (), 3),

@@ -7,11 +7,9 @@ from dataclasses import replace
 import pytest
 
 import carom
-from carom.block import Block
 from carom.errors import CaromWarning, InputError
 from carom.observables.precision import FLOOR, Goal, lengthen
 from carom.observables.statistics import Estimate
-from carom.simulation import until_precise
 
 PRESSURE = carom.Pressure()
 
@@ -129,11 +127,6 @@ def test_a_stretch_grows_with_the_square_of_the_error_and_never_too_much():
     assert goal.next_look(100, Estimate(2.0, 0.03, 100.0, 1.0, 100)) == 225
     assert goal.next_look(100, Estimate(2.0, 0.0201, 100.0, 1.0, 100)) == 111
     assert goal.remaining(Estimate(0.0, 0.1, 100.0, 1.0, 100)) == math.inf
-
-
-def test_merged_blocks_add_up():
-    one, other = Block(1.0, 3, 2.5, (0.5, 1.0)), Block(2.0, 4, 1.5, (0.25, 2.0))
-    assert until_precise.merged(one, other) == Block(3.0, 7, 4.0, (0.75, 3.0))
 
 
 def test_anticorrelated_blocks_do_not_wait_for_ever():
