@@ -24,6 +24,15 @@ def test_a_simulation_shows_its_particles(tmp_path):
     assert "Neighbours" in str(sim.explain())
 
 
+@pytest.mark.usefixtures("unscheduled")
+def test_the_picture_of_a_simulation_has_the_walls_that_its_scene_shows():
+    scene = carom.Scene.random(16, 0.2, 2, walls={"y_low": carom.models.Wall(impact=0.5)}, seed=1)
+    plain, of_scene, of_simulation = (
+        len(x.plot().axes[0].patches) for x in (SCENE, scene, carom.Simulation(scene))
+    )
+    assert of_simulation == of_scene > plain
+
+
 def test_the_face_is_no_longer_than_it_was_written():
     names = {name for name in dir(carom.Simulation) if not name.startswith("_")}
     assert names == {

@@ -15,6 +15,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.models.copies import copied
+from carom.scene.fields import standing
 from carom.scene.keywords import ELSEWHERE
 from carom.scene.scene import Scene
 from carom.scene.temperature import at_temperature, degrees_of_freedom
@@ -348,7 +349,7 @@ class Simulation:
         """
         from carom.pictures.plots import snapshot
 
-        return snapshot(self.frame(), obstacles=self.scene.obstacles, path=path)
+        return snapshot(self.frame(), obstacles=standing(self.scene), path=path)
 
     def explain(self) -> Any:
         """Return what this run consists of: models, arrays, the neighbor scheme and the reason for it.
