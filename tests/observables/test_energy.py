@@ -18,7 +18,7 @@ from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate
 from carom.scene.description import kind
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation import stretches
+from carom.simulation import readings, stretches
 from carom.simulation.until_precise import merged
 from carom.studies.runs.report import _other_temperature
 from carom.studies.runs.stretch import Stretch
@@ -66,6 +66,17 @@ def test_two_rods_spend_the_exact_time_in_their_well(plain, depth, interaction):
     assert found.kT.mean == pytest.approx(kT, rel=1e-9)
     assert found.U.error < 1e-9
     assert found.primary == found.U
+
+
+def test_pairs_of_the_start_are_looked_for_once(plain, monkeypatch):
+    asked = []
+    real = readings.first_steps
+    monkeypatch.setattr(readings, "first_steps", lambda scene: asked.append(scene) or real(scene))
+    sim = carom.Simulation(carom.Scene.crystal(32, 0.3, interaction=SquareWell(1.5, 0.1)), seed=1)
+    for _ in range(3):
+        sim.run(collisions=2)
+        assert sim.statistics.energy_drift < 1e-14
+    assert len(asked) == 1
 
 
 @pytest.mark.parametrize("g", [0.5, -0.5])

@@ -119,9 +119,11 @@ def mean_energy(
 
 
 def energy_of_first_steps(run_state: RunState) -> float:
-    """Return the potential energy at the start of a run [energy]."""
-    _, step_numbers = first_steps(run_state.scene)
-    return _on_steps(run_state, step_numbers)
+    """Return the potential energy at the start of a run [energy]; pairs are looked for once."""
+    if run_state.energy_of_first_steps is None:
+        _, step_numbers = first_steps(run_state.scene)
+        run_state.energy_of_first_steps = _on_steps(run_state, step_numbers)
+    return run_state.energy_of_first_steps
 
 
 def energy_of_steps(run_state: RunState) -> float:

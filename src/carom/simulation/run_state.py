@@ -173,6 +173,7 @@ class RunState:
         self.budget = CallBudget(MOST_CYCLES)
         self.pace = Pace(self)
         self.steps: Steps | None = None
+        self.energy_of_first_steps: float | None = None  # found when it is asked for
         self.scheduled = True
         self.executive: Executive | None = None
         self.depths = Depths()
