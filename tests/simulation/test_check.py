@@ -117,6 +117,8 @@ def test_obstacles_of_carom_are_not_tried_by_a_simulation(monkeypatch):
     )
     explain(OPEN.replace(obstacles=[*usual, Surface(Floor(name="own"), Loss(0.9, contact_time=1e-3))]))
     assert tried == ["own"]
+    explain(OPEN.replace(obstacles=[Floor(name=f"{k}") for k in range(31)]))
+    assert len(tried) == 1 + own_models.SEVERAL
 
 
 def test_right_obstacles_pass():

@@ -73,7 +73,7 @@ def check_user_models(scene: Scene, system: System) -> None:
         with in_plain_python(system.interaction if own_pair else system.motion):
             refuse_pair_and_motion(scene, system)
     own_obstacles = [k for k, each in enumerate(standing(scene)) if obstacle_trials.is_own(each)]
-    for k in own_obstacles[:: max(1, len(own_obstacles) // SEVERAL)]:
+    for k in own_obstacles[:: max(1, math.ceil(len(own_obstacles) / SEVERAL))]:
         resting = not hasattr(standing(scene)[k], "live")
         value = standing(scene)[k] if resting else system.obstacles[k]
         with in_plain_python(value):
