@@ -72,6 +72,7 @@ def undocumented(name: str) -> list[str]:
     module = importlib.import_module(name)
     own = (vars(module)[n] for n in vars(module) if not n.startswith("_"))
     callables = [x for x in own if callable(x) and getattr(x, "__module__", None) == name]
+    callables = [x for x in callables if "<locals>" not in getattr(x, "__qualname__", "")]
     found = [f"{name}.{x.__name__}" for x in callables if not (x.__doc__ or "").strip()]
     return found if (module.__doc__ or "").strip() else [name, *found]
 
