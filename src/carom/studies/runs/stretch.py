@@ -53,7 +53,8 @@ class Stretch:
     """Of species at the end of every segment, if their masses differ."""
     layers: list[Any] = field(default_factory=list)
     """Sums over layers along a field (``carom.observables.layers``), at the same times."""
-    volumes: list[Any] = field(default_factory=list)  # sums under a barostat (VolumeSums), at the same times
+    volumes: list[Any] = field(default_factory=list)
+    """Sums under a barostat (:class:`carom.block.VolumeSums`) at the beginning of every segment."""
     overlaps: list[Any] = field(default_factory=list)
     """Time of a frame, and its deepest overlap, of all that were looked at and have one."""
     equilibrated: tuple[int, float] | None = None  # collisions and time of the equilibration, once it is over
