@@ -123,10 +123,9 @@ def require_at_most_three(dimension: int, format_name: str) -> None:
 def momenta(velocities: np.ndarray, masses: np.ndarray) -> np.ndarray:
     """Return momenta that, divided by the mass, give the velocities exactly where that is possible.
 
-    ASE stores momenta and divides. ``(m * v) / m`` can differ from v by one unit in the last place; one of
-    the two neighbours of ``m * v`` then often gives v exactly. Where the significands of m and v multiply to
-    2 or more, the momentum is coarser than the velocity, and for some v no momentum is exact. Those stay one
-    unit off; ``velo`` holds the velocity itself. With masses that are powers of two every velocity is exact.
+    ASE divides, and ``(m * v) / m`` can miss v by one unit in the last place; a neighbour of ``m * v`` often
+    gives it. Where the significands of m and v multiply to 2 or more, some v have no exact momentum; ``velo``
+    holds the velocity itself. With masses that are powers of two every velocity is exact.
     """
     mass = masses[:, np.newaxis]
     result = velocities * mass

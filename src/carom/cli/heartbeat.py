@@ -45,13 +45,7 @@ def starting() -> contextlib.AbstractContextManager[object]:
 
 
 class Heartbeat:
-    """Lines about the state of some work, printed by a thread of its own.
-
-    Attributes
-    ----------
-    state : str
-        Text of the next line.
-    """
+    """Lines about the ``state`` of some work, printed by a thread of its own."""
 
     def __init__(self, state: str):
         self.state = state

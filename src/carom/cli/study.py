@@ -30,16 +30,10 @@ FILES = (".json", ".csv", ".txt", ".html", ".png", ".pdf", ".svg")
 
 
 def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callable[..., None]:
-    """Return the command of a study.
+    """Return the command of a study: its options are the fields of ``asked``, and its help is ``about``.
 
-    Parameters
-    ----------
-    name : str
-        Its name, and the stem of its default folder ``carom-NAME``.
-    asked : type
-        The specification: its fields are the options, its ``about`` is the help.
-    kind : callable
-        Returns the class of the study when the command runs: its import takes longer than the help.
+    The default folder is ``carom-NAME``. ``kind`` returns the class of the study when the command runs: its
+    import takes longer than the help.
     """
 
     def run(
@@ -122,13 +116,7 @@ def carry_out(
 
 
 def command(kind: type[Study[Any]]) -> None:
-    """Run the command line of a study of one's own: ``carom.studies.command(MyStudy)``.
-
-    Parameters
-    ----------
-    kind : type
-        The study. The fields of its specification are the options.
-    """
+    """Run the command line of a study of one's own: its options are the fields of its specification."""
     app = typer.Typer(
         add_completion=False,
         rich_markup_mode="rich",

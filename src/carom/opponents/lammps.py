@@ -34,8 +34,8 @@ def _program() -> Any:
 class LammpsSpheres:
     """Pseudo hard spheres in a periodic box of three dimensions, moved by LAMMPS on one core.
 
-    Parameters and attributes as :class:`carom.opponents.pseudo_hard.PseudoHardSpheres`; ``skin`` is LAMMPS's
-    default for these units.
+    Arguments and attributes are those of :class:`carom.opponents.pseudo_hard.PseudoHardSpheres`; ``skin`` is
+    LAMMPS's default for these units.
     """
 
     def __init__(

@@ -21,27 +21,11 @@ is short enough, the pairs are treated one by one. With 0 all pairs are, which i
 
 
 class ListedSpheres(ABC):
-    """Equal spheres in a periodic box, and the list of their pairs.
+    """Equal spheres in a periodic box, and the list of their pairs; a subclass moves them in ``run(steps)``.
 
-    Parameters
-    ----------
-    positions, velocities : (n, d) array_like
-        Centres [length] and velocities [length / time].
-    box : sequence of d floats
-        Edges [length].
-    step : float
-        The time step [time].
-    diameter, mass : float
-        Diameter [length] and mass [mass] of every sphere.
-    real : type
-        Type of floats in compiled code.
-    tally : (k,) array
-        Sums that compiled code adds to.
-
-    Notes
-    -----
-    In compiled code the arrays have the shape (d, n), in an order in which neighbours in space are neighbours
-    in memory. A subclass moves the spheres in ``run(steps)``.
+    ``positions`` [length] and ``velocities`` [length / time] are (n, d), and ``step`` is a time. Compiled
+    code has floats of type ``real``, and adds to the sums in ``tally`` (k,); its arrays are (d, n), in an
+    order in which neighbours in space are neighbours in memory.
     """
 
     def __init__(
@@ -97,16 +81,9 @@ class ListedSpheres(ABC):
         """Make ``steps`` steps."""
 
     def _list_pairs(self, contact: float, skin: float, steps: float) -> None:
-        """Wrap every sphere into the box, then list the pairs again.
+        """Wrap every sphere into the box; list the pairs up to ``contact`` [length] + ``skin`` [diameters].
 
-        Parameters
-        ----------
-        contact : float
-            Distance at which two spheres interact [length].
-        skin : float
-            Width by which the list reaches beyond ``contact`` [diameters].
-        steps : float
-            Least number of steps for which the list must be valid for the fastest sphere.
+        The list is valid for at least so many ``steps`` of the fastest sphere.
         """
         box = self.box[:, None]
         turns = np.floor(self._x.astype(np.float64) / box)

@@ -22,20 +22,7 @@ def compile_kept(function: Any) -> Any:
 
 
 class PairList:
-    """All pairs of components closer than a reach, each pair once.
-
-    Parameters
-    ----------
-    box : (d,) array
-        Edges [length].
-    n : int
-        Number of components.
-
-    Attributes
-    ----------
-    first, second : (count,) uint32 arrays
-        The two components of each pair.
-    """
+    """All pairs of ``n`` components closer than a reach in a ``box`` (d,) [length], each pair once."""
 
     def __init__(self, box: np.ndarray, n: int):
         self.box, self.n = box, n
@@ -44,12 +31,12 @@ class PairList:
 
     @property
     def first(self) -> np.ndarray:
-        """The first component of each pair."""
+        """The first component of each pair, (count,) uint32."""
         return self._first[: self.count]
 
     @property
     def second(self) -> np.ndarray:
-        """The second component of each pair."""
+        """The second component of each pair, (count,) uint32."""
         return self._second[: self.count]
 
     def renew(self, x: np.ndarray, reach: float) -> None:

@@ -1,8 +1,8 @@
 """Pseudo hard spheres: a steep potential that codes with a time step use instead of hard spheres.
 
-A Mie potential of exponents 50 and 49, cut at its minimum and shifted, has nearly the structure and the
-pressure of hard spheres of diameter sigma at kT = 1.5 epsilon (Jover, Haslam, Galindo, Jackson and Mueller,
-J. Chem. Phys. 137, 144505 (2012)). Here velocity Verlet moves them, compiled.
+A Mie potential of exponents 50 and 49, cut at its minimum and shifted, has nearly the structure and pressure
+of hard spheres of diameter sigma at kT = 1.5 epsilon (Jover, Haslam, Galindo, Jackson and Mueller, J. Chem.
+Phys. 137, 144505 (2012)).
 """
 
 from __future__ import annotations
@@ -24,36 +24,11 @@ CUT = 50.0 / 49.0
 
 
 class PseudoHardSpheres(ListedSpheres):
-    """Pseudo hard spheres in a periodic box, by velocity Verlet.
+    """Pseudo hard spheres in a periodic box of at least two diameters, by velocity Verlet.
 
-    Parameters
-    ----------
-    positions, velocities : (n, d) array_like
-        Centres [length] and velocities [length / time].
-    box : sequence of d floats
-        Edges [length], each at least two diameters.
-    step : float
-        The time step in units of ``diameter * sqrt(mass / epsilon)``.
-    kT : float
-        Temperature [energy]; epsilon is two thirds of it.
-    diameter, mass : float
-        Diameter [length] and mass [mass] of every sphere.
-    skin : float, optional
-        Width by which the list of pairs reaches beyond the cutoff [diameters]. By default the fastest width
-        is found by trial.
-
-    Attributes
-    ----------
-    steps : int
-    time : float
-        Present time [time].
-    virial : float
-        Integral of ``sum r_ij . f_ij`` over the time so far [energy time]. For hard spheres it is the sum of
-        ``r_ij . dp_ij`` over collisions.
-    action : float
-        Integral of the kinetic energy over the time so far [energy time].
-    closest : float
-        Smallest distance of two spheres so far [diameters].
+    ``step`` is in units of ``diameter * sqrt(mass / epsilon)``, and epsilon is two thirds of ``kT``. ``skin``
+    [diameters] is how far the list of pairs reaches beyond the cutoff; by default the fastest is found by
+    trial.
     """
 
     def __init__(
@@ -85,7 +60,7 @@ class PseudoHardSpheres(ListedSpheres):
 
     @property
     def virial(self) -> float:
-        """Integral of the virial over the time so far [energy time]."""
+        """Integral of ``sum r_ij . f_ij`` so far [energy time]; for hard spheres sum of ``r_ij . dp_ij``."""
         return float(self._tally[0])
 
     @property

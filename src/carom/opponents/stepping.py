@@ -1,8 +1,7 @@
 """Time-driven stepping, compiled: the method with which Lubachevsky (1991) compares his algorithm.
 
-The rules are those of ``tests/helpers/naive/stepping.py``, which is written for readability. The
-time advances by a fixed step. Then pairs that overlap and approach exchange momentum, the earliest contact
-first.
+After each step, pairs that overlap and approach exchange momentum, the earliest contact first.
+``tests/helpers/naive/stepping.py`` has the same rules, written for readability.
 """
 
 from __future__ import annotations
@@ -18,32 +17,10 @@ from carom.opponents.pairs import compile_kept
 
 
 class Stepper(ListedSpheres):
-    """Equal hard spheres in a periodic box, advanced by a fixed time step in compiled code.
+    """Equal hard spheres in a periodic box of at least two diameters, advanced by a fixed ``step`` [time].
 
-    Parameters
-    ----------
-    positions, velocities : (n, d) array_like
-        Centres [length] and velocities [length / time].
-    box : sequence of d floats
-        Edges [length], each at least two diameters.
-    step : float
-        The time step [time].
-    diameter, mass : float
-        Diameter [length] and mass [mass] of every sphere.
-    single : bool
-        Whether to compute in float32.
-    skin : float, optional
-        Width by which the list of pairs reaches beyond contact [diameters]. By default the fastest width is
-        found by trial. Results do not depend on it.
-
-    Attributes
-    ----------
-    steps, collisions : int
-        Numbers so far; the time is ``steps * step``.
-    virial : float
-        Sum of ``r_ij . dp_ij`` [mass length^2 / time], with the separation at which a pair was found.
-    worst_overlap : float
-        Deepest overlap found after a step [diameters].
+    With ``single`` it computes in float32. ``skin`` [diameters] is how far the list of pairs reaches beyond
+    contact; by default the fastest is found by trial. Results do not depend on it.
     """
 
     def __init__(
@@ -78,7 +55,7 @@ class Stepper(ListedSpheres):
 
     @property
     def virial(self) -> float:
-        """Sum of ``r_ij . dp_ij`` so far [mass length^2 / time]."""
+        """Sum of ``r_ij . dp_ij`` so far [mass length^2 / time], with r_ij at which a pair was found."""
         return self.mass * float(self._tally[1])
 
     @property

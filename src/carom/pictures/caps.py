@@ -38,24 +38,9 @@ def caps(
 ) -> Any:
     """Draw caps on the sphere S^2 from outside, with a line for every contact.
 
-    Parameters
-    ----------
-    points : (n, 3) array
-        Unit vectors: the middles of the caps.
-    radius : float
-        Angular radius of a cap [degrees].
-    contacts : (m, 2) array, optional
-        Pairs that touch. The number of its contacts gives a cap its color; rattlers are grey.
-    view : (float, float)
-        Longitude and latitude of the direction of view [degrees].
-    pixels : int
-        Edge of the picture.
-    path : path, optional
-        File to write.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+    The middles of the caps are unit vectors (n, 3); the ``radius`` is in degrees. The number of its
+    ``contacts`` (m, 2) gives a cap its color; rattlers are grey. ``view`` is the longitude and latitude of
+    the direction of view [degrees].
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -27,27 +27,13 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Caption:
-    """What is written under all pictures of a movie.
+    """What is written under all pictures of a movie."""
 
-    Parameters
-    ----------
-    width : int
-        Width of the pictures [pixels].
-    decimals : int or None
-        Decimals of the time; None for six digits.
-    entries : sequence of (colour, name)
-        Named colors.
-    scale : (m, 3) array, optional
-        Colours of a scale, drawn as a bar.
-    ends : (str, str)
-        What stands before and behind the bar.
-    """
-
-    width: int
-    decimals: int | None
+    width: int  # of the pictures [pixels]
+    decimals: int | None  # of the time; None for six digits
     entries: Sequence[tuple[Colour, str]] = ()
-    scale: np.ndarray | None = None
-    ends: tuple[str, str] = ("", "")
+    scale: np.ndarray | None = None  # colours (m, 3), drawn as a bar
+    ends: tuple[str, str] = ("", "")  # what stands before and behind the bar
 
     @property
     def letter(self) -> int:

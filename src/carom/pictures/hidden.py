@@ -17,19 +17,10 @@ FEW = 5000
 
 
 def visible(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Return which discs are visible on a fine grid of points, (n,) bool.
+    """Return which discs, the last on top, are visible on a fine grid of points, (n,) bool.
 
-    Parameters
-    ----------
-    centers : (n, 2) array
-        Centers in the picture [length], in the order of drawing: the last disc lies on top.
-    radii : (n,) array
-        Positive radii [length].
-
-    Notes
-    -----
-    Each point gets the number of the last disc that contains it. A disc without a point is hidden, or its
-    visible part is smaller than the grid resolves. A disc smaller than the distance of two points is kept.
+    Each point gets the last disc that contains it. A disc without a point is hidden, or its visible part is
+    smaller than the grid resolves; a disc smaller than the distance of two points is kept.
     """
     n = len(radii)
     if n <= FEW:

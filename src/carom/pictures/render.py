@@ -1,8 +1,7 @@
 """Shaded spheres as an array of pixels, for pictures in 3D and for the frames of a movie.
 
-The picture is made band by band. A depth buffer holds the nearest sphere of each pixel; then the pixels are
-shaded, and faces and lines drawn over them. The light, the colors and the haze are those of the viewer
-(``viewer/shaders.js``).
+Band by band, a depth buffer holds the nearest sphere of each pixel; then pixels are shaded, and faces and
+lines drawn over them. Light, colors and haze are those of the viewer (``viewer/shaders.js``).
 """
 
 from __future__ import annotations
@@ -45,28 +44,14 @@ Extents = tuple[np.ndarray, np.ndarray]
 
 @dataclass(frozen=True)
 class Camera:
-    """A parallel projection.
+    """A parallel projection."""
 
-    Parameters
-    ----------
-    middle : (3,) array
-        The point at the middle of the picture [length].
-    axes : (3, 3) array
-        Unit vectors to the right, up, and towards the eye.
-    width, height : int
-        Pixels.
-    scale : float
-        Pixels per length.
-    depth : float
-        Half the depth of the visible space, over which haze thickens [length].
-    """
-
-    middle: np.ndarray
-    axes: np.ndarray
-    width: int
-    height: int
-    scale: float
-    depth: float
+    middle: np.ndarray  # the point at the middle of the picture, (3,) [length]
+    axes: np.ndarray  # unit vectors to the right, up, and towards the eye, (3, 3)
+    width: int  # [pixels]
+    height: int  # [pixels]
+    scale: float  # pixels per length
+    depth: float  # half the depth of the visible space, over which haze thickens [length]
 
     @classmethod
     def on(cls, frame: Frame, size: int, azimuth: float = 30.0, elevation: float = 20.0) -> Camera:
@@ -105,19 +90,10 @@ def rendered(
     colours: np.ndarray | None = None,
     ground: np.ndarray = GROUND,
 ) -> np.ndarray:
-    """Return a picture of a frame, (height, width, 3) uint8.
+    """Return a picture of a frame, (height, width, 3) uint8; one and two dimensions are seen from above.
 
-    Parameters
-    ----------
-    frame : Frame
-        A frame of one to three dimensions; one and two are seen from above.
-    camera : Camera
-    obstacles : sequence of obstacles
-        Drawn if they have an outline or a surface (:mod:`carom.pictures.shapes`).
-    colors : (n, 3) array, optional
-        Red, green and blue of each sphere, from 0 to 1; those of the species if left out.
-    ground : (3,) array
-        Colour of the background.
+    Obstacles are drawn if they have an outline or a surface (:mod:`carom.pictures.shapes`). ``colours`` (n,
+    3) are red, green and blue from 0 to 1; by default those of the species.
     """
     fine = replace(camera, width=FINE * camera.width, height=FINE * camera.height, scale=FINE * camera.scale)
     if colours is None:

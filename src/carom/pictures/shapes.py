@@ -27,21 +27,11 @@ SHARP = 0.9
 
 
 class Shapes(NamedTuple):
-    """What to draw.
+    """What to draw."""
 
-    Attributes
-    ----------
-    spheres : (s, 4) array
-        Centers and radii [length].
-    segments : (l, 2, 3) array
-        Both ends [length].
-    triangles : (t, 3, 3) array
-        Corners [length].
-    """
-
-    spheres: np.ndarray
-    segments: np.ndarray
-    triangles: np.ndarray
+    spheres: np.ndarray  # centers and radii, (s, 4) [length]
+    segments: np.ndarray  # both ends, (l, 2, 3) [length]
+    triangles: np.ndarray  # corners, (t, 3, 3) [length]
 
 
 def shapes_of(obstacles: Sequence[Obstacle], box: np.ndarray, periodic: tuple[bool, ...]) -> Shapes:

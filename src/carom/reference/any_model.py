@@ -1,8 +1,7 @@
-"""The naive algorithm for any model, whose functions are called as plain Python.
+"""The naive algorithm for any model, whose functions are called as plain Python, in doubles.
 
-It is slow and simple, in doubles. The earliest interaction of all pairs and near images is found, all
-particles are advanced to it, two velocities jump, and the search starts over. It tests the engine, not the
-model.
+The earliest interaction of all pairs and near images is found, all particles are advanced to it, two
+velocities jump, and the search starts over. It tests the engine, not the model.
 """
 
 from __future__ import annotations

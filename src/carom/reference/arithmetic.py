@@ -19,21 +19,12 @@ NEVER = math.inf
 
 
 class Arithmetic(NamedTuple):
-    """How to make a number and how to take a root.
+    """How to make a number and how to take a root."""
 
-    Attributes
-    ----------
-    name : {"float", "mpmath", "fraction"}
-        As given by the user.
-    number : callable
-        Converts an int, float, str or Fraction; floats are taken as the exact binary numbers that they are.
-    sqrt : callable
-        Square root of a non-negative number.
-    """
-
-    name: str
+    name: str  # "float", "mpmath" or "fraction"
     number: Callable[[Any], Any]
-    sqrt: Callable[[Any], Any]
+    """Converts an int, str, Fraction, or float, taken as the exact binary number that it is."""
+    sqrt: Callable[[Any], Any]  # root of a non-negative number
 
     def array(self, values: Any, what: str) -> np.ndarray:
         """Return `values` as an array of numbers (float64 or object), all finite."""
@@ -73,16 +64,10 @@ def _fraction_sqrt(value: Fraction) -> Fraction:
 
 
 def make_arithmetic(name: str, digits: int = 50) -> Arithmetic:
-    """Return the arithmetic called `name`.
+    """Return the arithmetic ``name``: float (IEEE doubles), mpmath with so many decimal digits, or fraction.
 
-    Parameters
-    ----------
-    name : {"float", "mpmath", "fraction"}
-        IEEE doubles; mpmath with `digits` decimal digits, in a context of its own, so that the global
-        ``mpmath.mp`` is neither read nor changed; or exact ``fractions.Fraction``, whose square root raises
-        InputError unless it is rational.
-    digits : int
-        Decimal digits of mpmath.
+    mpmath has a context of its own: the global ``mpmath.mp`` is neither read nor changed. Fractions are
+    exact, and their square root raises InputError unless it is rational.
     """
     if name == "float":
         return Arithmetic(

@@ -1,8 +1,7 @@
 """The paper's basic functions for hard spheres in a periodic box, with and without sectors (sec. 2).
 
-``interaction_time``, ``jump`` and ``advance`` are the only physics in the figures of
-:mod:`carom.reference.figures`, apart from crossings of sectors. Diameter and mass are parts of a particle's
-state that do not change, as in sec. 11.
+``interaction_time``, ``jump`` and ``advance`` are the only physics in :mod:`carom.reference.figures`, apart
+from crossings of sectors. Diameter and mass are constant parts of a particle's state, as in sec. 11.
 """
 
 from __future__ import annotations

@@ -1,18 +1,16 @@
 r"""The next meeting among moving spheres in a periodic box, over all images that can be met.
 
-Two spheres in a small box may meet through any image of each other. Rather than guess how many images a
-flight can reach, the search goes through time in windows in which no pair moves by more than a quarter of an
-edge relative to each other. With the nearest image within half an edge, an offset of m edges is beyond the
-reach of a contact distance s where ``(m - 1/2) L > s + L / 4``: for contacts of at most one edge, only the
-offsets -1, 0, 1 along each axis can be met within the window. Fixed balls, which may be larger, are met like
-spheres that stand still. Along an axis that is not periodic there is one image.
+The search goes through time in windows in which no pair moves by more than a quarter of an edge relative to
+each other. With the nearest image within half an edge, an offset of m edges is out of reach of a contact
+distance s where ``(m - 1/2) L > s + L / 4``: for contacts of at most one edge, only the offsets -1, 0, 1
+along each periodic axis can be met. Fixed balls, which may be larger, are met like spheres that stand still.
 
 **Floats find the candidates, the chosen arithmetic decides.** The sweep over pairs, windows and images uses
 doubles and spheres that are larger by a margin :math:`\eta = 2^{-20} S`, where S bounds every length that
-enters. Growing the contact distance adds at least :math:`\eta^2 = 2^{-40} S^2` to :math:`-c`, while rounding
-changes :math:`b^2 / a` and c together by less than :math:`8 (d + 4) 2^{-53} S^2 < 2^{-46} S^2` for d <= 6.
-So no meeting is missed, and the entry into the larger sphere is a true lower bound of the meeting time. Every
-candidate with a lower bound before the earliest meeting so far is then solved in the chosen arithmetic.
+enters. A larger contact distance adds at least :math:`\eta^2 = 2^{-40} S^2` to :math:`-c`, while rounding
+changes :math:`b^2 / a` and c together by less than :math:`8 (d + 4) 2^{-53} S^2 < 2^{-46} S^2` for d <= 6. So
+no meeting is missed, and the entry into the larger sphere is a true lower bound of its time. Candidates with
+a lower bound before the earliest meeting so far are solved in the chosen arithmetic.
 """
 
 from __future__ import annotations
@@ -37,22 +35,13 @@ _WINDOWS = 2**22
 
 
 class Contacts(NamedTuple):
-    """Distances at which pairs touch, and how fast these grow.
+    """Distances at which pairs touch, and how fast these grow."""
 
-    Attributes
-    ----------
-    diameters, growth : (n,) arrays of numbers
-        Of each sphere, and of the fixed balls after them [length], [length / time].
-    species : (n,) int array or None
-        Given together with `matrix`.
-    matrix : (K, K) array of numbers or None
-        Contact distances between species; without it, a pair touches at the mean of its diameters.
-    """
-
-    diameters: np.ndarray
-    growth: np.ndarray
-    species: np.ndarray | None = None
+    diameters: np.ndarray  # of each sphere, then of the fixed balls, (n,) [length]
+    growth: np.ndarray  # of their diameters, (n,) [length / time]
+    species: np.ndarray | None = None  # (n,), given together with ``matrix``
     matrix: np.ndarray | None = None
+    """Contact distances between species (K, K); without it, a pair touches at the mean of its diameters."""
 
     def of(self, i: Any, j: Any) -> tuple[Any, Any]:
         """Return the contact distance and its rate of growth: of a pair, or of arrays of pairs."""
@@ -90,18 +79,7 @@ class Meeting(NamedTuple):
 def contact_time(r: Any, u: Any, contact: Any, sqrt: Any, rate: Any = 0) -> Any:
     """Time until ``|r + u t| = contact + rate t``, or None when the two do not meet.
 
-    Parameters
-    ----------
-    r, u : (d,) arrays of numbers
-        Relative position [length] and velocity at one time.
-    contact, rate : number
-        Distance at contact [length], and how fast it grows.
-    sqrt : callable
-        Root of the arithmetic in use.
-
-    Notes
-    -----
-    Lubachevsky (1991), eq. (2), in the form ``c / (-b + sqrt(b^2 - ac))``, which keeps its digits for grazing
+    Lubachevsky (1991), eq. (2), as ``c / (-b + sqrt(b^2 - ac))``, which keeps its digits for grazing
     meetings. Spheres that overlap by rounding and approach meet now (sec. 6). Two that touch without
     approaching (b = 0) exchange no momentum, and do not meet, unless they grow faster than they part (a < 0).
     """
@@ -202,34 +180,12 @@ def next_meeting(
     guess: float = math.inf,
     windows_limit: int = _WINDOWS,
 ) -> Meeting | None:
-    """Return the first meeting of any two through any image, the smallest (delay, i, j, image).
+    """Return the first meeting of any two through any image: the smallest (delay, i, j, image), or None.
 
-    Parameters
-    ----------
-    positions, velocities : (n, d) arrays of numbers
-        At one common time; positions within about one edge of the box [length].
-    contacts : Contacts
-        When two touch.
-    box : (d,) array of numbers
-        Edges of the periodic box.
-    arithmetic : Arithmetic
-        In which the times are computed and compared.
-    periodic : (d,) bool array, optional
-        Which axes are; all if left out.
-    balls : (m, d) array of numbers, optional
-        Centers of fixed balls.
-    limit : number
-        Look no further than this delay [time].
-    guess : float
-        A likely delay; only the speed depends on it.
-    windows_limit : int
-        Quarter-edge windows to look through.
-
-    Returns
-    -------
-    Meeting or None
-        None if there is no meeting within `limit`, or never one: no relative motion, or motion along one axis
-        only and a full period without a meeting.
+    Positions (n, d) are within about one edge of the box; ``balls`` (m, d) are centers of fixed balls. None:
+    no meeting within ``limit`` [time], or never one, as there is no relative motion, or motion along one axis
+    only and a full period without a meeting. ``guess``, a likely delay, changes the speed only, and
+    ``windows_limit`` is the number of quarter-edge windows to look through.
     """
     n, m = len(positions), 0 if balls is None else len(balls)
     if balls is not None and m:

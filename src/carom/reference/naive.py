@@ -1,9 +1,8 @@
 """The naive algorithm of the paper's introduction: slow, simple, and it defines the correct trajectory.
 
-The whole system goes from collision to collision. The earliest meeting of all pairs and periodic images, and
-with all walls and obstacles, is found. Every sphere is advanced to it, the velocities jump, and the search
-starts over. Lubachevsky (1991) *calls* the trajectory found in this way the correct one (sec. 7). With 50
-digits it stays correct for hundreds of collisions, long after any computation in doubles has diverged.
+The earliest meeting of all pairs, images, walls and obstacles is found, every sphere is advanced to it, the
+velocities jump, and the search starts over. Lubachevsky (1991) *calls* its trajectory the correct one (sec.
+7). With 50 digits it is correct for hundreds of collisions, long after doubles have diverged.
 """
 
 from __future__ import annotations

@@ -1,11 +1,8 @@
-"""The tasks of a study: plain values, each with its own key; and the folder with one file for each result.
+"""The tasks of a study, and the folder with one file for each result, complete or not there at all.
 
-A task is a dictionary of JSON values that determines every bit of its result. Its key is a digest of that
-content, and its random stream depends only on the content, too. So results are found again in any study, and
-adding tasks to a study does not change the others.
-
-Only the leading process of a study writes result files, so that workers need no common disk. Each file
-appears complete or not at all.
+A task is a dictionary of JSON values that determines every bit of its result. Its key and its random stream
+depend only on that content, so that any study finds results again, and new tasks do not change others. Only
+the leading process of a study writes result files: workers need no common disk.
 """
 
 from __future__ import annotations
@@ -67,13 +64,7 @@ def stream(seed: int, identity: Any) -> SeedSequence:
 
 
 class Folder:
-    """The folder with the settings of a study and the results of its tasks.
-
-    Parameters
-    ----------
-    path : Path
-        The folder; :meth:`begun` makes it.
-    """
+    """The folder with the settings of a study and the results of its tasks; :meth:`begun` makes it."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -84,13 +75,7 @@ class Folder:
         return self.path / RESULTS / f"{key(task)}.json"
 
     def check(self, settings: dict[str, Any]) -> None:
-        """Refuse a folder that holds the results of another study; no file is changed.
-
-        Parameters
-        ----------
-        settings : dict
-            Settings that all tasks share.
-        """
+        """Refuse a folder with a study of other ``settings``, which all tasks share; change nothing."""
         refuse_others(self.path, "a study", "a plan")
         before = self.read()
         if before is not None:
@@ -105,12 +90,8 @@ class Folder:
     def begun(self, settings: dict[str, Any], grid: dict[str, Any]) -> Iterator[None]:
         """Make the folder, keep other processes out while the body runs, and note what is asked for.
 
-        Parameters
-        ----------
-        settings : dict
-            As for :meth:`check`.
-        grid : dict
-            Parameters that differ between tasks; they may differ from those of an earlier session.
+        ``grid`` holds the parameters that differ between tasks; they may differ from those of an earlier
+        session.
         """
         self.check(settings)
         with writing(self.path):

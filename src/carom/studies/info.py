@@ -48,30 +48,14 @@ MOST_LINES = 3
 
 @dataclass
 class Info:
-    """What lies at a path.
-
-    Attributes
-    ----------
-    path : Path
-        Where it is.
-    kind : str
-        What is there: ``"a run"``, ``"a trajectory (h5md)"``, ...
-    state : str
-        Whether it is finished, or how far it is; empty for what never runs.
-    values : dict
-        Numbers and texts by name, as JSON has them.
-    lines : list of (str, str)
-        What is shown of them: a name and a text.
-    next : str
-        A command to type next, or a line of Python.
-    """
+    """What lies at a path."""
 
     path: Path
-    kind: str
-    state: str = ""
-    values: dict[str, Any] = field(default_factory=dict)
-    lines: list[tuple[str, str]] = field(default_factory=list)
-    next: str = ""
+    kind: str  # "a run", "a trajectory (h5md)", ...
+    state: str = ""  # whether it is finished, or how far it is; empty for what never runs
+    values: dict[str, Any] = field(default_factory=dict)  # numbers and texts by name, as JSON has them
+    lines: list[tuple[str, str]] = field(default_factory=list)  # what is shown of them: a name and a text
+    next: str = ""  # a command to type next, or a line of Python
 
     def add(self, name: str, text: str, **values: Any) -> None:
         """Add a line, and the values in it; by default the text is the value."""

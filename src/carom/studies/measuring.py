@@ -171,25 +171,15 @@ def _crystal(system: _System) -> Crystallinity:
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity that frames give.
+    """A quantity that frames give."""
 
-    Attributes
-    ----------
-    what : str
-        What it is, in a few words.
-    observable : type
-        Its observable.
-    make : callable
-        Returns the observable for a system, or raises InputError with the end of a sentence on why there is
-        none.
-    usual : callable
-        Tells whether it is measured where no quantity is named.
-    """
-
-    what: str
-    observable: type
+    what: str  # what it is, in a few words
+    observable: type  # its class
     make: Callable[[_System], Any]
+    """Returns the observable for a system, or raises InputError with the end of a sentence on why there is
+    none."""
     usual: Callable[[_System], bool] = field(default=lambda system: True)
+    """Whether it is measured where no quantity is named."""
 
 
 QUANTITIES = {

@@ -16,21 +16,11 @@ ACCURATE_DISKS = 0.6
 
 
 class Phase(NamedTuple):
-    """The phase of a run of equal elastic particles in a periodic box.
+    """The phase of a run of equal elastic particles in a periodic box."""
 
-    Attributes
-    ----------
-    name : str
-        "fluid", "solid" or "coexistence".
-    equations : dict of str to callable
-        Equations of state to compare its Z with, the best one last.
-    note : str
-        A caveat, in a sentence; or "".
-    """
-
-    name: str
-    equations: dict[str, Equation]
-    note: str
+    name: str  # "fluid", "solid" or "coexistence"
+    equations: dict[str, Equation]  # equations of state to compare its Z with, the best one last
+    note: str  # a caveat, in a sentence; or ""
 
 
 class Filled(Protocol):
@@ -46,21 +36,11 @@ class Filled(Protocol):
 
 
 def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
-    """Return the phase of a run.
+    """Return the phase of a run of equal elastic particles in a periodic box, by its start and their motion.
 
-    Parameters
-    ----------
-    scene : Scene, or what has its dimension and packing fraction
-        Of equal elastic particles in a periodic box.
-    initial : str
-        The start of the run, as in a scene file.
-    distance : float
-        Median distance of the particles from their start, :func:`carom.observables.drift.moved`.
-
-    Notes
-    -----
-    Beyond freezing, particles that stay near their start are a solid; otherwise the phase is a metastable
-    fluid. Disks between freezing and melting are two coexisting phases.
+    ``distance`` is the median of :func:`carom.observables.drift.moved`. Beyond freezing, particles that stay
+    near their start are a solid; otherwise the phase is a metastable fluid. Disks between freezing and
+    melting are two coexisting phases.
     """
     d, eta = scene.dimension, round(scene.packing_fraction, 9)
     freezing, melting = theory.FREEZING.get(d, 1.0), theory.MELTING.get(d, 1.0)

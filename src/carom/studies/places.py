@@ -63,14 +63,9 @@ def kind_of(folder: Path) -> str | None:
 
 
 def refuse_others(folder: Path, kind: str, *beside: str) -> None:
-    """Refuse a folder that holds other results than those of a ``kind``; no file is changed.
+    """Refuse a folder that holds other results than those of a ``kind`` or ``beside``, names in OWN.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder; it need not exist.
-    kind, *beside : str
-        Names in OWN: what is to be there, and what else may be.
+    No file is changed, and the folder need not exist.
     """
     for other, names in OWN.items():
         found = [name for name in names if os.path.lexists(folder / name)]

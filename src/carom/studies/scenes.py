@@ -27,18 +27,9 @@ from carom.studies.start import start
 
 
 def simulation_of(task: Task, check: Callable[[Scene], None] | None = None, **settings: Any) -> Simulation:
-    """Return the simulation of a task at its start.
+    """Return the simulation of a task at its start, which does not depend on the length of the run.
 
-    The start does not depend on the length of the run: a longer run begins like a shorter one.
-
-    Parameters
-    ----------
-    task : dict
-        With ``seed``, ``scene``, ``replica`` and perhaps ``neighbors``.
-    check : callable, optional
-        Called with the scene; it may raise InputError.
-    **settings
-        Further arguments of :class:`carom.Simulation`.
+    The task has ``seed``, ``scene``, ``replica`` and perhaps ``neighbors``; ``check`` may raise InputError.
     """
     places, speeds, kicks = stream(task["seed"], [task["scene"], task["replica"]]).spawn(3)
     scene = start(scene_spec(task["scene"]), default_rng(places))
@@ -108,12 +99,7 @@ def with_fractions(scene: SceneSpec) -> tuple[Species, ...]:
 def point_of(scene: SceneSpec, given: Container[str]) -> dict[str, Any]:
     """Return the point of a grid that a scene is: what it says of n, packing fraction, dimension and lattice.
 
-    Parameters
-    ----------
-    scene : SceneSpec
-        The scene, not from a file.
-    given : container of str
-        The keys that say what it is; others have defaults, and are for the study to say.
+    The scene is not from a file. Keys that are not ``given`` have defaults, and are for the study to say.
     """
     found: dict[str, Any] = {}
     if scene.lattice is not None:

@@ -27,15 +27,10 @@ class Interrupted(KeyboardInterrupt):
 
 
 class Stop:
-    """Whether a signal to stop was received.
+    """Whether a signal to stop was received, ``asked``.
 
-    Attributes
-    ----------
-    deferred : bool
-        While true, the first signal only sets ``asked``, and the second one raises KeyboardInterrupt. While
-        false, the first one does.
-    asked : bool
-        Whether a signal was received.
+    While ``deferred``, the first signal only sets ``asked``, and the second one raises KeyboardInterrupt;
+    else the first one does.
     """
 
     def __init__(self) -> None:

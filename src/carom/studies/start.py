@@ -22,19 +22,11 @@ ROOM = 0.9
 def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
     """Return the requested scene, by the fastest way to a random start.
 
-    Parameters
-    ----------
-    asked : SceneSpec
-    rng : numpy.random.Generator
-        Source of randomness.
-
-    Notes
-    -----
-    To move apart spheres that were placed at random takes the time of some hundred thousand collisions
-    (N = 4000). Well below freezing, a crystal with random vacancies melts within ten to a hundred collisions
-    per sphere, of the thousand of equilibration. A run whose spheres stay near their start is flagged. So
-    equal spheres start as a crystal in three and more dimensions. Near freezing it would not melt: there it
-    melts with smaller spheres, which then grow.
+    To move apart spheres placed at random takes the time of some hundred thousand collisions (N = 4000). Well
+    below freezing, a crystal with random vacancies melts within ten to a hundred collisions per sphere, of
+    the thousand of equilibration. So equal spheres start as a crystal in d >= 3; near freezing it would not
+    melt, and there melts with smaller spheres, which then grow. A run whose spheres stay near their start is
+    flagged.
     """
     melting = _melting(asked)
     if melting is None:
@@ -81,8 +73,7 @@ def _crystal(
 def _melting(asked: SceneSpec) -> tuple[lattices.Lattice, int, float] | None:
     """Return a lattice, its cells along an edge, and a packing fraction at which it melts quickly.
 
-    The packing fraction is the requested one where that is low enough. The result is None for a scene that
-    cannot start as a crystal.
+    That is the requested one where it is low enough. None: the scene cannot start as a crystal.
     """
     d = asked.dimension or 3
     given = (asked.species, asked.obstacles, asked.walls, asked.box, asked.density)

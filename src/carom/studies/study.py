@@ -1,8 +1,8 @@
 """A study as a value: what is asked for, and what is known so far. To run it is to know more.
 
-A study is a :class:`~carom.spec.Spec`, which makes tasks; a function ``measure``, which turns a task
-into a result, anywhere; and what follows from the results: a table, figures, a page. All of this is in one
-file per study. What is common is here: the folder, Ctrl-C and resume, where tasks run, progress, files.
+A study is a :class:`~carom.spec.Spec`, which makes tasks; a function ``measure``, which turns a task into a
+result, anywhere; and a table, figures and a page of the results. The folder, Ctrl-C and resume, progress,
+files, and where tasks run, are common, and here.
 """
 
 from __future__ import annotations
@@ -431,28 +431,11 @@ def perform(
     stop: Callable[[], bool] | None = None,
     kept: Path | None = None,
 ) -> Record:
-    """Run a task, in any process, and return its record.
+    """Run a task of a study's ``measure``, in any process, and return its record.
 
-    Parameters
-    ----------
-    measure : callable
-        Of a study.
-    task : dict
-        The task.
-    stop : callable, optional
-        Asked from time to time; if it returns true, the task ends with :class:`Stopped`.
-    kept : Path, optional
-        Folder of the study, where a long task keeps its state.
-
-    Returns
-    -------
-    dict
-        ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: machine and times.
-
-    Raises
-    ------
-    InputError
-        If the worker has another version of Carom than the task asks for, or the task cannot be done.
+    It has ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: machine and times.
+    If ``stop`` returns true, the task ends with :class:`Stopped`. Another version of Carom than that of the
+    task is an error; ``kept`` is the folder where a long task keeps its state.
     """
     began, day = clock.perf_counter(), clock.time()
     if task["version"] != __version__:

@@ -24,16 +24,9 @@ FASTEST = 6.0
 
 
 def looks(box: Sequence[float], thermal: float, duration: float) -> int:
-    """Return the number of parts of a time such that no sphere crosses half of the box in one part.
+    """Return in how many parts of a duration [time] no sphere crosses half of the box.
 
-    Parameters
-    ----------
-    box : sequence of d floats
-        Edges [length].
-    thermal : float
-        Root mean square velocity along an axis [length / time].
-    duration : float
-        The time.
+    ``thermal`` is the root mean square velocity along an axis [length / time].
     """
     return max(1, math.ceil(FASTEST * thermal * duration / (0.5 * min(box))))
 
@@ -41,14 +34,7 @@ def looks(box: Sequence[float], thermal: float, duration: float) -> int:
 class EinsteinSlope:
     """D as ``(<r^2(20)> - <r^2(10)>) / (2 d t(10))`` with times in mean free times, over all origins.
 
-    Parameters
-    ----------
-    positions : (n, d) array
-        At the start, up to whole boxes [length].
-    box : sequence of d floats
-        Edges [length].
-    duration : float
-        Of a block [time].
+    Positions (n, d), at the start, are up to whole boxes [length]; ``duration`` is that of a block [time].
     """
 
     def __init__(self, positions: np.ndarray, box: Sequence[float], duration: float):

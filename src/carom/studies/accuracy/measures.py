@@ -37,27 +37,13 @@ FEWEST = 16
 
 @dataclass(frozen=True)
 class Track:
-    """The true trajectory, from the oracle.
+    """The true trajectory, from the oracle."""
 
-    Attributes
-    ----------
-    times : (m,) array
-        Of the samples [time].
-    positions : (m, n, d) array
-        Centres, up to whole boxes [length].
-    collisions : (m,) int array
-        So far, at each sample.
-    order : list of (int, int)
-        The pairs that collided.
-    lyapunov : float
-        The largest Lyapunov exponent [1 / time], from a twin moved by 10^-30.
-    """
-
-    times: np.ndarray
-    positions: np.ndarray
-    collisions: np.ndarray
-    order: list[tuple[int, int]]
-    lyapunov: float
+    times: np.ndarray  # of the samples, (m,) [time]
+    positions: np.ndarray  # centres (m, n, d), up to whole boxes [length]
+    collisions: np.ndarray  # so far, at each sample, (m,)
+    order: list[tuple[int, int]]  # the pairs that collided
+    lyapunov: float  # the largest Lyapunov exponent [1 / time], from a twin moved by 10^-30
 
     @property
     def rate(self) -> float:
@@ -113,21 +99,14 @@ def _twin(scene: Scene) -> NaiveSystem:
 
 @dataclass(frozen=True)
 class Faithfulness:
-    """How long a trajectory follows the true one.
+    """How long a trajectory follows the true one; ``order`` is nan for a method without collisions."""
 
-    Attributes
-    ----------
-    order, position : float
-        Collisions per particle until the order of collisions differs, and until any position differs by 10^-3
-        diameters; infinite if it never did. The order is nan for a method without collisions.
-    error : float
-        Median distance from the true positions after one collision per particle [diameters]; 0 where doubles
-        do not resolve it.
-    """
-
-    order: float = math.inf
+    order: float = math.inf  # collisions per particle until the order of collisions differs; inf if never
     position: float = math.inf
+    """Collisions per particle until any position differs by 10^-3 diameters; inf if never."""
     error: float = 0.0
+    """Median distance from the true positions after one collision per particle [diameters]; 0 where
+    doubles do not resolve it."""
 
 
 def faithfulness(scene: Scene, method: Method, track: Track, look: Callable[..., object]) -> Faithfulness:
@@ -184,21 +163,11 @@ def speed(
 
 @dataclass(frozen=True)
 class Measured:
-    """Results of a run of a method.
-
-    Attributes
-    ----------
-    pressure : PressureResult
-    diffusion : Estimate
-        D by the rule of :class:`EinsteinSlope` [length^2 / time].
-    seconds : float
-        CPU seconds of the motion, without those of the analysis.
-    motion : Motion
-    """
+    """Results of a run of a method."""
 
     pressure: PressureResult
-    diffusion: Estimate
-    seconds: float
+    diffusion: Estimate  # D by the rule of EinsteinSlope [length^2 / time]
+    seconds: float  # CPU seconds of the motion, without those of the analysis
     motion: Motion
 
 

@@ -67,28 +67,16 @@ class Motion(Protocol):
 
 @dataclass(frozen=True)
 class Method:
-    """A way to move hard spheres.
+    """A way to move hard spheres."""
 
-    Attributes
-    ----------
-    name : str
-        As the table shows it.
-    kind : {"event-driven", "naive", "time-driven", "pseudo-hard"}
-        Which algorithm.
-    start : callable
-        ``start(scene, logged)`` returns a :class:`Motion`. Only if it is ``logged``, it knows its order of
-        collisions. Logging takes time, so such a motion is neither timed nor tuned. The scene has velocities.
-    fast : bool
-        Whether speed, Z and D are measured on the scene itself; else on the small one.
-    many_digits : bool
-        Whether its rounding is far below that of doubles. Such a method is the reference of the others.
-    """
-
-    name: str
-    kind: str
+    name: str  # as the table shows it
+    kind: str  # "event-driven", "naive", "time-driven" or "pseudo-hard"
     start: Callable[[Scene, bool], Motion]
-    fast: bool = True
+    """``start(scene, logged)``, of a scene with velocities. Only if ``logged`` it knows its order of
+    collisions; such a motion is neither timed nor tuned, because logging takes time."""
+    fast: bool = True  # whether speed, Z and D are measured on the scene itself; else on the small one
     many_digits: bool = False
+    """Whether its rounding is far below that of doubles; it is then the reference of the others."""
 
 
 def engine(name: str = "float64", precision: str = "double") -> Method:

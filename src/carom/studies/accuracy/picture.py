@@ -37,19 +37,7 @@ FLOOR = 2.0**-53
 
 
 def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
-    """Draw the error of positions and the bias of Z against speed, and the error of Z against N.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        The methods.
-    sizes : sequence of SizeRow
-        The numbers of particles.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-    """
+    """Draw the error of positions and the bias of Z against speed, and the error of Z against N."""
     from carom.pictures import importing
 
     figure = importing.picture()(13.0, 4.2, paper.DPI)

@@ -91,14 +91,10 @@ class Row:
 
 
 def row(record: dict[str, Any], references: dict[int, tuple[float, list[float]]]) -> Row:
-    """Return the figures of a method.
+    """Return the figures of a method from the record of its task.
 
-    Parameters
-    ----------
-    record : dict
-        Of its task.
-    references : dict
-        By the number of particles: the right Z, and D of the engine with its standard error.
+    ``references`` holds, by the number of particles, the right Z, and D of the engine with its standard
+    error.
     """
     found, spent = record["result"], record["provenance"]
     z, right = references.get(found["n"], (math.nan, [math.nan, math.nan]))

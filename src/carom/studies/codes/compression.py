@@ -56,20 +56,10 @@ def scene_of(points: np.ndarray, diameter: float) -> Scene:
 
 
 def compress(task: dict[str, Any], look: Callable[[], object] = lambda: None) -> dict[str, Any]:
-    """Let random points of a sphere grow into caps that jam.
+    """Let ``n`` random points of a sphere in ``dimension`` dimensions grow at a ``rate`` into caps that jam.
 
-    Parameters
-    ----------
-    task : dict
-        The number ``n`` of points, the ``dimension`` of the space, the ``seed``, and the growth ``rate`` of
-        the diameters over the thermal speed.
-    look : callable
-        Called from time to time; what it raises ends the compression.
-
-    Returns
-    -------
-    dict
-        ``points`` (n, k), the reduced ``pressure`` at the end and the number of ``collisions``.
+    The rate is that of the diameters over the thermal speed. Returned are ``points`` (n, k), the reduced
+    ``pressure`` at the end and the number of ``collisions``; what ``look`` raises ends the compression.
     """
     n, k, rate = task["n"], task["dimension"], task["rate"]
     rng = np.random.default_rng([n, k, task["seed"]])

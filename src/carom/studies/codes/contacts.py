@@ -51,15 +51,11 @@ def jacobian(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
 
 
 def forces(points: np.ndarray, pairs: np.ndarray) -> np.ndarray:
-    """Return the force along each contact (m,) in equilibrium, none negative.
+    """Return the force along each contact (m,) in equilibrium, none negative; all zero where there is none.
 
-    All forces are zero where there is no equilibrium.
-
-    Notes
-    -----
-    The forces on every point must add up to a vector along its radius. Then no small displacement makes all
-    contacts longer (Farkas): this is the dual of the linear programme that maximises the smallest angle. Of
-    all equilibria it is one in which the largest number of contacts bear a force.
+    Forces on a point must add up to a vector along its radius. Then no small displacement makes all contacts
+    longer (Farkas): the dual of the linear programme that maximises the smallest angle. Of all equilibria it
+    is one in which the largest number of contacts bear a force.
     """
     from scipy.optimize import linprog
     from scipy.sparse import coo_matrix, hstack, identity

@@ -22,16 +22,8 @@ def improve(
 ) -> np.ndarray:
     """Return the best code of a walk over local optima (Wales and Doye, J. Phys. Chem. A 101 (1997) 5111).
 
-    Parameters
-    ----------
-    points : (n, k) array
-        A jammed configuration.
-    hops : int
-        Number of hops. The result of a hop is kept if its smallest angle is not smaller.
-    rng : Generator
-        Chooses the points that move, and their new places.
-    look : callable
-        Called before each hop; what it raises ends the search.
+    It starts from a jammed configuration (n, k). A hop is kept if its smallest angle is not smaller; what
+    ``look``, called before each, raises ends the search.
     """
     best, product = points, largest_product(points)
     for _ in range(hops):

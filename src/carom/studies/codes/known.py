@@ -8,12 +8,8 @@ from carom.studies.codes.polish import GUARD, Digits
 
 
 def known(n: int, k: int, digits: int) -> tuple[Digits, Any, str] | None:
-    """Return coordinates (n, k) and cosine of an optimal code in numbers of ``mpmath``, and its description.
+    """Return coordinates (n, k) and cosine in ``mpmath`` of an optimal code, and what it is; None if unknown.
 
-    It is None where no code is known here.
-
-    Notes
-    -----
     Up to k + 1 points the simplex is optimal, and up to 2 k points nothing is better than a right angle
     (Rankin, Proc. Glasgow Math. Assoc. 2 (1955) 139).
     """

@@ -32,24 +32,12 @@ Digits = list[list[Any]]
 
 @dataclass(frozen=True, eq=False)
 class Polished:
-    """A code whose contacts are equal up to rounding.
+    """A code whose contacts are equal up to rounding."""
 
-    Attributes
-    ----------
-    points : (n, k) array
-        Unit vectors.
-    cosine : float
-        Of the smallest angle.
-    contacts : (m, 2) array
-        Pairs at that angle that bear a force.
-    forces : (m,) array
-        Along the contacts, all positive; they add up to 1.
-    """
-
-    points: np.ndarray
-    cosine: float
-    contacts: np.ndarray
-    forces: np.ndarray
+    points: np.ndarray  # unit vectors (n, k)
+    cosine: float  # of the smallest angle
+    contacts: np.ndarray  # pairs at that angle that bear a force, (m, 2)
+    forces: np.ndarray  # along the contacts, (m,), all positive; they add up to 1
 
     @property
     def rattlers(self) -> np.ndarray:

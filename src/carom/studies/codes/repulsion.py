@@ -35,18 +35,8 @@ def repelled(
     """Return the best of several sets of ``n`` points of the sphere in R^k that repel each other, (n, k).
 
     Random points go to the nearest minimum of the energy sum r^-s, whose exponent then rises until the
-    nearest pairs alone matter (Leech, Mathematical Gazette 41 (1957) 81). Ties are left to the climb.
-
-    Parameters
-    ----------
-    n, k : int
-        Points, and dimensions.
-    starts : int
-        Random sets of points, at least 1.
-    rng : Generator
-        Chooses the first positions, and the first exponent.
-    look : callable
-        Called before each start; what it raises ends the search.
+    nearest pairs alone matter (Leech, Mathematical Gazette 41 (1957) 81). Ties are left to the climb; what
+    ``look``, called before each of the ``starts``, raises ends the search.
     """
     best, least = np.empty((n, k)), math.inf
     for _ in range(starts):

@@ -24,21 +24,11 @@ SAME = 2.0**-44
 
 
 def search(task: dict[str, Any], look: Callable[[], object] = lambda: None) -> dict[str, Any]:
-    """Return the code of one seed.
+    """Return the code of one seed: ``points``, ``cosine``, ``contacts`` and ``forces``.
 
-    Parameters
-    ----------
-    task : dict
-        What :func:`carom.studies.codes.compression.compress` takes, the number of ``starts`` of points that
-        repel each other, and of ``hops`` that follow.
-    look : callable
-        Called from time to time; what it raises ends the search.
-
-    Returns
-    -------
-    dict
-        ``points``, ``cosine``, ``contacts`` and ``forces``. If there is no code, points and cosine are None,
-        and ``problem`` says why.
+    The task is that of :func:`carom.studies.codes.compression.compress`, with the numbers of ``starts`` of
+    points that repel each other and of ``hops`` that follow. If there is no code, points and cosine are None,
+    and ``problem`` says why; what ``look`` raises ends the search.
     """
     n, k, seed, starts = (task[name] for name in ("n", "dimension", "seed", "starts"))
     points = np.array(compress(task, look)["points"])
@@ -61,12 +51,7 @@ def search(task: dict[str, Any], look: Callable[[], object] = lambda: None) -> d
 def first_to_agree(cosines: Sequence[float | None], count: int) -> int | None:
     """Return how many of the first tries hold ``count`` that led to the best code of them; None if none do.
 
-    Parameters
-    ----------
-    cosines : sequence of float or None
-        Cosine of the smallest angle of each try; None if it led to no code.
-    count : int
-        Number of tries that must agree.
+    A cosine, of the smallest angle of a try, is None if it led to no code.
     """
     best: list[float] = []
     for k, cosine in enumerate(cosines, start=1):

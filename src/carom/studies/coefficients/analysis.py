@@ -50,14 +50,9 @@ class Coefficient(Estimate):
 
 
 def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], Any]) -> list[Estimate]:
-    """Return a function of the mean over blocks, with its jackknife error.
+    """Return a function of the mean over independent blocks (b, ...), with its jackknife error.
 
-    Parameters
-    ----------
-    blocks : (b, ...) array
-        Independent blocks.
-    function : callable
-        Function of the mean that returns one number or several.
+    The function returns one number or several.
     """
     count = len(blocks)
     whole = np.atleast_1d(function(blocks.mean(axis=0)))
@@ -106,13 +101,7 @@ def line(x: np.ndarray, y: np.ndarray, error: np.ndarray) -> tuple[Estimate, Est
 
 
 class Point:
-    """The blocks of all replicas of one point.
-
-    Parameters
-    ----------
-    records : list of dict
-        Of :func:`carom.studies.coefficients.measure.measure`, with one scene.
-    """
+    """The blocks of all replicas of one point, from records of ``measure`` with one scene."""
 
     def __init__(self, records: list[Record]):
         results = [record["result"] for record in records]
@@ -203,10 +192,9 @@ class Point:
     def bulk_viscosity(self) -> Coefficient:
         """Return the bulk viscosity, with the mean of each replica taken out of the pressure.
 
-        Notes
-        -----
-        With steps each replica has its own energy, and so its own mean pressure. If the mean is taken from a
-        run of length T, the mean square at time t is too small by the factor ``1 - t / T``. It is corrected.
+        With steps each replica has its own energy, and so its own mean pressure. As the mean is taken from a
+        run of length T, the mean square at time t is too small by the factor ``1 - t / T``, which is
+        corrected.
         """
         squares = []
         for blocks, steps in self._replicas:

@@ -35,12 +35,6 @@ def study(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
 
     In two dimensions, and where there is no theory of Enskog, the running self-diffusion replaces the
     coefficients.
-
-    Parameters
-    ----------
-    result : Transport
-    path : path, optional
-        Where to save the picture.
     """
     rows = result.points
     if not rows:

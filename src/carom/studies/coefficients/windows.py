@@ -1,16 +1,16 @@
 """The rule for the window of time in which the slope of a mean square is taken.
 
-The mean square change M(t) of a Helfand moment grows as ``2 C t + b`` at times t that are long compared with
-the decay of the current's correlation. The coefficient is half of the slope from ``t_1`` to ``t_2 = 2 t_1``.
-A short t_1 cuts off the decay; a long one costs precision, as ``sqrt(t_2)``.
+The mean square change of a Helfand moment grows as ``2 C t + b`` at times t long compared with the decay of
+the current's correlation; C is half of the slope from ``t_1`` to ``t_2 = 2 t_1``. A short t_1 cuts off the
+decay; a long one costs precision, as ``sqrt(t_2)``.
 
-Collective coefficients: t_1 is the first of 10, 20 and 40 mean free times whose slope differs from that of
-the next by no more than two standard errors of the difference. The slowest decay of the dilute gas takes 1.9
-mean free times, which leaves 9e-4 of the kinetic part behind the first window.
+Collective coefficients: t_1 is the first of 10, 20 and 40 mean free times whose slope agrees with the next
+within two standard errors of the difference. The slowest decay of the dilute gas, 1.9 mean free times, leaves
+9e-4 of the kinetic part behind the first window.
 
-Self-diffusion: in a periodic box the slowest decay is that of the longest wave, ``tau = L^2 / (4 pi^2 (D +
-nu))``. t_1 is 4 tau, and at least 10 mean free times. The six longest waves then leave behind less than
-``e^-4`` of what they add.
+Self-diffusion: the slowest decay is that of the longest wave of the box, ``tau = L^2 / (4 pi^2 (D + nu))``.
+t_1 is 4 tau, and at least 10 mean free times: the six longest waves leave behind less than ``e^-4`` of what
+they add.
 """
 
 from __future__ import annotations
@@ -45,8 +45,6 @@ SHORTEST = 4
 def relative_variance(components: int, free_times: float) -> float:
     """Return the squared relative error of a collective coefficient after so many mean free times.
 
-    Notes
-    -----
     The slope weighs the current's correlation at s by ``w(s)``: 1 up to t_1, then falling to 0 at t_2. For
     white noise the variance is ``4 C^2 / T`` times the integral of ``w^2``, hence ``4 (t_1 + (t_2 - t_1) / 3)
     / T``, with t_1 = 10 and t_2 = 20.

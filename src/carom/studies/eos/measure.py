@@ -90,20 +90,10 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Planned:
-    """The planned length of a run, and more where correlated collisions need it.
+    """The planned length of a run, and more where correlated collisions, as near freezing, need it."""
 
-    The plan assumes independent collisions. Near freezing they are correlated, and runs become longer.
-
-    Parameters
-    ----------
-    relative_error : float or None
-        The requested error; None keeps the planned length.
-    blocks : int
-        The planned length.
-    """
-
-    relative_error: float | None
-    blocks: int
+    relative_error: float | None  # None keeps the planned length
+    blocks: int  # planned length, as if collisions were independent
 
     def reached(self, z: Estimate) -> bool:
         """Return whether the error is small enough."""

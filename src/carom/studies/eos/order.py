@@ -23,13 +23,7 @@ NAMES = {2: "psi_6", 3: "Q_6"}
 
 
 class OrderParameter:
-    """The global order parameter of successive frames.
-
-    Parameters
-    ----------
-    dimension : int
-        2 (the modulus of the mean psi_6) or 3 (the global Q_6 of Steinhardt); in others nothing is measured.
-    """
+    """The modulus of the mean psi_6 (2D) or the global Q_6 (3D) of successive frames; nothing in other d."""
 
     def __init__(self, dimension: int):
         self.name = NAMES.get(dimension)
@@ -57,12 +51,10 @@ def psi_6(frame: Frame) -> float:
 def q_6(frame: Frame) -> float:
     """Return the global Q_6 of Steinhardt, Nelson and Ronchetti, Phys. Rev. B 28, 784 (1983).
 
-    Notes
-    -----
     By the addition theorem Q_6 squared is the mean of the Legendre polynomial P_6(u . u') over all pairs of
     bonds. The mean of ``(u . u')^k`` is the sum of the squared moments ``<x^a y^b z^c>`` of degree k, with
-    multinomial coefficients as weights. One matrix product of the terms of degree 3 with themselves gives the
-    moments of degree 6. The lower moments follow from these, since ``x^2 + y^2 + z^2 = 1``.
+    multinomial coefficients as weights. A matrix product of the terms of degree 3 gives those of degree 6;
+    the lower ones follow, since ``x^2 + y^2 + z^2 = 1``.
     """
     room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
     reach = REACH * (math.prod(frame.box) / frame.n) ** (1 / 3)

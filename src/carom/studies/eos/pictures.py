@@ -38,13 +38,7 @@ def study(
 ) -> Figure:
     """Draw Z, its deviation from theory in standard errors, and the pressure, one below the other.
 
-    Parameters
-    ----------
-    result : EquationOfState
-    equations : mapping of str to callable, optional
-        Equations of state to draw, by label; the first is compared with the data.
-    path : path, optional
-        Where to save the picture.
+    Of the ``equations``, by label, the first is compared with the data.
     """
     rows = result.table
     if not rows:

@@ -94,10 +94,8 @@ def stress(series: dict[str, list[float]]) -> Estimate:
 def balanced(scene: Scene, rate: float) -> float:
     """Return kT at which contacts lose what the flow gives, by Enskog's theory [energy].
 
-    Notes
-    -----
-    The flow gives ``eta rate^2 V`` a time; a contact of restitution e loses ``(1 - e^2) kT`` in the mean. It
-    is where a run starts: how the flow distorts the velocities makes the true one lower (Montanero et al., J.
+    The flow gives ``eta rate^2 V`` a time; a contact of restitution e loses ``(1 - e^2) kT`` in the mean. A
+    run starts there: how the flow distorts the velocities makes the true one lower (Montanero et al., J.
     Fluid Mech. 389, 391 (1999)).
     """
     fluid, collision_rate = mean_fluid(scene, 1.0)

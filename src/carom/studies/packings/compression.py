@@ -1,8 +1,7 @@
 """Compression to a jammed packing: spheres that move and grow until they cannot (the paper's sec. 8).
 
-Every contact of growing spheres adds energy. So the run is cut into stretches of a fixed number of
-collisions. After each stretch the velocities are scaled back to kT = 1, momentum is set to zero, and the
-pressure of the stretch decides how to go on.
+Every contact of growing spheres adds energy. So after each stretch of a fixed number of collisions velocities
+are scaled back to kT = 1, momentum is set to zero, and the pressure decides how to go on.
 """
 
 from __future__ import annotations
@@ -65,18 +64,10 @@ Progress = Callable[[str, float], object]
 
 
 class Stage(NamedTuple):
-    """Part of a compression.
+    """Part of a compression."""
 
-    Attributes
-    ----------
-    rate : float
-        Growth rate of the mean diameter over the thermal speed.
-    until_Z : float or None
-        Z = PV / NkT at which the stage ends.
-    """
-
-    rate: float
-    until_Z: float | None
+    rate: float  # growth rate of the mean diameter over the thermal speed
+    until_Z: float | None  # Z = PV / NkT at which the stage ends
 
 
 class PackingFolder(RunFolder):
@@ -117,19 +108,9 @@ def points(
 ) -> Scene:
     """Return random points that will grow into spheres: the start of the paper's sec. 8.
 
-    Parameters
-    ----------
-    n, dimension : int
-        Number of points, and of dimensions; n may be None where each species has a count.
-    species : sequence of Species, optional
-        Species of a mixture; their diameters are approximately the final ones [length].
-    walls : str, True or sequence of str
-        Axes with walls, as in :class:`carom.Scene`.
-    packing_fraction : float, optional
-        Of the start; by default that of diameters ``POINT`` times the final ones, and the final ones would
-        fill 0.64 / 2^(d - 3) of the cubic box.
-    seed : int or numpy.random.Generator
-        Source of randomness.
+    Diameters of ``species`` are approximately the final ones [length]; ``n`` may be None where each has a
+    count. By default points have ``POINT`` times the final diameters, which would fill 0.64 / 2^(d - 3) of
+    the cubic box.
     """
     d = checks.integer(dimension, "dimension", low=1, high=lattices.MOST_DIMENSIONS)
     if species is None:
@@ -200,29 +181,7 @@ def stages_of(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stag
 
 
 class Compression:
-    """A compression under way.
-
-    Attributes
-    ----------
-    plan, limit, seed, pictures
-        The arguments of :func:`pack`.
-    unit : (n,) array
-        Growth rate of each diameter at a ``rate`` of 1 [length / time].
-    sim : Simulation
-        What grows.
-    stage : int
-        Index of the present stage.
-    history : list
-        Rows of HISTORY.
-    left : int
-        Collisions left in the present stretch.
-    virial, duration, kT_time : float
-        Virial, time and integral of kT over time, of the present stretch so far.
-    note : str
-        Why the compression ended; empty before.
-    start : str
-        Digest of the scene that it began from.
-    """
+    """A compression under way; plan, limit, seed and pictures are the arguments of :func:`pack`."""
 
     PROGRESS = ("stage", "left", "virial", "duration", "kT_time", "note", "start")
     """Attributes that a checkpoint keeps, beside the arguments and the history."""
@@ -237,14 +196,16 @@ class Compression:
         pictures: bool,
         progress: Progress | None,
     ):
+        # Growth rates of the diameters at a ``rate`` of 1 are ``unit`` (n,) [length / time].
         self.sim, self.plan, self.limit, self.unit = sim, plan, limit, unit
         self.seed, self.pictures, self.progress = seed, pictures, progress
-        self.start = ""
-        self.stage = 0
-        self.history: list[tuple[int, float, float, float]] = []
-        self.left = 0
+        self.start = ""  # digest of the scene that it began from
+        self.stage = 0  # index of the present stage
+        self.history: list[tuple[int, float, float, float]] = []  # rows of HISTORY
+        self.left = 0  # collisions left in the present stretch
+        # Of the present stretch so far; kT_time is the integral of kT over time.
         self.virial = self.duration = self.kT_time = 0.0
-        self.note = ""
+        self.note = ""  # why the compression ended; empty before
 
     @classmethod
     def begun(
@@ -313,12 +274,7 @@ class Compression:
     def run(self, kept: Path | None, stop: Callable[[], bool]) -> bool:
         """Run on; return whether the end was reached.
 
-        Parameters
-        ----------
-        kept : Path or None
-            File for a checkpoint from time to time, and when it is stopped.
-        stop : callable
-            Asked from time to time whether to stop.
+        A checkpoint goes to ``kept`` from time to time, and when ``stop`` returns true, which ends this.
         """
         self._report()
         if not self.history and not self.left:

@@ -36,12 +36,8 @@ POINTS = ("n", "dimension", "packing_fraction", "species", "walls")
 def asked_of(source: Any, given: Mapping[str, Any]) -> tuple[PackSpec, SceneSpec | None]:
     """Return what is to be packed, and its ``[scene]``; None for points.
 
-    Parameters
-    ----------
-    source : path, or the number of points; optional
-        A scene file, or a folder that holds one.
-    given : mapping
-        Fields of :class:`PackSpec`, which replace those of the file; None stands for those not given.
+    The source is a scene file, a folder that holds one, or the number of points. ``given`` fields of
+    :class:`PackSpec` replace those of the file, unless they are None.
     """
     asked = PackSpec.of(source, given)
     if not isinstance(source, str | PathLike):
@@ -200,15 +196,7 @@ def _carried_out(compression: Compression, folder: PackingFolder | None) -> Pack
 
 @watchable("Packing", by_stage)
 def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
-    """Continue the compression in a folder; the result is bit-identical to an uninterrupted one.
-
-    Parameters
-    ----------
-    out : path
-        The folder of the compression.
-    progress : callable, optional
-        As in :func:`pack`.
-    """
+    """Continue the compression in a folder; the result is bit-identical to an uninterrupted one."""
     folder = PackingFolder(Path(out))
     if not holds_packing(out):
         raise FileError(f"{out} holds no packing of Carom; start one with `carom pack --out {out}`.")

@@ -32,57 +32,30 @@ there. A second pilot at the chosen size measures the rate."""
 
 @dataclass(frozen=True)
 class Costs:
-    """Costs of a run of one size; errors are in the unit of the target.
-
-    Attributes
-    ----------
-    n : int
-    variance : float
-        Squared error times pair collisions.
-    bias : float
-        Possible bias after the correction to infinite size.
-    collisions_per_second : float
-    setup_seconds, overhead_seconds : float
-        CPU time of a run in addition to its collisions: to make the scene, and for the calls of its blocks.
-    equilibration : float
-        Least collisions per particle of equilibration.
-    shortest : float
-        Least collisions per particle that give an error bar.
-    """
+    """Costs of a run of one size; errors are in the unit of the target."""
 
     n: int
-    variance: float
-    bias: float
+    variance: float  # squared error times pair collisions
+    bias: float  # possible bias after the correction to infinite size
     collisions_per_second: float
-    setup_seconds: float
-    overhead_seconds: float
-    equilibration: float
-    shortest: float
+    setup_seconds: float  # CPU time to make the scene
+    overhead_seconds: float  # CPU time for the calls of its blocks
+    equilibration: float  # least collisions per particle of equilibration
+    shortest: float  # least collisions per particle that give an error bar
 
 
 @dataclass(frozen=True)
 class Design:
-    """A run, or replicas of it, and what they are expected to reach.
-
-    Attributes
-    ----------
-    n, replicas : int
-    equilibration, collisions_per_particle : float
-        For each replica.
-    statistical, bias, error : float
-        The two parts of the error, and the whole error.
-    cpu_seconds : float
-        Of all replicas.
-    """
+    """A run, or replicas of it, and what they are expected to reach."""
 
     n: int
     replicas: int
-    equilibration: float
-    collisions_per_particle: float
+    equilibration: float  # collisions per particle, for each replica
+    collisions_per_particle: float  # for each replica
     statistical: float
     bias: float
-    error: float
-    cpu_seconds: float
+    error: float  # the whole, of the two parts above
+    cpu_seconds: float  # of all replicas
 
     def seconds(self, cores: int) -> float:
         """Return the time on so many cores [s]."""
@@ -117,14 +90,7 @@ def cheapest(candidates: Sequence[Costs], error: float) -> Design | None:
 def on_cores(costs: Costs, error: float, cores: int, limit: float) -> Design:
     """Return the design with replicas for the cores: as many as cost little, and more if time is short.
 
-    Parameters
-    ----------
-    costs : Costs
-        Of the chosen size, whose bias is below the error.
-    error : float
-    cores : int
-    limit : float
-        Available wall time [s]; may be infinite.
+    The bias of the ``costs`` is below the error; ``limit`` is the available wall time [s], perhaps infinite.
     """
     one = design(costs, error)
     assert one is not None
@@ -170,20 +136,10 @@ def afford(
     candidates: Sequence[Costs], chosen: Costs, error: float, cores: int, limit: float, what: str,
     shown: Callable[[float], str],
 ) -> Design:  # fmt: skip
-    """Return the design for the cores, if it fits into the time.
+    """Return the design for the cores (:func:`on_cores`), if it fits into the time ``limit`` [s].
 
-    Parameters
-    ----------
-    candidates : sequence of Costs
-        Costs of all sizes.
-    chosen : Costs
-        Costs of the chosen size.
-    error, cores, limit
-        As for :func:`on_cores`.
-    what : str
-        The target, for messages.
-    shown : callable
-        Returns the text of the target that asks for an error.
+    If not, the error names the target ``what`` and, as ``shown`` has it, the error that a candidate can reach
+    in this time.
     """
     found = on_cores(chosen, error, cores, limit)
     if found.seconds(cores) <= limit:

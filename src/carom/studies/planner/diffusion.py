@@ -71,32 +71,15 @@ def missed(n: int) -> float:
 
 @dataclass(frozen=True)
 class DiffusionPilot(trial.Found):
-    """Results of a pilot for D.
+    """Results of a pilot for D."""
 
-    Attributes
-    ----------
-    value : float
-        D of infinitely many spheres [length^2 / time].
-    viscosity : float
-        Shear viscosity [mass / (length time)].
-    of_viscosity : float
-        Squared relative error of the viscosity times pair collisions.
-    """
-
-    value: float
-    viscosity: float
-    of_viscosity: float
+    value: float  # D of infinitely many spheres [length^2 / time]
+    viscosity: float  # shear viscosity [mass / (length time)]
+    of_viscosity: float  # squared relative error of the viscosity times pair collisions
 
 
 class DiffusionMethod:
-    """How D is measured: Einstein's relation between collisions, corrected for the box by mode coupling.
-
-    Parameters
-    ----------
-    system : System
-    species : str, optional
-        Name or number of the species of a mixture.
-    """
+    """How D is measured: Einstein's relation between collisions, corrected for the box by mode coupling."""
 
     measure = staticmethod(measure)
     first_size = SIZE
@@ -168,8 +151,6 @@ class DiffusionMethod:
     def costs(self, found: DiffusionPilot, n: int) -> Costs:
         """Return the costs of n spheres, from a pilot of any size.
 
-        Notes
-        -----
         The variance of D is proportional to the time t_1 of the rule, which grows with the edge. The error of
         the viscosity, of which a run gives one value, adds to that of the shift.
         """

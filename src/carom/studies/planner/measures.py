@@ -99,13 +99,7 @@ def of_scene(scene: Scene) -> dict[str, Any]:
 
 
 class Blocks:
-    """Blocks of a run, with the mean virial of a collision for each pair of species.
-
-    Parameters
-    ----------
-    sim : carom.Simulation
-        A simulation of spheres in a periodic box.
-    """
+    """Blocks of a run of spheres in a periodic box, and the mean virial of a collision by pair of species."""
 
     def __init__(self, sim: Simulation):
         self.sim = sim
@@ -148,12 +142,10 @@ class Blocks:
 def carried(sim: Simulation) -> np.ndarray:
     """Return the mean virial of a collision for every pair of species, (K, K) [mass length^2 / time].
 
-    Notes
-    -----
-    It is ``sigma_ij sqrt(2 pi mu_ij kT) / c_D`` at constant energy, exact for every N. Velocities of two
+    It is ``sigma_ij sqrt(2 pi mu_ij kT) / c_D`` at constant energy, exact for every N: velocities of two
     spheres in contact are those of any two, weighted with the speed of approach (Chapman and Cowling, sec.
-    5.21; c_D is :func:`carom.theory.speed_factor`). This does not hold on a line, where collisions only
-    exchange the initial velocities.
+    5.21; c_D is :func:`carom.theory.speed_factor`). Not so on a line, where collisions only exchange the
+    initial velocities.
     """
     scene = sim.scene
     if scene.species is None:
@@ -169,15 +161,7 @@ def carried(sim: Simulation) -> np.ndarray:
 
 
 class Spread(NamedTuple):
-    """Z by one estimator.
-
-    Attributes
-    ----------
-    estimator : str
-        One of :data:`ESTIMATORS`.
-    z : Estimate
-        Z of this N.
-    """
+    """Z of this N by one of :data:`ESTIMATORS`."""
 
     estimator: str
     z: Estimate
@@ -213,12 +197,9 @@ def together(a: np.ndarray, b: np.ndarray) -> Estimate:
 def mean(values: np.ndarray) -> Estimate:
     """Return the mean of a series whose blocks are long, with its standard error.
 
-    Notes
-    -----
-    As in :func:`carom.observables.blocking`, blocks are paired until neighbours look uncorrelated, and the
-    error is corrected for the remaining correlation. But no level has fewer than 64 blocks. Without that, a
-    false alarm, one in twenty series with that function, could leave 16 blocks. Their error bar is off by a
-    third, too much for a comparison with the promise.
+    Blocks are paired as in :func:`carom.observables.blocking`, but no level has fewer than 64. A false alarm,
+    one in twenty series with that function, could leave 16 blocks, whose error bar is off by a third: too
+    much for a comparison with the promise.
     """
     y = values
     while (r := _lag_one(y)) > BEYOND / math.sqrt(y.size) and y.size // 2 >= FEWEST:

@@ -47,32 +47,16 @@ give the time of the call for a block."""
 
 @dataclass(frozen=True)
 class Found:
-    """Results of every pilot.
-
-    Attributes
-    ----------
-    n : int
-    variances : dict
-        By estimator: the squared error of the measured quantity times the number of pair collisions.
-    collisions_per_second : float
-        Collisions per CPU second, in the measurement.
-    setup_seconds : float
-        CPU time to make the scene.
-    equilibration : float
-        Collisions per particle.
-    sure : bool
-        Whether the error bars had enough blocks to hold for a long run.
-    seconds : float
-        CPU time of the pilot.
-    """
+    """Results of every pilot."""
 
     n: int
     variances: dict[str, float]
-    collisions_per_second: float
-    setup_seconds: float
-    equilibration: float
-    sure: bool
-    seconds: float
+    """By estimator: squared error of the measured quantity times the number of pair collisions."""
+    collisions_per_second: float  # per CPU second, in the measurement
+    setup_seconds: float  # CPU time to make the scene
+    equilibration: float  # collisions per particle
+    sure: bool  # whether the error bars had enough blocks to hold for a long run
+    seconds: float  # CPU time of the pilot
 
     @property
     def estimator(self) -> str:
@@ -82,21 +66,11 @@ class Found:
 
 @dataclass(frozen=True)
 class Pilot(Found):
-    """Results of a pilot for Z; its collision rate excludes the calls for blocks.
+    """Results of a pilot for Z; its collision rate excludes the calls for blocks."""
 
-    Attributes
-    ----------
-    counts : tuple of int
-        Number of particles of each species.
-    z : float
-        Z of this n, to the accuracy of a pilot.
-    block_seconds : float
-        CPU time of a call for a block.
-    """
-
-    counts: tuple[int, ...]
-    z: float
-    block_seconds: float
+    counts: tuple[int, ...]  # particles of each species
+    z: float  # Z of this n, to the accuracy of a pilot
+    block_seconds: float  # CPU time of a call for a block
 
 
 def pilot(
@@ -108,18 +82,10 @@ def pilot(
     equilibration: float | None = None,
     look: Callable[[float], object] = lambda _: None,
 ) -> Pilot:
-    """Run n particles for some seconds.
+    """Run n particles for so many CPU ``seconds``, without compilation.
 
-    Parameters
-    ----------
-    system : System
-    n, seed : int
-    seconds : float
-        CPU time that the pilot may take, without compilation.
-    equilibration : float, optional
-        Collisions per particle, where they are known.
-    look : callable, optional
-        Called from time to time with the elapsed fraction of the time.
+    ``equilibration`` is in collisions per particle, where it is known; ``look`` is called with the elapsed
+    fraction of the time.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", CaromWarning)

@@ -28,14 +28,7 @@ ESTIMATORS = {
 
 
 class PressureMethod:
-    """How Z, P and g(contact) are measured.
-
-    Parameters
-    ----------
-    system : System
-    quantity : str
-        "Z", "P" or "g(contact)".
-    """
+    """How a ``quantity`` is measured: "Z", "P" or "g(contact)"."""
 
     measure = staticmethod(measure)
     first_size = SIZE

@@ -50,20 +50,12 @@ LARGEST_DIMENSION = 6
 
 @dataclass(frozen=True)
 class System:
-    """Hard spheres in a periodic box at a packing fraction, or spheres with wells at a temperature, too.
-
-    Parameters
-    ----------
-    packing_fraction : float
-    dimension : int
-        2 to 6.
-    scene : mapping
-        Keys of ``[scene]``: diameter, mass, kT and interaction, or kT and species with fractions.
-    """
+    """Hard spheres in a periodic box at a packing fraction, or spheres with wells at a temperature, too."""
 
     packing_fraction: float
-    dimension: int = 3
+    dimension: int = 3  # 2 to 6
     scene: Mapping[str, Any] = field(default_factory=dict)
+    """Keys of ``[scene]``: diameter, mass, kT and interaction, or kT and species with fractions."""
 
     def __post_init__(self) -> None:
         d = checks.integer(self.dimension, "dimension", low=1, high=LARGEST_DIMENSION)

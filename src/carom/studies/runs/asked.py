@@ -47,14 +47,7 @@ def plan_of(asked: Any) -> SceneFile:
 def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFile:
     """Return a plan that starts from a scene, which is written to the folder of its run.
 
-    Parameters
-    ----------
-    scene : Scene
-        Its positions; and velocities, unless there are none or there is a kT.
-    kT : float or None
-        Temperature of velocities to be drawn; 1 where neither it nor velocities are given.
-    folder : RunFolder
-        Where the file of the start is to lie.
+    Velocities are drawn at ``kT`` if it is given, and at 1 if the scene has none.
     """
     if scene.velocities is None and kT is None:
         kT = 1.0

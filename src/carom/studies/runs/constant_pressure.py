@@ -15,14 +15,7 @@ from carom.studies.phase import Phase, finite_size_shift
 
 
 class MeanBox(NamedTuple):
-    """The box of the mean volume.
-
-    Attributes
-    ----------
-    n, dimension : int
-        Particles in it, and its dimensions.
-    packing_fraction : float
-    """
+    """The box of the mean volume."""
 
     n: int
     dimension: int

@@ -10,15 +10,7 @@ from carom.scene_file.scene_file import SceneFile
 
 
 def check_unedited(path: Path, plan: SceneFile) -> None:
-    """Refuse a scene file that was edited since its run began; a missing one is no edit.
-
-    Parameters
-    ----------
-    path : Path
-        The scene file.
-    plan : SceneFile
-        The plan of the run.
-    """
+    """Refuse a scene file that was edited since its run began; a missing one is no edit."""
     if not path.exists():
         return
     remedy = f"undo the edit, or remove the file, and `carom resume {path.parent}` writes it anew"

@@ -129,31 +129,9 @@ def resume(
 ) -> RunResult:
     """Continue the run in a folder; the results are bit-identical to an uninterrupted run.
 
-    Parameters
-    ----------
-    out : path
-        The folder of the run.
-    progress, predicted : callable, optional
-        As in :func:`run`.
-    cores : int or "auto"
-        Threads; their number may differ from before.
-    trust_code : bool
-        Whether the Python file of a range rule may run.
-
-    Returns
-    -------
-    RunResult
-        It has ``new=False`` if the run was finished already.
-
-    Warns
-    -----
-    CaromWarning
-        If a trajectory is damaged or missing, and was restored from another.
-
-    Notes
-    -----
-    Everything is verified before any file is changed: the checkpoint, and, by its checksums, the frames and
-    events that were written before it.
+    The checkpoint, and by checksums the frames and events before it, are verified before any file is changed;
+    a trajectory restored from another gives a CaromWarning. ``cores`` may differ from before, and a run that
+    was finished has ``new=False``.
     """
     folder = existing_run(Path(out))
     if folder.summary.is_file():
@@ -173,16 +151,8 @@ def resume(
 def go_on(plan: SceneFile, out: str | PathLike[str], *, trust_code: bool = False, **how: Any) -> RunResult:
     """Continue the run in a folder if it is that of the plan, or run the plan there if there is none.
 
-    Parameters
-    ----------
-    plan : SceneFile
-        The run.
-    out : path
-        The folder.
-    trust_code : bool
-        Whether the Python file of a range rule may run.
-    **how
-        Arguments of :func:`run` and :func:`resume`: ``progress``, ``predicted``, ``cores``.
+    ``trust_code``: the Python file of a range rule may run; ``how`` are arguments of :func:`run` and
+    :func:`resume`.
     """
     folder = RunFolder(Path(out))
     begun = folder.checkpoint.is_file() or folder.summary.is_file()

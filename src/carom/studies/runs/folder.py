@@ -21,31 +21,19 @@ PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
 
 
 class RunFolder:
-    """The folder of one run, and the names of its files.
-
-    Parameters
-    ----------
-    path : Path
-        The folder; it need not exist yet.
-
-    Attributes
-    ----------
-    scene, checkpoint, summary, timing, events, rdf, start : Path
-        The plan of the run, the state to continue from, the result (written last), its wall times, the event
-        log, g(r), the scene from which a run began that was given as one.
-    """
+    """The folder of one run, which need not exist yet, and the names of its files."""
 
     kind = "a run"
 
     def __init__(self, path: Path):
         self.path = path
-        self.scene = path / "scene.toml"
-        self.checkpoint = path / "checkpoint.h5"
-        self.summary = path / "summary.json"
-        self.timing = path / "timing.json"
-        self.events = path / "events.h5"
+        self.scene = path / "scene.toml"  # the plan of the run
+        self.checkpoint = path / "checkpoint.h5"  # the state to continue from
+        self.summary = path / "summary.json"  # the result, written last
+        self.timing = path / "timing.json"  # its wall times
+        self.events = path / "events.h5"  # the event log
         self.rdf = path / "rdf.csv"
-        self.start = path / "start.h5md"
+        self.start = path / "start.h5md"  # the scene from which a run began that was given as one
 
     def trajectory(self, form: str) -> Path:
         """Return the trajectory of a format."""

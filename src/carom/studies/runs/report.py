@@ -68,51 +68,22 @@ SCALED_BY = 0.375
 
 @dataclass(frozen=True)
 class Facts:
-    """The data of a finished run for its report.
-
-    Attributes
-    ----------
-    plan : SceneFile
-    sim : Simulation
-        At the end of the run.
-    blocks : list of Block
-        The measured stretch.
-    equilibration : (int, float)
-        Collisions and time before it.
-    frames : int
-        Frames sampled.
-    overlaps : list of (float, Overlap)
-        Times of those that were looked at and have an overlap, and the deepest in each.
-    trajectories : list of Path
-        Files of the trajectories.
-    rate : float
-        Collisions per second of wall time in the engine, in the measured stretch.
-    began : float
-        Reading of the performance counter when the run began, corrected for earlier sessions.
-    thermometer : Thermometer
-        The temperatures of species during the measured stretch.
-    layers : Layers
-        Sums over layers along a field, likewise.
-    energy_drift : float, optional
-        Change of the energy in the measured stretch relative to the kinetic one, if velocities were scaled
-        before it.
-    without : str, optional
-        Why there are no trajectories, if the plan left that open.
-    """
+    """The data of a finished run for its report."""
 
     plan: SceneFile
-    sim: Simulation
-    blocks: list[Block]
-    equilibration: tuple[int, float]
-    frames: int
-    overlaps: list[tuple[float, Overlap]]
+    sim: Simulation  # at the end of the run
+    blocks: list[Block]  # the measured stretch
+    equilibration: tuple[int, float]  # collisions and time before it
+    frames: int  # frames sampled
+    overlaps: list[tuple[float, Overlap]]  # times of frames with an overlap, and the deepest in each
     trajectories: list[Path]
-    rate: float
-    began: float
-    thermometer: Thermometer
-    layers: Layers
+    rate: float  # collisions per second of wall time in the engine, in the measured stretch
+    began: float  # reading of the performance counter when the run began, corrected for earlier sessions
+    thermometer: Thermometer  # temperatures of species during the measured stretch
+    layers: Layers  # sums over layers along a field, likewise
     energy_drift: float | None = None
-    without: str | None = None
+    """Change in the measured stretch over the kinetic energy, if velocities were scaled before."""
+    without: str | None = None  # why there are no trajectories, if the plan left that open
 
     @functools.cached_property
     def first_places(self) -> np.ndarray | None:
@@ -131,19 +102,11 @@ class Facts:
 
 
 class _Parts:
-    """Computes the parts of a report. One that fails is left out with a remark, and the run is not lost.
-
-    Attributes
-    ----------
-    remarks : list of str
-        What is missing, and why.
-    fault : Exception, optional
-        The first error that is no :class:`CaromError`, but one of the program; to be raised at the end.
-    """
+    """Computes the parts of a report. One that fails is left out with a remark, and the run is not lost."""
 
     def __init__(self) -> None:
-        self.remarks: list[str] = []
-        self.fault: Exception | None = None
+        self.remarks: list[str] = []  # what is missing, and why
+        self.fault: Exception | None = None  # the first that is no CaromError, to be raised at the end
 
     def of(self, name: str, make: Callable[[], T], otherwise: T) -> T:
         """Return what ``make`` returns, or ``otherwise``."""

@@ -43,15 +43,8 @@ LARGEST_EXTENDED = 3
 def amount(plan: SceneFile, scene: Scene, checkpoint: float) -> tuple[tuple[str, ...], int]:
     """Return the formats of a run's trajectories and its number of frames.
 
-    Parameters
-    ----------
-    plan : SceneFile
-        Its ``[run] write`` and ``frames`` hold for any size.
-    scene : Scene
-        Its n and d determine the size of a frame.
-    checkpoint : float
-        Size of a checkpoint [bytes]. The rest of ``KEPT`` is for frames. If not even one frame fits, and the
-        plan names neither formats nor a number of frames, there are no trajectories.
+    What the plan says of them holds. Otherwise frames get what ``KEPT`` leaves beside the ``checkpoint``
+    [bytes]; if not even one fits, and the plan says nothing, there are no trajectories.
     """
     formats, frames = plan.run.write, plan.run.frames
     left_open = formats is None and frames is None
@@ -69,15 +62,7 @@ def amount(plan: SceneFile, scene: Scene, checkpoint: float) -> tuple[tuple[str,
 def without_trajectory(
     plan: SceneFile, scene: Scene, formats: tuple[str, ...], checkpoint: float
 ) -> str | None:
-    """Return a sentence on why a run has no trajectories; None if it has some, or its plan asks for none.
-
-    Parameters
-    ----------
-    formats : tuple of str
-        Formats of the trajectories.
-    checkpoint : float
-        Size of a checkpoint [bytes].
-    """
+    """Return a sentence on why a run has no trajectories; None if it has some, or its plan asks for none."""
     if formats or plan.run.write is not None:
         return None
     return (

@@ -1,11 +1,8 @@
-"""The measured stretch of a run, in segments of equal time: its sums and its progress.
+"""The measured stretch of a run, in segments of equal time, of which a whole number lies between two frames.
 
-The interval between frames is a whole number of segments. One loop then serves the pressure, which needs the
-sums over each segment, and the trajectory, which needs the frames between segments.
-
-Times are chosen so that a resumed run is bit-identical. The length of a segment has 12 binary digits,
-segments begin at its multiples, and run in parts of 1/1024. All of these times are exact in a double, so a
-run may be interrupted between any two parts.
+One loop then serves the pressure, with sums over each segment, and the trajectory. Segments have a length of
+12 binary digits, begin at its multiples, and run in parts of 1/1024: all these times are exact in a double,
+so that a run interrupted between any two parts resumes bit-identically.
 """
 
 from __future__ import annotations
@@ -37,55 +34,32 @@ DIGITS = 12
 
 @dataclass
 class Stretch:
-    """The state of a run that a checkpoint keeps in addition to the simulation.
+    """The state of a run that a checkpoint keeps in addition to the simulation."""
 
-    Attributes
-    ----------
-    frames, per_frame, segments : int
-        Frames of a run of given length; segments per frame; segments to measure, by present knowledge.
-    pilot : bool
-        Whether the segments are those of the pilot, which has no frames.
-    step : float
-        Duration of a segment [time].
-    part : int
-        Finished parts of the present segment.
-    marks : list of (int, float, ...)
-        Collisions, virial and integral of kT so far (None where kT is constant), and potential energy and kT
-        now (None where there is no potential energy), at the beginning of every segment. With walls or
-        obstacles also the impulse on each so far, the weighted momentum of each, and the energy that each
-        gave.
-    rounds : list of tuple
-        Beginnings of the rounds that bring pairs on steps to a temperature
-        (:class:`carom.simulation.equilibration.Equilibration`).
-    temperatures : list of tuple of float
-        Temperatures of species at the end of every segment, if their masses differ.
-    layers : list
-        Sums over layers along a field (``carom.observables.layers``), at the same times.
-    volumes : list of tuple of float
-        Sums under a barostat (:class:`carom.block.VolumeSums`) at the beginning of every segment.
-    overlaps : list of (float, Overlap)
-        Time of a frame, and its deepest overlap, of all frames that were looked at and have one.
-    equilibrated : tuple of int and float, or None
-        Collisions and time of the equilibration, once it is over.
-    seconds, engine_seconds : float
-        Seconds spent, in all sessions; those in the engine since the equilibration.
-    """
-
-    frames: int
-    per_frame: int
-    segments: int
-    pilot: bool = False
-    step: float = 0.0
-    part: int = 0
+    frames: int  # of a run of given length
+    per_frame: int  # segments per frame
+    segments: int  # to measure, by present knowledge
+    pilot: bool = False  # whether the segments are those of the pilot, which has no frames
+    step: float = 0.0  # duration of a segment [time]
+    part: int = 0  # finished parts of the present segment
     marks: list[Any] = field(default_factory=list)
+    """At the beginning of every segment: collisions, virial and integral of kT so far (None where kT is
+    constant), and potential energy and kT now (None where there is no potential energy). With walls or
+    obstacles also the impulse on each so far, the weighted momentum of each, and the energy that each
+    gave."""
     rounds: list[Any] = field(default_factory=list)
+    """Beginnings of rounds that bring pairs on steps to a temperature (``simulation.equilibration``)."""
     temperatures: list[Any] = field(default_factory=list)
+    """Of species at the end of every segment, if their masses differ."""
     layers: list[Any] = field(default_factory=list)
+    """Sums over layers along a field (``carom.observables.layers``), at the same times."""
     volumes: list[Any] = field(default_factory=list)
+    """Sums under a barostat (:class:`carom.block.VolumeSums`) at the beginning of every segment."""
     overlaps: list[Any] = field(default_factory=list)
-    equilibrated: tuple[int, float] | None = None
-    seconds: float = 0.0
-    engine_seconds: float = 0.0
+    """Time of a frame, and its deepest overlap, of all that were looked at and have one."""
+    equilibrated: tuple[int, float] | None = None  # collisions and time of the equilibration, once it is over
+    seconds: float = 0.0  # spent, in all sessions
+    engine_seconds: float = 0.0  # in the engine since the equilibration
 
     @classmethod
     def of(cls, frames: int) -> Stretch:

@@ -55,17 +55,7 @@ Predicted = Callable[[Prediction], object]
 
 
 class Run:
-    """The simulation, its files, and the sums so far.
-
-    Attributes
-    ----------
-    stretch : Stretch
-        The measurement so far.
-    formats : tuple of str
-        Formats of the trajectories.
-    cores : int or "auto"
-        Threads that run the simulation.
-    """
+    """The simulation, its files, and the sums so far."""
 
     def __init__(
         self,

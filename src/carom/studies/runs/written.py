@@ -1,8 +1,8 @@
 """Checksums of the trajectories of a run, to verify them when the run continues.
 
-A checkpoint verifies itself by SHA-256, and the trajectories by the checksums kept here: a CRC-32 of the text
-of an extended XYZ, or of the numbers in H5MD and GSD as their readers return them. All trajectories hold the
-same frames. A damaged one is therefore restored from another, unless the other is GSD, which rounds.
+They are a CRC-32 of the text of an extended XYZ, or of the numbers in H5MD and GSD as their readers return
+them; a checkpoint verifies itself by SHA-256. All trajectories hold the same frames, so that a damaged one is
+restored from another, unless that is GSD, which rounds.
 """
 
 from __future__ import annotations
@@ -21,16 +21,9 @@ LOSSLESS = ("h5md", "extxyz")
 
 
 class Written:
-    """Checksums of the trajectories of a run, up to the present.
+    """Checksums of the trajectories of a run, by ``formats``, up to the present.
 
-    Parameters
-    ----------
-    folder : RunFolder
-        The folder of the run.
-    formats : sequence of str
-        Formats of the trajectories.
-    notes : mapping, optional
-        Result of :meth:`notes` when the checkpoint was written; by default no frame has been written.
+    ``notes`` is what :meth:`notes` returned when the checkpoint was written; without, there is no frame yet.
     """
 
     def __init__(
@@ -58,12 +51,7 @@ class Written:
     def sources(self, keep: int, report: Callable[[float], object]) -> dict[str, str]:
         """Return the damaged trajectories, and for each the one to restore it from; no file is changed.
 
-        Parameters
-        ----------
-        keep : int
-            Number of frames written up to the checkpoint.
-        report : callable
-            Called with the verified fraction.
+        ``keep`` frames were written up to the checkpoint; ``report`` gets the verified fraction.
         """
         if keep == 0:
             return {}
