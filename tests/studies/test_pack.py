@@ -123,7 +123,7 @@ def test_a_number_of_collisions_ends_it_exactly():
     assert packing.note == "12345 collisions reached"
 
 
-def test_where_gaps_are_rounding_it_ends_with_a_note():
+def test_where_gaps_are_rounding_it_ends_with_a_note(plain):
     packing = carom.pack(points(10, 2, seed=1), rate=0.2, until_Z=1e30, seed=1)
     assert "rounding" in packing.note
     assert 1e12 < packing.Z < 1e17
