@@ -142,14 +142,33 @@ def test_order_of_a_crystal_is_the_same_in_every_box_and_correlated_where_it_has
         carom.BondOrder(6, reach=0.9 * half).over(frames)
 
 
-def test_displacements_in_a_box_that_changes_are_refused_and_all_else_is_measured():
-    frames = gas(3, 4, shrink=True)
-    with pytest.raises(
-        InputError, match="displacements are those in one box: measure them in a run at constant"
-    ):
-        carom.Dynamics().over(frames)
-    with warnings.catch_warnings(record=True) as told:
-        warnings.simplefilter("always", CaromWarning)
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_displacements_are_those_of_the_same_steps_in_one_box(d):
+    rng, n = np.random.default_rng(d), 40
+    steps, edges = (
+        rng.normal(size=(60, n, d)),
+        [6.0 * (1.0 + 0.2 * (k % 3)) * np.arange(1, d + 1) for k in range(60)],
+    )
+
+    def walked(boxes):
+        at = rng.random((n, d))  # in edges
+        for k, box in enumerate(boxes):
+            images = np.floor(at).astype(np.int32)
+            yield carom.Frame(
+                float(k), k, (at - images) * box, np.zeros((n, d)), box, np.ones(n), np.ones(n), images=images
+            )
+            at = at + steps[k] / (0.5 * (box + boxes[min(k + 1, len(boxes) - 1)]))
+
+    changing, one = (carom.Dynamics().over(walked(boxes)) for boxes in (edges, edges[:1] * 60))
+    np.testing.assert_allclose(changing.mean_square, one.mean_square, rtol=1e-12)
+    np.testing.assert_allclose(changing.mean_square_error, one.mean_square_error, rtol=1e-9)
+    with pytest.raises(InputError, match="leave out shells"):
+        carom.Dynamics(shells=1).over(walked(edges))
+
+
+def test_all_quantities_of_frames_are_measured_in_boxes_that_change():
+    frames = [dataclasses.replace(frame, velocities=np.zeros((300, 3))) for frame in gas(3, 12, shrink=True)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", CaromWarning)  # few frames
         found = carom.measure(frames, "rdf", "structure", "order", "crystal", "msd")
-    assert sorted(found) == ["crystal", "order", "rdf", "structure"]
-    assert any("No msd: a frame has box" in str(each.message) for each in told)
+    assert sorted(found) == ["crystal", "msd", "order", "rdf", "structure"]

@@ -88,14 +88,19 @@ class Dynamics(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`update`, if frames have no image counts, or are not equally spaced in time, or if the box
-        changes, or the momentum along an axis that was taken. From :meth:`result`, if there are fewer than 9
-        frames.
+        From :meth:`update`, if frames have no image counts, or are not equally spaced in time, or if the
+        momentum changes along an axis that was taken, or with ``shells`` the box. From :meth:`result`, if
+        there are fewer than 9 frames.
 
     Notes
     -----
     Frames of other programs may have no velocities: correlations with them are then nan, and the motion of
     the center of mass stays in the displacements.
+
+    Where the box changes, a particle moves from one frame to the next by the change of its coordinates in
+    edges, times the mean of the edges of both: what a barostat takes along with the box is no displacement,
+    and image counts never multiply another frame's edge, which would add a displacement that grows with time
+    (S. von Bülow, J. T. Bullerjahn and G. Hummer, J. Chem. Phys. 153, 021101 (2020)).
 
     Examples
     --------
@@ -135,13 +140,15 @@ class Dynamics(OfFrames):
         self._waves = Waves.of(first.box, self.shells) if self.shells else None
         self._levels: list[_Level] = []
         self._every = 0.0
+        self._last: Frame = first
+        self._ways: np.ndarray | None = None  # since the box changed for the first time
 
     def _of(self, frame: Frame) -> tuple[float, np.ndarray]:
         """Return the mean of v^2 and S(q) of a frame, after it was correlated with those before it."""
         self._check(frame)
         v = frame.velocities - self._drift
         v[:] = np.nan if "velocities" in frame.lacks else v
-        r = frame.unwrapped - self._drift * (frame.time - self._first.time)
+        r = self._moved(frame) - self._drift * (frame.time - self._first.time)
         rho = None if self._waves is None else self._waves.density(frame.positions[self._chosen])
         count, level = len(self._samples), 0
         while True:
@@ -159,11 +166,21 @@ class Dynamics(OfFrames):
             return square, np.zeros(0)
         return square, self._waves.average(np.sum(rho * rho, axis=1)) / len(self._chosen)
 
+    def _moved(self, frame: Frame) -> np.ndarray:
+        """Return where the particles came to [length], without what the box took along."""
+        last, self._last = self._last, frame
+        if self._ways is None and np.array_equal(frame.box, last.box):
+            return frame.unwrapped
+        before = last.unwrapped if self._ways is None else self._ways
+        edges = frame.unwrapped / frame.box - last.unwrapped / last.box
+        self._ways = before + edges * (0.5 * (frame.box + last.box))
+        return self._ways
+
     def _check(self, frame: Frame) -> None:
-        if not np.array_equal(frame.box, self._first.box):
+        if self.shells and not np.array_equal(frame.box, self._first.box):
             raise InputError(
-                f"A frame has box {frame.box.tolist()}, the first one {self._first.box.tolist()}; "
-                "displacements are those in one box: measure them in a run at constant volume."
+                f"A frame has box {frame.box.tolist()}, the first one {self._first.box.tolist()}, and waves "
+                "of F(q, t) fit one box: leave out shells, or run at constant volume."
             )
         if frame.images is None:
             raise InputError(

@@ -12,7 +12,6 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.notebook import watchable
-from carom.observables.dynamics import Dynamics
 from carom.observables.flights import FreeFlights
 from carom.observables.of_frames import OfFrames
 from carom.observables.precision import Goal, Prediction
@@ -300,7 +299,7 @@ def _check_box(sim: Simulation, observable: Any) -> None:
             raise InputError("Volume needs a box that changes: give Simulation a barostat.")
     elif (
         hasattr(observable, "of_scene")
-        or isinstance(observable, (Dynamics, *_TOLD))
+        or isinstance(observable, _TOLD)
         or own_observers.is_observer(observable)
     ):
         name = type(observable).__name__
