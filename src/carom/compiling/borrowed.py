@@ -1,8 +1,7 @@
 """Arrays without reference counts, for the inside of the engine.
 
-Numba counts references to every array it takes out of a tuple: hundreds of atomic operations and opaque calls
-in a main cycle that owns nothing. An entry point borrows its arguments once; the caller holds them while the
-call lasts.
+Numba counts references to every array it takes out of a tuple: hundreds of atomic operations in a main cycle
+that owns nothing. An entry point borrows its arguments once; the caller holds them during the call.
 """
 
 from __future__ import annotations

@@ -1,10 +1,8 @@
 """What compiled code is made of, as a digest: the functions of the kernel, and all that those read.
 
-Each function is followed: its code, what it calls, the constants that it reads, and so on through any number
-of modules, Carom's and a user's alike. Of a question only the default and the answers of the classes that
-occur count. So an edit to a model changes the digests of the kernels that use it, and of no other. This room,
-which makes code while it compiles, is taken as it stands in its files. What cannot be followed has no digest,
-and code made of it is not kept.
+Calls and constants are followed through all modules, Carom's and a user's. Of a question only the default and
+the answers of classes that occur count, so that an edit to a model changes its own kernels only. This room
+counts as its files. What cannot be followed has no digest, and its code is not kept.
 """
 
 from __future__ import annotations
@@ -189,10 +187,9 @@ class Walk:
             self.visit_answers(generic, cls)
 
     def visit_generic(self, generic):
-        """Note a generic function, and what is registered for the classes that occur.
+        """Note a generic function, and what is registered for the classes that occur, in an order of its own.
 
-        What is registered for others must not count, nor the order: both depend on which modules a process
-        has imported. A resumed run imports others than a new one, and both run the same code.
+        Other classes and the order of registration depend on which modules a process has imported.
         """
         self.add("generic", generic.__module__, generic.__qualname__)
         if generic not in self.generics:

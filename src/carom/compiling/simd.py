@@ -1,21 +1,18 @@
-"""Values of eight components in one register: copied side by side, and read from there.
+"""Values of eight components in one register: copied side by side, and read from there. Each function works
+in plain Python, too.
 
-The compiler leaves these loops as they are. It gathers element by element, and a store into one array might
-change what the next load from another finds, so it goes one by one. Here
+The compiler leaves these loops as they are: a store might change what the next load finds, so it goes one by
+one. Here
 
-- whole rows are loaded and shuffled into columns (:func:`gather_rows`): a third of the instructions. The
-  columns are an array on the stack (:func:`candidate_block`) that a loop over just eight reads: the compiler
-  then keeps it in registers, and stores nothing at all;
+- whole rows are loaded and shuffled into columns (:func:`gather_rows`): a third of the instructions. A loop
+  over just eight reads them from the stack (:func:`candidate_block`), and keeps them in registers;
 - single values are loaded one by one and stored side by side (:func:`pack`, :func:`pack_fields`): gathers
   take several times as long;
 - members of a cell are copied and replaced in one go (:func:`copy_words`, :func:`replace_words`).
 
 Of what a pair model reads of a candidate j, eight values are side by side in a *lane*. :func:`asked_of` gives
-the model a view of itself, and a j of a type of its own. In the view ``pair.radii[j]`` reads the lane and
-``pair.radii[i]`` the array. Neither leaves a trace in the machine code, and j is a whole number like any
-other.
-
-Each function is written in plain Python, too.
+the model a view and a j of a type of its own: ``pair.radii[j]`` reads the lane, ``pair.radii[i]`` the array.
+Neither leaves a trace in the machine code.
 """
 
 from __future__ import annotations

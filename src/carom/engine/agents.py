@@ -1,11 +1,8 @@
 """Units that decide by rules: when a rule is called, and the consequences of its decision.
 
-A rule is called when a pair crosses a circle, when a timer runs out, and when a unit in a circle has changed.
-The last two are events of one unit, as those with an obstacle: their partner is WAKE. If a unit is removed or
-changes its kind, all units in whose circles it is must be told. They are put into a queue, which the cycle
-empties before it continues: each gets an event of its own at the present time.
-
-Scenes without rules have none of this.
+A rule is called when a pair crosses a circle, when a timer runs out, and when a unit in a circle has changed
+(the last two are events of one unit, with the partner WAKE). Those whose circles hold a unit that is removed
+or changes its kind go into a queue: the cycle gives each an event at the present time before it continues.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
-"""Periodic boxes: the image of a component that a word names.
+"""Periodic boxes: the image of a component that a *word* names.
 
-A candidate is named by a *word*. In a wide box the word is the candidate's index and the image is the nearest
-one. In a small box one component can be met under several images (the paper's unsectored case), and the word
-says which: ``index << bits | code``, where ``code`` < 3^d names the neighbouring sector, image or not, in
-which it was found.
+In a wide box the word is the index of a candidate, and the image the nearest one. In a small box (the paper's
+unsectored case) it is ``index << bits | code``: the ``code`` < 3^d is the neighbouring sector, image or not,
+in which the candidate was found.
 """
 
 from __future__ import annotations
@@ -148,10 +147,10 @@ def _(boundary: SectorImage, i, ref, axis, dx):
 
 @required
 def in_box(boundary, i, axis, x):
-    """Return a coordinate of component i as one in the box in which it flies.
+    """Return a coordinate of component i in the box in which it flies: at a face rounding decides which that
+    is.
 
-    At a face of the box rounding decides in which one a position lies; where the component may fly through
-    all of a box before it is looked at again, that is the box of its sector.
+    Where a component may fly through all of a box before it is looked at again, it is the box of its sector.
     """
 
 

@@ -1,16 +1,15 @@
-"""The event calendar: a calendar queue of buckets that are only appended to, and a small heap for the present
-bucket (like that of Paul, J. Comput. Phys. 221 (2007) 615).
+"""The event calendar: append-only buckets, and a small heap for the present one (Paul, J. Comput. Phys. 221
+(2007) 615).
 
-An entry names a component. Its time is that of its new event or of its sector crossing, whichever comes
-first. Entries are not removed. An entry is valid if the time of its component falls into its bucket, and
-stale otherwise; stale entries are dropped when their bucket becomes the present one. A pair event needs one
-entry, of a component that has it before its sector crossing. The buckets, the days of the calendar, cover a
-*window* of time, its year. Later events are found in the rows by one pass over them at the end of the window.
-The order is by (time, component), for any width of the buckets.
+An entry names a component, due at its new event or its sector crossing, whichever is first. It is stale if
+that time is no longer in its bucket, and is then dropped when the bucket is opened. A pair event needs one
+entry, of a component that has it before its sector crossing. Buckets (days) cover a *window* of time (the
+year); later events are found in the rows at its end. The order is by (time, component), for any width of the
+buckets.
 
-Whether a new event falls into the window is a coin toss, and its time is the last thing that a collision
-finds out. A branch on it would be mispredicted that late that nothing of the next event could be done
-meanwhile. One more bucket takes all that is due later, and is never read.
+Whether an event falls into the window is a coin toss, known last: a branch on it would be mispredicted too
+late for anything of the next event to be done meanwhile. So one more bucket, never read, takes what is due
+later.
 """
 
 from __future__ import annotations
@@ -97,8 +96,7 @@ def most_lines(n: int) -> int:
 def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two).
 
-    ``heap`` is for how many entries the heap has room; where that is more than at first, there are as many
-    times more lines, up to all that are ever needed.
+    ``heap`` entries have room in the heap; where that is more than at first, lines grow by the same factor.
     """
     buckets = max(n // 8, 16)
     # For buckets that fill unevenly; should that not do, the window is laid out anew.
@@ -268,15 +266,11 @@ def push_if_due(calendar, state, bucket, i):
 
 @inner
 def fill_window(calendar, state, boundary, start, end):
-    """Begin a window at ``start`` that reaches to ``end`` at most, and enter all that is due in it.
+    """Begin a window from ``start`` to ``end`` at most, enter all that is due in it, and return the earliest
+    time due.
 
-    Where lines run out, buckets become narrower, and the window shorter. That does not help where too many
-    are due at one time: ``full`` is then set, some entries are missing, and the calendar needs more room.
-
-    Returns
-    -------
-    earliest : float
-        The earliest time due, in the window or beyond it.
+    Where lines run out, buckets become narrower. If too many are due at one time that does not help: ``full``
+    is set, and entries are missing until the calendar has more room.
     """
     control = calendar.control[0]
     size = buckets_in_window(calendar)
@@ -346,10 +340,8 @@ def effort(state):
 
 @inner
 def choose_due(calendar, state, start_index, end):
-    """Put those of a block of components that are due in the window on the heap, in no order; return the
-    earliest time due.
-
-    There is no branch: each would be a toss.
+    """Put those of a block that are due in the window on the heap, unordered; return the earliest time due.
+    No branch: each would be a toss.
     """
     event_time, component = calendar.event_time, calendar.component
     until = calendar.control[0].end

@@ -1,8 +1,6 @@
-"""Crowds of obstacles in cells: a component asks those alone whose cells its path passes.
+"""Crowds of obstacles in cells: a component asks only those whose cells its path passes until it looks again.
 
-The path is followed as far as the component may fly before it leaves its sector, or its list ends: then it
-looks again. A contact that is found is the one that would be found if all were asked; its time is rounded
-otherwise where it is found at another look.
+A contact is the one found by asking all; its time is rounded otherwise where it is found at another look.
 """
 
 from __future__ import annotations

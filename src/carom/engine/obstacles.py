@@ -1,8 +1,7 @@
 """What is fixed: the one-component interactions, the paper's partners N + k.
 
-The engine keeps all obstacles of a scene in a chain, nested so that the compiler knows the type of each link.
-Each obstacle has a number. The engine asks it when a component touches it (``encounter``) and for the normal
-there (``outward``).
+Obstacles are numbered, and nested in a chain, so that the compiler knows the type of each. The engine asks
+when a component touches one (``encounter``) and for the normal there (``outward``).
 """
 
 from __future__ import annotations
@@ -131,9 +130,9 @@ def numbers_of(periodic, models) -> list[int]:
 def soonest(obstacles, model, state, i, now, every, until):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
 
-    ``every`` is False where only those that stand in every image of the box are to be looked at: they are
-    seen as far as the next images, and looked for again whenever i has gone as far as its neighbours reach.
-    Contacts after the time ``until`` need not be found.
+    Without ``every`` only those in every image of the box are looked at: they are seen as far as the next
+    images, and looked for again whenever i has gone as far as its neighbours reach. Contacts after ``until``
+    need not be found.
     """
     place_at(model, state, i, now, obstacles.x, obstacles.v)
     size = radius(model.pair, np.int64(i), now)

@@ -1,8 +1,7 @@
 """Events of one component: a contact with an obstacle (the paper's Q_ik), the timer of a rule, of a drive.
 
-Each of these is a *source*: a part of the model, or None. A source says when it has an event for a component,
-and runs it. The partner of the component is then the source's code: see
-:mod:`carom.engine.constants`. Of all sources the earliest is taken, here and nowhere else.
+Each *source*, a part of the model or None, says when it has an event for a component, and runs it. The
+earliest is taken here and nowhere else; the partner is then its code (:mod:`carom.engine.constants`).
 """
 
 from __future__ import annotations

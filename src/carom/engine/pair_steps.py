@@ -1,11 +1,9 @@
-"""The step of a pair: bits of the words in neighbour lists.
+"""The step of a pair: bits of the words in neighbour lists, ``index << bits | step`` (without steps None, and
+the index).
 
-If a pair potential has steps, the word of an entry in a list is ``index << bits | step``. Both partners list
-each other as long as they are near, so that a pair has two entries, which change together at its events. A
-renewed list keeps the words of old neighbours; a new neighbour comes from beyond all steps. The step is
-derived from a distance at the start of a run only, by the caller, who writes it here.
-
-Lists of a scene without steps have None in this place, and their words are indices.
+Partners list each other, so a pair has two entries, which change together at its events. Renewed lists keep
+the words of old neighbours; new ones come from beyond all steps. Only the caller derives steps from
+distances, at the start of a run.
 """
 
 from __future__ import annotations

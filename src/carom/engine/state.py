@@ -1,9 +1,7 @@
 """The arrays of a run: one row a component.
 
-The paper keeps two events per component. With its delayed update the old event is (position, velocity, time),
-and only (time, partner) is stored of the new one. Here the old event changes at the component's own
-interactions only. A sector crossing or an advancement reads the state but does not rewrite it. Neither the
-neighbour scheme nor a sample therefore affects the trajectory.
+The old event (position, velocity, time) changes at a component's own interactions only; of the new one,
+(time, partner) is stored. Sector crossings and samples do not rewrite it, and so never affect the trajectory.
 """
 
 from __future__ import annotations

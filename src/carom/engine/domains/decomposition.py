@@ -34,10 +34,9 @@ PATCHES = 256
 class InteractionRange(NamedTuple):
     """How far things reach along an axis, in layers.
 
-    A component has moved at most one sector, or one margin, when it searches. It finds somebody there whose
-    partner is elsewhere: two whose contact is scheduled are no further apart than when it was found, but may
-    be in other sectors, or in no list of each other's any more. A few are further away than this allows for:
-    a process that meets one at a border gives the window up.
+    A component that searches has moved one sector or margin at most. Two whose contact is scheduled are no
+    further apart than when it was found, but may be in other sectors or no longer in each other's lists. A
+    few are further away than allowed for: a process that meets one at a border gives the window up.
     """
 
     layers: int
@@ -51,10 +50,10 @@ class InteractionRange(NamedTuple):
 
     @property
     def zone(self) -> int:
-        """Depth of a zone on either side of its border.
+        """Depth of a zone on either side of its border, in layers.
 
-        Two events touch the same if one looks at what the other touches. Who loses a partner loses it to one
-        event alone: two that reach the same component so, meet the same partner of it.
+        Two events touch the same if one looks at what the other touches. A component loses its partner to one
+        event only.
         """
         return self.read + self.write
 
@@ -173,10 +172,8 @@ def slabs_of(neighbors: Lists | Sectors, box, periodic, processes: int) -> Slabs
 
 
 def patches_of(most, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return two axes along a border, and into how many patches it is divided along each, at most ``most`` of
-    each axis.
-
-    In two dimensions a border is a line, and in one a point: there is one patch along what is left.
+    """Return two axes along a border, and the number of patches along each, at most ``most`` (1 where no axis
+    is left).
     """
     sides = sorted((k for k in range(len(most)) if k != axis), key=lambda k: -most[k])[:2]
     along, patches = np.full(2, axis), np.ones(2, np.int64)

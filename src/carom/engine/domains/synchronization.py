@@ -1,13 +1,9 @@
 """Whose turn it is: processes that share one state process what both can touch in the order of time.
 
-Every process has a calendar of its own, and runs ahead in the middle of its slab. An event that touches what
-another process can touch, too, is in the *zone* of their border. It waits until the other process has nothing
-earlier there, and holds the lock of the border meanwhile. What a process schedules for a component of another
-goes there as a message.
-
-Whether something earlier will turn up at the border is not known. Every border, and every process, remembers
-its last events. Where one is processed that would have had to come before one of them nearby, the window is
-rolled back, and is run again from its beginning.
+Each has its own calendar and runs ahead in the middle of its slab. An event in the *zone* of a border, which
+another can touch too, waits until that process has nothing earlier there, and holds the border's lock
+meanwhile. What is scheduled for another's component goes there as a message. Borders and processes remember
+their last events: an event that turns up too late for one nearby rolls the window back, to be run again.
 """
 
 from __future__ import annotations

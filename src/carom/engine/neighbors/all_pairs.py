@@ -1,21 +1,14 @@
-"""All pairs: no sectors at all. A component is searched among all others.
+"""All pairs: no sectors. In a dilute system a component would cross hundreds of them between two collisions.
 
-**Along straight paths** (:class:`Everybody`), through the images of the box. In a dilute system a component
-crosses the box several times between two collisions, and would cross hundreds of sectors in vain. Here the
-straight path of a pair is followed from one image to the next. In units of the edges, contacts lie near
-points with integer coordinates. Along the axis in which the pair moves fastest, the path passes one plane of
-these points after the other, at equal intervals. There the other coordinates say whether it comes near such a
-point. Candidates are found with few digits, many at a time (``prefilter``), and are then followed with all
-digits.
+:class:`Everybody` follows the straight path of a pair through the images of the box. In units of the edges,
+contacts lie near integer points. Along the axis of fastest motion the path passes planes of these at equal
+intervals, and the other coordinates say whether it comes near one. Candidates are found with few digits, many
+at a time (``prefilter``), then followed with all. Every pair is searched once an epoch, and all contacts
+until its end are kept (``contact_cache``). Then only the two that collided search, and enter what they find
+on both sides; one that lost its partner takes the next of its contacts.
 
-A search covers the rest of the epoch, and all contacts that it finds are kept (``contact_cache``). At the
-beginning of an epoch every pair is searched once, and all events are chosen together. During the epoch only
-the two that have collided are searched. A component that has lost its partner takes the next of its contacts:
-components that have changed since have searched all others, and have entered the contacts on both sides.
-
-**Along curves** (:class:`Pairs`), for a motion by which two components do not fly straight relative to each
-other. Its model says when a pair meets (``meeting_time``), for as many pairs as there are: meant for some
-hundred components. A search covers a certain time, after which the component searches again.
+:class:`Pairs` is for curved relative flight: ``meeting_time`` of every pair, for some hundred components. A
+search covers a certain time, after which the component searches again.
 """
 
 from __future__ import annotations
@@ -280,13 +273,10 @@ def approach(everybody, model, state, i, j, now, at_plane):
 
 @inner
 def exact_meeting(everybody, model, state, i, j, now, avoided):
-    """Follow the path of a pair until the end of the epoch, with all digits.
+    """Follow a pair until the end of the epoch; return a time shortly before first contact, and that time or
+    NEVER.
 
-    Returns
-    -------
-    begin, due : float
-        A time shortly before i and j touch for the first time, and that time, or NEVER. The contact of i with
-        the one ``avoided`` does not count if it is now.
+    A contact of i with the one ``avoided`` does not count if it is now.
     """
     flight = everybody.flight
     dimension = len(everybody.inverse)
@@ -333,14 +323,10 @@ def exact_meeting(everybody, model, state, i, j, now, avoided):
 
 @inner
 def search_all(everybody, model, state, i, now, after, avoided):
-    """Look at all behind number ``after`` but i itself, and keep the contacts that are found, for both sides.
+    """Keep, on both sides, the contacts of i with all behind number ``after``; return whom of them i can meet
+    first, or -1.
 
     Whoever has changed and has yet to look at all is left out: it will find i itself.
-
-    Returns
-    -------
-    chosen : int
-        Whom of those looked at i can meet first, or -1.
     """
     contacts = everybody.contacts
     pack_self(everybody, i)

@@ -1,8 +1,7 @@
-"""Future contacts of every component, for as long as neither partner changes its flight.
+"""Future contacts of every component, kept until some time so that searches are seldom.
 
-A search finds all contacts until some time and keeps them, so that the next search is seldom needed. A
-contact is valid as long as both partners fly as they did when it was found. A component that changes its
-flight gets a new *version*, which identifies contacts with its former flight.
+A contact is valid while both fly as they did when it was found: a component that changes its flight gets a
+new *version*.
 """
 
 from __future__ import annotations
@@ -102,7 +101,7 @@ def keep(contacts, i, j, start_time, event_time):
 @inner
 def best_of(contacts, state, i, before):
     """Return the number of the first contact of i with somebody who has no earlier event, or -1, and whether
-    none that comes first has been lost for want of room.
+    none before it was lost for want of room.
 
     With ``before`` the event of the other must be later, not at the same time.
     """

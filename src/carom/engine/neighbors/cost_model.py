@@ -1,8 +1,8 @@
-"""Thin systems: how wide sectors should be, and when looking at everybody costs less than any sectors.
+"""Thin systems: how wide sectors should be, and when looking at everybody costs less.
 
-Between two collisions a component flies a mean free path, which in a thin system is many spacings long. Small
-sectors are crossed all the while; large ones bring many candidates into view at each crossing. The cheapest
-side follows from the costs of both, as they were measured (docs/decisions/05-neighbours.md).
+With a mean free path of many spacings small sectors are crossed all the while, and large ones bring many
+candidates at each crossing. The cheapest side follows from the measured costs
+(docs/decisions/05-neighbours.md).
 """
 
 from __future__ import annotations
@@ -133,8 +133,8 @@ def everybody_cost(system: System, speed: float, rate: float) -> float:
 def prefers_everybody(system: System, side: float, speed: float, rate: float) -> bool:
     """Tell whether looking at everybody is better than sectors of a side.
 
-    Speeds of contacts that lose energy fall, and the time that a search covers does not follow them; in
-    single precision coordinates in boxes are too coarse.
+    Not for contacts that lose energy: the time that a search covers does not follow falling speeds. Not in
+    single precision: coordinates in boxes are too coarse.
     """
     if not is_thin(system) or fits_everybody(system) or system.single or not system.elastic:
         return False

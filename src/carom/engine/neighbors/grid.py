@@ -67,8 +67,8 @@ ROUNDING_MARGIN = 1e-9
 def cells_near(lists, own_class, other, point, range_sq, moved, old):
     """Find the cells of a level that can hold anybody whom a component of level ``own_class`` has to look at.
 
-    Those are no further from the reference point than the square root of ``range_sq``; and if the component
-    has ``moved`` from ``old`` to this point, who is new to it is nearer to the new point than to the old one.
+    They lie within the root of ``range_sq`` of its reference point. If it has ``moved`` from ``old``, who is
+    new to it is nearer to the new point than to the old one.
     """
     grid = lists.grid
     half = np.uint64(0)

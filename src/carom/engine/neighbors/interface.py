@@ -7,18 +7,11 @@ from carom.compiling.registry import optional, required
 
 @required
 def candidates(neighbors, boundary, i, half):
-    """Return the words of all components that i can meet before a one-component event of either.
+    """Return the words (uint32) of all whom i can meet before a one-component event of either, where they
+    begin, and how many.
 
-    ``half`` (0 or 1) says which of two rooms to use where the words have to be put together.
-
-    Returns
-    -------
-    words : uint32 array
-        Holds the words; eight more can be read behind the last one, each of them a word of somebody.
-    begin : int
-        Where in the array they begin.
-    count : int
-        How many they are.
+    Eight more can be read behind the last, each a word of somebody. ``half`` (0 or 1) is the room to use
+    where words have to be put together.
     """
 
 
@@ -50,14 +43,11 @@ def rebin(neighbors, motion, boundary, state, i, now):
 
 @required
 def cross(neighbors, motion, boundary, state, i, now):
-    """Carry component i over into its next sector (or renew its list).
+    """Carry i into its next sector (or renew its list); return whether that was done, and whom i can meet
+    only now.
 
-    Returns
-    -------
-    done : bool
-        False if an array is too small; everything must then be built anew.
-    words, begin, count
-        Those that i can meet now and could not before, as ``candidates`` returns them.
+    These are as :func:`candidates` returns them. If it was not done, an array is too small and all must be
+    built anew.
     """
 
 

@@ -1,13 +1,10 @@
 """Neighbour lists (Verlet lists): the sector's idea with a sphere for a sector.
 
-Every component has a reference point, and a sphere around it that its surface does not leave: its *bound*.
-Two components are listed with each other while their bounds overlap. A component whose surface reaches its
-bound takes a new reference point and renews its list; other lists are not renewed. Reference points are
-fractions of the box in integers, all axes in one word of 64 bits. Their differences are exact, and are those
-to the nearest image without further work.
-
-Neighbours are found in cells. Components with bounds of very different size are kept in separate grids
-(*levels*), each with cells as wide as the largest bounds in it.
+The surface of a component stays in a sphere around its reference point, its *bound*. Two are listed with each
+other while their bounds overlap. One that reaches its bound takes a new point and renews its own list only.
+Points are integer fractions of the box, all axes in one word of 64 bits: differences are exact, and to the
+nearest image. Neighbours are found in cells; bounds of very different size have grids (*levels*) of their
+own, with cells as wide as the largest bounds in them.
 """
 
 from __future__ import annotations
@@ -189,28 +186,12 @@ def make_lists(
     pair_steps: Any = None,
     window: Any = None,
 ) -> Lists:
-    """Return empty lists.
+    """Return empty lists for ``n`` components.
 
-    Parameters
-    ----------
-    n : int
-        Components.
-    spans : d floats
-        Lengths that reference points are fractions of [length].
-    bounds : EqualBounds, UnequalBounds or GrowingBounds
-        Bounds of the components.
-    grid : Grid
-        The cells.
-    cell_capacity : int
-        Components a cell can hold, 8 at least.
-    words : int
-        Neighbours that all lists can hold.
-    longest : int
-        Neighbours that the longest of them can hold.
-    pair_steps : PairSteps or SpeciesSteps, optional
-        How words name the steps of pairs.
-    window : TiltWindow, optional
-        Tilts of the lattice that the lists are for.
+    Reference points are fractions of ``spans`` (d floats [length]). A cell holds ``cell_capacity``
+    components, 8 at least; all lists hold ``refs`` neighbours, the longest ``longest``. ``pair_steps``
+    (PairSteps, SpeciesSteps or None) says how words name steps, ``window`` (TiltWindow or None) the tilts of
+    the lattice.
     """
     nobody = n if pair_steps is None else n << pair_steps.bits
     dimension = len(spans)
@@ -348,11 +329,11 @@ def rebuild_list(lists, motion, state, i, now):
 
 @inner
 def gather_cells(lists, i, point, moved, old):
-    """Put all in the cells around a reference point of component i into ``found`` and return how many they
-    are; if it has ``moved`` there from ``old``, those at least who are new to it.
+    """Put all in the cells around a reference point of i into ``found``, or after a move those who are new;
+    return how many.
 
-    Members are copied eight at a time, whether so many are there or not: cells hold a few each, and a loop
-    over the right number would be mispredicted at every one.
+    Members are copied eight at a time: cells hold a few each, and a loop over the right number would be
+    mispredicted.
     """
     total = np.uint64(0)
     own_class = size_class(lists.bounds, i)
@@ -379,10 +360,10 @@ def gather_cells(lists, i, point, moved, old):
 
 @inner
 def flag_in_range(lists, i, total, point, moved, old):
-    """Mark in ``hits`` who of those found is to be listed with component i at a reference point, and was not
-    where it has ``moved`` from.
+    """Mark in ``hits`` who of those found is to be listed with i at a reference point, and was not where it
+    ``moved`` from.
 
-    What is needed of those found is first put side by side: the loop is then vectorised.
+    What is needed is first put side by side, so that the loop is vectorised.
     """
     for k in range(0, np.int64(total), LANES):
         pack(lists.reference, lists.found, k, np.int64(0), lists.points, k)

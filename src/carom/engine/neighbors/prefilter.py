@@ -1,15 +1,13 @@
 """Paths through the images of the box, in whole numbers: which of them must be followed with all digits.
 
-A coordinate is a whole number of 2^16 *units* an edge, so that a number of 16 bits wraps as the box does,
-and for nothing. Along the axis in which a pair moves fastest its path passes a plane of images at equal
-intervals. From one plane to the next each other coordinate grows by the same *step*, and it is near an
-image where the wrapped sum is small. That is an addition and a comparison for 32 pairs at a time.
-What is missed is lost, what is found in vain costs a closer look: the numbers are rounded, and
-all that rounding can do is added to what counts as near.
+A coordinate counts 2^16 *units* an edge, so that a number of 16 bits wraps as the box does. Along the axis of
+fastest motion a path passes planes of images at equal intervals. From one to the next each other coordinate
+grows by the same *step*, and it is near an image where the wrapped sum is small: an addition and a comparison
+for 32 pairs at a time. What is missed is lost, so all that rounding can do is added to what counts as near.
 
-How much that is, in edges, with e = 2^-24 (the rounding of float32), W the largest velocity along an axis
-that anybody had in the epoch [edges / span], T the time since flights were lined up and S that to be covered
-[spans], S <= 1, and L the longest edge over the shortest:
+That is, in edges, with e = 2^-24 (the rounding of float32), W the largest velocity along an axis that anybody
+had in the epoch [edges / span], T the time since flights were lined up, S <= 1 that to be covered [spans],
+and L the longest edge over the shortest:
 
 - Coordinates in the box and velocities are rounded by e and e W, their differences by as much again.
   Relative to the true path the one that is followed is off by at most e (4 + 10 W T) at its beginning,
@@ -22,8 +20,8 @@ that anybody had in the epoch [edges / span], T the time since flights were line
   (2 W T + 9 L + 3).
 
 The sum of both errors is below ``16 e (1 + L) (1 + W (T + S))``, and is called blur. The rest is exact but
-for two roundings to whole numbers: half a unit at the first plane, and at each plane half a unit of the
-step, with 3 e L edges that the step itself was off before.
+for two roundings to whole numbers: half a unit at the first plane, and at each plane half a unit of the step,
+with 3 e L edges that the step itself was off before.
 """
 
 from __future__ import annotations
@@ -137,12 +135,9 @@ def lay_path(everybody, elapsed, range_edges, start_index, lane):
 
 @approximate
 def lay_paths(everybody, elapsed, range_edges, start):
-    """Lay out the paths of the block that begins with component ``start``, relative to the one that searches.
+    """Lay out the paths of the block from component ``start``, relative to the one that searches.
 
-    Notes
-    -----
-    What is done for one is a function of its own, so that no variable seems to live on from one to the next,
-    and the loop is vectorised.
+    What is done for one is a function of its own: no variable seems to live on, and the loop is vectorised.
     """
     start_index = np.uint64(2 * len(everybody.inverse) * start)
     for lane in range(np.uint64(BLOCK)):
@@ -151,12 +146,11 @@ def lay_paths(everybody, elapsed, range_edges, start):
 
 @fast
 def next_planes(everybody, shift, first_time):
-    """Mark how near each path comes to an image at the next few planes, and go on to the plane after them.
+    """Mark how near each path comes to an image at the next few planes (its largest coordinate, where least);
+    go on behind them.
 
-    The mark is the largest of the coordinates at the plane where that is least. ``shift`` is added to the
-    coordinates: half of what is near the first time, so that one wrapped comparison sees both sides of an
-    image, and nothing later. ``first_time`` is ALL the first time, where there is no mark yet, and zero
-    later.
+    ``shift``, at first half of what is near and later nothing, is added so that one wrapped comparison sees
+    both sides of an image. ``first_time`` is ALL at first, where there is no mark yet, and then zero.
     """
     paths = everybody.paths
     dimension = len(everybody.inverse)

@@ -215,15 +215,10 @@ def sector_of(sectors, i):
 
 @inner
 def neighbor_rows(sectors, i):
-    """Put the rows of sectors around component i into ``neighbor_cells``, each as the number of its first
+    """Put the 3^(d - 1) rows of sectors around i into ``neighbor_cells``, each as the number of its first
     sector.
 
-    Returns
-    -------
-    count : int
-        How many rows there are, 3^(d - 1).
-    below, place, above : int
-        The three sectors of each row.
+    Return how many they are, and the three sectors (below, place, above) of each.
     """
     neighbor_cells = sectors.neighbor_cells
     neighbor_cells[0] = 0
@@ -314,8 +309,7 @@ def remove_member(sectors, cell, i):
 def copy_members(sectors, boundary, cell, code, total):
     """Append the words of the first eight at most in a sector at ``total``; return how many are in it.
 
-    Eight are copied, whether so many are there or not: sectors hold a few each, and a loop over the right
-    number would be mispredicted at every one.
+    Eight are always copied: sectors hold a few each, and a loop over the right number would be mispredicted.
     """
     members = sectors.members
     copy_code(sectors, boundary, cell, np.int64(0), code, total)

@@ -1,8 +1,7 @@
 """Bounds: spheres around reference points that the surfaces of components do not leave.
 
-A model of bounds gives their radii, the distance that each component may move inside its bound (its *skin*),
-the room of its list, and its level. There are three models, chosen by type: for one diameter, for several
-diameters, and for growing components.
+Three models, chosen by type (one diameter, several, growing ones), give their radii, how far each component
+may move inside (its *skin*), the room of its list, and its level.
 """
 
 from __future__ import annotations

@@ -1,11 +1,8 @@
 """Lists in a lattice that tilts (``carom.models.motions.shear``): distances over a window of tilts.
 
-Reference points keep their coordinates in the lattice, so that they move with the stream. A component flies
-straight relative to its own, and leaves its bound as in a box at rest. But the points themselves drift apart.
-So two components are listed if their points are near each other at *any* tilt of a window, and all lists are
-made anew before the tilt leaves it.
-
-In a box at rest there is None in the place of the window, and distances are those of the points.
+Reference points move with the stream. A component flies straight relative to its own and leaves its bound as
+at rest, but points drift apart. So two are listed if their points are near at *any* tilt of a window, and
+lists are made anew before the tilt leaves it. None in the place of the window is a box at rest.
 """
 
 from __future__ import annotations

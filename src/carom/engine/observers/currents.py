@@ -1,15 +1,11 @@
-"""The currents of momentum and heat, and their exact integrals over time: Helfand's moments.
+"""The currents of momentum and heat, and their exact integrals over time: Helfand's moments, in the rest
+frame of the centre of mass.
 
-Between two collisions every current is constant, so that its integral is a sum over collisions. A collision
-adds the momentum and energy that it transfers over the distance of the two centres (E. Helfand, Phys. Rev.
-119, 1 (1960); B. J. Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). Currents that
-are not requested do not exist and cost nothing.
-
-All currents refer to the rest frame of the centre of mass.
-
-If pairs have steps, each component holds half of the energy of each of its pairs. The current of energy is
-then ``sum m v^2 v / 2 + sum u_i v_i``, in which ``u_i`` is what component i holds. The second part changes at
-collisions only. Hard cores hold no energy, and have None in this place.
+Between collisions currents are constant; a collision adds the momentum and energy that it transfers over the
+distance of the centres (E. Helfand, Phys. Rev. 119, 1 (1960); B. J. Alder, D. M. Gass and T. E. Wainwright,
+J. Chem. Phys. 53, 3813 (1970)). With steps each component holds half of the energy of its pairs, u_i, and the
+current of energy is ``sum m v^2 v / 2 + sum u_i v_i``; the second part changes at collisions only. Hard cores
+hold None.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """What observers are told, each with a default that does nothing, and the one tuple that they are in.
 
-An observer is a ``NamedTuple`` of arrays, in the engine's unit of time. Most of the questions are asked by
-compiled code; :func:`at_rest` and :func:`limits` are asked from Python. Their fields say what a checkpoint
-keeps, and what goes on in an engine that replaces another (``carom.models.questions.memory``).
+An observer is a ``NamedTuple`` of arrays in the engine's unit of time, whose fields say what a checkpoint
+keeps (``carom.models.questions.memory``). Compiled code asks all but :func:`at_rest` and :func:`limits`.
 """
 
 from __future__ import annotations
@@ -96,24 +95,19 @@ def after_pair(observer, model, state, event):
 def count_pair(observer, i, j, virial):
     """Add a collision of which its components and its virial are known, and nothing else.
 
-    An observer that answers this or :func:`record`, and no other question about events, can be used with
-    several workers, who count the events of a window in the order of time when it is over.
+    An observer of this or :func:`record` alone works with several workers, who count a window's events in
+    order at its end.
     """
     return
 
 
 @optional
 def record(observer, clock, i, ref, impulse):
-    """Write down an event that has happened at the time of the ``clock``.
+    """Write down an event at the time of the ``clock``: component i, the lower index, and the momentum
+    exchanged.
 
-    Parameters
-    ----------
-    i : int
-        The component of lower index.
-    ref : int
-        The word of the other, or the code of an event of one component (:mod:`carom.engine.constants`).
-    impulse : float
-        Magnitude of momentum exchanged.
+    ``ref`` is the word of the other, or the code of an event of one component
+    (:mod:`carom.engine.constants`).
     """
     return
 
@@ -177,18 +171,10 @@ def at_rest(observer, now, since):
 
 @optional
 def limits(observer, n, oldest):
-    """Return limits of arrays that a checkpoint keeps, {field: (low, high)}.
+    """Return limits of arrays that a checkpoint keeps, {field: (low, high)}, for ``n`` components.
 
-    Of all others real numbers are finite, and whole ones not negative.
-
-    Parameters
-    ----------
-    observer : NamedTuple
-        The observer.
-    n : int
-        Number of components.
-    oldest : float
-        A time in the epoch before which the run had not begun.
+    Others: real numbers are finite, whole ones not negative. ``oldest`` is a time in the epoch before the run
+    began.
     """
     return {}
 

@@ -1,8 +1,7 @@
 """Energy and pressure tensor of a sheared box (``carom.models.motions.shear``), exact between contacts.
 
-Of peculiar velocities u the sums ``M_ab = sum m u_a u_b`` change in flight, too, since u_0 falls by ``rate
-u_1`` a time: ``M_0b`` is linear in time, and ``M_00`` a parabola. So their integrals are sums over contacts,
-as that of the kinetic energy is elsewhere.
+Of peculiar velocities u ``M_ab = sum m u_a u_b`` changes in flight, as u_0 falls by ``rate u_1`` a time:
+``M_0b`` is linear in time, ``M_00`` a parabola. So their integrals are sums over contacts.
 """
 
 from __future__ import annotations
