@@ -7,11 +7,11 @@ from typing import Any
 
 
 def compiled(function: Callable[..., Any], signature: Any) -> Any:
-    """Return a function compiled for one signature, or loaded from Numba's cache of an earlier process.
+    """Return a function compiled for one signature, or from Numba's cache: processes that write at once write
+    the same.
 
-    With one signature, processes that write to the cache at the same time write the same content. If no
-    folder for the cache can be written, nothing is stored. Division by zero gives infinity, as in NumPy.
-    Other threads can run meanwhile.
+    Nothing is stored without a cache folder. Division by zero gives infinity, as in NumPy. Other threads can
+    run.
     """
     from carom.compiling.compile_listeners import compiling
 

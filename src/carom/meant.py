@@ -74,10 +74,10 @@ def suggestion(
     called: Mapping[str, str] | None = None,
     elsewhere: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the end of an error about an unknown name: the known name that is meant, or else all of them.
+    """Return the end of an error about an unknown name: the known name that is meant, or else all (unless
+    ``listed``).
 
-    If the error has ``listed`` the names already, they are not repeated. ``called`` has what some names are
-    called here, and ``elsewhere`` names that others know, and who.
+    ``called`` has what some names are called here, ``elsewhere`` names that others know, and who.
     """
     names, others = sorted({*known} - NO_KEYWORDS), elsewhere or {}
     if called and name in called:

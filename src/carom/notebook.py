@@ -93,14 +93,9 @@ def by_count(shown: Shown) -> Callable[[int, int], object]:
 def watchable(
     label: str, adapt: Callable[[Shown], Callable[..., object]] = by_fraction
 ) -> Callable[[Callable[..., T]], Callable[..., T]]:
-    """Let a function with an optional callable ``progress`` take ``progress=True`` as well, for a bar.
+    """Let a function with an optional ``progress`` take ``progress=True`` for a bar with a label.
 
-    Parameters
-    ----------
-    label : str
-        Description on the bar.
-    adapt : callable
-        Turns the bar into the callable that the function expects.
+    ``adapt`` turns the bar into the callable that the function expects.
     """
 
     def decorate(function: Callable[..., T]) -> Callable[..., T]:

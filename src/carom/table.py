@@ -22,26 +22,14 @@ WIDE = 200
 
 @dataclass(frozen=True)
 class Column:
-    """How a field is shown: ``Z: Annotated[float, Column("Z", error("Z_error"))]``.
-
-    A field without one is in files only.
-
-    Attributes
-    ----------
-    head : str
-        Heading, with the unit.
-    form : str or callable
-        Format, or what makes the text of a value and its row.
-    left : bool
-        Whether it is text, which stands on the left.
-    missing : str
-        What is shown for a number that is unknown.
+    """How a field is shown: ``Z: Annotated[float, Column("Z", error("Z_error"))]``. Without one it is in
+    files only.
     """
 
-    head: str
-    form: str | Callable[[Any, Any], str] = ""
-    left: bool = False
-    missing: str = ""
+    head: str  # with the unit
+    form: str | Callable[[Any, Any], str] = ""  # format, or what makes the text of a value and its row
+    left: bool = False  # text, which stands on the left
+    missing: str = ""  # shown for an unknown number
 
     def text(self, row: Any, name: str) -> str:
         """Return a value of a row as text."""
@@ -72,30 +60,15 @@ def error(name: str, *, told: bool = False) -> Callable[[float, Any], str]:
 
 @dataclass(frozen=True)
 class Table(Sequence[Any]):
-    """Rows of one dataclass: a sequence that knows how it is shown.
-
-    Attributes
-    ----------
-    kind : type
-        The dataclass of the rows.
-    rows : sequence
-        The rows.
-    title : str
-        Heading of the whole.
-    notes : sequence of str
-        Sentences below the table.
-    flagged : callable
-        Whether a row is marked.
-    only : sequence of str
-        Names of the columns that are shown, if not all.
-    """
+    """Rows of one dataclass: a sequence that knows how it is shown."""
 
     kind: type
     rows: Sequence[Any]
     title: str = ""
-    notes: Sequence[str] = ()
+    notes: Sequence[str] = ()  # sentences below the table
     flagged: Callable[[Any], bool] = field(default=lambda row: False, compare=False)
-    only: Sequence[str] = ()
+    """Whether a row is marked."""
+    only: Sequence[str] = ()  # names of the columns shown, if not all
 
     def __len__(self) -> int:
         return len(self.rows)

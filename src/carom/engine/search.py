@@ -181,8 +181,8 @@ def contact_time_of(timing, model, state, i, ref, now, t):
 
 @inner
 def start_before(square, vv, event_time):
-    """Return a moment before a contact due at ``event_time``: within a flight over the distance of
-    ``square``, but not its first quarter.
+    """Return a moment before a contact due at ``event_time``, by 1/4 to 1 of the time to fly the root of
+    ``square``.
 
     It is a multiple of a power of two, so that the last bits of ``event_time``, which depend on when the pair
     was looked at, do not change it.

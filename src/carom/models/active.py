@@ -59,8 +59,8 @@ class Propulsion(NamedTuple):
 def _turn(drive, i, k, room):
     """Turn the direction of component i at its kick k, with (d,) numbers of ``room``.
 
-    Diffusion turns it by a normal angle about a random axis: in the plane that is exact, and in any dimension
-    <e(0) . e(t)> is. A tumble gives it a new one.
+    Diffusion turns it by a normal angle about a random axis, which keeps <e(0) . e(t)> exact (in the plane
+    all is exact); a tumble draws a new one.
     """
     d = len(room)
     e = drive.directions[i]

@@ -55,10 +55,10 @@ class NeighborPlan:
 
 
 def collision_rate(packing_fraction: float, dimension: int, diameter: float, speed: float) -> float:
-    """Return a rough collision rate of one component [1 / time], ``2 d (Z - 1) sqrt(kT / m) / (sqrt(pi)
-    sigma)``.
+    """Return a rough collision rate of one component [1 / time].
 
-    ``Z - 1`` is taken as ``2^(d-1) eta / (1 - eta / eta_max)``, which is right at both ends.
+    It is ``2 d (Z - 1) sqrt(kT / m) / (sqrt(pi) sigma)``, with ``Z - 1`` taken as ``2^(d-1) eta / (1 - eta /
+    eta_max)``, which is right at both ends.
     """
     free_volume = max(1.0 - packing_fraction / of_dimension(DENSEST, dimension), 2.0**-40)
     excess = 2.0 ** (dimension - 1) * packing_fraction / free_volume

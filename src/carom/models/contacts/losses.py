@@ -1,9 +1,8 @@
-"""Losses at contacts: a restitution, constant or by speed, and remedies against inelastic collapse.
+"""Losses at contacts: a restitution, constant or by speed, and two remedies against inelastic collapse
+(infinitely many collisions in a finite time).
 
-Inelastic components collide infinitely often in a finite time (inelastic collapse). There are two remedies.
-Either contacts below a speed are elastic, or a contact is elastic if one of the two had its last contact less
-than t_c ago. The second is the TC model, in which t_c is the duration of a contact of real grains (Luding and
-McNamara, Granular Matter 1 (1998) 113).
+Contacts below a speed are elastic, or those less than t_c after the last contact of one of the two: the TC
+model, with t_c the duration of a contact of real grains (Luding and McNamara, Granular Matter 1 (1998) 113).
 """
 
 from __future__ import annotations

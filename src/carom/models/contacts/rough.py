@@ -1,13 +1,12 @@
 """Rough contacts: spins, a tangential restitution, and Coulomb's cone of friction.
 
-Walton, Int. J. Multiphase Flow 19 (1993) 343. Two particles i and j of radii R touch at a point. There the
-velocity of the surface of j relative to that of i is
+Walton, Int. J. Multiphase Flow 19 (1993) 343. Where i and j of radii R touch, the velocity of the surface of
+j relative to that of i, with the spins w and the unit vector k from i to j, is
 
     g = v_j - v_i - (R_i w_i + R_j w_j) x k
 
-with the spins w and the unit vector k from i to j. A contact replaces the normal part of g by -e times
-itself, as without spins, and the tangential part by -beta times itself, unless that takes a tangential
-impulse of more than ``friction`` times the normal one. Then it is that large, against the slip.
+A contact replaces its normal part by -e times itself and the tangential part by -beta times itself. The
+tangential impulse is at most ``friction`` times the normal one, against the slip.
 """
 
 from __future__ import annotations
@@ -199,8 +198,7 @@ def add_spin(impact, i, arm):
 def slip_to_impulse(impact, tangential, friction, compliance, normal_impulse, dimension):
     """Replace the room's relative velocity of the surfaces by the tangential impulse on the second.
 
-    ``compliance``: sum of ``1 / m + R^2 / I`` of both [1 / mass]; ``tangential`` and ``friction`` as of
-    :class:`Rough`.
+    ``compliance`` is the sum of ``1 / m + R^2 / I`` of both [1 / mass]; the rest is as of :class:`Rough`.
     """
     k, slip = impact.normal, impact.slip
     along = 0.0

@@ -1,8 +1,7 @@
-"""Interactions, motions, impacts, drives, paths, obstacles and walls as tables for files.
+"""Interactions, motions, impacts, drives, paths, obstacles and walls from the tables of files; ``type`` says
+what each is.
 
-Their ``type`` says what each is.
-
-A value that a file can hold has ``to_table()`` (``files.to_tables``). What stands here makes it again.
+A value that a file can hold has ``to_table()`` (``files.to_tables``).
 """
 
 from __future__ import annotations
@@ -57,14 +56,9 @@ UNSAID = {"path": "sine", "impact": "restitution"}
 
 
 def from_table(values: Any, what: str) -> Any:
-    """Return the value of ``carom.models.files.to_tables.to_table``.
+    """Return the value of a table that ``files.to_tables`` made; an impact may be a restitution alone.
 
-    Parameters
-    ----------
-    values : mapping
-        The table; of an impact also the number that is a restitution.
-    what : {"interaction", "motion", "impact", "drive", "path", "obstacle"}
-        What it is for.
+    ``what`` is "interaction", "motion", "impact", "drive", "path" or "obstacle".
     """
     if what == "impact" and isinstance(values, int | float):
         return as_impact(values)

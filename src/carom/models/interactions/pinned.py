@@ -1,8 +1,7 @@
-"""Pinned components: hard cores that stay where they are, as if their mass were infinite.
+"""Pinned components: hard cores that stay where they are, as if their mass were infinite. Two may overlap.
 
-They model a porous medium, a Lorentz gas of many scatterers, or a glass with some frozen particles. The
-engine finds them through sectors and lists like all components, so that a thousand of them cost no more than
-a thousand moving ones. Two pinned components may overlap.
+They model a porous medium, a Lorentz gas of many scatterers, or a glass with some frozen particles. Sectors
+and lists find them, so that a thousand cost no more than a thousand moving ones.
 """
 
 from __future__ import annotations
@@ -22,14 +21,8 @@ from carom.models.questions.particles import Particles, lanes
 
 
 def mask(given: Any, n: int) -> np.ndarray | None:
-    """Return which components are pinned, (n,) bool and read-only, or None where none is.
-
-    Parameters
-    ----------
-    given : None, (n,) array_like of bool, or array_like of ints
-        Which components are pinned: a bool for each, or their indices.
-    n : int
-        Number of components.
+    """Return which of ``n`` components are pinned, (n,) bool and read-only, from bools or indices; None where
+    none is.
     """
     if given is None:
         return None
@@ -57,13 +50,7 @@ def mask(given: Any, n: int) -> np.ndarray | None:
 
 @dataclass(frozen=True, eq=False)
 class Pinned:
-    """Hard cores, some of which stay where they are.
-
-    Parameters
-    ----------
-    which : (n,) bool array
-        Which components stay.
-    """
+    """Hard cores, some of which stay where they are: ``which``, (n,) bool."""
 
     which: np.ndarray
 

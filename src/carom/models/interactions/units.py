@@ -1,11 +1,9 @@
 """Units that decide by rules, as the engine compiles them: circles, counters, and what a rule is handed.
 
-The radii of all circles of all kinds are one sequence of distances. The step of a pair is the number of these
-that exceed its distance. The step and the kinds of both determine which unit is inside whose circle, also
-after a unit has changed its kind. Crossings exchange no momentum; they change counters and call rules.
-
-A rule reads and writes records in the scene's units. The velocity that it writes is that of the unit from
-then on. Lubachevsky (1991), sec. 10, after Wieland.
+The step of a pair is how many radii of all circles of all kinds exceed its distance. With the kinds of both
+it says who is inside whose circle, also after a change of kind. Crossings exchange no momentum: they change
+counters and call rules. A rule reads and writes records in the scene's units, and the velocity that it writes
+is that of the unit from then on (Lubachevsky (1991), sec. 10, after Wieland).
 """
 
 from __future__ import annotations
@@ -256,10 +254,7 @@ def place_other(pair, slot, axis, r, v):
 def apply(pair, slot, i, v, now):
     """Do what the rule of unit i has decided: write its velocity into ``v``.
 
-    Returns
-    -------
-    was : int
-        The kind that it was of, if it is of another now, or removed; else NOBODY.
+    Return its former kind if it is of another now, or removed; else NOBODY.
     """
     unit = pair.units[slot]
     pair.asked[pair.told[slot].cause] += 1

@@ -1,8 +1,7 @@
 """Contacts on parabolas, with fixed and with moving obstacles.
 
-The contact with a fixed plane is the root of a quadratic equation. The contact with a round or moving
-obstacle is a bracketed root (``mathematics.roots``), which is searched as long as the two can be near
-each other.
+With a fixed plane: the root of a quadratic equation. With what is round or moves: a bracketed root
+(``mathematics.roots``), searched as long as the two can be near each other.
 """
 
 from __future__ import annotations
@@ -51,8 +50,8 @@ class Course(NamedTuple):
 def first_landing(height, speed, acceleration):
     """Return the first time at which ``height + speed t + acceleration t^2 / 2`` is <= 0 and falling.
 
-    The forms of the roots keep their digits. A component that is inside by rounding and moves out lands when
-    it comes back, or at its turning point if it does not get out.
+    The roots keep their digits. What is inside by rounding and moves out lands when it is back, or at its
+    turning point.
     """
     if height <= 0.0 and (speed < 0.0 or (speed == 0.0 and acceleration < 0.0)):
         return 0.0
@@ -99,18 +98,8 @@ def leaving(x, v, g, low, high):
 def time_to_moving(body, course, start, g, x, v, radius, growth):
     """Return the time until a component on a parabola touches a body that is displaced, or NEVER.
 
-    Parameters
-    ----------
-    body : model
-        The obstacle where it is not displaced.
-    course : Course
-        How it is displaced.
-    start : float
-        The time of the path now.
-    g : d floats
-        Acceleration of the component.
-    x, v, radius, growth
-        As of ``carom.models.questions.obstacle.encounter``.
+    ``body`` is where it is not displaced, ``course`` its displacement, ``start`` the time of the path now,
+    ``g`` the acceleration of the component; the rest as of ``carom.models.questions.obstacle.encounter``.
     """
 
 

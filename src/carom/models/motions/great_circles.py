@@ -1,13 +1,10 @@
-"""Great circles: components on a sphere in R^d, each on its great circle between two events.
+"""Great circles: components on a sphere in R^d around the middle of the box (the paper's sec. 10: Smith's
+optimal spherical codes).
 
-The sphere has its centre in the middle of the box. A component keeps its position and velocity in R^d, with
-the velocity tangent to the sphere; relative to each other two components do not fly straight. The distance of
-a pair is that of R^d, along the chord. Two caps of angular diameter ``theta`` on the unit sphere touch where
-the chord of their centres is ``2 sin(theta / 2)``: hard spheres of this diameter whose centres ride on the
-sphere. Hard and growing cores, masses and contact laws are therefore used unchanged. The motion, the time of
-a meeting and the direction of the impulse are new.
-
-The paper names this billiard in section 10: Smith's search for optimal spherical codes.
+Positions and tangent velocities are those of R^d; relative flight is not straight. Distance is along the
+chord: caps of angular diameter ``theta`` on the unit sphere are hard spheres of diameter ``2 sin(theta /
+2)``. So cores, masses and contact laws are unchanged; motion, time of a meeting and direction of the impulse
+are new.
 """
 
 from __future__ import annotations
@@ -194,8 +191,7 @@ HALF_TURN_HIGH, HALF_TURN_LOW = 1.57079632673412561417, 6.07710050650619224932e-
 def cosine_and_sine(angle):
     """Return cosine and sine of an ``angle`` by arithmetic alone, so that every machine has the same bits.
 
-    They are accurate to 1e-16 for angles up to 1e5. The polynomials are those of fdlibm (Sun Microsystems,
-    1993).
+    Accurate to 1e-16 for angles up to 1e5; polynomials of fdlibm (Sun Microsystems, 1993).
     """
     turns = np.rint(angle * (2.0 / math.pi))
     x = (angle - turns * HALF_TURN_HIGH) - turns * HALF_TURN_LOW

@@ -1,10 +1,9 @@
 """Uniform shear: a periodic lattice that tilts with the flow (Lees and Edwards, J. Phys. C 5 (1972) 1921).
 
-The stream is along axis 0 and grows along axis 1. The engine keeps coordinates along the axes of the tilted
-lattice, and *peculiar* velocities, those relative to the stream. In these the box is an ordinary torus: who
-crosses a face keeps its velocity, and no image moves. With the tilt s, the strain since the lattice was
-rectangular, the coordinates are ``y_0 = x_0 - s x_1`` and ``y_a = x_a``. The velocities are ``u_0 = v_0 -
-rate x_1`` and ``u_a = v_a``.
+The stream is along axis 0 and grows along axis 1. With the tilt s, the strain since the lattice was
+rectangular, coordinates are ``y_0 = x_0 - s x_1`` and ``y_a = x_a``; *peculiar* velocities, relative to the
+stream, are ``u_0 = v_0 - rate x_1`` and ``u_a = v_a``. In these the box is an ordinary torus: who crosses a
+face keeps its velocity.
 """
 
 from __future__ import annotations

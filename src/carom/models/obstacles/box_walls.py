@@ -108,13 +108,8 @@ def cushions(
 ) -> Any:
     """Return what the engine compiles for the walls of a box, or None where there are none.
 
-    Parameters
-    ----------
-    box, periodic
-        Edges [length], and which axes are periodic.
-    replaced, yielding : collections of (int, int)
-        Walls for which an obstacle stands, and in whose plane one lies: axis, and 0 for the lower wall, 1 for
-        the upper one.
+    An obstacle stands for the walls ``replaced``, and lies in the plane of those ``yielding``: (axis, 0 for
+    the lower wall or 1 for the upper one).
     """
     edges, walled = tuple(map(float, box)), {*sides(periodic)} - {*replaced}
     if not walled:

@@ -34,10 +34,10 @@ class Cells(NamedTuple):
 
 
 def crowded(kind: Any) -> Any:
-    """Let a type of models be kept in arrays where there are many of them: a class decorator.
+    """Let a type of models be kept in arrays where there are many: a class decorator.
 
-    The type of many, ``Crowd``, has the same fields, each an array of one number or row a model. The method
-    ``extent`` of the class is its: it returns the least and the largest coordinates of each, (k, d) [length].
+    ``Crowd``, the type of many, has an array for each field. ``extent`` of the class becomes its: the least
+    and largest coordinates of each, (k, d) [length].
     """
     many = cast(Any, namedtuple)("Crowd", kind._fields, module=kind.__module__)
     many.__qualname__ = f"{kind.__qualname__}.Crowd"
@@ -63,17 +63,10 @@ def together(models: Sequence[Any]) -> Any:
 
 
 def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: Sequence[bool]) -> Cells:
-    """Return cells of obstacles.
+    """Return cells of obstacles with least and largest coordinates ``low`` and ``high``, (k, d) [length].
 
-    Parameters
-    ----------
-    low, high : (k, d) arrays
-        The least and the largest coordinates of each, grown by the radius of a particle whose center is
-        looked up [length].
-    box : sequence of d floats
-        Edges [length].
-    periodic : sequence of d bools
-        Which axes are periodic. Along the others, a place beyond the box is in the last cell.
+    These are grown by the radius of a particle whose center is looked up. Along axes that are not periodic, a
+    place beyond the box is in the last cell.
     """
     edges, wraps = np.array(box, np.float64), np.array(periodic)
     dimension, hair = len(edges), ROUNDING_MARGIN * float(np.max(box))

@@ -40,30 +40,18 @@ class Dressed:
     """A shape with a motion along a line, and a surface that loses energy or has a temperature.
 
     :func:`dressed` makes it of an obstacle with keywords; :func:`Shaken`, :func:`Surface` and :func:`Thermal`
-    of one that has none, such as the user's own.
-
-    Parameters
-    ----------
-    obstacle : obstacle
-        The shape, where it is not displaced.
-    direction, path : d floats, Path
-        Direction of the motion, a vector of any length but zero, and the displacement as a function of time.
-    loss : Loss or Restitution, optional
-        What a contact loses, in the frame of the surface. A component leaves the surface so fast that it
-        flies for half of ``contact_time``, or at least at ``restitution * elastic_below``. A resting
-        component makes such small hops.
-    kT, seed : float, int
-        Temperature of the gas of which a component seems to come [energy], and seed of the random numbers;
-        every component has its own stream. The normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of
-        effusion; speeds along the surface are Maxwell's. Both are in the frame of the surface.
+    of one that has none, such as the user's own. In the frame of a lossy surface a component leaves so fast
+    that it flies for half of ``contact_time``, or at ``restitution * elastic_below`` at least: small hops of
+    what rests. From a hot one the normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of effusion, the
+    others are Maxwell's.
     """
 
-    obstacle: Any
-    direction: tuple[float, ...] | None = None
-    path: Any = None
-    loss: Loss | Restitution | None = None
-    kT: float | None = None
-    seed: int = 0
+    obstacle: Any  # where it is not displaced
+    direction: tuple[float, ...] | None = None  # of the motion, any vector but zero
+    path: Any = None  # displacement over time
+    loss: Loss | Restitution | None = None  # of a contact
+    kT: float | None = None  # of the gas behind the surface [energy]
+    seed: int = 0  # every component has its own stream
 
     def __post_init__(self) -> None:
         if self.path is not None:
@@ -175,10 +163,9 @@ class Dressed:
         return replace(self, loss=self.loss.at(speed)) if isinstance(self.loss, Restitution) else self
 
     def drawing_apart(self, before: Sequence[Any], given: Sequence[Any]) -> Dressed:
-        """Return a hot obstacle with a seed that none of the obstacles ``before`` it has.
+        """Return a hot obstacle with a seed that none of those ``before`` it has, else two would throw alike.
 
-        That is its own where possible, and else one that no obstacle of all those ``given`` has. Otherwise
-        two surfaces would throw a component with the same random numbers.
+        Its own where possible, otherwise one that no obstacle ``given`` has.
         """
         used_seeds = _seeds(before)
         if self.kT is None or self.seed not in used_seeds:

@@ -29,11 +29,10 @@ from carom.units import TimeUnit
 
 @runtime_checkable
 class Path(Protocol):
-    """A path as users write it.
+    """A path as users write it. Its bounds must hold, so that no contact is missed.
 
-    The bounds ensure that no contact is missed, so they must hold. Displacements stay between ``lowest`` and
-    ``highest``, and accelerations within ``acceleration``. The path repeats after ``period``, which is longer
-    than the run if it does not repeat.
+    Displacements stay between ``lowest`` and ``highest``, accelerations within ``acceleration``. ``period``
+    is longer than the run if nothing repeats.
     """
 
     @property

@@ -63,16 +63,9 @@ def kind_of(value: Any) -> Kind | None:
 
 
 def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
-    """Return a class as a frozen dataclass, with the type that the engine compiles for it.
+    """Return a class of a ``kind`` as a frozen dataclass, with the type that the engine compiles for it.
 
-    Parameters
-    ----------
-    cls : type
-        The class as it is written.
-    kind : Kind
-        What it is.
-    names : mapping
-        Names that its annotations may use, besides those of its module.
+    Annotations may use ``names`` besides those of the module.
     """
     if not isinstance(cls, type):
         raise InputError(f"own.{kind.decorator} decorates a class, found {cls!r}.")
@@ -307,16 +300,8 @@ def _age(
 
 
 def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> Any:
-    """Return the model that the engine compiles for a value of one's own.
-
-    Parameters
-    ----------
-    value : object
-        Of a class with one of the decorators.
-    particles : Particles or None
-        The particles, where there are any.
-    unit : TimeUnit or None
-        The engine's unit of time; None leaves quantities as they are.
+    """Return the model that the engine compiles for a value of one's own; without ``unit`` quantities stay as
+    they are.
     """
     cls = type(value)
     if "_own" not in vars(cls):

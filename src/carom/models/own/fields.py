@@ -44,14 +44,8 @@ KNOWN = {float: "number", int: "integer", bool: "boolean", str: "text", tuple: "
 
 
 def meanings(cls: type, names: Mapping[str, Any]) -> dict[str, Meaning]:
-    """Return what each field that a class annotates is.
-
-    Parameters
-    ----------
-    cls : type
-        The class.
-    names : mapping
-        What is known by name where the class is defined, besides its module.
+    """Return what each field that a class annotates is; ``names`` are known where it is defined, besides its
+    module.
     """
     try:
         annotations = inspect.get_annotations(cls, eval_str=True, locals=dict(names))
