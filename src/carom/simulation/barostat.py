@@ -1,15 +1,10 @@
 """A barostat: the volume of the box changes at times between events, so that the pressure is constant.
 
-Flight with elastic contacts keeps the uniform distribution over places without overlap. A move draws another
-volume V', uniformly in ln V, and scales the box and all positions. Without overlap it is accepted with the
-probability min(1, exp(-P (V' - V) / kT + (N + 1) ln(V' / V))). Both together sample the configurations of the
-isothermal-isobaric ensemble exactly. Eppenga, Frenkel, Mol. Phys. 52 (1984) 1303. Velocities stay as they
-are, and with them kT.
-
-The kernel returns at the time of a move as it does for a frame. After an accepted one neighbours are chosen
-anew and all is scheduled. What is drawn for a move depends on its number alone.
-
-What adds up between two changes of the volume, time and virial, is divided by the volume of that time.
+A move draws V' uniformly in ln V and scales box and positions; kT and velocities stay. Without overlap it is
+accepted with the probability min(1, exp(-P (V' - V) / kT + (N + 1) ln(V' / V))). With flight, which keeps the
+uniform distribution, that samples the isothermal-isobaric ensemble exactly (Eppenga, Frenkel, Mol. Phys. 52
+(1984) 1303). The kernel returns at a move as for a frame, and after an accepted one all is scheduled anew.
+Draws depend on the move's number alone. Sums between two changes are divided by the volume of that time.
 """
 
 from __future__ import annotations
@@ -82,27 +77,14 @@ class Barostat(Declared):
 
 
 class VolumeMoves(NamedTuple):
-    """The moves of the volume of a run, how far they are, and what added up.
-
-    Attributes
-    ----------
-    barostat : Barostat
-    tried, accepted : int
-        Moves so far.
-    last : int
-        Number of the last that was accepted.
-    virial : float
-        Sum of ``r_ij . dp_ij`` over all collisions up to that one [mass length^2 / time].
-    volume_time, inverse_time, virial_density : float
-        The sums of :class:`carom.block.VolumeSums` up to that one.
-    """
+    """The moves of the volume of a run, how far they are, and what added up until the last accepted one."""
 
     barostat: Barostat
     tried: int = 0
     accepted: int = 0
-    last: int = 0
-    virial: float = 0.0
-    volume_time: float = 0.0
+    last: int = 0  # number of the last that was accepted
+    virial: float = 0.0  # sum of ``r_ij . dp_ij`` over collisions [mass length^2 / time]
+    volume_time: float = 0.0  # this and the next two: :class:`carom.block.VolumeSums`
     inverse_time: float = 0.0
     virial_density: float = 0.0
 

@@ -26,13 +26,7 @@ FIRST = 1
 
 
 class CallBudget:
-    """So much at a time; ``with budget:`` goes around a call.
-
-    Attributes
-    ----------
-    count : int
-        How much the next call is to do.
-    """
+    """So much at a time, ``count`` for the next call; ``with budget:`` goes around a call."""
 
     def __init__(self, most: int):
         self._most = most

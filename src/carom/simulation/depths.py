@@ -159,8 +159,8 @@ def deepest_of(
 ) -> Overlap | None:
     """Return the deepest overlap of a state beyond rounding, in contact distances or diameters.
 
-    ``now`` is the time that the models are told. ``steps`` holds the pairs (m, 2) within reach, and on which
-    step each is (m,), of a model that says of steps alone where their cores are.
+    ``now`` is what models are told. ``steps`` has pairs (m, 2) within reach and their steps (m,), for a model
+    that says of steps alone where cores are.
     """
     geometry = Room(np.asarray(state.box), np.asarray(scene.periodic), standing(scene), state.tilt)
     places, radii = geometry.wrapped(state.positions), 0.5 * state.diameters

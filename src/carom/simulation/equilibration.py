@@ -39,28 +39,14 @@ Look = Callable[[float], object]
 
 
 class Equilibration:
-    """An equilibration at a given mean temperature, in rounds; the last part is undisturbed.
+    """An equilibration of so many ``collisions`` at a mean temperature ``kT``, in rounds; the last part is
+    undisturbed.
 
-    Each round scales the velocities by the ratio of the temperature that is wanted to the mean of the round,
-    since kT fluctuates at constant energy. Where a part of the energy goes to the potential one, a round
-    corrects only a part of the difference. What remains is then an average over several rounds. In a field
-    the mean is that of samples at equal times; where kT is constant, one scaling is enough.
-
-    Parameters
-    ----------
-    sim : Simulation
-        A run in which contacts conserve the energy.
-    kT : float
-        The temperature [energy].
-    collisions : int
-        Pair collisions of the whole.
-    begun : sequence of (int, float, float or None), optional
-        What :attr:`begun` was when the run was stopped.
-
-    Attributes
-    ----------
-    begun : list of (int, float, float or None)
-        Collisions, time and integral of kT at the beginning of each round so far.
+    As kT fluctuates at constant energy, a round scales by the wanted over its mean temperature; one round is
+    enough where kT is constant. Where energy goes to the potential it corrects a part of the difference, and
+    the rest averages over rounds. In a field the mean is of samples at equal times. Contacts must conserve
+    energy. ``begun`` holds collisions, time and integral of kT at the beginning of each round, for a run that
+    goes on.
     """
 
     def __init__(self, sim: Simulation, kT: float, collisions: int, begun: Sequence[Any] = ()):

@@ -36,19 +36,11 @@ CLEAR = 1.0 + 1e-9
 def grown(
     start: Scene, diameters: np.ndarray, seed: int | np.random.Generator, melting: float = 0.0
 ) -> tuple[np.ndarray | None, float]:
-    """Return positions (n, d) after the diameters of a scene have grown to those given, and the packing
-    fraction that was reached. If the spheres jam on the way, there are no positions.
+    """Return positions (n, d) after growth to given diameters (None if the spheres jam), and the packing
+    fraction reached.
 
-    Parameters
-    ----------
-    start : Scene
-        Its diameters are those given, times one factor below 1.
-    diameters : (n,) array
-        [length].
-    seed : int or numpy.random.Generator
-        Source of the velocities.
-    melting : float
-        Collisions a component before they grow.
+    The diameters of ``start`` are those given, times one factor below 1. Before they grow there are
+    ``melting`` collisions a component.
     """
     size, dimension = float(diameters.mean()), start.dimension
     unit = diameters / (size * np.sqrt(start.mass))

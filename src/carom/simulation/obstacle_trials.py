@@ -51,18 +51,8 @@ Start = tuple[np.ndarray, np.ndarray, float]
 
 
 class ObstacleTrial:
-    """The conditions of an obstacle in one setting.
-
-    Parameters
-    ----------
-    value : obstacle
-        As a scene takes it.
-    setting : Setting
-        The components, and how they move.
-    record : Record
-        Where results go.
-    growth : float
-        Rate at which radii grow.
+    """The conditions of an obstacle, as a scene takes it, in one setting; radii grow at the rate
+    ``growth``.
     """
 
     def __init__(self, value: Any, setting: Setting, record: Record, growth: float = 0.0):

@@ -257,8 +257,8 @@ def _refuse_few_steps(value: Any, pair: Any, system: System) -> None:
 def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
     """Raise InputError where a field of one value a component has fewer than ``n + 1`` items, or is no array.
 
-    What a lane names is such a field, and ``radii`` and ``masses`` if :func:`radius` and :func:`mass` are not
-    answered. Others are found by asking the model for the last component and the ghost, on a ``step``.
+    That is what a lane names, and ``radii`` and ``masses`` if :func:`radius` and :func:`mass` are not
+    answered. Others are found by asking for the last component and the ghost, on a ``step``.
     """
     named = {*getattr(pair, "lanes", ())}
     for question, name in ((radius, "radii"), (mass, "masses")):
@@ -384,8 +384,7 @@ def by_kind(kinds: np.ndarray, pairs: np.ndarray, question: Callable[[int, int],
 def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, system: System) -> None:
     """Raise OverlapError where two components start inside the distance that they keep.
 
-    This is what ``core_square`` answers, or the distance at which they are thrown back, if they are thrown
-    back from where they are, too.
+    It is ``core_square``, or where they are thrown back, if they are thrown back from where they are, too.
     """
     geometry = room_at_start(scene)
     speed = float(system.unit.to_kernel(1.0, -1))

@@ -1,12 +1,9 @@
-"""Which of two ways runs what comes next: whichever is faster, as both are measured now and then.
+"""Which of two ways runs what comes next: whichever is faster, as both are measured now and then. Neither
+changes a bit.
 
-Neither changes a bit, so a measurement may decide. There are two such choices:
-
-- Several workers or one. Workers wait for each other at borders. Where another process keeps a core busy, all
-  of them go at the pace of the one that has just lost its core, and one worker alone is faster. So it is in
-  small systems.
-- Whether memory is asked for ahead of time in sectors. From some ten or hundred thousand particles on it
-  gains, below it costs; where the border is depends on the processor.
+Several workers or one: they go at the pace of the one whose core another process keeps busy, and one is
+faster in small systems. And whether memory is asked for ahead in sectors: it gains from some ten or hundred
+thousand particles on, which depends on the processor.
 """
 
 from __future__ import annotations
@@ -35,13 +32,7 @@ FALL = 0.75
 
 
 class Pace:
-    """The rates of two ways to run, and which of them is to go on.
-
-    Parameters
-    ----------
-    run_state : RunState
-        What runs.
-    """
+    """The rates of two ways to run, and which of them is to go on."""
 
     def __init__(self, run_state: RunState):
         self.run_state = run_state

@@ -36,20 +36,9 @@ SPAN = 20.0
 
 
 class PairTrial:
-    """The conditions of an interaction in one setting.
+    """The conditions of an interaction, as a scene takes it, and of its ``pair``, in one setting.
 
-    Parameters
-    ----------
-    value : interaction
-        As a scene takes it.
-    pair : model
-        What it makes.
-    setting : Setting
-        The components, and how they move.
-    record : Record
-        Where results go.
-    reach : float
-        Largest distance at which two act on each other [length].
+    ``reach`` is the largest distance at which two act on each other [length].
     """
 
     def __init__(self, value: Any, pair: Any, setting: Setting, record: Record, contact_range: float):

@@ -1,9 +1,8 @@
-"""What the numbers of a checkpoint must be, so that the engine can go on with them.
+"""What the numbers of a checkpoint must be, so that the engine, which trusts its arrays, can go on with them.
 
-The engine trusts its arrays: a number of a component that there is not, or a chain of entries without end,
-would end the interpreter or never end. Whoever changes a file on purpose writes a digest that fits, so that
-every number which is an index, a count or a size is compared with what there is, every real with what it can
-be, and what follows from the scene with the scene.
+A wrong index or an endless chain would end the interpreter or never end, and who changes a file on purpose
+writes a digest that fits. So each index, count and size is compared with what there is, each real with what
+it can be, and what follows from the scene with it.
 """
 
 from __future__ import annotations

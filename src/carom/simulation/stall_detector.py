@@ -37,15 +37,7 @@ BEYOND = 100.0
 
 
 class StallDetector:
-    """Looks now and then whether the end of a run comes nearer.
-
-    Parameters
-    ----------
-    run_state : RunState
-        What runs.
-    end : Fraction
-        The instant that is to be reached.
-    """
+    """Looks now and then whether the end of a run, the instant ``end``, comes nearer."""
 
     def __init__(self, run_state: RunState, end: Fraction):
         self._run_state, self._end = run_state, end

@@ -64,16 +64,8 @@ def driven_speed_of(scene: Scene) -> float:
 
 
 def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> tuple[TimeUnit, Thermal]:
-    """Return the engine's unit of time for a scene, and what is thermal of its velocities, in that unit.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    velocities : (n, d) array
-        Of its components [length / time].
-    rates : (n,) array or None
-        Radius that each component gains a time.
+    """Return the engine's unit of time for velocities (n, d) and rates of radii (n,), and what is thermal in
+    that unit.
     """
     fastest = float(np.abs(velocities).max())
     others = 0.0 if rates is None else 2.0 * float(rates.max())
@@ -99,8 +91,8 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> t
 def slow_speed_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit: TimeUnit) -> float:
     """Return the speed of which contacts that lose energy take a part as their threshold [length / time].
 
-    It is the thermal speed. Where nothing moves yet, it is the speed that the motion, what moves, or growth
-    ``rates`` of the radii give to particles that rest. ``thermal`` is in the engine's unit of time.
+    It is the thermal one, or where nothing moves yet that which motion, what moves, or growth gives to
+    particles at rest. ``thermal`` is in the engine's unit of time.
     """
     speed = unit.to_scene(math.sqrt(thermal.kT / scene.mass), -1)
     if isinstance(scene.motion, Shear):  # a cold start is heated by the stream
@@ -148,14 +140,8 @@ def with_thresholds(system: System, thresholds: Sequence[float]) -> System:
 
 
 def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
-    """Return the rate at which each radius grows, (n,), or None where nothing grows.
-
-    Parameters
-    ----------
-    growth : None, float or (n,) array_like
-        Rate at which diameters grow [length / time], not negative.
-    scene : Scene
-        What grows.
+    """Return the rate of each radius, (n,), from those of diameters [length / time], or None where nothing
+    grows.
     """
     if growth is None:
         return None
@@ -201,18 +187,8 @@ def refuse_steep(system: System, thermal: Thermal) -> None:
 
 
 def single_allowed(precision: str, scene: Scene, thermal: Thermal, unit: TimeUnit) -> bool:
-    """Tell whether a scene is to be kept in single precision.
-
-    Parameters
-    ----------
-    precision : {"double", "single"}
-        What was asked for.
-    scene : Scene
-        The scene.
-    thermal : Thermal
-        What is thermal of its velocities, in ``unit``.
-    unit : TimeUnit
-        The engine's unit of time.
+    """Tell whether a scene is kept in single precision, as asked; ``thermal`` is in ``unit``, the
+    engine's.
     """
     if precision == "double":
         return False
@@ -335,15 +311,7 @@ def prepare(
     growth: Any = None,
     tuning: Tuning = DEFAULT,
 ) -> System:
-    """Return what the engine has to know of a scene with velocities (n, d) [length / time].
-
-    Parameters
-    ----------
-    scene, velocities
-        What is simulated.
-    growth, tuning
-        As of :class:`carom.Simulation`.
-    """
+    """Return what the engine has to know of a scene with velocities (n, d) [length / time]."""
     rates = growth_rates(growth, scene)
     unit, thermal = unit_of(scene, velocities, rates)
     single = single_allowed(tuning.precision, scene, thermal, unit)
@@ -353,22 +321,8 @@ def prepare(
 def system_of(
     scene: Scene, thermal: Thermal, rates: np.ndarray | None, images: bool, single: bool, unit: TimeUnit
 ) -> System:
-    """Return what the engine has to know of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    thermal : Thermal
-        What is thermal of its velocities, in ``unit``.
-    rates : (n,) array or None
-        Radius that each component gains a time [length / time].
-    images : bool
-        Whether to count crossings of the box.
-    single : bool
-        Whether to keep the state in single precision.
-    unit : TimeUnit
-        The engine's unit of time.
+    """Return what the engine has to know of a scene; ``thermal`` is in ``unit``, ``rates`` of radii [length /
+    time].
     """
     from carom.engine.system import System
 

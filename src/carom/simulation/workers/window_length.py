@@ -37,30 +37,14 @@ by the last time.
 
 @dataclass
 class WindowLength:
-    """The lengths of a team's windows.
-
-    Attributes
-    ----------
-    run_state : RunState
-        What runs.
-    held : float
-        Collisions a particle that a window should hold, at most.
-    least : float
-        Collisions a particle below which a stretch is left to the plain cycle.
-    share : float
-        Part of ``held`` that the next window should hold.
-    length : float
-        Length of the next window [engine's time], 0 before the first.
-    failed : int
-        Windows in a row that were lost.
-    """
+    """The lengths of a team's windows."""
 
     run_state: RunState
-    held: float
-    least: float
-    share: float = FIRST
-    length: float = 0.0
-    failed: int = 0
+    held: float  # collisions a particle in a window at most
+    least: float  # below which a stretch is left to the plain cycle
+    share: float = FIRST  # part of ``held`` for the next window
+    length: float = 0.0  # of the next [engine's time], 0 before the first
+    failed: int = 0  # windows in a row that were lost
 
     def __post_init__(self) -> None:
         self._known = 0.0  # rate of a particle, as it was found last
@@ -93,14 +77,10 @@ class WindowLength:
         return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
 
     def end(self, start: float, last: float, target: int) -> float | None:
-        """Return when a window from ``start`` ends, at ``last`` the latest; None if it is not worth one.
+        """Return when a window from ``start`` ends [engine's time in the epoch], by ``last``; None if it is
+        not worth one.
 
-        Parameters
-        ----------
-        start, last : float
-            Within the epoch [engine's time].
-        target : int
-            Number of the collision at which the run ends; windows stay short of it.
+        It stays short of collision number ``target``.
         """
         run_state = self.run_state
         rate = self.rate()
