@@ -1,10 +1,9 @@
-"""Neighbors by sorted cells: the nearest ones of each particle, and all pairs within a reach.
+"""Neighbors by sorted cells: the nearest ones of each particle, and all pairs within a reach
+(:mod:`carom.cells`).
 
-The cells are those of g(r) (:mod:`carom.cells`). Compiled code reads the stretches of memory around a cell
-and keeps the nearest ones of each particle. Particles with too few in reach are treated again with a larger
-reach. A k-d tree replaces the cells where few cells hold nearly all particles, or a cell has too many around
-it. The loop over the surroundings of a cell is repeated in :mod:`carom.observables.pairs`, because Numba's
-cache notices no edit outside of the file of a compiled function.
+Particles with too few in reach are treated again with a larger one; a k-d tree replaces cells that are too
+full or have too many around. The loop around a cell is repeated in :mod:`carom.observables.pairs`: Numba's
+cache notices no edit in another file.
 """
 
 from __future__ import annotations
@@ -41,19 +40,10 @@ def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
 
 
 def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
-    """Return the ``count`` nearest particles of each particle, (n, count), by distance.
+    """Return the ``count`` nearest particles (nearest images) of each, (n, count), by distance; equal ones in
+    no order.
 
-    Parameters
-    ----------
-    room : Room
-    places : (n, d) float64 array
-        Positions inside the box [length].
-    count : int
-        Number of neighbors, at least 1.
-
-    Notes
-    -----
-    Distances are those of nearest images. The order of particles at equal distances is not defined.
+    ``places`` (n, d) are inside the box.
     """
     n, d = places.shape
     if n <= count:

@@ -194,8 +194,7 @@ class PackingNetwork:
 def network_of(frame: Frame, *, obstacles: Sequence[Obstacle] = ()) -> PackingNetwork:
     """Return the :func:`packing_network`; by the number of contacts alone if no backbone remains otherwise.
 
-    After a fast compression, or in crystalline grains with straight edges, no backbone may remain if contacts
-    on one side make a rattler.
+    None may, after fast compression or in crystalline grains, if contacts on one side make a rattler.
     """
     network = packing_network(frame, obstacles=obstacles)
     return network if network.backbone.any() else packing_network(frame, sided=False, obstacles=obstacles)
@@ -372,8 +371,8 @@ def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray, sided: bool)
 def is_held(directions: np.ndarray) -> bool:
     """Return whether contacts in these directions (m, d) hold a particle from all sides.
 
-    They do if they span the space and a combination of them with positive coefficients is zero. With the
-    coefficients 1 + mu this is a problem of non-negative least squares.
+    They do if they span the space and a positive combination is zero: non-negative least squares, with
+    coefficients 1 + mu.
     """
     from scipy.optimize import nnls
 

@@ -76,8 +76,8 @@ def is_last(flux, k, way):
 def stay(flux, i, k, start, end, share):
     """Add that particle i was in layer k for a ``share`` of the time from ``start`` to ``end`` of its flight.
 
-    The velocity is linear in time: with its value u in the middle, the integral of ``u_a u_b`` over a time h
-    is ``(u_a u_b + g_a g_b h^2 / 12) h``.
+    With the velocity u in the middle the integral of ``u_a u_b`` over h is ``(u_a u_b + g_a g_b h^2 / 12)
+    h``.
     """
     middle, h = 0.5 * (start + end), end - start
     at = layer(flux, k)
@@ -304,21 +304,8 @@ class PressureProfile:
 
 
 class LayerSums:
-    """The pressure tensor of each layer in each block of a stretch.
-
-    Parameters
-    ----------
-    asked : PressureProfile
-        Axis and number of the layers.
-    scene : Scene
-        The scene of the run.
-    frame : Frame
-        The beginning of the stretch.
-
-    Attributes
-    ----------
-    observer : LayerFlux
-        What is to see the events of the stretch.
+    """The pressure tensor of each layer in each block of a stretch from ``frame`` on, whose events
+    ``observer`` is to see.
     """
 
     def __init__(self, asked: PressureProfile, scene: Scene, frame: Frame):

@@ -150,19 +150,8 @@ def averaged(parts: np.ndarray, durations: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 class TensorSums:
-    """The pressure tensor of each block of a stretch.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene of the run.
-    frame : Frame
-        The beginning of the stretch.
-
-    Attributes
-    ----------
-    observer : MomentumFlux
-        What is to see the events of the stretch.
+    """The pressure tensor of each block of a stretch from ``frame`` on, whose events ``observer`` is to
+    see.
     """
 
     def __init__(self, scene: Scene, frame: Frame):
@@ -204,13 +193,7 @@ class TensorSums:
 
 
 class StreamTensor:
-    """The pressure tensor of each block of a sheared box, whose blocks hold the sums.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene of the run.
-    """
+    """The pressure tensor of each block of a sheared box, whose blocks hold the sums."""
 
     observer = None
 

@@ -27,27 +27,12 @@ faces of up to two. They make no neighbors, unless another is up to eight times 
 
 
 def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the bonds of all particles to their neighbors.
+    """Return (particle, neighbor) of each bond (m, 2) and its vector (m, d) [length], by particle and from
+    both ends.
 
-    Parameters
-    ----------
-    room : Room
-        Its obstacles cut no cell off.
-    places : (n, d) array
-        Positions inside the box [length]; d >= 2.
-
-    Returns
-    -------
-    pairs : (m, 2) int64 array
-        Particle and neighbor of each bond, in the order of particles; each bond appears from both ends.
-        In a small box two particles have a bond for every image with a common face.
-    bonds : (m, d) array
-        Vectors from the particles to their neighbors [length].
-
-    Notes
-    -----
-    The empty sphere around a corner of a cell touches the particle of the cell, so it reaches at most its
-    own diameter beyond the box. The layer of images is made so deep that none of these spheres leaves it.
+    ``places`` (n, d), d >= 2, are inside the box; obstacles cut no cell off. In a small box every image with
+    a common face has a bond. The empty sphere around a corner of a cell touches its particle, so it reaches
+    at most its diameter beyond the box: the layer of images is so deep that none leaves it.
     """
     n, d = places.shape
     depth = FIRST * (math.prod(room.box) / n) ** (1.0 / d)
@@ -105,8 +90,7 @@ def _last_digit(places: np.ndarray) -> float:
 def _faces(points: np.ndarray, n: int, limit: float) -> tuple[np.ndarray, float]:
     """Return the pairs (m, 2) that share a face and the diameter of the widest empty sphere, of n cells.
 
-    The diameter is infinite where one of these cells is open. Faces up to the width ``limit`` may be those of
-    rounding.
+    It is infinite where a cell is open. Faces up to the width ``limit`` may be those of rounding.
     """
     from scipy.spatial import QhullError, Voronoi
 
