@@ -111,13 +111,7 @@ P = ParamSpec("P")
 
 
 class Maker(Generic[P]):
-    """A class method that is a function of another module: it makes a scene of the class it is called on.
-
-    Parameters
-    ----------
-    make : callable
-        Called with the class and with the arguments of the method.
-    """
+    """A class method that is a function of another module: it makes a scene of the class it is called on."""
 
     def __init__(self, make: Callable[Concatenate[Any, P], Any]):
         self.__func__ = make

@@ -1,9 +1,7 @@
 """Overlaps of spheres with each other and with obstacles: the check of every initial state, and of frames.
 
-Two spheres overlap if and only if their *nearest* images do. In a box with right angles the nearest image is
-the nearest one along each axis. So one distance per pair decides, in small boxes too. No sphere meets its own
-image, because :class:`carom.Scene` requires edge > diameter. Near ones are found by k-d trees and cells of
-the scene's own: nothing here is shared with what the engine finds them by, and so no fault of it.
+Two overlap if and only if their *nearest* images do, the nearest along each axis; none meets its own, as edge
+> diameter. The k-d trees and cells are the scene's own: no fault of the engine's search is shared.
 """
 
 from __future__ import annotations
@@ -44,24 +42,12 @@ FLIGHTS = 16
 
 
 class Overlap(NamedTuple):
-    """Two spheres that overlap, or one that is inside a wall or an obstacle.
-
-    Attributes
-    ----------
-    i : int
-        The sphere.
-    other : int or str
-        The other one, i < other, or the name of the wall or obstacle.
-    distance : float
-        From the center to that of its nearest image, or to the obstacle [length].
-    contact : float
-        Distance at which they would touch [length].
-    """
+    """Two spheres that overlap, or one that is inside a wall or an obstacle."""
 
     i: int
-    other: int | str
-    distance: float
-    contact: float
+    other: int | str  # sphere j > i, or the name of the wall or obstacle
+    distance: float  # to the nearest image's center, or the obstacle [length]
+    contact: float  # distance at which they would touch [length]
 
     @property
     def depth(self) -> float:
@@ -88,25 +74,12 @@ class Overlap(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Where the components are: a box, which of its axes are periodic, and the obstacles in it.
+    """Where the components are: a box, which of its axes are periodic, and the obstacles in it."""
 
-    Attributes
-    ----------
-    box : (d,) array
-        Edges [length].
-    periodic : (d,) bool array
-        Which axes are.
-    obstacles : tuple of obstacles
-        Without the walls of the axes that are not periodic.
-    tilt : float
-        Of a box that is periodic along all axes: the image one edge up along axis 1 is shifted by ``tilt`` of
-        that edge along axis 0 (``carom.models.Shear``).
-    """
-
-    box: np.ndarray
-    periodic: np.ndarray
-    obstacles: Sequence[Obstacle] = ()
-    tilt: float = 0.0
+    box: np.ndarray  # (d,), edges [length]
+    periodic: np.ndarray  # (d,) bool
+    obstacles: Sequence[Obstacle] = ()  # without the walls of the box
+    tilt: float = 0.0  # in edges: shift along axis 0 of the image up axis 1 (Shear)
 
     def wrapped(self, positions: np.ndarray) -> np.ndarray:
         """Return positions (n, d) moved by whole edges into ``0 <= x < edge`` along the periodic axes, or
@@ -161,10 +134,9 @@ class Room:
     def pairs(
         self, positions: np.ndarray, contacts: Contacts, factor: float = 1.0, skin: float = 0.0
     ) -> np.ndarray:
-        """Return pairs (m, 2), with i and j in either order, which include all that are near contact.
+        """Return pairs (m, 2), in either order, which include all that are near contact.
 
-        A pair of contact distance s, whose classes have the sizes a and b, is listed if it is nearer than
-        ``factor * s + skin * (a + b) / 2``.
+        For contact s and class sizes a and b they are nearer than ``factor * s + skin * (a + b) / 2``.
         """
         # Wrapped again, because a change of unit can round a coordinate up to the edge.
         places = self.wrapped(positions)
@@ -224,8 +196,7 @@ class Room:
     def _with_images(self, places: np.ndarray, within: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the places followed by their images near the box, and the component of each.
 
-        An image is moved forward along the last axis along which it is moved. So one of the two images of a
-        pair is listed.
+        Images move forward along the last axis of their move, so that one of the two of a pair is listed.
         """
         points, names = [places], [np.arange(len(places))]
         for axis in np.flatnonzero(self.periodic):
@@ -312,25 +283,20 @@ def room_at_start(scene: Fields) -> Room:
 def rounding(box: np.ndarray, epsilon: float = EPSILON) -> float:
     """Overlap [length] that rounded coordinates can produce between spheres in exact contact.
 
-    Notes
-    -----
-    A coordinate is below the edge L_k, so that each rounding moves it by at most epsilon L_k / 2. Four of
-    them (the product and the sum that make a lattice position, its wrapping, a change of unit) move it by
-    2 epsilon L_k, a difference of two by 4 epsilon L_k, and their distance by at most 4 epsilon |L|.
+    A coordinate is below the edge L_k: four roundings by epsilon L_k / 2 (product and sum of a lattice
+    position, wrapping, a change of unit) move it by 2 epsilon L_k, a difference by 4 epsilon L_k, and a
+    distance by at most 4 epsilon |L|.
     """
     return 4 * epsilon * math.hypot(*map(float, box))
 
 
 def tolerance(box: np.ndarray, contact: Any = 1.0, epsilon: float = EPSILON) -> Any:
-    """Overlap [length] that is accepted: what the engine and the coordinates' rounding may leave.
+    """Overlap [length] that is accepted: what the engine and the coordinates' rounding may leave, relative to
+    lengths.
 
-    Relative to lengths, so that it does not change with their unit.
-
-    Notes
-    -----
-    Before its clock is reset, a component flies up to four box lengths, at twice the usual speed eight.
-    Numbers of this size are rounded in the product of speed and time, in its sum with the starting place, and
-    in the time of the contact. For two spheres this is 16 times :func:`rounding`.
+    Before its clock is reset, a component flies up to four box lengths, at twice the usual speed eight. Such
+    numbers are rounded in the product of speed and time, its sum with the start, and the time of contact: 16
+    times :func:`rounding` for two spheres.
     """
     return ENGINE_OVERLAP * contact + FLIGHTS * rounding(box, epsilon)
 

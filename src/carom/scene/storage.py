@@ -61,16 +61,9 @@ def from_arrays(
     impact: Impact | None = None,
     drive: Drive | None = None,
 ) -> Scene:
-    """Return the scene that :func:`to_arrays` took apart, bit for bit.
+    """Return the scene that :func:`to_arrays` took apart, bit for bit; other arrays are ignored.
 
-    Parameters
-    ----------
-    arrays, attributes : mappings
-        What :func:`to_arrays` returned; other arrays are ignored.
-    obstacles : sequence of obstacles, optional
-        All obstacles, in order; needed if one is of your own class, because a file holds no code.
-    interaction, motion, impact, drive : values, optional
-        Needed if one is of your own class.
+    Values of one's own classes must be given (of obstacles all, in order): a file holds no code.
     """
     try:
         kept = attributes["obstacles"]

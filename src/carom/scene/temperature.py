@@ -1,8 +1,6 @@
 """Temperature: twice the kinetic energy about the motion of the centre of mass, per degree of freedom.
 
-All of Carom uses this definition. Along an axis on which the total momentum is conserved, the velocity of the
-centre of mass does not count for the temperature. Along the others the momentum changes, for example at
-walls, and every velocity counts.
+That motion counts only along axes where momentum is not conserved (walls). All of Carom uses this.
 """
 
 from __future__ import annotations
@@ -20,13 +18,12 @@ if TYPE_CHECKING:
 
 
 def conserved(scene: Scene) -> tuple[bool, ...]:
-    """Tell for every axis whether the total momentum along it is conserved.
+    """Tell for every axis whether the total momentum along it is conserved; no for a single component, free
+    in all.
 
-    Walls and obstacles take momentum up: planes only along their normals, cylinders only across their axis,
-    an obstacle of one's own along every axis unless it has a method ``glides``. Pinned components take
-    momentum up along every axis, units that follow range rules and those that a drive kicks one by one do not
-    conserve it, and a motion such as gravity changes it along some axes. For a single component the answer is
-    no: all of its velocities are free.
+    Planes take it up along their normals, cylinders across their axis, own obstacles along all unless they
+    have ``glides``, pinned components along all. Range rules and drives of single particles conserve none, a
+    motion such as gravity some.
     """
     decides = not getattr(scene.interaction, "keeps_momentum", True)
     kicked = scene.drive is not None and not getattr(scene.drive, "conserves_momentum", False)
@@ -60,15 +57,6 @@ def degrees_of_freedom(scene: Scene) -> int:
 def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
     """Return velocities (n, d) about that of the centre of mass, where the momentum is conserved.
 
-    Parameters
-    ----------
-    scene : Scene
-        Says which axes these are, and the masses.
-    velocities : (n, d) array
-        [length / time].
-
-    Notes
-    -----
     A drift is subtracted together with its rounding: equal velocities leave exactly zero.
     """
     still, masses = np.array(conserved(scene)), scene.masses[:, None]
