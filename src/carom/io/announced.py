@@ -1,8 +1,7 @@
 """What a frame of extended XYZ says about itself: its second line, and the columns of its table.
 
-Other programs write the same in other ways: flags as ``T T F``, ``true,true,false`` or ``[1, 1, 0]``, keys in
-other letters, vectors of two columns, atoms in another order in each frame. Here all of it is understood, or
-refused.
+What other programs write otherwise is understood or refused: flags as ``T T F``, ``true,true,false`` or ``[1,
+1, 0]``, keys in other letters, vectors of two columns, atoms in another order in each frame.
 """
 
 from __future__ import annotations
@@ -161,14 +160,10 @@ def ids_of(columns: Mapping[str, np.ndarray]) -> np.ndarray | None:
 def in_order(
     columns: dict[str, np.ndarray], names: np.ndarray | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray | None]:
-    """Return the columns in the order of their ids, and the ids in this order.
+    """Return the columns of a frame, perhaps with ``id``, in the order of their ids, and the ids (n,) in this
+    order.
 
-    Parameters
-    ----------
-    columns : dict
-        Columns of a frame, perhaps with ``id``.
-    names : (n,) array or None
-        Ids of the first frame, in order; None for that frame itself.
+    ``names`` are those of the first frame; None for that frame itself.
     """
     ids = ids_of(columns)
     if ids is None:

@@ -1,9 +1,8 @@
 """Which process writes a file, and when it changes it: marks that others see and that end with the process.
 
-The marks are locks of the open file (``F_OFD_SETLK`` of Linux) on two bytes far behind every content. A
-writer holds the first as long as it has the file open, and the second while it changes what others may be
-reading. They keep nobody from reading, other programs included. Where a system or a drive has no such locks,
-nobody is kept from writing, and a file that has just changed counts as being written.
+They are locks (``F_OFD_SETLK`` of Linux) on two bytes far behind every content: one while the file is open to
+write, one while it changes what others may read. Reading is free. Where there are no such locks nobody is
+kept from writing, and a file that has just changed counts as being written.
 """
 
 from __future__ import annotations
@@ -39,13 +38,7 @@ _OURS: dict[tuple[int, int], int] = {}
 
 
 class Claim:
-    """A mark that this process writes a file, which is made if it is missing.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its content stays as it is.
-    """
+    """A mark that this process writes a file, which is made if it is missing; its content stays."""
 
     def __init__(self, path: Path):
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)

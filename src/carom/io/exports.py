@@ -23,18 +23,10 @@ Report = Callable[[int, int], object]
 
 
 def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -> None:
-    """Write frames to a file.
+    """Write frames to a file of the format ``suffix``, one of ``EXPORTED``; a LAMMPS data file holds the last
+    one alone.
 
-    Parameters
-    ----------
-    frames : Reader or sequence of Frames
-        A LAMMPS data file holds the last one alone.
-    path : Path
-        Where.
-    suffix : str
-        Of the format, one of ``EXPORTED``.
-    report : callable, optional
-        Called as ``report(done, total)`` after each frame.
+    ``report(done, total)`` is called after each frame.
     """
     name = EXPORTED[suffix]
     require_at_most_three(frames[0].dimension, name)

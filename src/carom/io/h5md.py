@@ -1,10 +1,8 @@
 """H5MD 1.1: the native format of trajectories, lossless, and read by MDAnalysis without conversion.
 
-See de Buyl, Colberg and Hofling, Comput. Phys. Commun. 185, 1546 (2014), and nongnu.org/h5md. The layout is
-in ``docs/layouts.md``. Three choices serve ``MDAnalysis.Universe("run.h5md")``. The particle group is called
-``trajectory``. Units are named "Angstrom" and "ps", which MDAnalysis does not convert; they stand for the
-scene's own units. Frames of one and two dimensions are padded to three columns along axes whose boundary is
-"none". More than three dimensions are written as they are, which H5MD allows and MDAnalysis refuses.
+De Buyl, Colberg and Hofling, Comput. Phys. Commun. 185, 1546 (2014); nongnu.org/h5md; layout in
+``docs/layouts.md``. For MDAnalysis the group is ``trajectory``, units are named "Angstrom" and "ps", and one
+and two dimensions are padded to three along axes with boundary "none". It refuses more than three.
 """
 
 from __future__ import annotations

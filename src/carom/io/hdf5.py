@@ -1,11 +1,9 @@
 """HDF5 files that lose only what was not yet flushed, if the disk is full or the process is killed.
 
-HDF5 cannot cope with a write that fails: closing the file, or ending the program, then crashes the
-interpreter, and data on the disk may be lost. Here HDF5 writes into memory, where no write fails, and each
-flush copies the changes to the disk in two steps. The first step appends the new end of the file, and a
-journal of the bytes that will overwrite older ones. If the disk is full, this step fails, and truncation
-undoes it. The second step overwrites the few older bytes and cuts the journal off. If a kill interrupts it,
-the journal completes the file when it is next opened.
+A failed write crashes HDF5 and may lose what is on the disk. So HDF5 writes into memory, and a flush goes to
+the disk in two steps. First the new end of the file is appended, with a journal of the bytes that will
+overwrite older ones; on a full disk truncation undoes this. Then these are overwritten and the journal is cut
+off; after a kill it completes the file when it is next opened.
 """
 
 from __future__ import annotations
@@ -119,11 +117,8 @@ class _Staged(io.RawIOBase):
         return size
 
     def commit(self) -> None:
-        """Bring all pending writes to the disk.
-
-        First the new end of the file is written, and after it a journal of the bytes that will overwrite
-        older ones. Then these bytes are overwritten, and the journal is cut off. A kill at any moment thus
-        leaves the file as it was, or with all that is needed to complete it.
+        """Bring all pending writes to the disk: a kill leaves the file as it was, or with a journal that
+        completes it.
         """
         assert self._claim is not None
         if self._failure is not None:
@@ -201,14 +196,8 @@ class _Patient(io.FileIO):
 
 @contextlib.contextmanager
 def made(path: Path, **settings: Any) -> Iterator[h5py.File]:
-    """Make an HDF5 file at once, which :class:`Output` would hold in memory until it is whole.
-
-    Parameters
-    ----------
-    path : Path
-        The file; if a write fails, what is there is of no use.
-    **settings
-        Of ``h5py.File``.
+    """Make an HDF5 file at once, which :class:`Output` would hold in memory until it is whole; a failed write
+    leaves rubbish.
     """
     import h5py
 
@@ -224,16 +213,8 @@ def made(path: Path, **settings: Any) -> Iterator[h5py.File]:
 
 
 class Output:
-    """An HDF5 file open for writing: ``file`` is its ``h5py.File``.
-
-    Others can read it while it grows, and only one process at a time can write it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    mode : {"w", "r+"}
-        As h5py has them.
+    """An HDF5 file open for writing: ``file`` is its ``h5py.File``. Others can read it, and one process can
+    write it.
     """
 
     def __init__(self, path: Path, mode: str):
@@ -268,9 +249,8 @@ class Output:
 class Input:
     """An HDF5 file open for reading: ``file`` is its ``h5py.File``.
 
-    HDF5 opens a file only once per process: later readers get what the first one saw, even if the file has
-    grown since. A Python file object avoids this. A Universe of MDAnalysis that is still in memory then hides
-    no new frame.
+    HDF5 opens a file once per process: later readers would see what the first one saw, however it has grown.
+    A Python file object avoids this, also where a Universe of MDAnalysis is still in memory.
     """
 
     def __init__(self, path: Path):

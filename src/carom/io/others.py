@@ -176,10 +176,11 @@ def _columns(rows: list[str], start: int, width: int, k: int) -> np.ndarray:
 
 
 class Sph(_Blocks):
-    """The format of Smallenburg's EDMD programs: number, box, then letter, position and radius of each.
+    """The format of Smallenburg's EDMD programs: number, box, then letter, position and radius of each; # for
+    comments.
 
-    They write particles that left the box where they are (Eur. Phys. J. E 45, 22 (2022)), which is seen where
-    the particles fill more than the box. Lines that begin with # are comments.
+    Particles that left the box stay where they are (Eur. Phys. J. E 45, 22 (2022)): they fill more than the
+    box.
     """
 
     announced, around = 0, 2

@@ -28,16 +28,8 @@ DEEPEST = 40
 
 
 def read_text(path: Path, what: str, largest: int) -> str:
-    """Return the text of a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    what : str
-        What was expected, such as "a scene file (TOML) of about a page".
-    largest : int
-        Largest size [bytes].
+    """Return the text of a file up to ``largest`` [bytes]; ``what`` was expected: "a scene file (TOML) of
+    about a page".
     """
     try:
         if not path.is_file():
@@ -102,17 +94,7 @@ def toml_key(key: str) -> str:
 
 
 def read_json(path: Path, check: Check, what: str, remedy: str) -> Any:
-    """Return the content of a JSON file, checked.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    check : callable
-        The check of the content.
-    what, remedy : str
-        For the message: ``path is not what (...); remedy.``
-    """
+    """Return the content of a JSON file, checked; the message is ``path is not what (...); remedy.``"""
     try:
         return check(parsed(read_text(path, what, LARGEST)), "its content")
     except FileError as error:
@@ -211,14 +193,8 @@ def mapping(check: Check) -> Check:
 
 
 def table(fields: Mapping[str, Check], *, later: Mapping[str, Check] | None = None) -> Check:
-    """Return the check of a table with these fields; others are kept as they are.
-
-    Parameters
-    ----------
-    fields : mapping of str to Check
-        Fields that it must have.
-    later : mapping of str to Check, optional
-        Fields that it may have, as files of earlier versions lack them.
+    """Return the check of a table with these fields; others are kept as they are, ``later`` ones may be
+    missing in old files.
     """
 
     def checked(value: Any, name: str) -> dict[str, Any]:
