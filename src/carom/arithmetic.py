@@ -94,10 +94,7 @@ def factor(form: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def pseudo_inverse(matrix: np.ndarray) -> np.ndarray:
-    """Return the pseudo-inverse of a small symmetric matrix (m, m), by Jacobi's rotations.
-
-    Eigenvalues below the rounding of the largest count as zero.
-    """
+    """Return the pseudo-inverse of a symmetric matrix (Jacobi); eigenvalues of rounding count as zero."""
     a, m = np.array(matrix, dtype=np.float64), len(matrix)
     vectors = np.eye(m)
     for _ in range(SWEEPS):

@@ -80,9 +80,7 @@ def describe(value: Any) -> str:
 def number(
     value: Any, name: str, *, low: float = -math.inf, high: float = math.inf, open_low: bool = False
 ) -> float:
-    """Return a finite real number in bounds as a float; booleans and strings are none, and ``open_low``
-    refuses ``low`` itself.
-    """
+    """Return a finite real in bounds (``open_low``: not ``low`` itself) as a float, no boolean or string."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
         hint = ""
         if isinstance(value, str):

@@ -42,9 +42,7 @@ def sphere_area(dimension: int, radius: float) -> float:
 
 
 def packing_fraction(n: int, box: Sequence[float], diameter: float = 1.0) -> float:
-    """Return the fraction of the volume of a box (edges [length]) that ``n`` spheres of one diameter [length]
-    fill.
-    """
+    """Return the fraction of a box (edges [length]) that ``n`` spheres of one diameter [length] fill."""
     return n * sphere_volume(len(box)) * math.prod(diameter / edge for edge in box)
 
 

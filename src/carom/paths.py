@@ -73,9 +73,7 @@ def reading(path: Path, kind: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def writing(path: Path, kinds: tuple[type[Exception], ...] = (OSError, RuntimeError)) -> Iterator[None]:
-    """Turn a failed write (full disk, no permission) into one FileError; h5py reports some as
-    RuntimeError.
-    """
+    """Turn a failed write into one FileError; h5py reports some failed flushes as RuntimeError."""
     try:
         yield
     except CaromError:
@@ -135,10 +133,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def remnants(folder: Path, whole: Callable[[str], object]) -> list[Path]:
-    """Return temporary files of ours that :func:`replacing` left in a folder when its process was killed.
-
-    ``whole`` tells of a name whether a file with that name is ours.
-    """
+    """Return what :func:`replacing` left when killed; ``whole`` tells whether a file of a name is ours."""
     return [
         path
         for path in folder.iterdir()

@@ -22,9 +22,7 @@ WIDE = 200
 
 @dataclass(frozen=True)
 class Column:
-    """How a field is shown: ``Z: Annotated[float, Column("Z", error("Z_error"))]``. Without one it is in
-    files only.
-    """
+    """How a field is shown: ``Z: Annotated[float, Column("Z", error("Z_error"))]``; else in files only."""
 
     head: str  # with the unit
     form: str | Callable[[Any, Any], str] = ""  # format, or what makes the text of a value and its row
@@ -193,10 +191,7 @@ def of_texts(
     notes: Sequence[str] = (),
     left: int = 1,
 ) -> Table:
-    """Return a table of texts: its heads, and its rows, of which the last cells may be missing.
-
-    The first ``left`` columns stand on the left.
-    """
+    """Return a table of texts, ``left`` columns on the left; rows may lack their last cells."""
     marks = [Annotated[str, Column(head, left=k < left)] for k, head in enumerate(heads)]
     kind = make_dataclass("Texts", [(f"column_{k}", mark, "") for k, mark in enumerate(marks)], frozen=True)
     return Table(kind, [kind(*row) for row in rows], title, notes)

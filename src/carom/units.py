@@ -23,9 +23,7 @@ class TimeUnit(NamedTuple):
 
     @classmethod
     def of(cls, fastest: float, diameter: float) -> TimeUnit:
-        """Return the unit for the fastest speed, of a component along an axis or of a growing surface, and
-        the largest diameter.
-        """
+        """Return the unit for the fastest component (along an axis) or surface and the largest diameter."""
         if fastest == 0.0:
             return cls()
         pace = math.frexp(fastest)[1] - math.frexp(diameter)[1]

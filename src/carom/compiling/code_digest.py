@@ -66,9 +66,7 @@ def classes_in(kinds) -> Iterator[type]:
 
 
 def digest_of(function, kinds) -> str | None:
-    """Return the SHA-256 of all that a function is compiled of for arguments of these types, or None if that
-    cannot be known.
-    """
+    """Return the SHA-256 of all that a function is compiled of for these types, or None if unknown."""
     try:
         return Walk(function, kinds).digest.hexdigest()
     except (Unknown, RecursionError):

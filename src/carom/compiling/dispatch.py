@@ -148,9 +148,7 @@ def watched(compiled):
 
 
 def _own_answers(signature) -> list[tuple[str, type, Any]]:
-    """Return all that is registered for classes in a signature from outside of the package: the names of the
-    questions, the classes, and the functions.
-    """
+    """Return what is registered for own classes of a signature: names of questions, classes, functions."""
     found = []
     with suppress(Unknown, TypeError):
         for cls in dict.fromkeys(classes_in(signature)):

@@ -35,9 +35,7 @@ OTHERS = {"literal_unroll", "literally", "objmode"}
 
 
 def compile_once(function, choose, options) -> None:
-    """Register ``choose``, which returns the code of ``function`` for the types of arguments given: the same
-    code for all callers.
-    """
+    """Register ``choose``, which returns ``function``'s code by types: the same for all callers."""
     overload(function, strict=False, jit_options=options)(choose)
     registered, kind = builtin_registry.globals[-1]
     assert registered is function

@@ -55,9 +55,7 @@ def _named(builder, words, start_index, bits):
 
 
 def gather_rows(rows, words, start_index, bits, block):
-    """Copy eight rows, ``words[start_index:][:8] >> bits``, in double precision, into the columns of a
-    block: one line a field (:func:`candidate_block`).
-    """
+    """Copy eight rows, ``words[start_index:][:8] >> bits``, as doubles into the columns of a block."""
     for k in range(LANES):
         old_event = rows[int(words[start_index + k]) >> int(bits)]
         d = len(old_event.x)
@@ -132,9 +130,7 @@ def _on_stack(context, builder, kind, shape):
 
 
 def candidate_block(rows):
-    """Return room for the old events of eight candidates, (fields, LANES) float64, and for a key of each,
-    (LANES,) int64: on the stack of the function that asks.
-    """
+    """Return room on the caller's stack for eight old events, (fields, LANES), and keys (LANES,) int64."""
     columns = rows.dtype.itemsize // rows.dtype["t"].itemsize
     return np.zeros((columns, LANES)), np.zeros(LANES, np.int64)
 
@@ -217,8 +213,9 @@ def _filled(builder, value):
 
 
 def copy_words(members, cell, start, words, total, bits, code):
-    """Write ``member << bits | code`` of the eight members of a cell from ``start`` on to ``words`` from
-    ``total`` on; the last of the eight may be the next cell's.
+    """Write ``member << bits | code`` of eight from ``start`` to ``words`` at ``total``.
+
+    The last of the eight may be the next cell's.
     """
     cell_capacity = members.shape[1]
     offset = int(cell) * cell_capacity + int(start)
@@ -291,9 +288,7 @@ def _rooms(builder, pair, kind, value):
 
 
 def pack_fields(pair, lanes, words, start_index, bits, address):
-    """Put what the search reads of eight candidates into the lanes: left to itself the compiler gathers,
-    which takes several times as long.
-    """
+    """Put eight candidates' values into the lanes: left alone the compiler gathers, several times as long."""
 
 
 @compiled_as(pack_fields)

@@ -78,10 +78,7 @@ def _settle(rules, model, state, neighbors, slot, i, now):
 
 @inner
 def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
-    """Call the rules of the units whose circle a pair has crossed; both are at the time now.
-
-    Both decide on the state before either decision.
-    """
+    """Call the rules of those whose circle a pair has crossed now; both decide on the state before."""
     if rules is None:
         return
     crossed = step_of(model.boundary, ref) - np.int64(kind != IN)
@@ -149,10 +146,7 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
 
 @inner
 def notify_next(rules, model, state, calendar, now):
-    """Give the next unit in the queue of news an event of its own, now; its partner gets an advancement.
-
-    Return False if the queue is empty.
-    """
+    """Give the next unit in the queue of news an event now, its partner an advancement; False if empty."""
     if rules is None or rules.queued[0] == 0:
         return False
     rules.queued[0] -= 1

@@ -15,9 +15,7 @@ from carom.compiling.registry import inner, required
 
 
 class NearestImage(NamedTuple):
-    """A periodic box with minimum images: no component can meet two images of another before one of the two
-    changes sector.
-    """
+    """A periodic box in which no component can meet two images of another before one changes sector."""
 
     edges: tuple
     """Edges of the box [length]."""
@@ -45,9 +43,7 @@ class SectorImage(NamedTuple):
 
 
 class SteppedImage(NamedTuple):
-    """A wide periodic box as a :class:`NearestImage`, and words that name steps of pairs
-    (:mod:`carom.engine.pair_steps`).
-    """
+    """A :class:`NearestImage` whose words name steps of pairs (:mod:`carom.engine.pair_steps`)."""
 
     edges: tuple
     """Edges of the box [length]."""
@@ -125,9 +121,7 @@ def _(boundary: SteppedImage, i, ref):
 
 @required
 def separation(boundary, i, ref, axis, dx):
-    """Return the coordinate of the image named by ``ref`` relative to i, from the difference ``dx`` of
-    their coordinates.
-    """
+    """Return the coordinate of the image ``ref`` relative to i, from the difference ``dx`` of coordinates."""
 
 
 @separation.register
@@ -147,8 +141,7 @@ def _(boundary: SectorImage, i, ref, axis, dx):
 
 @required
 def in_box(boundary, i, axis, x):
-    """Return a coordinate of component i in the box in which it flies: at a face rounding decides which that
-    is.
+    """Return a coordinate of i in the box in which it flies, where rounding at a face may decide otherwise.
 
     Where a component may fly through all of a box before it is looked at again, it is the box of its sector.
     """

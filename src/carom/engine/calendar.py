@@ -198,9 +198,7 @@ def insert(calendar, i, time):
 
 @inner
 def prefetch_calendar(calendar, state, boundary, ref):
-    """Ask for what giving an event to the component that ``ref`` names will touch: who its partner is, and
-    the bucket in which that one's event is, to become an advancement.
-    """
+    """Ask for what an event of ``ref`` will touch: its partner, and the bucket of that one's event."""
     if ref >= 0 and len(state.partner) >= HUGE:
         j = np.int64(index(boundary, ref))
         prefetch(state.partner, j)
@@ -233,9 +231,7 @@ def append(calendar, bucket, i):
 
 @inner
 def open_bucket(calendar, state, bucket):
-    """Move the valid entries of a bucket to the heap; return False, and do nothing, if the heap has too
-    little room.
-    """
+    """Move the valid entries of a bucket to the heap; return False, and do nothing, if it has no room."""
     control = calendar.control[0]
     buckets = calendar.buckets
     count = np.int64(buckets[bucket, 0])
@@ -306,9 +302,7 @@ def fill_window(calendar, state, boundary, start, end):
 
 @optional
 def narrow(calendar, longest):
-    """Make the buckets of the next window half as wide, and return whether that could be done; by default,
-    for any calendar.
-    """
+    """Halve the buckets of the next window; return whether that could be done. By default, any calendar."""
     control = calendar.control[0]
     if control.width <= NARROWEST * longest:
         return False
@@ -318,17 +312,13 @@ def narrow(calendar, longest):
 
 @inner
 def crowded(calendar):
-    """Return whether a window that was laid out has too few lines: they are all used and entries are missing,
-    or it would have to be laid out again after a few events.
-    """
+    """Return whether a window has too few lines: entries are missing, or would be after a few events."""
     return 2 * calendar.control[0].lines > len(calendar.lines)
 
 
 @inner
 def cluttered(calendar, state):
-    """Return whether the heap has room for everybody twice: most of what fills it is stale, and is dropped
-    when the window is laid out anew.
-    """
+    """Return whether the heap has room for everybody twice: most of it is stale until the next window."""
     return len(calendar.event_time) > 2 * len(state.partner) + BLOCK
 
 
@@ -360,9 +350,7 @@ def choose_due(calendar, state, start_index, end):
 
 @inner
 def choose_entering(calendar, state, boundary):
-    """Keep those of them that enter the calendar, and ask for their buckets: of a pair one does, if it is
-    there to collide.
-    """
+    """Keep those that enter the calendar, of a pair one if it is there to collide; ask for their buckets."""
     event_time, component = calendar.event_time, calendar.component
     count = np.uint64(0)
     for k in range(np.uint64(calendar.control[0].waiting)):
@@ -385,9 +373,7 @@ def choose_entering(calendar, state, boundary):
 
 @optional
 def choose_width(calendar, n, longest):
-    """Choose the width of the next window's buckets by the cycles counted in this one: a few a bucket; by
-    default, for any calendar.
-    """
+    """Choose the width of the next buckets by this window's cycles: a few a bucket (the default)."""
     control = calendar.control[0]
     buckets_passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
     buckets_passed *= LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0
@@ -402,9 +388,7 @@ def choose_width(calendar, n, longest):
 
 @inner
 def next_event(calendar, state, neighbors, boundary, motion):
-    """Return the component with the first event, which stays on the heap; -1 at the end of the window, -2 if
-    an array is too small.
-    """
+    """Return who is first, and stays on the heap; -1 at the window's end, -2 if an array is too small."""
     control = calendar.control[0]
     while True:
         while control.waiting > 0:

@@ -60,9 +60,7 @@ def with_work(obstacles: Obstacles | None, models) -> Obstacles | None:
 
 
 def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
-    """Return, by the number of each obstacle that loses energy, its contacts that were elastic, and that were
-    thrown faster than they came.
-    """
+    """Return, by obstacle, contacts that lost nothing, and those thrown faster than they came."""
     found: dict[int, tuple[int, int]] = {}
     while chain is not None:
         for k, model in enumerate(chain.head if isinstance(chain, Chain) else ()):
@@ -125,10 +123,7 @@ def _(chain: Crowd, number, now):
 
 @optional
 def reflect_from(chain, model, state, i, number, now):
-    """Replace the velocity in the room for it by that after the contact with the obstacle of that number.
-
-    Where that is none of a chain of single obstacles (a wall of the box, one of a crowd) it is elastic.
-    """
+    """Replace the room's velocity by that after the contact: elastic at a plain wall, or one of a crowd."""
     there = model.obstacles
     recoil(
         None, model.motion, i, mass(model.pair, i), there.x, there.v, there.image, growth(model.pair, i), now

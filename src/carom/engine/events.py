@@ -56,9 +56,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
 
 @optional
 def retime(timing, model, state, i):
-    """Compute the event of component i anew, at the beginning of an epoch, which has advanced all rows; by
-    default the time carried over from the last epoch holds.
-    """
+    """Compute the event of i anew at an epoch's beginning; by default the time carried over holds."""
     return
 
 

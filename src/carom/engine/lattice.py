@@ -118,10 +118,7 @@ def exit_time_at(motion, axis, me, now, low, high):
 
 @optional
 def remap(motion, state, edges, length):
-    """At the end of an epoch of this length, lay the lattice anew if it must be; tell whether it was.
-
-    Then everything has to be scheduled again.
-    """
+    """Lay the lattice anew at an epoch's end, if it must be; tell whether. Then all is scheduled again."""
     return False
 
 

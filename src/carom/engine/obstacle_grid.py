@@ -101,9 +101,7 @@ class Grid(NamedTuple):
 
 
 def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any, pair: Any) -> Any:
-    """Return a chain of obstacles whose crowds have cells, where components fly straight and their radii are
-    known.
-    """
+    """Return a chain of obstacles whose crowds have cells, if flights are straight and radii known."""
     own = type(system.interaction).__module__.partition(".")[0] != "carom"
     own_radius = own and answers(radius, type(pair))
     if chain is None or not isinstance(system.motion, FreeFlight) or own_radius:

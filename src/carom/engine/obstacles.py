@@ -33,9 +33,7 @@ class Chain(NamedTuple):
 
 
 class Crowd(NamedTuple):
-    """A link of many obstacles of one kind, in arrays: each value of a tuple is compiled for itself, which
-    takes minutes for hundreds of them.
-    """
+    """A link of many of one kind, in arrays: each in a tuple would be compiled, minutes for hundreds."""
 
     head: Any
     """A model of all of them, which answers ``members`` and ``member``."""
@@ -61,9 +59,7 @@ class Sight(NamedTuple):
 
 
 class Obstacles(NamedTuple):
-    """Everything fixed that components can meet, numbered: two for every axis (its lower and its upper wall,
-    if it has walls), then one an obstacle.
-    """
+    """Everything fixed, numbered: lower and upper wall of every axis, walls or not, then the obstacles."""
 
     walls: Any
     """The walls of the box, or None."""
@@ -119,9 +115,7 @@ def numbering(models) -> list[int]:
 
 
 def numbers_of(periodic, models) -> list[int]:
-    """Return the number of each wall, of the axes that are not periodic, and of each obstacle, in the order
-    of the scene.
-    """
+    """Return the numbers of walls, of axes that are not periodic, and of obstacles, in the scene's order."""
     walls = [2 * axis + side for axis, wraps in enumerate(periodic) if not wraps for side in (0, 1)]
     return walls + [2 * len(periodic) + k for k in numbering(models)]
 
@@ -175,9 +169,7 @@ def _(chain: Crowd, obstacles, model, size, rate, every, now, sight):
 
 @optional
 def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before, sight):
-    """Return the time until a component touches one of a crowd, if that is less than ``before``, and which of
-    them; by default all are asked.
-    """
+    """Return the time until one of a crowd is touched, if below ``before``, and which; by default ask all."""
     best = NEVER
     number = np.int64(-1)
     for k in range(members(crowd)):
@@ -223,8 +215,9 @@ def reflect_component(model, state, i, number, now):
 
 @optional
 def reflect(live, model, state, i, number, now):
-    """Give component i its velocity after the contact, whose normal is in the room for an image if it is one
-    with a wall; return the momentum along the normal.
+    """Give i its velocity after the contact; return the momentum along the normal.
+
+    That of a wall is in the room for an image.
     """
     obstacles = model.obstacles
     normal_along(obstacles.chain, obstacles, model.boundary, number)

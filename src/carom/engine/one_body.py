@@ -12,9 +12,7 @@ from carom.engine.constants import LAMBDA
 
 @optional
 def earlier_event(source, model, state, i, now, t, code):
-    """Return time and code of the next event that the source has for component i, if it is before the time
-    ``t``; else ``t`` and ``code``.
-    """
+    """Return time and code of a source's next event for i, if before ``t``; else ``t`` and ``code``."""
     return t, code
 
 
@@ -26,10 +24,7 @@ def run_event(source, model, state, neighbors, i, code, now):
 
 @inner
 def schedule_one_body(model, state, i, now, before):
-    """Give component i the next of its own events, if that is before the time ``before``; tell whether it is.
-
-    Of two at one time that of the first source is taken.
-    """
+    """Give i its next own event, if before ``before``; tell whether. Ties: the first source."""
     t, code = earlier_event(model.obstacles, model, state, i, now, before, LAMBDA)
     t, code = earlier_event(model.rules, model, state, i, now, t, code)
     t, code = earlier_event(model.timers, model, state, i, now, t, code)

@@ -18,9 +18,7 @@ from carom.models.questions.obstacle import surface_velocity
 
 @optional
 def rub(impact, model, state, i, j, ref, rr, virial, now):
-    """Exchange momentum along the surfaces of i and j, whose normal velocities have changed; by default they
-    are smooth.
-    """
+    """Exchange momentum along the surfaces of i and j, after the normal part; by default none."""
     return
 
 
@@ -69,9 +67,7 @@ def _(pair: PinnedCores, impact, i):
 
 @optional
 def rub_obstacle(obstacle, impact, model, state, i, now):
-    """Exchange momentum along the surface of an obstacle with component i, whose new velocity is in the
-    obstacles' room; by default it is smooth.
-    """
+    """Exchange momentum along the surfaces of i, whose velocity is in the room, and an obstacle; or none."""
     return
 
 

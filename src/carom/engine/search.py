@@ -152,9 +152,7 @@ def relative(model, state, i, ref, now):
 
 @required
 def refined_time(boundary, pair, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate that a search found, and whether a negative one was
-    clamped.
-    """
+    """Return the time until i meets the candidate found, and whether a negative one was clamped."""
 
 
 @refined_time.register
@@ -171,9 +169,7 @@ def _(boundary: SteppedImage, pair, i, ref, rr, rv, vv, now):
 
 @optional
 def contact_time_of(timing, model, state, i, ref, now, t):
-    """Return when i touches the candidate that a search found after a time t, and whether the time until then
-    was negative, and clamped.
-    """
+    """Return when i touches the candidate found after a time t, and whether a negative wait was clamped."""
     rr, rv, vv = relative(model, state, i, ref, now)
     t, clamped = refined_time(model.boundary, model.pair, np.int64(i), ref, rr, rv, vv, now)
     return now + t, clamped

@@ -37,9 +37,7 @@ class State(NamedTuple):
 
 
 def row_type(dimension: int, number: type = np.float64) -> np.dtype:
-    """Return the type of a row of numbers in double or single precision: 64 bytes, one cache line, or 32, in
-    three dimensions.
-    """
+    """Return the type of a row in double or single precision: 64 (a cache line) or 32 bytes in space."""
     width = np.dtype(number).itemsize
     columns = -(-(2 * dimension + 2) // 4) * 4
     return np.dtype(

@@ -181,10 +181,7 @@ def in_order(
 
 
 def periodic_axes(info: Mapping[str, str], dimension: int) -> tuple[bool, ...]:
-    """Return which of the d axes are periodic, from the second line of a frame.
-
-    Without ``pbc`` all are, if there is a cell; without a cell none is.
-    """
+    """Return which of d axes are periodic: by ``pbc``, else all if there is a cell, and none without."""
     cell = lattice_of(info)
     if "pbc" not in info:
         return (cell is not None,) * dimension

@@ -139,10 +139,7 @@ def _is(dtype: np.dtype, kind: str) -> bool:
 
 
 def _growing(group: h5py.Group, name: str) -> h5py.Dataset:
-    """Return a data set that grows, of which HDF5 keeps one chunk in memory.
-
-    By default it keeps up to 8 MiB of frames, which nobody reads again.
-    """
+    """Return a data set that grows, of which HDF5 keeps one chunk in memory, not 8 MiB that nobody reads."""
     import h5py
 
     data = group[name]

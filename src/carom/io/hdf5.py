@@ -117,9 +117,7 @@ class _Staged(io.RawIOBase):
         return size
 
     def commit(self) -> None:
-        """Bring all pending writes to the disk: a kill leaves the file as it was, or with a journal that
-        completes it.
-        """
+        """Write all that is pending: a kill leaves the file as it was, or a journal that completes it."""
         assert self._claim is not None
         if self._failure is not None:
             raise OSError(f"an earlier write to it failed ({reason(self._failure)})")
@@ -196,9 +194,7 @@ class _Patient(io.FileIO):
 
 @contextlib.contextmanager
 def made(path: Path, **settings: Any) -> Iterator[h5py.File]:
-    """Make an HDF5 file at once, which :class:`Output` would hold in memory until it is whole; a failed write
-    leaves rubbish.
-    """
+    """Make an HDF5 file on the disk at once, not in memory; after a failed write it is of no use."""
     import h5py
 
     with _Patient(path, "w+") as disk:
@@ -213,9 +209,7 @@ def made(path: Path, **settings: Any) -> Iterator[h5py.File]:
 
 
 class Output:
-    """An HDF5 file open for writing: ``file`` is its ``h5py.File``. Others can read it, and one process can
-    write it.
-    """
+    """An HDF5 file (``file``) that one process writes, and others can read as it grows."""
 
     def __init__(self, path: Path, mode: str):
         import h5py

@@ -28,9 +28,7 @@ DEEPEST = 40
 
 
 def read_text(path: Path, what: str, largest: int) -> str:
-    """Return the text of a file up to ``largest`` [bytes]; ``what`` was expected: "a scene file (TOML) of
-    about a page".
-    """
+    """Return the text of a file up to ``largest`` [bytes]; ``what`` was expected is for the message."""
     try:
         if not path.is_file():
             missing = "is not a file" if path.exists() else "does not exist"
@@ -193,9 +191,7 @@ def mapping(check: Check) -> Check:
 
 
 def table(fields: Mapping[str, Check], *, later: Mapping[str, Check] | None = None) -> Check:
-    """Return the check of a table with these fields; others are kept as they are, ``later`` ones may be
-    missing in old files.
-    """
+    """Return the check of a table; other fields are kept, ``later`` ones may be missing in old files."""
 
     def checked(value: Any, name: str) -> dict[str, Any]:
         if not isinstance(value, dict):

@@ -52,10 +52,7 @@ species' fraction of the pressure."""
 
 
 def doubts_about(result: Any) -> list[str]:
-    """Return the :func:`doubts` about the estimate of an observable.
-
-    There are none if it has no ``block_values``, or is expected to change (not ``steady``).
-    """
+    """Return the :func:`doubts` about an observable with ``block_values`` that is ``steady``; else none."""
     values = getattr(result, "block_values", ()) if getattr(result, "steady", True) else ()
     return doubts(getattr(result, "quantity", "what was measured"), result.primary, values) if values else []
 

@@ -119,10 +119,7 @@ def _compiled() -> Any:
 
 
 def _keep(places, starts, order, height, around, windows, period, limit, who):
-    """Write the nearest ones of each particle whose row of ``who`` ends with -1, if enough are in reach.
-
-    ``limit`` is the square of the reach.
-    """
+    """Write the nearest ones where a row of ``who`` ends with -1; ``limit`` is the square of the reach."""
     dimension, count = period.size, who.shape[1]
     # First the components around a cell; then, for one component, squared distances and those in reach.
     them, rows = np.empty((dimension, order.size)), np.empty(order.size, np.uint32)

@@ -336,9 +336,7 @@ class PressureResult(Result):
 
 
 def _keeps_its_temperature(scene: Scene) -> bool:
-    """Tell whether kT only fluctuates, where contacts change it: in exchange with another energy, or as the
-    stream of a sheared box makes up for what is lost.
-    """
+    """Tell whether kT only fluctuates: by exchange of energy, or as a sheared stream makes up for losses."""
     stepped, sheared = hasattr(scene.interaction, "steps"), isinstance(scene.motion, Shear)
     return stepped or sheared or bool(getattr(scene.impact, "conserves_energy", False))
 
@@ -353,9 +351,7 @@ def _source(scene: Scene) -> str:
 
 
 def without_pressure(scene: Scene) -> str | None:
-    """Return a sentence on why the virial is not the pressure (pinned particles, fields, curved flights), or
-    None.
-    """
+    """Return why the virial is not the pressure (pinned particles, fields, curved flights), or None."""
     if scene.pinned is not None:
         return (
             "The virial gives no pressure where components are pinned: forces from outside hold them. "

@@ -92,10 +92,7 @@ def stay(flux, i, k, start, end, share):
 
 @inner
 def time_to(c, v, g, way):
-    """Return when a flight that moves in the direction ``way`` has come as far as c from its start.
-
-    It is infinity where the flight turns round before.
-    """
+    """Return when a flight gets as far as c in the direction ``way``; infinity if it turns before."""
     if g == 0.0:
         return c / v
     root = v * v + 2.0 * g * c
@@ -304,9 +301,7 @@ class PressureProfile:
 
 
 class LayerSums:
-    """The pressure tensor of each layer in each block of a stretch from ``frame`` on, whose events
-    ``observer`` is to see.
-    """
+    """The pressure tensor of each layer in each block from ``frame`` on; ``observer`` sees the events."""
 
     def __init__(self, asked: PressureProfile, scene: Scene, frame: Frame):
         self._asked, self._scene, self._time = asked, scene, float(frame.time)

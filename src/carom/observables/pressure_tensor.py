@@ -150,9 +150,7 @@ def averaged(parts: np.ndarray, durations: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 class TensorSums:
-    """The pressure tensor of each block of a stretch from ``frame`` on, whose events ``observer`` is to
-    see.
-    """
+    """The pressure tensor of each block from ``frame`` on; ``observer`` sees the events."""
 
     def __init__(self, scene: Scene, frame: Frame):
         self._scene, self._origin, self._time = scene, frame.time, frame.time
@@ -221,10 +219,7 @@ class StreamTensor:
 def _averaged(
     scene: Scene, durations: np.ndarray, carried: np.ndarray, handed_over: np.ndarray, rate: float = 0.0
 ) -> PressureTensorResult:
-    """Return the tensor from its parts in each block, (blocks, d, d) [energy time].
-
-    ``rate``: shear rate [1 / time].
-    """
+    """Return the tensor from its parts in each block, (blocks, d, d) [energy time]."""
     n, d = scene.n, scene.dimension
     whole = carried + handed_over
     pressure = ratio(np.trace(whole, axis1=1, axis2=2) / (d * scene.volume), durations)

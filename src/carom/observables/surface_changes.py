@@ -40,9 +40,7 @@ STEP = 2.0**-20
 
 
 def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:
-    """Return A and B [mass length / time] of each obstacle that no field balances, in order; none for more
-    than 16.
-    """
+    """Return A and B [mass length / time] of each obstacle without a field, in order; none if above 16."""
     obstacles = [obstacle for obstacle in standing(scene) if not balanced_by_field(obstacle)]
     fastest = float(np.abs(frame.velocities).max(initial=0.0))
     if len(obstacles) > MOST:

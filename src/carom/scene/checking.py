@@ -90,9 +90,7 @@ def _asked(obstacle: Any, name: str) -> Any:
 def checked_spins(
     spins: Any, n: int, dimension: int, impact: Any, pinned: np.ndarray | None
 ) -> np.ndarray | None:
-    """Return the spins of n particles, (n, 1) in the plane and (n, 3) in space, read-only; None if none are
-    given.
-    """
+    """Return the spins of n particles, (n, 1) in the plane and (n, 3) in space, read-only; or None."""
     if spins is None:
         return None
     if not isinstance(impact, Rough):

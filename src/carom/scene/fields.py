@@ -76,10 +76,7 @@ class Fields:
 
 
 def standing(scene: Fields) -> tuple[Obstacle, ...]:
-    """Return what the engine meets beside plain walls: walls with properties, then the obstacles.
-
-    Their surfaces and motions enclose them (``carom.models.obstacles.properties``).
-    """
+    """Return walls with properties, then the obstacles, within their surfaces and motions."""
     return scene._standing
 
 

@@ -57,9 +57,7 @@ class Lattice:
         return tuple(c * (edge * s) for c, s in zip(cells, self.shape, strict=True))
 
     def points(self, cells: Sequence[int], edge: float = 1.0) -> np.ndarray:
-        """Return the points (n, d) of a periodic block of cells, in [0, :meth:`box`), clear of its faces;
-        ``edge`` is the first.
-        """
+        """Return the points (n, d) of a periodic block of cells, in [0, :meth:`box`), clear of its faces."""
         edges = edge * np.asarray(self.shape)
         basis = np.asarray(self.basis)
         # Points are moved off the faces of the box, where rounding would decide on which side they lie.
@@ -97,9 +95,7 @@ def densest(dimension: int) -> Lattice:
 
 
 def named(lattice: Any, dimension: int | None = None) -> Lattice:
-    """Return a lattice from its name: "cubic", "fcc", "triangular" or "dn" (d = 3 by default); a Lattice
-    stays what it is.
-    """
+    """Return a lattice by its name: "cubic", "fcc", "triangular" or "dn"; a Lattice stays what it is."""
     if isinstance(lattice, Lattice):
         return lattice
     d = checks.integer(3 if dimension is None else dimension, "dimension", low=1, high=MOST_DIMENSIONS)
@@ -119,9 +115,7 @@ def named(lattice: Any, dimension: int | None = None) -> Lattice:
 def between_walls(
     points: np.ndarray, box: Sequence[float], periodic: Sequence[bool], diameter: float
 ) -> np.ndarray:
-    """Return points (n, d), centred in the box, compressed along axes with walls to half a diameter from
-    these, if needed.
-    """
+    """Return points (n, d) compressed along axes with walls to half a diameter from these, if needed."""
     result = points.copy()
     for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
         low, high = points[:, axis].min(), points[:, axis].max()
@@ -132,10 +126,7 @@ def between_walls(
 
 
 def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
-    """Return the number of cells along each axis, from one for each; one number m is that of the first.
-
-    The others then make the box most nearly a cube.
-    """
+    """Return the cells along each axis; one number is that of the first, in a box most nearly a cube."""
     if isinstance(cells, Sequence | np.ndarray) and not isinstance(cells, str):
         if len(cells) != lattice.dimension:
             raise InputError(
@@ -151,9 +142,7 @@ def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
 
 
 def cells_for(lattice: Lattice, n: Any, nearest: bool = False) -> tuple[int, ...]:
-    """Return the block of cells (see :func:`cells_along`) with ``n`` points, or with the ``nearest``
-    number.
-    """
+    """Return the block of cells with ``n`` points, or the ``nearest`` number: :func:`cells_along`."""
     n = checks.integer(n, "n", low=1, high=MOST)
     below: tuple[int, ...] | None = None
     guess = (n / len(lattice.basis) * math.prod(lattice.shape)) ** (1 / lattice.dimension)

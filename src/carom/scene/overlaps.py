@@ -82,9 +82,7 @@ class Room:
     tilt: float = 0.0  # in edges: shift along axis 0 of the image up axis 1 (Shear)
 
     def wrapped(self, positions: np.ndarray) -> np.ndarray:
-        """Return positions (n, d) moved by whole edges into ``0 <= x < edge`` along the periodic axes, or
-        into the tilted cell.
-        """
+        """Return positions (n, d) moved into ``0 <= x < edge`` along periodic axes, or the tilted cell."""
         if self.tilt:
             return self._tilted(wrapped(self._along(positions), self.box), 1.0)
         if self.periodic.all():
@@ -104,9 +102,7 @@ class Room:
         return self._tilted(positions, -1.0) if self.tilt else positions
 
     def _straight(self, places: np.ndarray) -> tuple[Room, np.ndarray, float]:
-        """Return the same room as one with right angles, the places in it, and how much longer than in space
-        a vector may be there: the norm of the map.
-        """
+        """Return the room with right angles, the places in it, and the norm of the map to it."""
         longer = 0.5 * (abs(self.tilt) + math.hypot(self.tilt, 2.0))
         return Room(self.box, self.periodic), wrapped(self._along(places), self.box), longer
 
@@ -240,9 +236,7 @@ class Room:
         return found
 
     def near_obstacles(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-        """Yield the number of each wall and obstacle, as in ``everything``, and which components may touch
-        it: all, but of many obstacles of one kind those near it.
-        """
+        """Yield the number of each wall and obstacle, and who may touch it: all, or of many those near."""
         asked = dict.fromkeys(range(len(self.everything())), np.arange(len(positions)))
         for numbers, centers, reaches in self._crowds:
             from scipy.spatial import cKDTree
@@ -255,9 +249,7 @@ class Room:
     def gaps(
         self, positions: np.ndarray, radii: np.ndarray, time: float | Fraction = 0
     ) -> Iterator[tuple[Obstacle, np.ndarray, np.ndarray]]:
-        """Yield walls and obstacles with the components that may touch each, and their distances from it at a
-        time since the start, negative inside.
-        """
+        """Yield walls and obstacles, who may touch each, and their distances at a time, negative inside."""
         room = tuple(self.box.tolist()), tuple(self.periodic.tolist())
         everything = self.everything()
         for k, who in self.near_obstacles(positions, radii):
@@ -308,9 +300,7 @@ def deepest(
     pinned: np.ndarray | None = None,
     epsilon: float = EPSILON,
 ) -> Overlap | None:
-    """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None; if some
-    of many share one place, it is any one of them. Those that are ``pinned`` may overlap each other.
-    """
+    """Return the overlap beyond :func:`tolerance` deepest for its contact, or None; not two ``pinned``."""
     if pinned is not None:
         return _deepest_of(positions, room, contacts, pinned, epsilon)
     if len(positions) <= FEW:
@@ -363,9 +353,9 @@ def intruder(
     epsilon: float = EPSILON,
     unknown: Container[int] = (),
 ) -> Overlap | None:
-    """Return the component deepest inside a wall or an obstacle, or None if none is by more than
-    :func:`tolerance`; obstacles are where they are at a time since the start, but for those whose id is
-    among the ``unknown``.
+    """Return the component deepest inside a wall or obstacle beyond :func:`tolerance`, or None.
+
+    Obstacles are where they are at a time since the start, but for those whose id is ``unknown``.
     """
     found = []
     for obstacle, who, gap in room.gaps(positions, radii, time):

@@ -104,10 +104,7 @@ def thermal_of(scene: Scene, velocities: np.ndarray) -> Thermal:
 
 
 def temperature(scene: Scene, velocities: np.ndarray) -> float:
-    """Return kT [energy] of a scene with velocities (n, d).
-
-    It is twice the kinetic energy about the motion of the centre of mass, over :func:`degrees_of_freedom`.
-    """
+    """Return kT [energy]: twice the energy about the centre of mass over :func:`degrees_of_freedom`."""
     return thermal_of(scene, velocities).kT
 
 

@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 
 
 def velocities_of(scene: Scene, kT: float, seed: int | np.random.Generator) -> np.ndarray:
-    """Draw velocities (n, d) for a scene by :func:`maxwell_velocities`; they are tangent to the surface that
-    the motion keeps to, if there is one.
-    """
+    """Draw velocities (n, d) by :func:`maxwell_velocities`, tangent to the surface of the motion, if any."""
     still = temperature.conserved(scene)
     velocities = maxwell_velocities(scene.n, scene.dimension, scene.masses, kT, seed, still, scene.pinned)
     if hasattr(scene.motion, "tangent") and kT > 0.0:

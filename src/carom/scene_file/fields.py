@@ -154,10 +154,7 @@ said(
 
 
 def species(value: Any, name: str) -> tuple[Any, ...]:
-    """Check species: tables by name, or a list of values or of tables.
-
-    One whose name is its number has no name of its own.
-    """
+    """Check species: tables by name (a number is none), or a list of values or of tables."""
     from carom import checks
     from carom.scene.species import Species
 

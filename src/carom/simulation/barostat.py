@@ -117,10 +117,7 @@ def _virial(run_state: Any) -> float:
 
 
 def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any) -> VolumeMoves | None:
-    """Return the moves of the volume before the first, or None where no barostat is asked for.
-
-    ``others`` are further arguments of the simulation, by name, which must not be given.
-    """
+    """Return the moves before the first, or None; ``others`` are further arguments that must not be given."""
     if barostat is None:
         return None
     if not isinstance(barostat, Barostat):

@@ -75,10 +75,7 @@ class Depths:
         self._kept.append(present(run_state))
 
     def look(self, run_state: Any) -> float:
-        """Return the deepest overlap in the states kept and the present one, 0 within rounding [diameters].
-
-        States that were looked at are not looked at again.
-        """
+        """Return the deepest overlap now and in states not looked at yet, 0 within rounding [diameters]."""
         now = run_state.clock.instant, run_state.collisions
         states, self._kept = self._kept, []
         if _forgets(run_state):

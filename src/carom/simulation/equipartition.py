@@ -69,9 +69,6 @@ class Thermometer:
         return equipartition(self.names, self.series, self._freedoms) if self.series else []
 
     def doubts(self, relative_error: float) -> list[str]:
-        """Return a sentence if species differ in temperature, or exchange energy too slowly.
-
-        ``relative_error`` is that of what was measured during the looks.
-        """
+        """Return a sentence if species differ in temperature, or exchange energy too slowly."""
         slow = slow_exchange(self.names, self.series, self._freedoms, relative_error) if self.series else []
         return self.differences() or slow

@@ -76,9 +76,7 @@ class Words:
             self._codes = np.flatnonzero((walled == 0).all(axis=1))
 
     def of(self, model: Any, state: Any, i: int, j: int, code: int, now: float) -> int:
-        """Return the word of j, which i meets now (since the beginning of the epoch), with the logged image
-        ``code``.
-        """
+        """Return the word of j, which i meets at ``now`` in the epoch, by the logged ``code``."""
         if self.listed is not None:
             ref = self.listed.words[i].get(j)
             return int(fresh_word(self.listed.steps, i, j)) if ref is None else ref

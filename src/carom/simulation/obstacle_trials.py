@@ -51,9 +51,7 @@ Start = tuple[np.ndarray, np.ndarray, float]
 
 
 class ObstacleTrial:
-    """The conditions of an obstacle, as a scene takes it, in one setting; radii grow at the rate
-    ``growth``.
-    """
+    """The conditions of an obstacle, as a scene takes it, in one setting, where radii grow at a rate."""
 
     def __init__(self, value: Any, setting: Setting, record: Record, growth: float = 0.0):
         self._value, self._setting, self._record, self._growth = value, setting, record, growth

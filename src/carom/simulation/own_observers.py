@@ -71,10 +71,7 @@ def checked(observers: Sequence[Any], scene: Scene, system: System) -> tuple[Any
 
 
 def try_events(observer: Any, scene: Scene, radii: np.ndarray, fixed: int) -> None:
-    """Tell an observer, whose arrays are written to, of events that might happen, in plain Python.
-
-    ``radii`` is (n,) [length]; ``fixed`` counts walls and obstacles.
-    """
+    """Tell an observer, whose arrays are written to, of events that might happen, in plain Python."""
     rng, n, d = np.random.default_rng(4), scene.n, scene.dimension
     speed = 1.0 if scene.velocities is None else float(np.sqrt(np.mean(scene.velocities**2))) or 1.0
     for _ in range(TRIED):

@@ -36,10 +36,7 @@ SPAN = 20.0
 
 
 class PairTrial:
-    """The conditions of an interaction, as a scene takes it, and of its ``pair``, in one setting.
-
-    ``reach`` is the largest distance at which two act on each other [length].
-    """
+    """The conditions of an interaction in one setting; two act on each other up to ``reach`` [length]."""
 
     def __init__(self, value: Any, pair: Any, setting: Setting, record: Record, contact_range: float):
         self._value, self._pair, self._setting, self._record = value, pair, setting, record

@@ -110,17 +110,13 @@ def energy_of_first_steps(run_state: RunState) -> float:
 
 
 def energy_of_steps(run_state: RunState) -> float:
-    """Return the potential energy now: the number of pairs on each step times its energy [energy], or raise
-    InputError.
-    """
+    """Return the energy of pairs on steps now [energy]; InputError without steps."""
     _, step_numbers = _steps_now(run_state)
     return _on_steps(run_state, step_numbers)
 
 
 def step_sums(run_state: RunState) -> StepSums:
-    """Return what happened at the ends of every step since the start, and who is on it now; InputError
-    without steps.
-    """
+    """Return what happened at each step's ends, and who is on it now; InputError without steps."""
     _, step_numbers = _steps_now(run_state)
     pair = run_state.engine.model.pair
     count, _ = run_state.system.interaction.steps(run_state.system.particles)  # type: ignore[attr-defined]

@@ -268,10 +268,7 @@ class RunState:
         self.schedule()
 
     def enlarge_neighbors(self, full_cell: bool | None = None, times: int = 1) -> None:
-        """Make more room in sectors and cells, or in lists; everything has then to be scheduled anew.
-
-        Without ``full_cell`` it is made where there is none left.
-        """
+        """Make more room where ``full_cell`` is, or where none is left; all has to be scheduled anew."""
         from carom.engine.build import enlarge_neighbors
 
         self._keep_steps()

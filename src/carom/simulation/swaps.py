@@ -89,9 +89,7 @@ class Sweeps(NamedTuple):
 
 
 def beside_free_hard_cores(scene: Scene, system: System) -> tuple[tuple[str, bool], ...]:
-    """Return what moves between events cannot go with, and whether a run has it: they keep the distribution
-    of elastic hard cores in free flight.
-    """
+    """Return what cannot go with moves that keep the distribution of free hard cores, and if it is there."""
     return (
         ("pinned particles", scene.pinned is not None),
         ("an interaction other than hard cores", not is_usual(scene, "interaction")),

@@ -64,9 +64,7 @@ def driven_speed_of(scene: Scene) -> float:
 
 
 def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> tuple[TimeUnit, Thermal]:
-    """Return the engine's unit of time for velocities (n, d) and rates of radii (n,), and what is thermal in
-    that unit.
-    """
+    """Return the engine's unit of time, and what is thermal of velocities (n, d) in that unit."""
     fastest = float(np.abs(velocities).max())
     others = 0.0 if rates is None else 2.0 * float(rates.max())
     unit = TimeUnit.of(max(fastest, others, driven_speed_of(scene)), scene.diameter)
@@ -103,10 +101,7 @@ def slow_speed_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit
 
 
 def losses_at(scene: Scene, speed: float) -> dict[str, Any]:
-    """Return impact and obstacles of a system: their restitutions have a threshold from a thermal ``speed``.
-
-    Those that are told one keep it.
-    """
+    """Return impact and obstacles with the thresholds of a thermal ``speed``; those that have one keep it."""
     impact = scene.impact
     return {
         "impact": impact.at(speed) if isinstance(impact, Restitution) else impact,
@@ -118,10 +113,7 @@ def losses_at(scene: Scene, speed: float) -> dict[str, Any]:
 
 
 def thresholds_of(system: System) -> list[float]:
-    """Return the threshold of each restitution, first that of pairs, then of each obstacle [length / time].
-
-    It is zero where there is none.
-    """
+    """Return the threshold of each restitution, of pairs, then obstacles [length / time]; 0 without one."""
     laws = (system.impact, *(getattr(each, "loss", None) for each in system.obstacles))
     return [float(getattr(law, "elastic_below", None) or 0.0) for law in laws]
 
@@ -140,9 +132,7 @@ def with_thresholds(system: System, thresholds: Sequence[float]) -> System:
 
 
 def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
-    """Return the rate of each radius, (n,), from those of diameters [length / time], or None where nothing
-    grows.
-    """
+    """Return each radius's rate, (n,), from those of diameters [length / time]; None without growth."""
     if growth is None:
         return None
     rates = checks.array(growth, "growth", "(n,)", ndim=1) if checks.several(growth) else None
@@ -168,10 +158,7 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
 
 
 def refuse_steep(system: System, thermal: Thermal) -> None:
-    """Raise InputError if steps of pairs are so high that a crossing leaves no digit of a thermal energy.
-
-    ``thermal`` is in the engine's unit of time.
-    """
+    """Raise InputError if steps are so high that a crossing leaves no digit of a thermal energy."""
     if not system.stepped:
         return
     energies = np.asarray(system.interaction.model(system.particles).energy)
@@ -187,9 +174,7 @@ def refuse_steep(system: System, thermal: Thermal) -> None:
 
 
 def single_allowed(precision: str, scene: Scene, thermal: Thermal, unit: TimeUnit) -> bool:
-    """Tell whether a scene is kept in single precision, as asked; ``thermal`` is in ``unit``, the
-    engine's.
-    """
+    """Tell whether a scene is kept in single precision, as asked; ``thermal`` is in ``unit``."""
     if precision == "double":
         return False
     otherwise = "leave out precision='single'."
@@ -246,9 +231,7 @@ def refuse_drive(system: System, scene: Scene) -> None:
 
 
 def check_meetings(system: System, scene: Scene) -> None:
-    """Raise InputError where components cannot meet walls or obstacles in their motion, or grow or are kept
-    in single precision where obstacles move.
-    """
+    """Raise InputError where walls or obstacles cannot be met; moving ones not with growth or float32."""
     model = system.motion.model(system.particles)
     bends = not system.straight
     fixed = system.walls is not None or system.obstacles
@@ -282,9 +265,7 @@ def walls_of(scene: Scene) -> Any:
 
 
 def refuse_own_walls(system: System, scene: Scene) -> None:
-    """Raise InputError where a motion of the user's own meets all walls of the box, and an obstacle stands
-    for one or lies in the plane of one.
-    """
+    """Raise InputError if an obstacle stands for or lies in a wall, all of which an own motion meets."""
     if isinstance(system.walls, Cushions) or not model_checks.is_own(scene.motion):
         return
     model = system.motion.model(system.particles)
@@ -321,9 +302,7 @@ def prepare(
 def system_of(
     scene: Scene, thermal: Thermal, rates: np.ndarray | None, images: bool, single: bool, unit: TimeUnit
 ) -> System:
-    """Return what the engine has to know of a scene; ``thermal`` is in ``unit``, ``rates`` of radii [length /
-    time].
-    """
+    """Return what the engine has to know of a scene; ``thermal`` is in ``unit``, ``rates`` are of radii."""
     from carom.engine.system import System
 
     interaction = scene.interaction if rates is None else Growing()

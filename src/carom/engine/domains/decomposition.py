@@ -172,9 +172,7 @@ def slabs_of(neighbors: Lists | Sectors, box, periodic, processes: int) -> Slabs
 
 
 def patches_of(most, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return two axes along a border, and the number of patches along each, at most ``most`` (1 where no axis
-    is left).
-    """
+    """Return two axes along a border, and the patches along each, at most ``most``; 1 where none is left."""
     sides = sorted((k for k in range(len(most)) if k != axis), key=lambda k: -most[k])[:2]
     along, patches = np.full(2, axis), np.ones(2, np.int64)
     for k, side in enumerate(sides):

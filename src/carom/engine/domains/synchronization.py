@@ -45,9 +45,7 @@ MOST_WAITS = 1 << 20
 
 @inner
 def no_earlier_event(calendar, side, now, i):
-    """Return whether the process on a side has nothing before now that may touch what an event of component i
-    does.
-    """
+    """Return whether the process on a side has nothing before now that may touch what an event of i does."""
     lp, channels = calendar.lp[0], calendar.channels
     other = beside(lp, side)
     slot = slot_of(lp, side)

@@ -143,10 +143,7 @@ class Everybody(NamedTuple):
 
 
 def make_everybody(n: int, edges, core: float, span: float, number: type = np.float64) -> Everybody:
-    """Return room for ``n`` components in a box, whose rows hold numbers of a type.
-
-    ``span`` is the length of an epoch, ``core`` the largest distance of contact.
-    """
+    """Return room for ``n`` components: ``span`` is an epoch, ``core`` the largest distance of contact."""
     dimension = len(edges)
     padded = -(-n // BLOCK) * BLOCK
     shortest, longest = float(min(edges)), float(max(edges))
@@ -253,9 +250,7 @@ def pack_all(everybody, motion, state):
 
 @inner
 def approach(everybody, model, state, i, j, now, at_plane):
-    """Return a time shortly before i and j would touch, if they do, near the time at which j passes its
-    plane: one diameter of flight before they are closest.
-    """
+    """Return a time one diameter of flight before i and j are closest, near that of the plane of j."""
     rows = state.rows
     me = rows[i]
     other = rows[np.uint64(j)]
@@ -374,9 +369,7 @@ def _(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
 
 @inner
 def choose(everybody, model, state, tally, i):
-    """Give i its first contact with somebody who has no earlier event, if it has a later one itself; whom the
-    two leave has none. Return whether that is so.
-    """
+    """Give i its first contact with one of no earlier event; return whether. Whom the two leave has none."""
     rows = state.rows
     k, _ = best_of(everybody.contacts, state, i, True)
     if k < 0 or contact_of(everybody.contacts, i, k).event_time >= rows[i].event_time:
@@ -399,9 +392,7 @@ def choose(everybody, model, state, tally, i):
 
 @inner
 def curved_meeting(model, state, i, j, now, limit, span):
-    """Return the time from now until i and j touch, or NEVER if that is later than ``limit``, and whether
-    they do so already.
-    """
+    """Return the time until i and j touch, or NEVER beyond ``limit``, and whether they do so already."""
     contact = np.sqrt(core_square(model.pair, np.int64(i), np.int64(j), now))
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
     rows = state.rows
@@ -411,9 +402,7 @@ def curved_meeting(model, state, i, j, now, limit, span):
 
 @inner
 def first_of_pairs(neighbors, model, state, i, now, limit, avoided):
-    """Return whom i meets first, until ``limit`` or the end of the time that a search covers, or -1; the one
-    whom it has just met is ``avoided``, but only now.
-    """
+    """Return whom i meets first until ``limit`` or the search's end, or -1; not the one ``avoided`` now."""
     best = min(now + neighbors.span, limit)
     chosen = np.int64(-1)
     for j in range(np.int64(len(neighbors.names))):

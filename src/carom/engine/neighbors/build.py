@@ -100,9 +100,7 @@ def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
 
 
 def _extra_slack(scheme: NeighborPlan, system: System, slacks: list[float]) -> np.ndarray | None:
-    """Return how much more slack each component has than the largest, (n + 1,) [length], or None where all
-    have the same: by as much as its radius is smaller.
-    """
+    """Return how much more slack each has than the largest, as its radius is smaller, (n + 1,); or None."""
     radii = system.radii
     if not system.by_radii or radii is None or system.contact is not None or system.rates is not None:
         return None

@@ -17,9 +17,7 @@ def candidates(neighbors, boundary, i, half):
 
 @required
 def earliest_partner(neighbors, model, state, i, now, half, avoided):
-    """Return the word of the component that i meets first, ``avoided`` left out, or -1, and the time until
-    then, about.
-    """
+    """Return the word of whom i meets first but the one ``avoided``, or -1, and about the time until then."""
 
 
 @required
@@ -34,10 +32,7 @@ def transit_time(neighbors, motion, boundary, state, i, now):
 
 @optional
 def rebin(neighbors, motion, boundary, state, i, now):
-    """Put component i, whose velocity is new, into the sector in which it will stay longest.
-
-    Its neighbours must be searched anyway. By default it stays where it is.
-    """
+    """Put i, whose velocity is new, where it will stay longest; by default it stays where it is."""
     return
 
 
@@ -59,9 +54,7 @@ def begin_epoch(neighbors, model, state, tally):
 
 @optional
 def must_renew(neighbors, motion, length):
-    """Tell whether everything must be built anew for the epoch of this length that begins; by default it
-    need not.
-    """
+    """Tell whether all must be built anew for an epoch of this length; by default not."""
     return False
 
 

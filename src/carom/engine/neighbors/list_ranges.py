@@ -37,9 +37,7 @@ def of_dimension(table: tuple, dimension: int):
 
 
 def default_shell(packing_fraction: float, dimension: int) -> float:
-    """Return the reach in diameters at which lists are as long as they should be: ``2^d eta s^d = listed +
-    1``.
-    """
+    """Return the reach s in diameters at which lists have the right length: ``2^d eta s^d = listed + 1``."""
     listed = of_dimension(NEIGHBORS, dimension) + 1
     return max((listed / packing_fraction) ** (1.0 / dimension) / 2.0, SHORTEST)
 

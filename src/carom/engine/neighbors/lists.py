@@ -293,10 +293,7 @@ def reference_of(lists, motion, state, i, now):
 
 @inner
 def rebuild_list(lists, motion, state, i, now):
-    """Take a new reference point for i and bring its list, and it in the others' lists, up to date.
-
-    Returns the number of newcomers, or -1 if an array is too small.
-    """
+    """Take a new reference point for i and renew its list; return the newcomers, -1 without room."""
     me = np.uint32(i)
     nobody = fresh_word(lists.steps, i, len(lists.counts))
     old = lists.reference[i]

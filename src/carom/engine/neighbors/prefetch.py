@@ -52,10 +52,7 @@ def prefetch_first(neighbors, boundary, state, i):
 
 @optional
 def stages(neighbors):
-    """Return the number of steps in which the memory of an event is requested: the buckets to look ahead.
-
-    By default nothing is requested.
-    """
+    """Return the steps in which memory is requested: the buckets to look ahead, by default none."""
     return 0
 
 
@@ -89,9 +86,7 @@ def leaves_first(state, i):
 
 @inner
 def prefetch_next(calendar, state, neighbors, boundary, motion):
-    """Ask for what the events of the buckets after the present one will touch; for their own data alone where
-    the calendar's ``ahead`` is 0.
-    """
+    """Ask for what the next buckets' events touch; where ``ahead`` is 0 for their own data alone."""
     buckets = calendar.buckets
     last = stages(neighbors)
     ahead = calendar.control[0].ahead != 0

@@ -178,9 +178,7 @@ def next_planes(everybody, shift, first_time):
 
 @fast
 def marked(everybody, start_index, limit):
-    """Return the first and the last of the block, from number ``start_index`` on, whose mark is not above
-    ``limit``; the first is BLOCK where there is none.
-    """
+    """Return the first (or BLOCK) and last from ``start_index`` on whose mark is not above ``limit``."""
     marks = np.uint64((2 * len(everybody.inverse) - 2) * BLOCK)
     first_lane = wrap(BLOCK)
     last = wrap(0)
@@ -197,9 +195,7 @@ def marked(everybody, start_index, limit):
 
 @inner
 def max_relative_speed(everybody, start):
-    """Return how fast anybody of a block may fly relative to the one that searches, at most, along any axis
-    [edges / span].
-    """
+    """Return the most that anybody of a block may fly relative to the one that searches [edges / span]."""
     dimension = len(everybody.inverse)
     start_index = np.uint64(start) // np.uint64(BLOCK) * np.uint64(dimension)
     speed = 0.0
@@ -211,18 +207,14 @@ def max_relative_speed(everybody, start):
 
 @inner
 def position_error_of(everybody, elapsed, covered):
-    """Return by how much rounding may hide an image [edges]; times since flights were lined up and to cover
-    are in spans.
-    """
+    """Return by how much rounding may hide an image [edges]; times are in spans."""
     way = everybody.fastest[0] * (elapsed + covered)
     return 16.0 * ROUNDING * (1.0 + everybody.stretch) * (1.0 + way)
 
 
 @inner
 def prefilter(everybody, elapsed, covered, position_error, start):
-    """Mark those of the block that begins with component ``start`` whose paths, relative to the one that
-    searches, come near an image.
-    """
+    """Mark those of the block from ``start`` on whose relative paths come near an image."""
     if position_error > COARSE:
         return wrap(ALL)
     range_edges = everybody.width + position_error

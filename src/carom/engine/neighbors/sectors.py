@@ -179,9 +179,7 @@ class Sectors(NamedTuple):
 
 
 def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) -> Sectors:
-    """Return empty sectors: ``shape`` of them along the edges, ``capacity`` components in each at most, who
-    may be beyond its faces by ``slacks``, and each by something to ``extra_slack``.
-    """
+    """Return empty sectors, of ``capacity``, whose members may be beyond faces by their ``slacks``."""
     dimension = len(shape)
     cell_size = -(-(capacity + 1) // LANES) * LANES
     digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
@@ -240,9 +238,7 @@ def neighbor_rows(sectors, i):
 
 @inner
 def neighbor_rows_ahead(sectors, i, exit_face, cell):
-    """Put the numbers of the sectors that come into view when component i enters its sector ``cell`` through
-    a face into ``neighbor_cells``; return how many they are.
-    """
+    """Put the sectors in view when i enters ``cell`` by a face into ``neighbor_cells``; return how many."""
     neighbor_cells = sectors.neighbor_cells
     axis = exit_face >> 1
     below, above = steps_along(sectors, i, axis)
@@ -344,9 +340,7 @@ def narrow(sectors):
 
 @inner
 def best_cell(sectors, i, axis, x, v):
-    """Return which sector along an axis component i would stay in longest with coordinate x and velocity v:
-    -1, 0 or 1 from its own.
-    """
+    """Return in which sector along an axis, -1, 0 or 1 from its own, i would stay longest."""
     up = np.int64(v > 0.0)
     sign = 2 * up - 1
     ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * sign
@@ -371,9 +365,7 @@ def move(sectors, i, axis, way):
 
 @inner
 def prefetch_ahead(sectors, state, i, step):
-    """Ask for the sectors that component i leaves and enters and those that come into view, or for who is in
-    them.
-    """
+    """Ask for the sectors that i leaves, enters and brings into view, or for who is in them."""
     exit_face = np.uint64(sectors.exit_face[i])
     old = np.int64(sector_of(sectors, i))
     new = old + sectors.moves[exit_face]
@@ -409,9 +401,7 @@ def prefetch_both(sectors, motion, boundary, state, i, ref, step):
 
 @inner
 def prefetch_after(sectors, motion, boundary, state, i, ref, step):
-    """Ask for the sectors around the one in which component i will be after its collision with the one that
-    ``ref`` names, as if they were of one mass; or for who is in them.
-    """
+    """Ask for the sectors, or members, around i after its collision with ``ref``, as if of one mass."""
     me, other = state.rows[i], state.rows[np.uint64(index(boundary, ref))]
     now = me.event_time
     rr = 0.0
@@ -450,10 +440,7 @@ def prefetch_sector(sectors, cell):
 
 @inner
 def prefetch_near(sectors, state, i, cell, code, step):
-    """Ask for one of the sectors around one near component i, or for who is in it.
-
-    Across a face of the box it is a wrong one: what is asked for in vain harms nobody.
-    """
+    """Ask for a sector near i, or its members; across a face it is a wrong one, which harms nobody."""
     neighbor_cells = min(max(cell + sectors.ways[code], 0), len(sectors.members) - 1)
     if step == 1:
         prefetch_sector(sectors, neighbor_cells)

@@ -108,9 +108,7 @@ def half_square(window, lists, to, since, axis):
 
 @inner
 def pull(window, lists, to, since, axis):
-    """Return what a coordinate of a way is multiplied with in its product with a move, in the middle of the
-    window, and by how much that is different elsewhere.
-    """
+    """Return the factor of a coordinate in a way's product with a move, mid-window, and how it differs."""
     step = grid_difference(lists, to, since, axis)
     spread = 0.0
     if window is None:

@@ -122,9 +122,7 @@ class Currents(NamedTuple):
 
 
 def make_currents(masses, velocities, kinds, held=None) -> Currents:
-    """Return the currents of components (n,) with velocities (n, d) and species (n + 1,) or None, which hold
-    no energy yet.
-    """
+    """Return the currents of components with velocities (n, d) and species or None, without energy yet."""
     n, d = velocities.shape
     count = 0 if kinds is None else int(kinds.max()) + 1
     size = d * (d + 1) // 2 + d
@@ -155,9 +153,7 @@ def make_held(n: int, dimension: int, energies: np.ndarray) -> Held:
 
 
 def fill(currents, pairs: np.ndarray, steps: np.ndarray, velocities: np.ndarray) -> None:
-    """Let components hold the energies of pairs (m, 2) on their steps (m,), and move with velocities (n, d),
-    those that the run has at this moment.
-    """
+    """Let components hold the energies of pairs (m, 2) on their steps (m,), with the velocities of now."""
     held = currents.held
     shares = 0.5 * held.energies[steps]
     halves = np.zeros(len(held.halves))
@@ -224,9 +220,7 @@ def carry_held(held, flow, i, v):
 
 @inner
 def pass_over(held, flow, i, j, before, step, v, after, w, later):
-    """Record that i and j go from one step to another, and their velocities from v to ``after`` and from w to
-    ``later``.
-    """
+    """Record that i and j change step, and their velocities from v to ``after`` and w to ``later``."""
     if held is None:
         return
     mine, other = held.halves[i], held.halves[j]

@@ -156,10 +156,7 @@ def gain(observer, energy, now):
 
 @optional
 def at_epoch(observer, model, state, length):
-    """Observe the beginning of the next epoch, to which all components have been advanced.
-
-    Times that the observer holds are still those of the epoch that ends, ``length`` ago.
-    """
+    """Observe the next epoch's beginning; times held are still of the last, whose ``length`` is over."""
     return
 
 

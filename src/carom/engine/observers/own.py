@@ -101,10 +101,7 @@ class Own(NamedTuple):
 
 
 def make_own(observer, n: int, dimension: int, exponent: int, numbers: list[int], origin: float = 0.0) -> Own:
-    """Return what the engine tells of n components to an observer.
-
-    ``numbers`` are the engine's of each obstacle, in the scene's order.
-    """
+    """Return what the engine tells an observer of n components; ``numbers`` are those of obstacles."""
     places = np.full(max(numbers, default=-1) + 1, -1)
     places[numbers] = np.arange(len(numbers))
     rows = n if registry.answers(at_epoch, type(observer)) else 0

@@ -181,9 +181,7 @@ class Rubbing(NamedTuple):
 
 @inner
 def add_spin(impact, i, arm):
-    """Take the velocity of the surface of particle i due to its spin, at the ``arm`` from its centre along
-    the room's normal, from the room's slip.
-    """
+    """Take from the room's slip the surface velocity of particle i by its spin, ``arm`` along the normal."""
     w, k, slip = impact.spins[i], impact.normal, impact.slip
     if impact.spins.shape[1] == 1:
         slip[0] += arm * w[0] * k[1]

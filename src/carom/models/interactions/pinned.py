@@ -21,9 +21,7 @@ from carom.models.questions.particles import Particles, lanes
 
 
 def mask(given: Any, n: int) -> np.ndarray | None:
-    """Return which of ``n`` components are pinned, (n,) bool and read-only, from bools or indices; None where
-    none is.
-    """
+    """Return which of ``n`` are pinned, (n,) bool, read-only, from bools or indices; None if none."""
     if given is None:
         return None
     values = np.asarray(given)

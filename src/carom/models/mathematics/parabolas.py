@@ -66,9 +66,7 @@ def first_landing(height, speed, acceleration):
 
 @inner
 def last_passing(height, speed, acceleration):
-    """Return the last time at which ``height + speed t + acceleration t^2 / 2``, which goes to infinity, is
-    <= 0; negative, if that is past.
-    """
+    """Return the last time at which ``height + speed t + acceleration t^2 / 2`` is <= 0; negative: past."""
     root = speed * speed - 2.0 * acceleration * height
     if root < 0.0:
         return -NEVER
@@ -80,10 +78,7 @@ def last_passing(height, speed, acceleration):
 
 @inner
 def leaving(x, v, g, low, high):
-    """Return the time until a coordinate leaves an interval, and at which end, 0 or 1.
-
-    It begins at ``x`` with the velocity ``v``, and its acceleration is ``g``.
-    """
+    """Return the time until ``x + v t + g t^2 / 2`` leaves an interval, and at which end, 0 or 1."""
     up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
     root = v * v + 2.0 * g * ((high if up else low) - x)
     if root < 0.0:  # it turns round before, and leaves at the other end
@@ -239,8 +234,9 @@ def gap_at(curve, t):
 
 @inner
 def time_near(gap):
-    """Return the time from which on a component is out of reach for ever, or has left for certain what it is
-    in; negative, if it never is in reach. One that grows must be in a field: :func:`straight_growth`.
+    """Return from when on a component is out of reach for ever, or has left; negative if never in reach.
+
+    One that grows must be in a field: :func:`straight_growth`.
     """
     course = gap.course
     range_of_wall = gap.contact + max(abs(course.lowest), abs(course.highest))
@@ -293,8 +289,9 @@ def at_rest(g):
 
 @inner
 def straight_growth(g, along, growth):
-    """Return whether a component grows, and no field acts on it but along one axis: it has no last time near
-    what it may touch by growing, and the contact is the root of a quadratic equation.
+    """Return whether a component grows, in no field but along one axis: its contact is a quadratic's root.
+
+    It has no last time near what it may touch by growing.
     """
     across = 0.0
     for axis in range(len(g)):
@@ -325,9 +322,7 @@ def _(obstacle: Inside, g, x, v, radius, growth, now):
 
 @optional
 def landing_on_wall(walls, g, x, v, radius, growth):
-    """Return the time until a component on a parabola touches a wall of the box, and its number; as of
-    ``carom.models.questions.walls.soonest_wall``.
-    """
+    """Return when a component on a parabola touches a wall, and which: ``questions.walls.soonest_wall``."""
     return NEVER, np.int64(-1)
 
 

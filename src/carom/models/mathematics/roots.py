@@ -34,9 +34,7 @@ def slope(curve, t):
 
 @required
 def curvature(curve, start, end):
-    """Return a bound on the magnitude of its second derivative between two times, finite between finite
-    ones.
-    """
+    """Return a bound on the second derivative's magnitude between two times, finite between finite ones."""
 
 
 @inner

@@ -112,9 +112,7 @@ class Shear:
 
 
 def start_tilt(motion: Any, box: Sequence[float]) -> float:
-    """Return the tilt of a lattice at the start, less whole boxes: at most half of the ratio of its edges,
-    and 0 where the ``motion`` is no shear.
-    """
+    """Return the tilt at the start less whole boxes, at most half of the edges' ratio; 0 without shear."""
     if not isinstance(motion, Shear):
         return 0.0
     ratio = box[0] / box[1]

@@ -89,10 +89,7 @@ class Dressed:
         return np.multiply.outer((self.path.lowest, self.path.highest), self.direction)
 
     def gap(self, positions, radii, box, periodic, times=0.0, unit=ONE):
-        """Return the distance of each component's surface from the obstacle, (n,) [length].
-
-        It is where it is at ``times`` since the start, a number or (n,), in a unit of time.
-        """
+        """Return the distance of each surface from the obstacle at ``times``, (n,) [length]."""
         away: Any = 0.0
         if self.path is not None:
             path, period = self.path.model(unit), Fraction(float(unit.to_kernel(self.path.period, 1)))
@@ -122,9 +119,7 @@ class Dressed:
                 )
 
     def spread(self) -> Any:
-        """Return the widths of all places that the obstacle passes, (d,) [length]; None if it has no such
-        answer, and does not move.
-        """
+        """Return the widths of all places passed, (d,) [length]; None if it rests and has no answer."""
         shape = getattr(self.obstacle, "spread", None)
         if self.path is None:
             return None if shape is None else shape()
@@ -138,10 +133,7 @@ class Dressed:
         return not along and hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
-        """Return the least and the greatest offset of the plane that confines components, or None.
-
-        ``normal`` is the unit normal of that plane.
-        """
+        """Return the least and greatest offset of the plane (unit ``normal``) that confines, or None."""
         confines = getattr(self.obstacle, "confines", None)
         offsets = None if confines is None else confines(normal)
         if offsets is None or self.path is None:

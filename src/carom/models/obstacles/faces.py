@@ -79,9 +79,8 @@ def standing_walls(obstacles: Sequence[Any], box: Sequence[float], periodic: Seq
 def refuse_hidden(
     obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool], radius: float
 ) -> None:
-    """Raise InputError if no particle can meet an obstacle, or one lets centres out of the box.
-
-    ``radius`` is that of the smallest component.
+    """Raise InputError if an obstacle is met by none (``radius``: the smallest) or lets centres out of the
+    box.
     """
     for obstacle in obstacles:
         if _is_hidden(obstacle, box, periodic):

@@ -129,10 +129,7 @@ def of_all(obstacles: Sequence[Any], box: Any, periodic: Sequence[bool]) -> list
 
 
 def images(center: Sequence[float], box: Sequence[float], periodic: Sequence[bool]) -> np.ndarray:
-    """Return how far the images of an obstacle around ``center`` lie from it, (m, d) [length].
-
-    They are those in the box and in its neighbours along periodic axes.
-    """
+    """Return offsets, (m, d) [length], of images around ``center`` in the box and along periodic axes."""
     edges = np.array(box, dtype=float)
     home = np.where(periodic, np.floor(np.array(center) / edges), 0.0)
     turns = itertools.product(*[(-1, 0, 1) if repeats else (0,) for repeats in periodic])

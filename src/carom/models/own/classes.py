@@ -63,10 +63,7 @@ def kind_of(value: Any) -> Kind | None:
 
 
 def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
-    """Return a class of a ``kind`` as a frozen dataclass, with the type that the engine compiles for it.
-
-    Annotations may use ``names`` besides those of the module.
-    """
+    """Return a class as a frozen dataclass with its compiled type; ``names`` are for its annotations."""
     if not isinstance(cls, type):
         raise InputError(f"own.{kind.decorator} decorates a class, found {cls!r}.")
     if kind is INTERACTION and any(hasattr(cls, name) for name in STEPPED.required):
@@ -300,9 +297,7 @@ def _age(
 
 
 def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> Any:
-    """Return the model that the engine compiles for a value of one's own; without ``unit`` quantities stay as
-    they are.
-    """
+    """Return what the engine compiles for an own value; without ``unit`` quantities stay as they are."""
     cls = type(value)
     if "_own" not in vars(cls):
         base = next(each for each in cls.__mro__ if "_own" in vars(each))

@@ -44,9 +44,7 @@ KNOWN = {float: "number", int: "integer", bool: "boolean", str: "text", tuple: "
 
 
 def meanings(cls: type, names: Mapping[str, Any]) -> dict[str, Meaning]:
-    """Return what each field that a class annotates is; ``names`` are known where it is defined, besides its
-    module.
-    """
+    """Return what each annotated field of a class is; ``names`` are known besides its module's."""
     try:
         annotations = inspect.get_annotations(cls, eval_str=True, locals=dict(names))
     except Exception as error:

@@ -32,9 +32,7 @@ class Timings:
 
 @dataclass
 class Settings:
-    """How long windows are, how far parts may be ahead of each other, and whether there must be any. None: as
-    measured.
-    """
+    """How long windows are, how far parts may be ahead, and whether there must be any; None: as measured."""
 
     collisions: float | None = None  # a particle, in a window
     lookahead: float | None = None  # widths of a bucket at a border; halved where it loses a window
