@@ -7,11 +7,10 @@ from typing import Any
 
 
 def compiled(function: Callable[..., Any], signature: Any) -> Any:
-    """Return a function compiled for one signature, or from Numba's cache: processes that write at once write
-    the same.
+    """Return a function compiled for one signature, or loaded from Numba's cache of an earlier process.
 
-    Nothing is stored without a cache folder. Division by zero gives infinity, as in NumPy. Other threads can
-    run.
+    Processes that write at once write the same. Division by zero gives infinity, as in NumPy. Other threads
+    can run.
     """
     from carom.compiling.compile_listeners import compiling
 

@@ -74,8 +74,7 @@ def suggestion(
     called: Mapping[str, str] | None = None,
     elsewhere: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the end of an error about an unknown name: the known name that is meant, or else all (unless
-    ``listed``).
+    """Return the end of an error about an unknown name: the name that is meant, or all unless ``listed``.
 
     ``called`` has what some names are called here, ``elsewhere`` names that others know, and who.
     """

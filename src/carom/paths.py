@@ -110,8 +110,7 @@ def write_text(path: Path, text: str) -> None:
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path` that takes its place once complete and on the disk; until then
-    `path` is as it was.
+    """Yield a temporary path beside `path`, which it replaces only once complete and on the disk.
 
     Carom's errors about the temporary file name `path`.
     """

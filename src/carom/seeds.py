@@ -1,5 +1,4 @@
-"""Independent streams of random numbers from one seed, one for each purpose: in one stream speeds would
-follow from places.
+"""Independent streams of random numbers from one seed, one for each purpose: places say nothing of speeds.
 
 All are apart from ``numpy.random.default_rng(seed)``, with which users draw places themselves.
 """

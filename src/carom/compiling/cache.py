@@ -50,8 +50,7 @@ def cached(function, options):
 
 
 class NamedFiles(FunctionCache):
-    """The code of a function in files named after all that it depends on; whoever comes first compiles,
-    others wait.
+    """The code of a function in files named after all that it depends on; other processes wait for the first.
 
     A file begins with its checksum: a damaged one is compiled again, and would end the process if it were
     loaded. Numba's own cache looks at the function's source alone, so that code outlives an edit to what it

@@ -1,8 +1,7 @@
 """What compiled code is made of, as a digest: the functions of the kernel, and all that those read.
 
-Calls and constants are followed through all modules, Carom's and a user's. Of a question only the default and
-the answers of classes that occur count, so that an edit to a model changes its own kernels only. This room
-counts as its files. What cannot be followed has no digest, and its code is not kept.
+Calls and constants are followed through all modules; of a question only the default and answers of classes
+that occur count, of this room its files. What cannot be followed has no digest, and is not kept.
 """
 
 from __future__ import annotations

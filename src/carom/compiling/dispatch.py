@@ -119,8 +119,7 @@ def _classes_of(values) -> list[type]:
 
 
 def watched(compiled):
-    """Return a compiled function that notes for which models it is compiled; InputError where a model of the
-    user's fails.
+    """Return a compiled function that notes its models; InputError where one of the user's fails.
 
     It is compiled without garbage collection: millions of objects are made, nearly all of them to stay.
     """

@@ -7,8 +7,7 @@ from numba.core.typing.templates import infer, infer_global, make_intrinsic_temp
 
 
 def compiled_as(function):
-    """Let compiled code take the instructions of the decorated intrinsic for a ``function`` of the same
-    parameters.
+    """Let compiled code take the decorated intrinsic's instructions for a ``function`` of its parameters.
 
     They are written where it is called: room on the stack ends with the function that asked for it.
     """

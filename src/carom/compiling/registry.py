@@ -1,9 +1,9 @@
 """Functions that compiled code may call: noted where they are defined, compiled once the engine is there.
 
-A basic function of the paper asks a small model (a ``NamedTuple``) a *question*; its answer for a type is
-registered with ``@question.register``. The compiler chooses by type, so what a scene does not have leaves no
-branch. From Python a question is :func:`functools.singledispatch`. ``carom.compiling.dispatch`` attaches the
-compiler, so files of models import no Numba.
+A basic function of the paper asks a small model (a ``NamedTuple``) a *question*. The compiler chooses the
+answer registered for its type: what a scene does not have leaves no branch. From Python it is
+:func:`functools.singledispatch`; ``carom.compiling.dispatch`` attaches the compiler, so models import no
+Numba.
 """
 
 from __future__ import annotations

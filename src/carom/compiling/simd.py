@@ -1,8 +1,6 @@
-"""Values of eight components in one register: copied side by side, and read from there. Each function works
-in plain Python, too.
+"""Values of eight components in one register: copied side by side, and read from there.
 
-The compiler leaves these loops as they are: a store might change what the next load finds, so it goes one by
-one. Here
+The compiler leaves these loops as they are: a store might change what the next load finds. Here
 
 - whole rows are loaded and shuffled into columns (:func:`gather_rows`): a third of the instructions. A loop
   over just eight reads them from the stack (:func:`candidate_block`), and keeps them in registers;
@@ -12,7 +10,7 @@ one. Here
 
 Of what a pair model reads of a candidate j, eight values are side by side in a *lane*. :func:`asked_of` gives
 the model a view and a j of a type of its own: ``pair.radii[j]`` reads the lane, ``pair.radii[i]`` the array.
-Neither leaves a trace in the machine code.
+Neither leaves a trace in the machine code. Each function works in plain Python, too.
 """
 
 from __future__ import annotations

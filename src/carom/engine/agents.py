@@ -1,8 +1,7 @@
 """Units that decide by rules: when a rule is called, and the consequences of its decision.
 
-A rule is called when a pair crosses a circle, when a timer runs out, and when a unit in a circle has changed
-(the last two are events of one unit, with the partner WAKE). Those whose circles hold a unit that is removed
-or changes its kind go into a queue: the cycle gives each an event at the present time before it continues.
+It is called when a pair crosses a circle, a timer runs out, or a unit in a circle has changed (these two with
+the partner WAKE). Of such a change those around are told by a queue of events at the present time.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
 """Periodic boxes: the image of a component that a *word* names.
 
-In a wide box the word is the index of a candidate, and the image the nearest one. In a small box (the paper's
-unsectored case) it is ``index << bits | code``: the ``code`` < 3^d is the neighbouring sector, image or not,
-in which the candidate was found.
+In a wide box it is the index, and the nearest image. In a small one (the paper's unsectored case) it is
+``index << bits | code``, with the ``code`` < 3^d of the neighbouring sector that held the candidate.
 """
 
 from __future__ import annotations

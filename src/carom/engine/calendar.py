@@ -1,14 +1,13 @@
-"""The event calendar: append-only buckets, and a small heap for the present one (Paul, J. Comput. Phys. 221
-(2007) 615).
+"""The event calendar: append-only buckets, and a small heap for the present one.
 
-An entry names a component, due at its new event or its sector crossing, whichever is first. It is stale if
-that time is no longer in its bucket, and is then dropped when the bucket is opened. A pair event needs one
-entry, of a component that has it before its sector crossing. Buckets (days) cover a *window* of time (the
-year); later events are found in the rows at its end. The order is by (time, component), for any width of the
-buckets.
+As in Paul, J. Comput. Phys. 221 (2007) 615. An entry names a component, due at its new event or its sector
+crossing, whichever is first. It is stale if that time is no longer in its bucket, and is then dropped when
+the bucket is opened. A pair event needs one entry, of a component that has it before its sector crossing.
+Buckets (days) cover a *window* of time (the year); later events are found in the rows at its end. The order
+is by (time, component), for any width of the buckets.
 
 Whether an event falls into the window is a coin toss, known last: a branch on it would be mispredicted too
-late for anything of the next event to be done meanwhile. So one more bucket, never read, takes what is due
+late for anything of the next event to be done meanwhile. One more bucket, never read, takes what is due
 later.
 """
 
@@ -262,8 +261,7 @@ def push_if_due(calendar, state, bucket, i):
 
 @inner
 def fill_window(calendar, state, boundary, start, end):
-    """Begin a window from ``start`` to ``end`` at most, enter all that is due in it, and return the earliest
-    time due.
+    """Begin a window up to ``end`` at most, enter all that is due in it, and return the earliest time due.
 
     Where lines run out, buckets become narrower. If too many are due at one time that does not help: ``full``
     is set, and entries are missing until the calendar has more room.
@@ -330,8 +328,9 @@ def effort(state):
 
 @inner
 def choose_due(calendar, state, start_index, end):
-    """Put those of a block that are due in the window on the heap, unordered; return the earliest time due.
-    No branch: each would be a toss.
+    """Put those of a block that are due in the window on the heap; return the earliest time due.
+
+    They are in no order. No branch: each would be a toss.
     """
     event_time, component = calendar.event_time, calendar.component
     until = calendar.control[0].end

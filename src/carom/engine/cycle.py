@@ -1,8 +1,7 @@
 """The main cycle of the paper's Figure 2, written once: it knows the basic functions, and no physics.
 
-One departure: both halves of a collision are processed in one cycle. One at a time, the second would still be
-pending, in its state before the collision, when the first is scheduled, and the printed cycle stalls
-(docs/algorithm).
+But both halves of a collision are processed in one cycle: otherwise the second is pending in its old state
+when the first is scheduled, and the printed cycle stalls (docs/algorithm).
 """
 
 from __future__ import annotations
@@ -57,8 +56,7 @@ from carom.models.questions.particles import NEVER
 
 @entry
 def schedule(model, state, neighbors, calendar, tallies, start_index, end):
-    """Schedule components ``start_index`` to ``end`` now; return False if an array of the neighbour scheme is
-    too small.
+    """Schedule a range of components now; return False if an array of the neighbour scheme is too small.
 
     The scheme is built with the first of them, and the calendar laid out with the last.
     """

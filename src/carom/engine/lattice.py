@@ -1,5 +1,4 @@
-"""Where components are, alone and relative to each other: in the box, or in the tilting lattice of Lees and
-Edwards.
+"""Where components are, alone and relative to each other: in the box, or in a lattice that tilts.
 
 Only these functions know that under shear (``carom.models.motions.shear``) coordinates depend on each other.
 """
@@ -46,8 +45,7 @@ def velocity_at(motion, axis, v, t):
 
 @optional
 def relative_to(motion, boundary, i, ref, me, other, now):
-    """Return r.r, r.v and v.v at ``now`` of the image ``ref`` relative to i; ``me`` and ``other`` are their
-    old events.
+    """Return r.r, r.v and v.v at ``now`` of the image ``ref`` relative to i, by the old events of both.
 
     The loop over axes is here: one question an axis cost 5 % of the rate
     (docs/decisions/14-transport-and-shear.md).

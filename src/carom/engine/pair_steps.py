@@ -1,9 +1,7 @@
-"""The step of a pair: bits of the words in neighbour lists, ``index << bits | step`` (without steps None, and
-the index).
+"""The step of a pair: bits of the words in neighbour lists, ``index << bits | step``; None without steps.
 
-Partners list each other, so a pair has two entries, which change together at its events. Renewed lists keep
-the words of old neighbours; new ones come from beyond all steps. Only the caller derives steps from
-distances, at the start of a run.
+A pair has two entries, which change together at its events. Renewed lists keep the words of old neighbours;
+new ones come from beyond all steps. Only the caller derives steps from distances, at the start of a run.
 """
 
 from __future__ import annotations

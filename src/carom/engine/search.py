@@ -44,8 +44,7 @@ def _(boundary: SteppedImage, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
 
 @fast
 def nearest(model, state, i, now, refs, start_index, count, block_half, avoided):
-    """Return the word of the candidate that i meets first, without ``avoided``, or -1, and the time until
-    then (line 4).
+    """Return the word of whom i meets first, without ``avoided``, or -1, and the time until then (line 4).
 
     The time has 47 bits: the candidate's number replaces the last five, and the smallest of these integers is
     the earliest. The loop over eight has no branch and stays in registers, so that it is vectorised.
@@ -110,11 +109,9 @@ def _(neighbors, model, state, i, now, refs, start_index, count):
 
 
 class FromRows(NamedTuple):
-    """Contacts that are computed from the younger of the two rows, or from shortly before them where that is
-    far away.
+    """Contacts that are computed from the younger of two rows, or if far away from shortly before them.
 
-    Times depend on the two rows alone, not on when the pair is looked at: scheduling leaves no trace in a
-    run.
+    Times do not depend on when the pair is looked at: scheduling leaves no trace in a run.
     """
 
     square: float
@@ -124,10 +121,9 @@ class FromRows(NamedTuple):
 
 
 class FarSteps(NamedTuple):
-    """Pairs on steps with small hard cores: a contact may be found from far away, and is then computed again
-    from nearby.
+    """Pairs on steps with small hard cores, found from far away and then computed again from nearby.
 
-    From nearby only its time is computed, not whether it occurs: a graze that looks like a miss there would
+    From nearby only the time is computed, not whether it occurs: a graze that looks like a miss there would
     become a far later exit from the step. Other crossings are not computed again: a late one makes no
     overlap.
     """
@@ -177,11 +173,10 @@ def contact_time_of(timing, model, state, i, ref, now, t):
 
 @inner
 def start_before(square, vv, event_time):
-    """Return a moment before a contact due at ``event_time``, by 1/4 to 1 of the time to fly the root of
-    ``square``.
+    """Return a moment before a contact at ``event_time``, by 1/4 to 1 of the flight over ``sqrt(square)``.
 
-    It is a multiple of a power of two, so that the last bits of ``event_time``, which depend on when the pair
-    was looked at, do not change it.
+    It is a multiple of a power of two: the last bits of ``event_time``, which depend on when the pair was
+    looked at, do not change it.
     """
     # Half the root of the quotient, to its leading bit, and the inverse.
     exponent = (((np.float64(square / vv).view(np.int64) >> 52) - 1023) >> 1) - 1

@@ -160,11 +160,7 @@ def ids_of(columns: Mapping[str, np.ndarray]) -> np.ndarray | None:
 def in_order(
     columns: dict[str, np.ndarray], names: np.ndarray | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray | None]:
-    """Return the columns of a frame, perhaps with ``id``, in the order of their ids, and the ids (n,) in this
-    order.
-
-    ``names`` are those of the first frame; None for that frame itself.
-    """
+    """Return a frame's columns in the order of ``id``, and the ids (n,); ``names`` are the first frame's."""
     ids = ids_of(columns)
     if ids is None:
         if names is not None:

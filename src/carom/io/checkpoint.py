@@ -1,8 +1,7 @@
 """Checkpoints: named arrays and attributes in one HDF5 file, refused if incomplete or changed.
 
-HDF5's user block (512 bytes) is a line with format, version, number of bytes and SHA-256, which is checked
-first; it detects accidents and is no signature. ``arrays`` has a data set each, ``attributes`` is one JSON
-text. Large arrays are packed where that saves enough: 175 MB for a million spheres instead of 240.
+The user block is a line with format, version, size and SHA-256, checked first, against accidents; ``arrays``
+has data sets, ``attributes`` is JSON. Large arrays are packed: 175 MB for a million spheres, not 240.
 """
 
 from __future__ import annotations
@@ -35,8 +34,7 @@ LARGE = 100e6
 def save(
     path: str | os.PathLike[str], arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
 ) -> None:
-    """Write a checkpoint that replaces `path` once it is complete and on the disk; if anything fails, it is
-    as it was.
+    """Write a checkpoint that replaces `path` once it is complete and on the disk, and never otherwise.
 
     Arrays of any dtype but object are kept bit for bit. Attributes are None, bool, int (of any size), float,
     str, lists and dicts; NumPy scalars become Python ones.

@@ -1,8 +1,7 @@
 """Which process writes a file, and when it changes it: marks that others see and that end with the process.
 
-They are locks (``F_OFD_SETLK`` of Linux) on two bytes far behind every content: one while the file is open to
-write, one while it changes what others may read. Reading is free. Where there are no such locks nobody is
-kept from writing, and a file that has just changed counts as being written.
+They are locks (``F_OFD_SETLK`` of Linux) on two bytes far behind the content: while it is open to write, and
+while what others may read changes. Without such locks what has just changed counts as being written.
 """
 
 from __future__ import annotations

@@ -23,10 +23,9 @@ Report = Callable[[int, int], object]
 
 
 def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -> None:
-    """Write frames to a file of the format ``suffix``, one of ``EXPORTED``; a LAMMPS data file holds the last
-    one alone.
+    """Write frames to a file of a format of ``EXPORTED``, calling ``report(done, total)`` after each.
 
-    ``report(done, total)`` is called after each frame.
+    A LAMMPS data file holds the last one alone.
     """
     name = EXPORTED[suffix]
     require_at_most_three(frames[0].dimension, name)

@@ -182,8 +182,7 @@ class Index:
 def parse(
     path: Path, start: int, stop: int, names: Collection[str] | None = None
 ) -> tuple[dict[str, str], dict[str, np.ndarray]]:
-    """Return the ``key=value`` pairs and the columns, all or `names`, of the frame in the bytes `start` to
-    `stop`.
+    """Return the ``key=value`` pairs and the columns, all or `names`, of the frame in a range of bytes.
 
     Any extended XYZ will do. Columns are (n,) or (n, width) arrays of float64, int64 or str.
     """

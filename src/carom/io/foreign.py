@@ -46,8 +46,7 @@ Diameter = float | Mapping[str, float]
 
 
 class ForeignReader(Reader):
-    """Reader of the file of another program, with one CaromWarning on what was assumed and what it holds
-    besides.
+    """Reader of another program's file: one CaromWarning says what was assumed, and what else it holds.
 
     ``form`` is one of ``SOURCES``. ``diameter``, of all or by species [length], replaces that of the file;
     ``box`` has periodic edges for files without.

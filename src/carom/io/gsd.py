@@ -1,8 +1,7 @@
 """GSD (the format of HOOMD-blue): compact, float32, understood by OVITO, freud and MDAnalysis.
 
-Positions are centred, ``-edge / 2 <= x < edge / 2``. float32 is too little to continue a run: spheres in
-contact overlap by 1e-7 of the box. GSD has no walls: all axes are periodic, but Carom reads
-``carom/periodic`` in the log.
+Positions are in ``-edge / 2 <= x < edge / 2``. float32 cannot continue a run: contacts overlap by 1e-7 of the
+box. All axes are periodic, but Carom reads ``carom/periodic`` in the log.
 """
 
 from __future__ import annotations

@@ -1,8 +1,7 @@
-"""H5MD 1.1: the native format of trajectories, lossless, and read by MDAnalysis without conversion.
+"""H5MD 1.1 (de Buyl, Colberg and Hofling, Comput. Phys. Commun. 185, 1546 (2014)): lossless trajectories.
 
-De Buyl, Colberg and Hofling, Comput. Phys. Commun. 185, 1546 (2014); nongnu.org/h5md; layout in
-``docs/layouts.md``. For MDAnalysis the group is ``trajectory``, units are named "Angstrom" and "ps", and one
-and two dimensions are padded to three along axes with boundary "none". It refuses more than three.
+Layout: ``docs/layouts.md``. For MDAnalysis the group is ``trajectory``, units are "Angstrom" and "ps", and 1
+or 2 dimensions are padded to 3 along axes with boundary "none". It refuses more than three.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """HDF5 files that lose only what was not yet flushed, if the disk is full or the process is killed.
 
-A failed write crashes HDF5 and may lose what is on the disk. So HDF5 writes into memory, and a flush goes to
-the disk in two steps. First the new end of the file is appended, with a journal of the bytes that will
-overwrite older ones; on a full disk truncation undoes this. Then these are overwritten and the journal is cut
-off; after a kill it completes the file when it is next opened.
+A failed write crashes HDF5 and may lose data. So it writes into memory, and a flush has two steps: the new
+end is appended with a journal of bytes that will overwrite older ones (undone on a full disk); then these are
+overwritten and the journal is cut off. After a kill it completes the file at the next opening.
 """
 
 from __future__ import annotations

@@ -176,11 +176,10 @@ def _columns(rows: list[str], start: int, width: int, k: int) -> np.ndarray:
 
 
 class Sph(_Blocks):
-    """The format of Smallenburg's EDMD programs: number, box, then letter, position and radius of each; # for
-    comments.
+    """The format of Smallenburg's EDMD programs: number, box, then letter, position and radius of each.
 
-    Particles that left the box stay where they are (Eur. Phys. J. E 45, 22 (2022)): they fill more than the
-    box.
+    Particles that left the box stay where they are (Eur. Phys. J. E 45, 22 (2022)), and so fill more than it.
+    Lines that begin with # are comments.
     """
 
     announced, around = 0, 2

@@ -23,8 +23,7 @@ _WORTH = 2.0 / 3.0
 
 
 def expected(array: np.ndarray) -> float:
-    """Return an estimate of the bytes that an array takes, packed if that saves enough: the entropy of its
-    bytes.
+    """Return about how many bytes an array takes, packed if that saves enough: the entropy of its bytes.
 
     What zlib saves by their order is not counted: diffusion destroys it during a run.
     """

@@ -51,8 +51,7 @@ def next_time(drive, i, x, v, time):
 
 @required
 def kick(drive, i, mass, x, v, time):
-    """Let the event of component i happen at ``time`` [since the start of the run]: write its new velocity
-    into ``v``.
+    """Let the event of i happen at ``time`` since the start: write its new velocity into ``v``.
 
     ``x`` in the box and ``v`` are (d,) arrays. The arrays of ``drive`` may be written to.
     """

@@ -58,8 +58,7 @@ def doubts_about(result: Any) -> list[str]:
 
 
 def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
-    """Return doubts about a number in equal blocks, a sentence each; ``name`` has its article: "the
-    pressure".
+    """Return doubts about a number in equal blocks, sentences on a ``name`` such as "the pressure".
 
     Tests: a trend (:func:`carom.observables.drift.drift` of up to 16 parts of 8 independent samples or more,
     at 1e-3), else a decay at the start (:func:`carom.observables.drift.relaxation`, the same level); fewer

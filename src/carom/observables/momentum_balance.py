@@ -32,8 +32,7 @@ def balanced_by_field(obstacle: object) -> bool:
 
 
 def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
-    """Return M [mass length / time] for each wall and obstacle, in the order of
-    :attr:`carom.Simulation.obstacles`.
+    """Return M [mass length / time] for each wall and obstacle, in the order of ``Simulation.obstacles``.
 
     It is zero for slanting planes and own obstacles (``carom.observables.surface_changes``). Between walls at
     0 and L the weight of the lower is ``(L - sigma_i / 2 - x) / (L - sigma_i)``: 1 where i touches it, 0 at

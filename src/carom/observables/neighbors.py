@@ -1,9 +1,7 @@
-"""Neighbors by sorted cells: the nearest ones of each particle, and all pairs within a reach
-(:mod:`carom.cells`).
+"""Neighbors by sorted cells (:mod:`carom.cells`): the nearest of each particle, and pairs within a reach.
 
-Particles with too few in reach are treated again with a larger one; a k-d tree replaces cells that are too
-full or have too many around. The loop around a cell is repeated in :mod:`carom.observables.pairs`: Numba's
-cache notices no edit in another file.
+Particles with too few in reach get a larger one; a k-d tree replaces cells too full or with too many around.
+The loop around a cell is repeated in :mod:`carom.observables.pairs`: Numba's cache sees no edit elsewhere.
 """
 
 from __future__ import annotations
@@ -40,11 +38,7 @@ def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
 
 
 def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
-    """Return the ``count`` nearest particles (nearest images) of each, (n, count), by distance; equal ones in
-    no order.
-
-    ``places`` (n, d) are inside the box.
-    """
+    """Return the ``count`` nearest particles of each, by their images, (n, count); equal ones in no order."""
     n, d = places.shape
     if n <= count:
         raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")

@@ -1,8 +1,7 @@
 """Jammed packings: contacts, rattlers, and whether the backbone is isostatic.
 
-In a packing compressed to a reduced pressure p, spheres that carry it have gaps of about 1/p of a diameter.
-The gaps of near contacts are much larger. Between the two, the distribution of gaps has a void of several
-decades. A pair is in contact if its gap lies below this void.
+At the reduced pressure p gaps that carry it are about 1/p diameters, others much larger. Below the void of
+several decades between both a pair is in contact.
 """
 
 from __future__ import annotations

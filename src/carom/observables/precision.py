@@ -44,11 +44,11 @@ def lengthen(
     error_bar: Callable[[], Estimate | None],
     expect: Callable[[int, Estimate], object] = lambda length, estimate: None,
 ) -> bool:
-    """Make a stretch of ``length`` [blocks] longer until its error bar is small enough; False if there was
-    not enough time.
+    """Make a stretch longer until its error bar is small enough; False if there was not enough time.
 
-    ``extend`` continues to a length and returns what was reached, or None without time. ``error_bar`` returns
-    None if there will never be one. ``expect`` gets length and estimate, if the stretch must be longer.
+    ``extend`` continues to a length [blocks] and returns what was reached, or None without time.
+    ``error_bar`` returns None if there will never be one. ``expect`` gets length and estimate, if it must be
+    longer.
     """
     while (reached := extend(length)) is not None:
         found = error_bar()

@@ -1,5 +1,4 @@
-"""Pairs that are near each other, listed by compiled code from sorted cells (:mod:`carom.cells`): for many
-components.
+"""Near pairs, listed by compiled code from sorted cells (:mod:`carom.cells`): for many components.
 
 The list is that of a k-d tree, in another order. The loop is repeated in :mod:`carom.observables.pairs`:
 Numba's cache notices no edit outside the file of a compiled function.
@@ -37,8 +36,7 @@ def near_pairs(
     theirs: np.ndarray | None,
     within: float,
 ) -> np.ndarray | None:
-    """Return the pairs (m, 2) of rows ``within`` a distance of nearest images, or None where cells do not
-    help.
+    """Return the pairs (m, 2) of rows ``within`` a distance by images, or None if cells do not help.
 
     ``ours`` and ``theirs`` (n, d) are in the box. A pair has one of each, or two of ours if `theirs` is None.
     """

@@ -283,8 +283,7 @@ def rounding(box: np.ndarray, epsilon: float = EPSILON) -> float:
 
 
 def tolerance(box: np.ndarray, contact: Any = 1.0, epsilon: float = EPSILON) -> Any:
-    """Overlap [length] that is accepted: what the engine and the coordinates' rounding may leave, relative to
-    lengths.
+    """Overlap [length] that is accepted: what engine and rounding may leave, relative to lengths.
 
     Before its clock is reset, a component flies up to four box lengths, at twice the usual speed eight. Such
     numbers are rounded in the product of speed and time, its sum with the start, and the time of contact: 16

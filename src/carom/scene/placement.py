@@ -86,8 +86,7 @@ def default_fraction(dimension: int) -> float:
 def random_positions(
     room: Room, contacts: Contacts, rng: np.random.Generator, kinds: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the centres (n, d) of spheres without overlap; those of one of ``kinds`` are sorted in space
-    (:func:`ordered`).
+    """Return centres (n, d) without overlap, each of ``kinds`` sorted in space (:func:`ordered`).
 
     For additive rods (d = 1) this is the exact equilibrium: in random order, with the gaps of n points thrown
     on the free length. For d >= 2 points are thrown, and overlapping pairs moved apart along their centre
@@ -197,8 +196,7 @@ def separated(
     clearance: float = CLEARANCE,
     patience: int = PATIENCE,
 ) -> np.ndarray | None:
-    """Return spheres moved apart, and out of obstacles, until none overlap; None if that does not end in
-    ``patience`` steps.
+    """Return spheres moved apart and out of obstacles, or None if that takes more than ``patience`` steps.
 
     Pairs closer than ``clearance`` contact distances are moved to that.
     """

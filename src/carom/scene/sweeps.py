@@ -23,11 +23,10 @@ def sweep() -> Any:
 
 
 def _sweep(positions, pairs, contact, weight, edges, inverse, clearance):
-    """Move apart each of ``pairs`` (m, 2) that overlaps, one after the other, in place; return the number of
-    overlaps.
+    """Move apart each of ``pairs`` (m, 2) that overlaps, one by one, in place; return how many did.
 
-    The component with less ``weight`` moves more, to ``clearance`` contact distances. ``inverse`` of an edge
-    is 0 along axes with walls.
+    The component with less ``weight`` moves more, to ``clearance`` contact distances. ``inverse`` is 0 along
+    axes with walls.
     """
     dimension = edges.size
     separation = np.empty(dimension)

@@ -18,8 +18,7 @@ if TYPE_CHECKING:
 
 
 def conserved(scene: Scene) -> tuple[bool, ...]:
-    """Tell for every axis whether the total momentum along it is conserved; no for a single component, free
-    in all.
+    """Tell for every axis whether the total momentum along it is conserved; a single component is free.
 
     Planes take it up along their normals, cylinders across their axis, own obstacles along all unless they
     have ``glides``, pinned components along all. Range rules and drives of single particles conserve none, a

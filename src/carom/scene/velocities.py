@@ -39,8 +39,7 @@ def maxwell_velocities(
     conserved: Sequence[bool] | None = None,
     pinned: ArrayLike | None = None,
 ) -> np.ndarray:
-    """Return velocities (n, d) with zero total momentum along the axes ``conserved``, and an exact
-    temperature kT [energy].
+    """Return velocities (n, d) of exact kT [energy], with no momentum along the axes ``conserved``.
 
     ``2 K = kT (d n - c)`` for c such axes; one component alone keeps its momentum, ``2 K = kT d``. They are
     all by default, none with ``pinned`` components, which stay at rest.

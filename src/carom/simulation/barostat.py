@@ -1,10 +1,10 @@
 """A barostat: the volume of the box changes at times between events, so that the pressure is constant.
 
-A move draws V' uniformly in ln V and scales box and positions; kT and velocities stay. Without overlap it is
-accepted with the probability min(1, exp(-P (V' - V) / kT + (N + 1) ln(V' / V))). With flight, which keeps the
-uniform distribution, that samples the isothermal-isobaric ensemble exactly (Eppenga, Frenkel, Mol. Phys. 52
-(1984) 1303). The kernel returns at a move as for a frame, and after an accepted one all is scheduled anew.
-Draws depend on the move's number alone. Sums between two changes are divided by the volume of that time.
+A move draws V' uniformly in ln V and scales box and positions, at the same velocities. Without overlap it is
+accepted with the probability min(1, exp(-P (V' - V) / kT + (N + 1) ln(V' / V))), which with flight samples
+the isothermal-isobaric ensemble exactly (Eppenga, Frenkel, Mol. Phys. 52 (1984) 1303). After it all is
+scheduled anew. Draws depend on the move's number alone. Sums between two changes are divided by the volume of
+that time.
 """
 
 from __future__ import annotations

@@ -39,14 +39,12 @@ Look = Callable[[float], object]
 
 
 class Equilibration:
-    """An equilibration of so many ``collisions`` at a mean temperature ``kT``, in rounds; the last part is
-    undisturbed.
+    """An equilibration at a mean temperature ``kT``, in rounds; the last part is undisturbed.
 
-    As kT fluctuates at constant energy, a round scales by the wanted over its mean temperature; one round is
-    enough where kT is constant. Where energy goes to the potential it corrects a part of the difference, and
-    the rest averages over rounds. In a field the mean is of samples at equal times. Contacts must conserve
-    energy. ``begun`` holds collisions, time and integral of kT at the beginning of each round, for a run that
-    goes on.
+    As kT fluctuates at constant energy, a round scales by the wanted over its mean temperature (in a field,
+    of samples at equal times); one is enough where kT is constant. Where energy goes to the potential it
+    corrects a part of the difference, and the rest averages over rounds. ``begun`` holds collisions, time and
+    integral of kT at the beginning of each round, for a run that goes on.
     """
 
     def __init__(self, sim: Simulation, kT: float, collisions: int, begun: Sequence[Any] = ()):

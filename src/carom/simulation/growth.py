@@ -36,11 +36,10 @@ CLEAR = 1.0 + 1e-9
 def grown(
     start: Scene, diameters: np.ndarray, seed: int | np.random.Generator, melting: float = 0.0
 ) -> tuple[np.ndarray | None, float]:
-    """Return positions (n, d) after growth to given diameters (None if the spheres jam), and the packing
-    fraction reached.
+    """Return positions (n, d) after growth, None if the spheres jam, and the packing fraction reached.
 
-    The diameters of ``start`` are those given, times one factor below 1. Before they grow there are
-    ``melting`` collisions a component.
+    The diameters of ``start`` are those given times one factor; ``melting`` is in collisions a component
+    before.
     """
     size, dimension = float(diameters.mean()), start.dimension
     unit = diameters / (size * np.sqrt(start.mass))

@@ -1,7 +1,7 @@
-"""What is tried of models of one's own when a simulation is made: a few pairs, in plain Python, in
-milliseconds. Carom's own models are not tried: the tests do that.
+"""What is tried of own models when a simulation is made: a few pairs of the scene, in plain Python.
 
-What :func:`carom.check` tries of components that it makes up is tried here on those of the scene.
+It is what :func:`carom.check` tries of components that it makes up, and takes milliseconds. Carom's own
+models are tried by the tests.
 """
 
 from __future__ import annotations

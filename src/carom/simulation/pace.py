@@ -1,9 +1,7 @@
-"""Which of two ways runs what comes next: whichever is faster, as both are measured now and then. Neither
-changes a bit.
+"""Which of two ways runs what comes next: the faster one, as measured now and then. Neither changes a bit.
 
-Several workers or one: they go at the pace of the one whose core another process keeps busy, and one is
-faster in small systems. And whether memory is asked for ahead in sectors: it gains from some ten or hundred
-thousand particles on, which depends on the processor.
+Several workers go at the pace of the one whose core is kept busy; one is faster in small systems. Asking for
+memory ahead in sectors gains from some ten or hundred thousand particles on, by processor.
 """
 
 from __future__ import annotations

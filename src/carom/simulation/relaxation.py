@@ -35,12 +35,11 @@ class StructuralRelaxation:
         return slow_structure(self._run_state.scene, self._square())
 
     def distances(self) -> tuple[float, float]:
-        """Return how far the particles moved, and must move to leave their neighbourhoods [mean spacing]; 0
-        where nothing is asked.
+        """Return how far particles moved, and must move to leave their neighbourhoods [mean spacing], or 0.
 
-        Near freezing it is that of :func:`carom.observables.equilibrium.slow_structure`. Below it hard
-        particles alone in a periodic box must have left their places. Nothing is asked of crystals and
-        glasses, of rods on a line, and below freezing of what walls, pinned particles or wells may keep.
+        Near freezing that is as in :func:`carom.observables.equilibrium.slow_structure`; below it hard
+        particles alone in a periodic box must have left their places. Nothing is asked of crystals, glasses,
+        rods on a line, and below freezing of what walls, pinned particles or wells may keep.
         """
         scene = self._run_state.scene
         freezing = FREEZING.get(scene.dimension)

@@ -1,8 +1,10 @@
 """States from an event log: the run again without a search, bit for bit.
 
-The log holds the initial state, and of every collision time, partners, image and impulse: all that a run
-searches for, as particles fly freely between. The engine's own functions process each event, uncompiled, in
-its unit of time. The impulse is computed again and must equal the logged one.
+The log holds the initial state with its scene. For every collision it holds the time, the two particles (or
+the particle and the wall or obstacle), the periodic image and the impulse. This is sufficient, because a
+particle flies freely between two collisions: what a run searches for, the log says. The engine's own
+functions process each event, in the unit of time of the engine. They run uncompiled, from Python. The impulse
+is computed again and must equal the logged one.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Swaps: pairs of particles exchange their diameters at times between events, so that dense liquids relax.
 
 Exchanges that are undone where they make an overlap keep the uniform distribution, as a pair is drawn as
-often before as after. So does flight, and both in any fixed order: averages are exact. Masses are equal, so
-that velocities, energy and momentum stay. Berthier, Coslovich, Ninarello, Ozawa, Phys. Rev. Lett. 116 (2016)
-238002; with molecular dynamics Berthier et al., J. Stat. Mech. (2019) 064004. The kernel returns at a sweep
-as for a frame, and all is scheduled anew if a pair has changed. Draws depend on the sweep's number alone.
+often before as after; so does flight, and both in any fixed order. Masses are equal: velocities, energy and
+momentum stay. Berthier, Coslovich, Ninarello, Ozawa, Phys. Rev. Lett. 116 (2016) 238002; with molecular
+dynamics Berthier et al., J. Stat. Mech. (2019) 064004. All is scheduled anew if a pair has changed. Draws
+depend on the sweep's number alone.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """What is tried of models, in plain Python: the paper's conditions I to V, and what the engine relies on.
 
-Both :func:`carom.check`, on particles that it makes up, and a simulation, for models of one's own, do it
-here, so that both refuse the same (``pair_trials``, ``motion_trials``, ``obstacle_trials``,
-``drive_trials``).
+:func:`carom.check` tries a model on particles that it makes up, and a simulation tries models of one's own
+on its particles. Both do it here, so that what the one refuses the other refuses, too. Pairs are in
+``pair_trials``, motions in ``motion_trials``, obstacles in ``obstacle_trials``, drives in ``drive_trials``.
 """
 
 from __future__ import annotations

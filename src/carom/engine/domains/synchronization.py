@@ -1,9 +1,9 @@
 """Whose turn it is: processes that share one state process what both can touch in the order of time.
 
-Each has its own calendar and runs ahead in the middle of its slab. An event in the *zone* of a border, which
-another can touch too, waits until that process has nothing earlier there, and holds the border's lock
-meanwhile. What is scheduled for another's component goes there as a message. Borders and processes remember
-their last events: an event that turns up too late for one nearby rolls the window back, to be run again.
+Each runs ahead in the middle of its slab by its own calendar. An event in the *zone* of a border waits until
+the other process has nothing earlier there, and holds the border's lock. What is scheduled for another's
+component is sent as a message. Borders and processes remember their last events: one that comes too late for
+those rolls the window back.
 """
 
 from __future__ import annotations

@@ -268,8 +268,7 @@ def approach(everybody, model, state, i, j, now, at_plane):
 
 @inner
 def exact_meeting(everybody, model, state, i, j, now, avoided):
-    """Follow a pair until the end of the epoch; return a time shortly before first contact, and that time or
-    NEVER.
+    """Return a time shortly before i and j touch first, and that time, or NEVER in this epoch.
 
     A contact of i with the one ``avoided`` does not count if it is now.
     """
@@ -318,8 +317,7 @@ def exact_meeting(everybody, model, state, i, j, now, avoided):
 
 @inner
 def search_all(everybody, model, state, i, now, after, avoided):
-    """Keep, on both sides, the contacts of i with all behind number ``after``; return whom of them i can meet
-    first, or -1.
+    """Keep, on both sides, the contacts of i with all behind number ``after``; return its first, or -1.
 
     Whoever has changed and has yet to look at all is left out: it will find i itself.
     """

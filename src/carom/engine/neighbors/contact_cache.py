@@ -100,10 +100,10 @@ def keep(contacts, i, j, start_time, event_time):
 
 @inner
 def best_of(contacts, state, i, before):
-    """Return the number of the first contact of i with somebody who has no earlier event, or -1, and whether
-    none before it was lost for want of room.
+    """Return i's first contact with one of no earlier event, or -1, and whether none before it was lost.
 
-    With ``before`` the event of the other must be later, not at the same time.
+    It may be lost for want of room. With ``before`` the event of the other must be later, not at the same
+    time.
     """
     best = NEVER
     chosen = np.int64(-1)

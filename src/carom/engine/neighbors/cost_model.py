@@ -1,8 +1,7 @@
 """Thin systems: how wide sectors should be, and when looking at everybody costs less.
 
-With a mean free path of many spacings small sectors are crossed all the while, and large ones bring many
-candidates at each crossing. The cheapest side follows from the measured costs
-(docs/decisions/05-neighbours.md).
+On a long free path small sectors are crossed all the while, and large ones bring many candidates at each
+crossing; the best follows from measured costs (docs/decisions/05-neighbours.md).
 """
 
 from __future__ import annotations

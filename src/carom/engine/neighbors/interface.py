@@ -7,8 +7,7 @@ from carom.compiling.registry import optional, required
 
 @required
 def candidates(neighbors, boundary, i, half):
-    """Return the words (uint32) of all whom i can meet before a one-component event of either, where they
-    begin, and how many.
+    """Return words (uint32) of whom i can meet before a one-component event, where they begin, how many.
 
     Eight more can be read behind the last, each a word of somebody. ``half`` (0 or 1) is the room to use
     where words have to be put together.
@@ -38,11 +37,9 @@ def rebin(neighbors, motion, boundary, state, i, now):
 
 @required
 def cross(neighbors, motion, boundary, state, i, now):
-    """Carry i into its next sector (or renew its list); return whether that was done, and whom i can meet
-    only now.
+    """Carry i into its next sector (or renew its list); return whether, and the :func:`candidates` new to it.
 
-    These are as :func:`candidates` returns them. If it was not done, an array is too small and all must be
-    built anew.
+    If it was not done, an array is too small and all must be built anew.
     """
 
 

@@ -1,10 +1,9 @@
 """Neighbour lists (Verlet lists): the sector's idea with a sphere for a sector.
 
-The surface of a component stays in a sphere around its reference point, its *bound*. Two are listed with each
-other while their bounds overlap. One that reaches its bound takes a new point and renews its own list only.
-Points are integer fractions of the box, all axes in one word of 64 bits: differences are exact, and to the
-nearest image. Neighbours are found in cells; bounds of very different size have grids (*levels*) of their
-own, with cells as wide as the largest bounds in them.
+A surface stays in a sphere around its reference point, its *bound*; two are listed while their bounds
+overlap. At its bound a component takes a new point and renews its own list only. Points are integer fractions
+of the box, all axes in 64 bits: differences are exact, and to the nearest image. Cells find neighbours;
+bounds of very different size have grids (*levels*) of their own, with cells as wide as their largest.
 """
 
 from __future__ import annotations
@@ -326,8 +325,7 @@ def rebuild_list(lists, motion, state, i, now):
 
 @inner
 def gather_cells(lists, i, point, moved, old):
-    """Put all in the cells around a reference point of i into ``found``, or after a move those who are new;
-    return how many.
+    """Put all near a reference point of i, or after a move those new, into ``found``; return how many.
 
     Members are copied eight at a time: cells hold a few each, and a loop over the right number would be
     mispredicted.
@@ -357,8 +355,7 @@ def gather_cells(lists, i, point, moved, old):
 
 @inner
 def flag_in_range(lists, i, total, point, moved, old):
-    """Mark in ``hits`` who of those found is to be listed with i at a reference point, and was not where it
-    ``moved`` from.
+    """Mark in ``hits`` who of those found is to be listed with i, and was not where it ``moved`` from.
 
     What is needed is first put side by side, so that the loop is vectorised.
     """

@@ -1,6 +1,4 @@
-"""The neighbour scheme of a scene, and the sizes of its arrays: a rule that was measured
-(docs/benchmarks).
-"""
+"""The neighbour scheme of a scene, and the sizes of its arrays: a measured rule (docs/benchmarks)."""
 
 from __future__ import annotations
 
@@ -82,8 +80,7 @@ def choose(
     shell: float | None = None,
     rate: float | None = None,
 ) -> NeighborPlan:
-    """Choose the scheme for a scene; a given ``shell``, a reach in (largest) diameters, means lists if they
-    fit.
+    """Choose the scheme for a scene; a ``shell``, a reach in (largest) diameters, means lists if they fit.
 
     ``speed`` is the root mean square, ``rate`` the known collisions of one component a time. Raises
     ValueError for an impossible scheme, or if a collision would take longer than ``SLOWEST``.

@@ -146,11 +146,11 @@ def lay_paths(everybody, elapsed, range_edges, start):
 
 @fast
 def next_planes(everybody, shift, first_time):
-    """Mark how near each path comes to an image at the next few planes (its largest coordinate, where least);
-    go on behind them.
+    """Mark how near each path comes to an image at the next few planes; go on behind them.
 
-    ``shift``, at first half of what is near and later nothing, is added so that one wrapped comparison sees
-    both sides of an image. ``first_time`` is ALL at first, where there is no mark yet, and then zero.
+    A mark is the largest coordinate, at the plane where that is least. ``shift``, at first half of what is
+    near and later nothing, is added so that one wrapped comparison sees both sides of an image.
+    ``first_time`` is ALL at first, where there is no mark yet, and then zero.
     """
     paths = everybody.paths
     dimension = len(everybody.inverse)

@@ -1,6 +1,4 @@
-"""Sectors: the paper's grid of cells, at least a diameter wide; a component looks into the 3^d around its
-own.
-"""
+"""Sectors: the paper's cells, at least a diameter wide; a component looks into the 3^d around its own."""
 
 from __future__ import annotations
 
@@ -213,10 +211,9 @@ def sector_of(sectors, i):
 
 @inner
 def neighbor_rows(sectors, i):
-    """Put the 3^(d - 1) rows of sectors around i into ``neighbor_cells``, each as the number of its first
-    sector.
+    """Put the first sectors of the 3^(d - 1) rows around i into ``neighbor_cells``; return how many.
 
-    Return how many they are, and the three sectors (below, place, above) of each.
+    Return also the three sectors (below, place, above) of each.
     """
     neighbor_cells = sectors.neighbor_cells
     neighbor_cells[0] = 0

@@ -1,8 +1,7 @@
 """Lists in a lattice that tilts (``carom.models.motions.shear``): distances over a window of tilts.
 
-Reference points move with the stream. A component flies straight relative to its own and leaves its bound as
-at rest, but points drift apart. So two are listed if their points are near at *any* tilt of a window, and
-lists are made anew before the tilt leaves it. None in the place of the window is a box at rest.
+Points move with the stream and drift apart, so two are listed if theirs are near at *any* tilt of a window.
+Lists are made anew before the tilt leaves it. None in its place is a box at rest.
 """
 
 from __future__ import annotations

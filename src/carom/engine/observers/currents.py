@@ -1,11 +1,10 @@
-"""The currents of momentum and heat, and their exact integrals over time: Helfand's moments, in the rest
-frame of the centre of mass.
+"""The currents of momentum and heat, and their exact integrals over time: Helfand's moments.
 
-Between collisions currents are constant; a collision adds the momentum and energy that it transfers over the
-distance of the centres (E. Helfand, Phys. Rev. 119, 1 (1960); B. J. Alder, D. M. Gass and T. E. Wainwright,
-J. Chem. Phys. 53, 3813 (1970)). With steps each component holds half of the energy of its pairs, u_i, and the
-current of energy is ``sum m v^2 v / 2 + sum u_i v_i``; the second part changes at collisions only. Hard cores
-hold None.
+Their frame is that of the centre of mass. Between collisions currents are constant; a collision adds the
+momentum and energy that it transfers over the distance of the centres (E. Helfand, Phys. Rev. 119, 1 (1960);
+B. J. Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). With steps each component holds
+half of the energy of its pairs, u_i, and the current of energy is ``sum m v^2 v / 2 + sum u_i v_i``; the
+second part changes at collisions only. Hard cores hold None.
 """
 
 from __future__ import annotations

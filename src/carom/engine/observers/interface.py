@@ -103,8 +103,7 @@ def count_pair(observer, i, j, virial):
 
 @optional
 def record(observer, clock, i, ref, impulse):
-    """Write down an event at the time of the ``clock``: component i, the lower index, and the momentum
-    exchanged.
+    """Write down an event at the time of the ``clock``: i, the lower index, and the momentum exchanged.
 
     ``ref`` is the word of the other, or the code of an event of one component
     (:mod:`carom.engine.constants`).

@@ -1,8 +1,7 @@
-"""Losses at contacts: a restitution, constant or by speed, and two remedies against inelastic collapse
-(infinitely many collisions in a finite time).
+"""Losses at contacts: a restitution, constant or by speed, and remedies against inelastic collapse.
 
-Contacts below a speed are elastic, or those less than t_c after the last contact of one of the two: the TC
-model, with t_c the duration of a contact of real grains (Luding and McNamara, Granular Matter 1 (1998) 113).
+Elastic are contacts below a speed, or less than t_c after the last of one of the two: the TC model, with the
+duration t_c of real contacts (Luding and McNamara, Granular Matter 1 (1998) 113).
 """
 
 from __future__ import annotations

@@ -1,7 +1,6 @@
-"""Interactions, motions, impacts, drives, paths, obstacles and walls from the tables of files; ``type`` says
-what each is.
+"""Interactions, motions, impacts, drives, paths, obstacles and walls from the tables of files.
 
-A value that a file can hold has ``to_table()`` (``files.to_tables``).
+``type`` says what each is. A value that a file can hold has ``to_table()`` (``files.to_tables``).
 """
 
 from __future__ import annotations

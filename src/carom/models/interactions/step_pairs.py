@@ -1,9 +1,7 @@
-"""Pairs on steps: a pair potential that is constant between distances (Alder and Wainwright, J. Chem. Phys.
-31 (1959) 459).
+"""Pairs on steps: a potential constant between distances (Alder, Wainwright, J. Chem. Phys. 31 (1959) 459).
 
-The *step* of a pair, between two distances, is stored and changes only at its own events; never derived from
-a distance, so that rounding cannot put a pair on the wrong side. Steps are numbered from the outside inwards:
-crossing an inner distance adds 1.
+The *step* of a pair is stored, changes at its own events only, and is never derived from a distance: rounding
+cannot make it wrong. Numbers grow inwards: crossing an inner distance adds 1.
 """
 
 from __future__ import annotations

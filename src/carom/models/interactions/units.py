@@ -1,9 +1,8 @@
-"""Units that decide by rules, as the engine compiles them: circles, counters, and what a rule is handed.
+"""Units that decide by rules, as the engine compiles them (Lubachevsky (1991), sec. 10, after Wieland).
 
-The step of a pair is how many radii of all circles of all kinds exceed its distance. With the kinds of both
-it says who is inside whose circle, also after a change of kind. Crossings exchange no momentum: they change
-counters and call rules. A rule reads and writes records in the scene's units, and the velocity that it writes
-is that of the unit from then on (Lubachevsky (1991), sec. 10, after Wieland).
+The step of a pair is how many radii of all circles of all kinds exceed its distance: with both kinds it says
+who is inside whose circle. Crossings exchange no momentum: they change counters and call rules. A rule reads
+and writes records in the scene's units; the velocity that it writes is that of the unit from then on.
 """
 
 from __future__ import annotations

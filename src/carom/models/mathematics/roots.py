@@ -70,8 +70,7 @@ def next_fall(curve, limit):
 
 @inner
 def bracketed(curve, low, high, newton):
-    """Return the time at which a function that falls from ``low`` to ``high`` reaches zero: <= 0 there, > 0
-    at the double before.
+    """Return where a function that falls from ``low`` to ``high`` is <= 0, but > 0 at the double before.
 
     ``newton`` is how far from ``low`` the tangent says it is.
     """

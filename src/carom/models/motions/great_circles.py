@@ -1,10 +1,8 @@
-"""Great circles: components on a sphere in R^d around the middle of the box (the paper's sec. 10: Smith's
-optimal spherical codes).
+"""Great circles: components on a sphere in R^d around the middle of the box (the paper's sec. 10).
 
-Positions and tangent velocities are those of R^d; relative flight is not straight. Distance is along the
-chord: caps of angular diameter ``theta`` on the unit sphere are hard spheres of diameter ``2 sin(theta /
-2)``. So cores, masses and contact laws are unchanged; motion, time of a meeting and direction of the impulse
-are new.
+Positions and tangent velocities are of R^d, distances along chords: caps of angular diameter ``theta`` on the
+unit sphere are hard spheres of diameter ``2 sin(theta / 2)`` (Smith's codes), with cores and contact laws as
+usual.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Uniform shear: a periodic lattice that tilts with the flow (Lees and Edwards, J. Phys. C 5 (1972) 1921).
 
 The stream is along axis 0 and grows along axis 1. With the tilt s, the strain since the lattice was
-rectangular, coordinates are ``y_0 = x_0 - s x_1`` and ``y_a = x_a``; *peculiar* velocities, relative to the
-stream, are ``u_0 = v_0 - rate x_1`` and ``u_a = v_a``. In these the box is an ordinary torus: who crosses a
-face keeps its velocity.
+rectangular, ``y_0 = x_0 - s x_1``, and *peculiar* velocities have ``u_0 = v_0 - rate x_1``; other axes stay.
+In these the box is a torus: who crosses a face keeps its velocity.
 """
 
 from __future__ import annotations

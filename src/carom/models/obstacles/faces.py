@@ -79,7 +79,7 @@ def standing_walls(obstacles: Sequence[Any], box: Sequence[float], periodic: Seq
 def refuse_hidden(
     obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool], radius: float
 ) -> None:
-    """Raise InputError if an obstacle is met by none (``radius``: the smallest) or lets centres out of the
+    """Raise InputError if no center meets an obstacle, or the smallest, of a ``radius``, can leave the
     box.
     """
     for obstacle in obstacles:

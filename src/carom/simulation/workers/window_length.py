@@ -77,11 +77,7 @@ class WindowLength:
         return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
 
     def end(self, start: float, last: float, target: int) -> float | None:
-        """Return when a window from ``start`` ends [engine's time in the epoch], by ``last``; None if it is
-        not worth one.
-
-        It stays short of collision number ``target``.
-        """
+        """Return when a window from ``start`` ends, by ``last`` and short of collision ``target``."""
         run_state = self.run_state
         rate = self.rate()
         if self.failed == 0:
