@@ -257,10 +257,8 @@ def _replace_words(typingctx, members, cell, start, old, new):
 class Lanes(NamedTuple):
     """Room for one field of the candidates of two searches, and for the other fields."""
 
-    scratch: np.ndarray
-    """(2 WIDTH,), of the type of the field."""
-    rest: Any
-    """Lanes, or None."""
+    scratch: np.ndarray  # (2 WIDTH,), of the type of the field
+    rest: Any  # lanes, or None
 
 
 def make_lanes(pair: Any) -> Lanes | None:

@@ -16,10 +16,8 @@ from carom.compiling.registry import inner, required
 class NearestImage(NamedTuple):
     """A periodic box in which no component can meet two images of another before one changes sector."""
 
-    edges: tuple
-    """Edges of the box [length]."""
-    inverse: tuple
-    """Their inverses."""
+    edges: tuple  # edges of the box [length]
+    inverse: tuple  # their inverses
 
 
 class SectorImage(NamedTuple):
@@ -44,12 +42,9 @@ class SectorImage(NamedTuple):
 class SteppedImage(NamedTuple):
     """A :class:`NearestImage` whose words name steps of pairs (:mod:`carom.engine.pair_steps`)."""
 
-    edges: tuple
-    """Edges of the box [length]."""
-    inverse: tuple
-    """Their inverses."""
-    bits: int
-    """Low bits of a word that hold the step."""
+    edges: tuple  # edges of the box [length]
+    inverse: tuple  # their inverses
+    bits: int  # low bits of a word that hold the step
 
 
 @required

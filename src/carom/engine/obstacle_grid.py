@@ -29,10 +29,8 @@ from carom.models.questions.particles import NEVER
 class Spheres(NamedTuple):
     """Spheres around the obstacles of a crowd, a hair larger than needed."""
 
-    centers: np.ndarray
-    """(k, d) [length]."""
-    radii: np.ndarray
-    """(k,) [length]."""
+    centers: np.ndarray  # (k, d) [length]
+    radii: np.ndarray  # (k,) [length]
 
 
 @answering(obstacles)
@@ -44,14 +42,10 @@ class Grid(NamedTuple):
     starts: np.ndarray
     members: np.ndarray
     shifts: np.ndarray
-    reach: tuple
-    """How far a component is followed along each axis, at most [length]."""
-    spheres: Spheres | None
-    """One around each obstacle, or None for balls, which are spheres themselves."""
-    cell: np.ndarray
-    """Room for the place of a cell, (d,) int64."""
-    turns: np.ndarray
-    """Room for the boxes from that of the component to this cell, (d,) int64."""
+    reach: tuple  # how far a component is followed along each axis, at most [length]
+    spheres: Spheres | None  # one around each obstacle, or None for balls, which are spheres themselves
+    cell: np.ndarray  # room for the place of a cell, (d,) int64
+    turns: np.ndarray  # room for the boxes from that of the component to this cell, (d,) int64
 
     def soonest_member(self, crowd, obstacles, model, size, rate, every, now, before, sight):
         boundary, x, v = model.boundary, obstacles.x, obstacles.v

@@ -24,12 +24,9 @@ from carom.models.questions.walls import wall_meeting, wall_normal, yields
 class Chain(NamedTuple):
     """Obstacles of one kind, and the chain of the other kinds: a list that types can walk along."""
 
-    head: tuple
-    """Obstacles of one kind."""
-    number: int
-    """Number of the first of them."""
-    tail: Any
-    """The rest, a Chain, a Crowd or None."""
+    head: tuple  # obstacles of one kind
+    number: int  # number of the first of them
+    tail: Any  # the rest, a Chain, a Crowd or None
 
 
 class Crowd(NamedTuple):
@@ -52,10 +49,8 @@ HAIR = 2.0**-40
 class Sight(NamedTuple):
     """How far a component looks."""
 
-    since: float
-    """Time from the moment from which its contacts are computed to the present."""
-    until: float
-    """Time from there up to which they are wanted."""
+    since: float  # time from the moment from which its contacts are computed to the present
+    until: float  # time from there up to which they are wanted
 
 
 class Obstacles(NamedTuple):

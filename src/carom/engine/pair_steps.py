@@ -18,25 +18,18 @@ from carom.models.questions.steps import step_bits
 class PairSteps(NamedTuple):
     """How words name steps."""
 
-    bits: int
-    """Low bits of a word that hold the step."""
-    ready: np.ndarray
-    """Whether lists have been built and steps written into them since, (1,) int64."""
+    bits: int  # low bits of a word that hold the step
+    ready: np.ndarray  # whether lists have been built and steps written into them since, (1,) int64
 
 
 class SpeciesSteps(NamedTuple):
     """The same where pairs of species have steps of their own."""
 
-    bits: int
-    """Low bits of a word that hold the step."""
-    ready: np.ndarray
-    """Whether lists have been built and steps written into them since, (1,) int64."""
-    kinds: np.ndarray
-    """Species, (n + 1,) int64."""
-    species: int
-    """K."""
-    outside: np.ndarray
-    """Step of a pair of species that is out of reach, (K * K,) int64."""
+    bits: int  # low bits of a word that hold the step
+    ready: np.ndarray  # whether lists have been built and steps written into them since, (1,) int64
+    kinds: np.ndarray  # species, (n + 1,) int64
+    species: int  # K
+    outside: np.ndarray  # step of a pair of species that is out of reach, (K * K,) int64
 
 
 def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | None:

@@ -41,18 +41,12 @@ BYTES = 2**25
 class State(NamedTuple):
     """A state at which a run ended."""
 
-    instant: Fraction
-    """Time since the start [time]."""
-    positions: np.ndarray
-    """Centres in the box, (n, d) [length]."""
-    box: tuple[float, ...]
-    """Edges, which a barostat changes [length]."""
-    diameters: np.ndarray
-    """(n,) [length]."""
-    tilt: float
-    """Tilt of the lattice (``carom.models.Shear``)."""
-    epsilon: float
-    """Spacing of the numbers of the positions at 1."""
+    instant: Fraction  # time since the start [time]
+    positions: np.ndarray  # centres in the box, (n, d) [length]
+    box: tuple[float, ...]  # edges, which a barostat changes [length]
+    diameters: np.ndarray  # (n,) [length]
+    tilt: float  # tilt of the lattice (``carom.models.Shear``)
+    epsilon: float  # spacing of the numbers of the positions at 1
 
 
 class Depths:

@@ -28,10 +28,8 @@ from carom.scene.scene import Scene
 class Listed(NamedTuple):
     """Who has been on a step with whom: in a replay in place of the engine's lists."""
 
-    words: list[dict[int, int]]
-    """The word under which each component knows another."""
-    steps: Any
-    """How words name steps."""
+    words: list[dict[int, int]]  # the word under which each component knows another
+    steps: Any  # how words name steps
 
 
 @put_step.register

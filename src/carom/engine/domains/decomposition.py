@@ -39,14 +39,10 @@ class InteractionRange(NamedTuple):
     few are further away than allowed for: a process that meets one at a border gives the window up.
     """
 
-    layers: int
-    """Layers along the axis."""
-    read: int
-    """Beyond the layers of those whose event it is: whom they may meet."""
-    write: int
-    """The same: partners of these."""
-    pair: int
-    """Between two that collide."""
+    layers: int  # layers along the axis
+    read: int  # beyond the layers of those whose event it is: whom they may meet
+    write: int  # the same: partners of these
+    pair: int  # between two that collide
 
     @property
     def zone(self) -> int:
@@ -119,20 +115,13 @@ def layers_apart(layer, other, layers):
 class Slabs(NamedTuple):
     """A box in slabs."""
 
-    axis: int
-    """Axis across the slabs."""
-    masks: np.ndarray
-    """What each layer is to each process, (processes, layers) uint8."""
-    along: np.ndarray
-    """Two axes along which borders are divided into patches, (2,) int64."""
-    patches: np.ndarray
-    """Into how many, along each of them, (2,) int64."""
-    rows: np.ndarray
-    """The row of patches that each layer along each of them is in, (2, layers) int64."""
-    layers: np.ndarray
-    """Layers along each axis, (d,) int64."""
-    conflict_range: np.ndarray
-    """Layers between two events up to which they may touch the same, (d,) int64."""
+    axis: int  # axis across the slabs
+    masks: np.ndarray  # what each layer is to each process, (processes, layers) uint8
+    along: np.ndarray  # two axes along which borders are divided into patches, (2,) int64
+    patches: np.ndarray  # into how many, along each of them, (2,) int64
+    rows: np.ndarray  # the row of patches that each layer along each of them is in, (2, layers) int64
+    layers: np.ndarray  # layers along each axis, (d,) int64
+    conflict_range: np.ndarray  # layers between two events up to which they may touch the same, (d,) int64
 
 
 def most_slabs(neighbors: Lists | Sectors, box) -> int:

@@ -91,10 +91,8 @@ def clone(value: Any) -> Any:
 class LogicalProcess(NamedTuple):
     """The engine as one process sees it: one state and one neighbour scheme, and a calendar of its own."""
 
-    engine: Engine
-    """It has one observer, which notes its collisions."""
-    recorder: LpRecorder
-    """That observer."""
+    engine: Engine  # it has one observer, which notes its collisions
+    recorder: LpRecorder  # that observer
 
 
 SCRATCH: dict[type, tuple[str, ...]] = {

@@ -171,10 +171,8 @@ def make_everybody(n: int, edges, core: float, span: float, number: type = np.fl
 class Pairs(NamedTuple):
     """Nothing but the time that a search covers, and the names of all."""
 
-    span: float
-    """Time that a search covers."""
-    names: np.ndarray
-    """0 to n - 1, uint32."""
+    span: float  # time that a search covers
+    names: np.ndarray  # 0 to n - 1, uint32
 
     def earliest_partner(self, model, state, i, now, half, avoided):
         return first_of_pairs(self, model, state, i, now, NEVER, avoided), 0.0
@@ -195,8 +193,7 @@ class Pairs(NamedTuple):
 class AlongCurves(NamedTuple):
     """Contacts of components that do not fly straight relative to each other."""
 
-    span: float
-    """Time that a search covers."""
+    span: float  # time that a search covers
 
     def contact_time_of(self, model, state, i, ref, now, t):
         low_index, high_index = min(np.int64(i), np.int64(ref)), max(np.int64(i), np.int64(ref))

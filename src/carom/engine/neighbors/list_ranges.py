@@ -45,20 +45,13 @@ def default_shell(packing_fraction: float, dimension: int) -> float:
 class ListRanges(NamedTuple):
     """How far lists may reach, and how far they do [length]."""
 
-    list_range: float
-    """Distance up to which the largest components are listed."""
-    least: float
-    """Reach below which margins are used up at once."""
-    longest: float
-    """Reach beyond which a neighbour could be listed under two of its images."""
-    core: float
-    """Diameter of the largest component, or the longest reach of its steps."""
-    pace_ratio: float
-    """Margin of the largest component, in those of the mean."""
-    thinnest: float
-    """The smallest margin."""
-    grid_step: float
-    """Step of a reference point."""
+    list_range: float  # distance up to which the largest components are listed
+    least: float  # reach below which margins are used up at once
+    longest: float  # reach beyond which a neighbour could be listed under two of its images
+    core: float  # diameter of the largest component, or the longest reach of its steps
+    pace_ratio: float  # margin of the largest component, in those of the mean
+    thinnest: float  # the smallest margin
+    grid_step: float  # step of a reference point
 
     @property
     def coarse(self) -> bool:

@@ -17,12 +17,9 @@ from carom.compiling.simd import pack
 class EqualBounds(NamedTuple):
     """Bounds of components that are all of one diameter."""
 
-    square: float
-    """Square of the distance of reference points up to which two components are listed."""
-    skin: float
-    """Distance from its reference point that a component may reach [length]."""
-    capacity: int
-    """Neighbours a list can hold."""
+    square: float  # square of the distance of reference points up to which two components are listed
+    skin: float  # distance from its reference point that a component may reach [length]
+    capacity: int  # neighbours a list can hold
 
 
 class UnequalBounds(NamedTuple):

@@ -20,10 +20,8 @@ from carom.models.motions.shear import LISTED_STRAIN, Sheared, tilt_at
 class TiltWindow(NamedTuple):
     """The tilts that lists are made for."""
 
-    middle: np.ndarray
-    """Of the window, (1,) float64."""
-    half: float
-    """Half of its width."""
+    middle: np.ndarray  # of the window, (1,) float64
+    half: float  # half of its width
 
 
 def make_tilt_window(motion) -> TiltWindow | None:

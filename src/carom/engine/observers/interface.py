@@ -18,10 +18,8 @@ from carom.models.questions.memory import arrays_in
 class Observers(NamedTuple):
     """An observer and those after it: a list that types can walk along, as that of obstacles."""
 
-    head: Any
-    """The first."""
-    tail: Any
-    """The rest, Observers or None."""
+    head: Any  # the first
+    tail: Any  # the rest, Observers or None
 
 
 def chained(observers: Iterable[Any]) -> Observers | None:
@@ -47,36 +45,26 @@ class PairEvent(NamedTuple):
 
     i: int | np.integer
     j: int | np.integer
-    ref: int
-    """The reference that names j and its image."""
-    now: float
-    """Time since the beginning of the epoch."""
+    ref: int  # the reference that names j and its image
+    now: float  # time since the beginning of the epoch
     rr: float
-    rv: float
-    """r.r and r.v of j relative to i, before the event."""
+    rv: float  # r.r and r.v of j relative to i, before the event
     a: float
-    b: float
-    """The velocities change by ``a r`` and ``-b r``."""
+    b: float  # the velocities change by ``a r`` and ``-b r``
     virial: float
-    kind: int | np.integer
-    """CORE, IN, OUT or BOUNCE."""
+    kind: int | np.integer  # CORE, IN, OUT or BOUNCE
     before: int
-    after: int
-    """The steps of the pair, zero where there are none."""
+    after: int  # the steps of the pair, zero where there are none
 
 
 class ObstacleEvent(NamedTuple):
     """A contact of a component with an obstacle or a wall."""
 
     i: int | np.integer
-    number: int
-    """The engine's number of the obstacle."""
-    now: float
-    """Time since the beginning of the epoch."""
-    momentum: float
-    """What the component gained along the normal."""
-    energy: float
-    """What it gained."""
+    number: int  # the engine's number of the obstacle
+    now: float  # time since the beginning of the epoch
+    momentum: float  # what the component gained along the normal
+    energy: float  # what it gained
 
 
 @optional

@@ -32,18 +32,12 @@ HOP = 2.0**-48
 class Course(NamedTuple):
     """How a body is displaced: to and fro along a unit vector."""
 
-    path: Any
-    """Answers ``place`` and ``pace``."""
-    direction: tuple
-    """Unit vector."""
-    lowest: float
-    """The least that ``place`` returns [length]."""
-    highest: float
-    """The most [length]."""
-    bend: Annotated[float, parameter(-2)]
-    """Bound on the magnitude of the acceleration."""
-    period: Annotated[float, parameter(1)]
-    """After which the path repeats itself."""
+    path: Any  # answers ``place`` and ``pace``
+    direction: tuple  # unit vector
+    lowest: float  # the least that ``place`` returns [length]
+    highest: float  # the most [length]
+    bend: Annotated[float, parameter(-2)]  # bound on the magnitude of the acceleration
+    period: Annotated[float, parameter(1)]  # after which the path repeats itself
 
 
 @inner
@@ -104,8 +98,7 @@ class Lift(NamedTuple):
 
     course: Course
     start: float
-    slant: float
-    """Part of the displacement that is along the normal."""
+    slant: float  # part of the displacement that is along the normal
     height: float
     speed: float
     acceleration: float
@@ -182,15 +175,11 @@ class Gap(NamedTuple):
 
     course: Course
     start: float
-    side: float
-    """1 outside of a ball, -1 inside of a container."""
-    along: int
-    """An axis that does not count, or -1."""
+    side: float  # 1 outside of a ball, -1 inside of a container
+    along: int  # an axis that does not count, or -1
     center: Any
-    contact: float
-    """Distance of contact from the centre now [length]."""
-    growth: float
-    """Its rate."""
+    contact: float  # distance of contact from the centre now [length]
+    growth: float  # its rate
     g: tuple
     x: Any
     v: Any

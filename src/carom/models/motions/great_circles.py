@@ -128,10 +128,8 @@ class GreatCircles:
 class Circles(NamedTuple):
     """Motion on a sphere."""
 
-    center: tuple
-    """Centre of the sphere [length]."""
-    radius: float
-    """Radius of the sphere [length]."""
+    center: tuple  # centre of the sphere [length]
+    radius: float  # radius of the sphere [length]
 
     def carry(self, x, v, t, there, then):
         angular_speed = speed_of(v) / self.radius
@@ -221,24 +219,15 @@ def speed_of(v):
 class Gap(NamedTuple):
     """The gap of two components: ``r.r - (contact + rate t)^2`` along their great circles."""
 
-    me: Any
-    """Old event of the one."""
-    other: Any
-    """Old event of the other."""
-    center: tuple
-    """Centre of the sphere [length]."""
-    mine: float
-    """Angular speed of the one [1 / time]."""
-    its: float
-    """Angular speed of the other [1 / time]."""
-    now: float
-    """Time since the beginning of the epoch."""
-    contact: float
-    """Distance of contact now [length]."""
-    rate: float
-    """Rate at which the distance of contact grows."""
-    bound: float
-    """Bound on the magnitude of the second derivative of the gap."""
+    me: Any  # old event of the one
+    other: Any  # old event of the other
+    center: tuple  # centre of the sphere [length]
+    mine: float  # angular speed of the one [1 / time]
+    its: float  # angular speed of the other [1 / time]
+    now: float  # time since the beginning of the epoch
+    contact: float  # distance of contact now [length]
+    rate: float  # rate at which the distance of contact grows
+    bound: float  # bound on the magnitude of the second derivative of the gap
 
     def value(self, t):
         me, other = self.me, self.other

@@ -17,10 +17,8 @@ from carom.errors import InputError
 class HalfPlane(NamedTuple):
     """Everything behind a line is solid."""
 
-    point: tuple[float, float]
-    """On the line [length]."""
-    normal: tuple[float, float]
-    """Unit vector to the free side."""
+    point: tuple[float, float]  # on the line [length]
+    normal: tuple[float, float]  # unit vector to the free side
 
 
 class Disk(NamedTuple):
@@ -41,17 +39,14 @@ class Line(NamedTuple):
     """A line along an axis."""
 
     axis: int
-    offset: float
-    """The other coordinate [length]."""
+    offset: float  # the other coordinate [length]
 
 
 class Hull(NamedTuple):
     """In the plane and in space: all places within a distance of the convex hull of points are solid."""
 
-    corners: tuple[tuple[float, ...], ...]
-    """The points, in any order [length]."""
-    radius: float = 0.0
-    """The distance [length]."""
+    corners: tuple[tuple[float, ...], ...]  # the points, in any order [length]
+    radius: float = 0.0  # the distance [length]
 
 
 class Arc(NamedTuple):
@@ -59,19 +54,15 @@ class Arc(NamedTuple):
 
     center: tuple[float, ...]
     radius: float
-    start: float
-    """Angle from the first axis [radians]."""
-    angle: float
-    """How far it goes from there, counterclockwise [radians]."""
+    start: float  # angle from the first axis [radians]
+    angle: float  # how far it goes from there, counterclockwise [radians]
 
 
 class SolidBehind(NamedTuple):
     """In space: everything behind a plane is solid."""
 
-    point: tuple[float, ...]
-    """On the plane [length]."""
-    normal: tuple[float, ...]
-    """Unit vector to the free side."""
+    point: tuple[float, ...]  # on the plane [length]
+    normal: tuple[float, ...]  # unit vector to the free side
 
 
 class SolidSphere(NamedTuple):

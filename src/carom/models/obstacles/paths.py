@@ -84,8 +84,7 @@ def pace(path, t):
 class Still(NamedTuple):
     """No displacement."""
 
-    still: bool = True
-    """Always true: Numba has no empty tuples of a class."""
+    still: bool = True  # always true: Numba has no empty tuples of a class
 
     def place(self, t):
         return 0.0
@@ -157,12 +156,9 @@ class Sine:
 class Swing(NamedTuple):
     """``amplitude sin(frequency t + phase)``."""
 
-    amplitude: float
-    """Largest displacement [length]."""
-    frequency: Annotated[float, parameter(-1)]
-    """Angular frequency."""
-    phase: float
-    """Phase at time zero, in radians."""
+    amplitude: float  # largest displacement [length]
+    frequency: Annotated[float, parameter(-1)]  # angular frequency
+    phase: float  # phase at time zero, in radians
 
     def place(self, t):
         return self.amplitude * math.sin(self.frequency * t + self.phase)

@@ -123,10 +123,8 @@ def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
 class HalfSpace(NamedTuple):
     """The half space ``normal . x >= offset`` is free."""
 
-    normal: tuple
-    """Unit vector into the free side."""
-    offset: float
-    """Distance from the origin along the normal [length]."""
+    normal: tuple  # unit vector into the free side
+    offset: float  # distance from the origin along the normal [length]
 
     def encounter(self, x, v, radius, growth):
         height = -self.offset - radius

@@ -44,16 +44,11 @@ class Own(NamedTuple):
     """What the decorator knows of a class."""
 
     kind: Kind
-    meanings: dict[str, Meaning]
-    """Of the fields."""
-    parts: dict[str, Prepared]
-    """The arrays beside them."""
-    constants: dict[str, Any]
-    """Numbers of the class that its compiled methods read."""
-    compiled: Any
-    """The type that the engine compiles."""
-    methods: tuple[Any, ...]
-    """The functions that are compiled."""
+    meanings: dict[str, Meaning]  # of the fields
+    parts: dict[str, Prepared]  # the arrays beside them
+    constants: dict[str, Any]  # numbers of the class that its compiled methods read
+    compiled: Any  # the type that the engine compiles
+    methods: tuple[Any, ...]  # the functions that are compiled
 
 
 def kind_of(value: Any) -> Kind | None:

@@ -22,12 +22,9 @@ from carom.units import TimeUnit
 class Meaning:
     """What the annotation of a field says."""
 
-    word: str
-    """What the field is."""
-    power: int = 0
-    """Its dimension is ``time**power``."""
-    text: str = ""
-    """The same as a sentence."""
+    word: str  # what the field is
+    power: int = 0  # its dimension is ``time**power``
+    text: str = ""  # the same as a sentence
 
 
 Array = Annotated[Any, Meaning("array", 0, "An array of numbers.")]
