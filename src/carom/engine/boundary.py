@@ -23,20 +23,14 @@ class NearestImage(NamedTuple):
 class SectorImage(NamedTuple):
     """A periodic box with fewer than four sectors along an edge: the image is the one seen in the sector."""
 
-    edges: tuple
-    """Edges of the box [length]."""
-    inverse: tuple
-    """Their inverses."""
-    shape: tuple
-    """Number of sectors along each edge."""
-    cell: np.ndarray
-    """Sector of each component, (n + 1, d) int32: the array of the sectors themselves."""
-    wraps: np.ndarray
-    """Boxes between a component's position and its sector, (n + 1, d) int32, theirs too."""
+    edges: tuple  # edges of the box [length]
+    inverse: tuple  # their inverses
+    shape: tuple  # number of sectors along each edge
+    cell: np.ndarray  # sector of each component, (n + 1, d) int32: the array of the sectors themselves
+    wraps: np.ndarray  # boxes between a component's position and its sector, (n + 1, d) int32, theirs too
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
-    bits: int
-    """Bits of a word that hold the neighbouring sector."""
+    bits: int  # bits of a word that hold the neighbouring sector
 
 
 class SteppedImage(NamedTuple):

@@ -36,20 +36,14 @@ class Model(NamedTuple):
     """What the basic functions are, by type, and their parameters, by value."""
 
     pair: Any
-    lanes: Any
-    """Room for what the search reads of candidates, or None."""
+    lanes: Any  # room for what the search reads of candidates, or None
     motion: Any
     boundary: Any
-    impact: Any
-    """What a contact of two components loses, or None where it is elastic."""
-    obstacles: Any
-    """Everything fixed that components can meet, or None."""
-    timing: Any
-    """How the time of a contact is computed; None: from the moment at which it is found."""
-    observers: Any
-    """What adds something up of the events (:mod:`carom.engine.observers`), or None."""
-    rules: Any
-    """The pair model again, where units decide by rules, or None."""
+    impact: Any  # what a contact of two components loses, or None where it is elastic
+    obstacles: Any  # everything fixed that components can meet, or None
+    timing: Any  # how the time of a contact is computed; None: from the moment at which it is found
+    observers: Any  # what adds something up of the events (:mod:`carom.engine.observers`), or None
+    rules: Any  # the pair model again, where units decide by rules, or None
     timers: Any
     """What kicks single components at times of its own (:mod:`carom.engine.timed_events`), or None."""
 

@@ -70,16 +70,12 @@ NARROWEST = 2.0**-40
 class Calendar(NamedTuple):
     """A window of buckets and a heap."""
 
-    control: Any
-    """One record of type CONTROL."""
+    control: Any  # one record of type CONTROL
     buckets: np.ndarray
     """(buckets + 1, 16) uint32: count, link, entries; the last row takes what is due beyond the window."""
-    lines: np.ndarray
-    """(lines, 16) uint32: full lines that buckets spilled; line 0 is no line."""
-    event_time: np.ndarray
-    """Heap: times."""
-    component: np.ndarray
-    """Heap: entries."""
+    lines: np.ndarray  # (lines, 16) uint32: full lines that buckets spilled; line 0 is no line
+    event_time: np.ndarray  # heap: times
+    component: np.ndarray  # heap: entries
 
 
 def usual_heap(n: int) -> int:

@@ -32,12 +32,9 @@ class Chain(NamedTuple):
 class Crowd(NamedTuple):
     """A link of many of one kind, in arrays: each in a tuple would be compiled, minutes for hundreds."""
 
-    head: Any
-    """A model of all of them, which answers ``members`` and ``member``."""
-    number: int
-    """Number of the first of them."""
-    tail: Any
-    """The rest, a Chain, a Crowd or None."""
+    head: Any  # a model of all of them, which answers ``members`` and ``member``
+    number: int  # number of the first of them
+    tail: Any  # the rest, a Chain, a Crowd or None
     grid: Any = None
     """Cells in which they are looked up (:mod:`carom.engine.obstacle_grid`), or None where all are asked."""
 

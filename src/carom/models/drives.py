@@ -61,20 +61,15 @@ def kick(drive, i, mass, x, v, time):
 class Noise(NamedTuple):
     """A velocity becomes ``keep v + width normal`` at events of each component."""
 
-    keep: float
-    """Part of the velocity that remains."""
+    keep: float  # part of the velocity that remains
     width: Annotated[np.ndarray, parameter(-1)]
     """Standard deviation of the noise along each axis, (n,) [length / time]."""
     interval: Annotated[float, parameter(1)]
     """Time between two events of a component; its mean, where they are random [time]."""
-    random: bool
-    """Whether the events are those of a Poisson process."""
-    seed: int
-    """Seed of the random numbers."""
-    due: Annotated[np.ndarray, kept(1)]
-    """When each component has its next event, (n,) [time]."""
-    drawn: Annotated[np.ndarray, kept()]
-    """How many each has had, (n,) int64."""
+    random: bool  # whether the events are those of a Poisson process
+    seed: int  # seed of the random numbers
+    due: Annotated[np.ndarray, kept(1)]  # when each component has its next event, (n,) [time]
+    drawn: Annotated[np.ndarray, kept()]  # how many each has had, (n,) int64
 
     def next_time(self, i, x, v, time):
         return self.due[i]

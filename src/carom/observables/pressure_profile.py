@@ -29,28 +29,18 @@ if TYPE_CHECKING:
 class LayerFlux(NamedTuple):
     """What flights and events of a stretch add to the pressure tensor of layers: an observer of events."""
 
-    axis: int
-    """The axis along which layers follow each other."""
-    edge: float
-    """Edge of the box along it [length]."""
-    wraps: bool
-    """Whether the box is periodic along it."""
-    g: np.ndarray
-    """Acceleration of all particles, (d,) [length / time^2]."""
-    masses: np.ndarray
-    """Of each particle, (n,) [mass]."""
-    radii: np.ndarray
-    """Of each particle, (n,) [length]."""
+    axis: int  # the axis along which layers follow each other
+    edge: float  # edge of the box along it [length]
+    wraps: bool  # whether the box is periodic along it
+    g: np.ndarray  # acceleration of all particles, (d,) [length / time^2]
+    masses: np.ndarray  # of each particle, (n,) [mass]
+    radii: np.ndarray  # of each particle, (n,) [length]
     drift: np.ndarray
     """Velocity of the center of mass along axes on which the momentum is conserved, else 0 (d,)."""
-    x: np.ndarray
-    """Where along the axis each particle began its flight, (n,) [length]."""
-    v: np.ndarray
-    """Its velocity then, (n, d) [length / time]."""
-    since: np.ndarray
-    """When this was, (n,) [time]."""
-    stays: np.ndarray
-    """Time that particles spent in each layer, (b,) [time]."""
+    x: np.ndarray  # where along the axis each particle began its flight, (n,) [length]
+    v: np.ndarray  # its velocity then, (n, d) [length / time]
+    since: np.ndarray  # when this was, (n,) [time]
+    stays: np.ndarray  # time that particles spent in each layer, (b,) [time]
     carried: np.ndarray
     """Integral of the sum of ``m v_a v_b`` in each layer over time, (b, d, d) [energy time]."""
     virial: np.ndarray

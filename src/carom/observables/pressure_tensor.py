@@ -25,18 +25,13 @@ if TYPE_CHECKING:
 class MomentumFlux(NamedTuple):
     """What the events of a stretch add to the pressure tensor: an observer of events."""
 
-    masses: np.ndarray
-    """Of each particle, (n,) [mass]."""
+    masses: np.ndarray  # of each particle, (n,) [mass]
     drift: np.ndarray
     """Velocity of the center of mass along axes on which the momentum is conserved, else 0 (d,)."""
-    origin: float
-    """When the stretch began [time]."""
-    virial: np.ndarray
-    """Sum of ``r_a dp_b`` over events of pairs, (d, d) [mass length^2 / time]."""
-    change: np.ndarray
-    """Sum of the changes of ``m v_a v_b`` at events, (d, d) [energy]."""
-    moment: np.ndarray
-    """Sum of these changes times the time since the origin, (d, d) [energy time]."""
+    origin: float  # when the stretch began [time]
+    virial: np.ndarray  # sum of ``r_a dp_b`` over events of pairs, (d, d) [mass length^2 / time]
+    change: np.ndarray  # sum of the changes of ``m v_a v_b`` at events, (d, d) [energy]
+    moment: np.ndarray  # sum of these changes times the time since the origin, (d, d) [energy time]
 
 
 @at_pair.register

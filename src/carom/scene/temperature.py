@@ -74,13 +74,10 @@ def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
 class Thermal(NamedTuple):
     """What is thermal of the velocities of a scene."""
 
-    conserved: tuple[bool, ...]
-    """Along which axes the total momentum is conserved."""
+    conserved: tuple[bool, ...]  # along which axes the total momentum is conserved
     degrees_of_freedom: int
-    masses: np.ndarray
-    """Of each component, (n,) [mass]."""
-    velocities: np.ndarray
-    """Of each component, (n, d) [length / time]."""
+    masses: np.ndarray  # of each component, (n,) [mass]
+    velocities: np.ndarray  # of each component, (n, d) [length / time]
     peculiar: np.ndarray
     """Velocities about that of the centre of mass, (n, d) [length / time]: :func:`peculiar`."""
 

@@ -36,14 +36,10 @@ class AllEvents(NamedTuple):
 
     used: np.ndarray
     """How many collisions each has, in the first column, (processes, 8) int64: a cache line for each."""
-    entries: Any
-    """(processes, room) of type ENTRY."""
-    component: np.ndarray
-    """(processes, room) int32."""
-    details: Any
-    """(processes, room) of type DETAIL, or None."""
-    order: np.ndarray
-    """The process of each collision in the order of time, (processes * room,) uint16."""
+    entries: Any  # (processes, room) of type ENTRY
+    component: np.ndarray  # (processes, room) int32
+    details: Any  # (processes, room) of type DETAIL, or None
+    order: np.ndarray  # the process of each collision in the order of time, (processes * room,) uint16
 
 
 def make_all_events(processes: int, capacity: int, detailed: bool) -> AllEvents:

@@ -28,12 +28,9 @@ class Contacts(NamedTuple):
     """Of each component ROOM records: the other, its version then, a time shortly before the contact, and the
     time of the contact, rounded as rows round it; (n ROOM,).
     """
-    counts: np.ndarray
-    """How many of them are filled, or CHANGED, (n,) int64."""
-    versions: np.ndarray
-    """How often the flight of each has changed, (n,) int64."""
-    first_dropped: np.ndarray
-    """Time of the earliest contact that found no room, or NEVER, (n,)."""
+    counts: np.ndarray  # how many of them are filled, or CHANGED, (n,) int64
+    versions: np.ndarray  # how often the flight of each has changed, (n,) int64
+    first_dropped: np.ndarray  # time of the earliest contact that found no room, or NEVER, (n,)
 
 
 def make_contacts(n: int, number: type) -> Contacts:

@@ -49,37 +49,25 @@ from carom.models.questions.particles import NEVER
 class Lists(NamedTuple):
     """Components by neighbour."""
 
-    bounds: Any
-    """EqualBounds, UnequalBounds or GrowingBounds."""
+    bounds: Any  # EqualBounds, UnequalBounds or GrowingBounds
     grid: Grid
     cells: np.ndarray
     """Components in each cell, (cells + 1, room) uint32; the last row is there to be read beyond the one
     before it.
     """
-    members: np.ndarray
-    """How many each cell holds, (cells,) uint16."""
-    grid_step: tuple
-    """Length of one step of a reference point along each axis."""
-    reference: np.ndarray
-    """Reference points, (n,) uint64: steps along each axis, side by side."""
-    refs: np.ndarray
-    """Neighbours, list after list, uint32."""
-    found: np.ndarray
-    """Room for those found in the cells around one, (room,) uint32."""
-    points: np.ndarray
-    """Room for their reference points, (room,) uint64."""
-    sizes: np.ndarray
-    """Room for the radii of their bounds where these differ, (room,) float64."""
-    newcomers: np.ndarray
-    """Room for those newly listed, uint32."""
-    hits: np.ndarray
-    """Which of them are to be listed, (room,) int64."""
-    counts: np.ndarray
-    """How many neighbours, (n,) uint16, or int32 where there is room for more."""
+    members: np.ndarray  # how many each cell holds, (cells,) uint16
+    grid_step: tuple  # length of one step of a reference point along each axis
+    reference: np.ndarray  # reference points, (n,) uint64: steps along each axis, side by side
+    refs: np.ndarray  # neighbours, list after list, uint32
+    found: np.ndarray  # room for those found in the cells around one, (room,) uint32
+    points: np.ndarray  # room for their reference points, (room,) uint64
+    sizes: np.ndarray  # room for the radii of their bounds where these differ, (room,) float64
+    newcomers: np.ndarray  # room for those newly listed, uint32
+    hits: np.ndarray  # which of them are to be listed, (room,) int64
+    counts: np.ndarray  # how many neighbours, (n,) uint16, or int32 where there is room for more
     steps: Any
     """How words name the steps of pairs (:mod:`carom.engine.pair_steps`), or None where they have none."""
-    window: Any
-    """Tilts of the lattice that the lists are for (:mod:`.tilt_window`), or None where none tilts."""
+    window: Any  # tilts of the lattice that the lists are for (:mod:`.tilt_window`), or None where none tilts
 
     def candidates(self, boundary, i, half):
         return self.refs, start(self.bounds, i), np.int64(self.counts[i])

@@ -99,16 +99,12 @@ class Loss:
 class Law(NamedTuple):
     """Restitution by speed, and the two remedies against inelastic collapse."""
 
-    restitution: float
-    """Restitution at the speed ``at_speed``."""
+    restitution: float  # restitution at the speed ``at_speed``
     at_speed: Annotated[float, parameter(-1)]
     """Speed at which the restitution is that; 0 if it does not depend on the speed."""
-    power: float
-    """Exponent of the speed."""
-    threshold: Annotated[float, parameter(-1)]
-    """Speed below which a contact is elastic."""
-    contact_time: Annotated[float, parameter(1)]
-    """A contact within this time after the last one is elastic."""
+    power: float  # exponent of the speed
+    threshold: Annotated[float, parameter(-1)]  # speed below which a contact is elastic
+    contact_time: Annotated[float, parameter(1)]  # a contact within this time after the last one is elastic
 
 
 def never_touched(particles: Particles) -> np.ndarray:

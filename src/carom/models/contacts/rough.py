@@ -151,24 +151,15 @@ def spin_axes(dimension: int) -> int:
 class Rubbing(NamedTuple):
     """Contacts that exchange momentum along the surfaces, too."""
 
-    restitution: float
-    """Normal speed after over normal speed before a contact."""
-    threshold: Annotated[float, parameter(-1)]
-    """Normal speed below which the normal part is elastic."""
-    spared: Annotated[np.ndarray, kept()]
-    """Number of contacts that were elastic for that reason, (1,) int64."""
-    tangential: float
-    """beta."""
-    friction: float
-    """Largest ratio of the tangential to the normal impulse."""
-    inertia: np.ndarray
-    """Moment of inertia over R^2, (n + 1,) [mass]."""
-    radii: np.ndarray
-    """(n + 1,) [length]."""
-    spins: Annotated[np.ndarray, kept(-1)]
-    """(n + 1, 1) in the plane, (n + 1, 3) in space [1 / time]."""
-    normal: Annotated[np.ndarray, ROOM]
-    """Room for the unit vector from one particle to the other, (3,)."""
+    restitution: float  # normal speed after over normal speed before a contact
+    threshold: Annotated[float, parameter(-1)]  # normal speed below which the normal part is elastic
+    spared: Annotated[np.ndarray, kept()]  # number of contacts that were elastic for that reason, (1,) int64
+    tangential: float  # beta
+    friction: float  # largest ratio of the tangential to the normal impulse
+    inertia: np.ndarray  # moment of inertia over R^2, (n + 1,) [mass]
+    radii: np.ndarray  # (n + 1,) [length]
+    spins: Annotated[np.ndarray, kept(-1)]  # (n + 1, 1) in the plane, (n + 1, 3) in space [1 / time]
+    normal: Annotated[np.ndarray, ROOM]  # room for the unit vector from one particle to the other, (3,)
     slip: Annotated[np.ndarray, ROOM]
     """Room for a velocity of the surfaces, which becomes the tangential impulse, (3,)."""
 

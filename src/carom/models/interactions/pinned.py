@@ -76,12 +76,9 @@ class Pinned:
 class PinnedCores(NamedTuple):
     """Hard cores of which some have infinite mass."""
 
-    radii: np.ndarray
-    """(n + 1,) float64 [length]."""
-    inverse: np.ndarray
-    """One over the mass, 0 where a component is pinned, (n + 1,) float64."""
-    masses: np.ndarray
-    """(n + 1,) float64."""
+    radii: np.ndarray  # (n + 1,) float64 [length]
+    inverse: np.ndarray  # one over the mass, 0 where a component is pinned, (n + 1,) float64
+    masses: np.ndarray  # (n + 1,) float64
     impulse: Annotated[np.ndarray, kept(-1)]
     """Momentum that each component took up along the normals of its contacts, (n + 1,) float64."""
 

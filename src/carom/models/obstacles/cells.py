@@ -21,14 +21,10 @@ MOST_ENTRIES = 256
 class Cells(NamedTuple):
     """A grid of cells over the box, and the obstacles in each: those that come into it."""
 
-    shape: tuple[int, ...]
-    """Cells along each axis."""
-    sides: tuple[float, ...]
-    """Sides of a cell [length]."""
-    starts: np.ndarray
-    """Where the obstacles of each cell begin, (cells + 1,) int64."""
-    members: np.ndarray
-    """Obstacles, cell after cell, int32."""
+    shape: tuple[int, ...]  # cells along each axis
+    sides: tuple[float, ...]  # sides of a cell [length]
+    starts: np.ndarray  # where the obstacles of each cell begin, (cells + 1,) int64
+    members: np.ndarray  # obstacles, cell after cell, int32
     shifts: np.ndarray
     """Boxes from the cell to where that obstacle comes into an image of it, (entries, d) int32."""
 

@@ -280,12 +280,9 @@ class Arcs(NamedTuple):
 
     times: Annotated[np.ndarray, parameter(1)]
     """Time at which each piece begins, and the end, (k + 1,) float64."""
-    places: np.ndarray
-    """Displacement at the beginning of each piece, (k,) float64 [length]."""
-    speeds: Annotated[np.ndarray, parameter(-1)]
-    """Speed at the beginning of each piece, (k,) float64."""
-    bends: Annotated[np.ndarray, parameter(-2)]
-    """Acceleration of each piece, (k,) float64."""
+    places: np.ndarray  # displacement at the beginning of each piece, (k,) float64 [length]
+    speeds: Annotated[np.ndarray, parameter(-1)]  # speed at the beginning of each piece, (k,) float64
+    bends: Annotated[np.ndarray, parameter(-2)]  # acceleration of each piece, (k,) float64
 
     def place(self, t):
         t = t % self.times[-1]
