@@ -210,8 +210,7 @@ def integer(**limits: Any) -> Check:
     return said(test, type="integer", **_bounds(limits))
 
 
-SEED = integer(low=0, high=2**63 - 1)
-"""The check of a seed."""
+SEED = integer(low=0, high=2**63 - 1)  # the check of a seed
 
 
 def positive(value: Any, name: str) -> float:

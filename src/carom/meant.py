@@ -44,11 +44,9 @@ SAME = (
 )  # fmt: skip
 """Words for the same thing: here and there in Carom, in other programs, in formulas and in older versions."""
 
-NO_KEYWORDS = {"self", "cls", "keywords", "unknown"}
-"""Parameters that nobody gives by name."""
+NO_KEYWORDS = {"self", "cls", "keywords", "unknown"}  # parameters that nobody gives by name
 
-ALIKE = 0.65
-"""How alike two names are at least, where one is meant for the other."""
+ALIKE = 0.65  # how alike two names are at least, where one is meant for the other
 
 
 def synonym(name: str, known: Iterable[str]) -> str | None:

@@ -239,8 +239,7 @@ def shown(name: str) -> str:
     return short if short.isprintable() and short else repr(short)
 
 
-MOST_POINTS = 10_000
-"""Largest number of values from first to last."""
+MOST_POINTS = 10_000  # largest number of values from first to last
 
 
 def numbers_of(flag: str) -> Callable[[str], list[float]]:

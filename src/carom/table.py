@@ -16,8 +16,7 @@ from carom.texts import html, visible
 if TYPE_CHECKING:
     from rich.console import Console
 
-WIDE = 200
-"""Characters of a line of a table as plain text."""
+WIDE = 200  # characters of a line of a table as plain text
 
 
 @dataclass(frozen=True)

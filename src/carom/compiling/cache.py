@@ -20,8 +20,7 @@ from numba.core.runtime import rtsys
 from carom.compiling.code_digest import classes_in, digest_of
 from carom.compiling.compile_listeners import notify
 
-BOUNDS_CHECKED = getattr(config, "BOUNDSCHECK", None)
-"""What NUMBA_BOUNDSCHECK says."""
+BOUNDS_CHECKED = getattr(config, "BOUNDSCHECK", None)  # what NUMBA_BOUNDSCHECK says
 
 CHECKED = hashlib.sha256().digest_size
 """Bytes at the beginning of a file: the SHA-256 of the others, which begin with the seconds that it took."""

@@ -29,11 +29,9 @@ INLINED: dict = {}
 TRUSTED = frozenset(sys.stdlib_module_names) | {"numba", "numpy", "llvmlite"}
 """Packages whose code is known by their versions."""
 
-PACKAGE = __name__.rpartition(".")[0]
-"""This package, whose code is known by its files."""
+PACKAGE = __name__.rpartition(".")[0]  # this package, whose code is known by its files
 
-FOREIGN_TO_ALL = ("__main__", "__mp_main__")
-"""Modules that no other process finds under that name."""
+FOREIGN_TO_ALL = ("__main__", "__mp_main__")  # modules that no other process finds under that name
 
 _VALUES = (bool, int, float, complex, str, bytes, np.generic, np.dtype, type(None), type(...), slice)
 _PLAIN = (types.Number, types.Boolean, types.NoneType, types.Array, types.UnicodeType, types.Literal)

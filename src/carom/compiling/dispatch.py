@@ -63,8 +63,7 @@ def _compile(function, how: str) -> None:
     compile_once(function, answer, INLINE)
 
 
-IN_USE: set = set()
-"""Classes of models for which an entry point has been compiled, or loaded."""
+IN_USE: set = set()  # classes of models for which an entry point has been compiled, or loaded
 
 
 def _in_time(generic):

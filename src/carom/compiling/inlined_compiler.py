@@ -30,8 +30,7 @@ PASSES = (
 )
 """What our own functions need of Numba's passes."""
 
-OTHERS = {"literal_unroll", "literally", "objmode"}
-"""Names of what needs more."""
+OTHERS = {"literal_unroll", "literally", "objmode"}  # names of what needs more
 
 
 def compile_once(function, choose, options) -> None:

@@ -30,11 +30,9 @@ from carom.compiling.borrowed import BorrowedArray, BorrowedTuple, BorrowedUniTu
 from carom.compiling.dispatch import INLINE
 from carom.compiling.intrinsics import compiled_as
 
-LANES = 8
-"""Values in a register."""
+LANES = 8  # values in a register
 
-WIDTH = 32
-"""Candidates that the last bits of a time tell apart."""
+WIDTH = 32  # candidates that the last bits of a time tell apart
 
 INT, DOUBLE = ir.IntType(64), ir.DoubleType()
 WORDS = ir.VectorType(ir.IntType(32), LANES)

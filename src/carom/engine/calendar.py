@@ -35,8 +35,7 @@ from carom.models.questions.particles import NEVER
 ENTRIES = 14
 """Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""
 
-FEWEST, MOST = 4.0, 8.5
-"""Cycles a bucket below and above which the next window has buckets of another width."""
+FEWEST, MOST = 4.0, 8.5  # cycles a bucket below and above which the next window has buckets of another width
 
 LARGE_SYSTEM_FACTOR = 0.47
 """Factor on both for ``HUGE`` systems: memory is requested a bucket at a time, best a few events ahead."""
@@ -44,8 +43,7 @@ LARGE_SYSTEM_FACTOR = 0.47
 BLOCK = 256
 """Components that are looked at together when the calendar is laid out; the heap has room for as many."""
 
-MOST_NEW_ENTRIES = 8
-"""Entries that one cycle can add to the heap, at most."""
+MOST_NEW_ENTRIES = 8  # entries that one cycle can add to the heap, at most
 
 # No field may have the name of an attribute of numpy scalars (size, say): the engine runs as Python, too.
 CONTROL = np.dtype(

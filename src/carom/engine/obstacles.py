@@ -39,8 +39,7 @@ class Crowd(NamedTuple):
     """Cells in which they are looked up (:mod:`carom.engine.obstacle_grid`), or None where all are asked."""
 
 
-HAIR = 2.0**-40
-"""Part of a time by which it may be rounded."""
+HAIR = 2.0**-40  # part of a time by which it may be rounded
 
 
 class Sight(NamedTuple):

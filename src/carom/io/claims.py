@@ -20,17 +20,14 @@ from carom.errors import FileError
 
 T = TypeVar("T")
 
-_WRITTEN, _CHANGING = 1 << 61, (1 << 61) + 1
-"""Offsets of the two bytes."""
+_WRITTEN, _CHANGING = 1 << 61, (1 << 61) + 1  # offsets of the two bytes
 
-_JUST = 1.0
-"""Seconds for which a file counts as being written after a change, where there are no locks."""
+_JUST = 1.0  # seconds for which a file counts as being written after a change, where there are no locks
 
 _WAIT = 0.2
 """Seconds for which a reader and a writer wait for each other, at most: either may have been stopped."""
 
-_TRIES = 5
-"""How often a file that is being written is read before that is given up."""
+_TRIES = 5  # how often a file that is being written is read before that is given up
 
 _OURS: dict[tuple[int, int], int] = {}
 """Device and number of each file that this process writes, and by how many writers."""

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 
 _VELOCITIES = ("velo", "vel", "velocities", "velocity")
 _CLOCKS = ("step", "time")
-_SOMETIMES = ("velocity", "image")
-"""Elements of H5MD that a frame may do without."""
+_SOMETIMES = ("velocity", "image")  # elements of H5MD that a frame may do without
 _ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
 
 

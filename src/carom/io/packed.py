@@ -15,11 +15,9 @@ import numpy as np
 _LEVEL = 1
 """Level of zlib. Level 4 saves 2 % more and takes 1.5 times as long."""
 
-_SAMPLE = 1 << 16
-"""Numbers, at most, from which the packed size is estimated."""
+_SAMPLE = 1 << 16  # numbers, at most, from which the packed size is estimated
 
-_WORTH = 2.0 / 3.0
-"""Largest ratio of packed to unpacked size at which an array is packed."""
+_WORTH = 2.0 / 3.0  # largest ratio of packed to unpacked size at which an array is packed
 
 
 def expected(array: np.ndarray) -> float:

@@ -23,8 +23,7 @@ Check = Callable[[Any, str], Any]
 LARGEST = 2**26
 """Largest size of a JSON file [bytes]; the records of a study are the largest ones."""
 
-DEEPEST = 40
-"""Levels of tables and lists in a file."""
+DEEPEST = 40  # levels of tables and lists in a file
 
 
 def read_text(path: Path, what: str, largest: int) -> str:

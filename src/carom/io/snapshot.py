@@ -17,8 +17,7 @@ import numpy as np
 LONGEST = 1 << 24
 """Bytes of a line, at most: a file of zeros is one line that never ends."""
 
-PACKED = (".gz", ".bz2", ".xz")
-"""Suffixes of compressed files, before which stands that of the format."""
+PACKED = (".gz", ".bz2", ".xz")  # suffixes of compressed files, before which stands that of the format
 
 _MAGIC: dict[bytes, Callable[[Path], Any]] = {
     b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ\0": lzma.open,

@@ -12,8 +12,7 @@ from carom.scene.lattices import MOST_DIMENSIONS
 from carom.scene.species import MOST_SPECIES
 
 _REALS = ("positions", "velocities", "box", "diameters", "masses", "time")
-_WORDS = {"box": "box edges"}
-"""Names of fields in messages, where they differ from those of the frame."""
+_WORDS = {"box": "box edges"}  # names of fields in messages, where they differ from those of the frame
 _INTEGERS = np.iinfo(np.int64)
 _IMAGES = np.iinfo(np.int32)
 

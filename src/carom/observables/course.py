@@ -19,8 +19,7 @@ from carom.observables.statistics import Estimate, blocking, ratio
 TREND = 3
 """Degree in time of the trend of Z while diameters grow. The trend is a smooth curve, and no scatter."""
 
-FEW = 16
-"""Number of blocks below which the trend is a straight line."""
+FEW = 16  # number of blocks below which the trend is a straight line
 
 
 @dataclass(frozen=True)

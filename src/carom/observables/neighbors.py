@@ -24,11 +24,9 @@ SPARE = 1.25
 fifteen then has too few. With 1.5 it would be one of two hundred, but all others would examine more.
 """
 
-FURTHER = 2.0
-"""Volume of each later reach over that of the one before."""
+FURTHER = 2.0  # volume of each later reach over that of the one before
 
-ACROSS = 1.0 + 2.0**-10
-"""Edge of a cell across the columns [reach]."""
+ACROSS = 1.0 + 2.0**-10  # edge of a cell across the columns [reach]
 
 
 def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:

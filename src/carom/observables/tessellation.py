@@ -12,8 +12,7 @@ import numpy as np
 
 from carom.scene.overlaps import Room
 
-FIRST = 3.0
-"""Depth of the first layer of images around the box [mean spacing]."""
+FIRST = 3.0  # depth of the first layer of images around the box [mean spacing]
 
 NARROW = float(np.finfo(float).eps) ** 0.625
 """Width of a face [length of its bond] below which it makes no neighbors. In a square lattice, two cells at

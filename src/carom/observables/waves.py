@@ -10,11 +10,9 @@ import numpy as np
 from carom.arithmetic import cosine_and_sine
 from carom.errors import InputError
 
-MOST = 10_000_000
-"""Wave vectors at most."""
+MOST = 10_000_000  # wave vectors at most
 
-PORTION = 2**20
-"""Products of particles and wave vectors at a time, so that memory stays small."""
+PORTION = 2**20  # products of particles and wave vectors at a time, so that memory stays small
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,8 +25,7 @@ CROWDED = 64
 nearly all components, as for a drop in a large box.
 """
 
-WIDE = 1000
-"""Columns around a column above which a k-d tree is better, as in high dimensions."""
+WIDE = 1000  # columns around a column above which a k-d tree is better, as in high dimensions
 
 
 def near_pairs(

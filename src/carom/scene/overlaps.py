@@ -31,8 +31,7 @@ ENGINE_OVERLAP = 1e-12
 
 EPSILON = float(np.finfo(np.float64).eps)
 
-FEW = 400
-"""Components up to which checking every pair is faster than loading SciPy."""
+FEW = 400  # components up to which checking every pair is faster than loading SciPy
 
 MANY = 20_000
 """Components from which compiled code lists pairs. For fewer, loading it takes longer than a k-d tree."""

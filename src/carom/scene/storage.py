@@ -21,8 +21,7 @@ from carom.scene.scene import Scene
 ARRAYS = ("positions", "velocities", "spins", "species", "contact")
 """Fields that are arrays, where they are given."""
 
-MODELS = (*model_checks.USUAL, "drive")
-"""Fields that are models."""
+MODELS = (*model_checks.USUAL, "drive")  # fields that are models
 
 
 def to_arrays(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, Any]]:

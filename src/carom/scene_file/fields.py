@@ -16,8 +16,7 @@ from carom.errors import InputError
 LATTICES = ("fcc", "triangular", "cubic", "dn")
 FORMATS = ("h5md", "extxyz", "gsd")
 
-MOST = 10**8
-"""Most particles of a scene, as in :mod:`carom.scene.lattices`."""
+MOST = 10**8  # most particles of a scene, as in :mod:`carom.scene.lattices`
 
 MOST_DIMENSIONS = 12
 

@@ -31,8 +31,7 @@ if TYPE_CHECKING:
     from carom.engine.system import System
     from carom.scene.scene import Scene
 
-LEAST = -700.0
-"""Logarithm of a probability that no random number is below, and whose exponential is no zero."""
+LEAST = -700.0  # logarithm of a probability that no random number is below, and whose exponential is no zero
 
 
 @described

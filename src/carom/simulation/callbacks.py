@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
     from carom.simulation.simulation import Simulation
 
-Call = Callable[[Any], object]
-"""A function that is called with the simulation."""
+Call = Callable[[Any], object]  # a function that is called with the simulation
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from fractions import Fraction
 from carom.errors import InputError
 from carom.units import TimeUnit
 
-LAST_EPOCH = 2**61
-"""Epochs that a clock can count, with room to spare."""
+LAST_EPOCH = 2**61  # epochs that a clock can count, with room to spare
 
 
 @dataclass

@@ -25,17 +25,14 @@ ENDS = (*(k / 32 for k in range(1, 13)), 3 / 4)
 last is long, because the error of its mean is what the temperature misses.
 """
 
-SAMPLES = 512
-"""Samples of kT in all, in a field, where its integral over time is not known."""
+SAMPLES = 512  # samples of kT in all, in a field, where its integral over time is not known
 
 MOST_LENGTHS = 16.0
 """An equilibration goes on until the particles have left their neighbourhoods, up to so many lengths."""
 
-LEAST_MORE = 0.25
-"""Part of the length so far that it goes on for, at least, before it looks again."""
+LEAST_MORE = 0.25  # part of the length so far that it goes on for, at least, before it looks again
 
-Look = Callable[[float], object]
-"""Called from time to time with a fraction that is done."""
+Look = Callable[[float], object]  # called from time to time with a fraction that is done
 
 
 class Equilibration:

@@ -23,14 +23,12 @@ beyond, where faster growth would jam.
 STILL = 1e-6
 """The same while a crystal melts: nearly zero, as a simulation without growth cannot take it up later."""
 
-STRETCH = 0.02
-"""Slow growth between two rescalings, as a part of the diameter."""
+STRETCH = 0.02  # slow growth between two rescalings, as a part of the diameter
 
 MOST = 1000
 """Collisions a component in one stretch, by far more than any fluid has, after which it counts as jammed."""
 
-CLEAR = 1.0 + 1e-9
-"""Diameters grow by so much too far, so that rounding leaves no overlap."""
+CLEAR = 1.0 + 1e-9  # diameters grow by so much too far, so that rounding leaves no overlap
 
 
 def grown(

@@ -47,17 +47,13 @@ if TYPE_CHECKING:
 KINDS = 12
 """Components whose distances of contact are looked at: unlike ones, if there are so many."""
 
-TRIED = 6
-"""Events of a motion, of two components or with an obstacle that are tried at least."""
+TRIED = 6  # events of a motion, of two components or with an obstacle that are tried at least
 
-ATTEMPTS = 200
-"""Random ways among which ways to events are looked for."""
+ATTEMPTS = 200  # random ways among which ways to events are looked for
 
-IMPACTS = 64
-"""Contacts on which a contact law is tried, and components on which a drive is."""
+IMPACTS = 64  # contacts on which a contact law is tried, and components on which a drive is
 
-SEVERAL = 16
-"""Obstacles that are tried, if there are so many."""
+SEVERAL = 16  # obstacles that are tried, if there are so many
 
 
 def check_user_models(scene: Scene, system: System) -> None:

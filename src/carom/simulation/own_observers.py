@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
     from carom.simulation.run_state import RunState
 
-TRIED = 64
-"""Events that an observer is told of in plain Python, before it is compiled."""
+TRIED = 64  # events that an observer is told of in plain Python, before it is compiled
 
 
 def is_observer(value: Any) -> bool:

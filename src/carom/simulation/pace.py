@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
-STRETCH = 1.0
-"""Collisions a particle after which a rate is known."""
+STRETCH = 1.0  # collisions a particle after which a rate is known
 
 LEAST_SECONDS = 0.1
 """Wall time [s] after which it is known at the earliest: several turns of the system's scheduler."""

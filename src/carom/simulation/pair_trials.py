@@ -25,11 +25,9 @@ from carom.simulation.trials import (
     time_of,
 )
 
-EVENTS = 6
-"""Events in a row of a pair on steps that are tried."""
+EVENTS = 6  # events in a row of a pair on steps that are tried
 
-LOOKS = 33
-"""Times at which the way of two components is looked at."""
+LOOKS = 33  # times at which the way of two components is looked at
 
 SPAN = 20.0
 """How far ahead meetings along curves are looked for, in the time of a displacement of the usual size."""

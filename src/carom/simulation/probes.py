@@ -15,8 +15,7 @@ from carom.simulation.trials import time_of
 SPEEDS = (1.0, 1024.0)
 """Speeds of head-on approaches, in units of the thermal speed: an interaction may depend on the speed."""
 
-DOUBLINGS = 64
-"""How often the distance at which an approach begins is doubled."""
+DOUBLINGS = 64  # how often the distance at which an approach begins is doubled
 
 
 def contact_range_of(interaction: Any, scene: Any) -> float:

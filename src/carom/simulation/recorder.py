@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from carom.io.events import EventLog
     from carom.simulation.run_state import RunState
 
-BUFFER = 1 << 16
-"""Collisions kept in memory before they go to the file."""
+BUFFER = 1 << 16  # collisions kept in memory before they go to the file
 
 
 class Recorder:

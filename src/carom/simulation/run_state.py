@@ -35,8 +35,7 @@ if TYPE_CHECKING:
     from carom.simulation.workers.executive import Executive
     from carom.units import TimeUnit
 
-Steps = tuple[np.ndarray, np.ndarray]
-"""Pairs (m, 2), and on which step each is, (m,)."""
+Steps = tuple[np.ndarray, np.ndarray]  # pairs (m, 2), and on which step each is, (m,)
 
 
 def frame_of(

@@ -37,11 +37,9 @@ if TYPE_CHECKING:
 MOST_BOXES = 2.0**20
 """Boxes from the origin, at most, and factor on speeds by which they may differ from those of now."""
 
-FINITE = float(np.finfo(np.float64).max)
-"""Largest number."""
+FINITE = float(np.finfo(np.float64).max)  # largest number
 
-PARTED = 2.0**-20
-"""Largest part by which radii that have grown may differ from what rates and the clock say."""
+PARTED = 2.0**-20  # largest part by which radii that have grown may differ from what rates and the clock say
 
 FIXED = re.compile(
     r"state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|extra_slack|names)"

@@ -14,8 +14,7 @@ from carom.scene.temperature import peculiar
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
-WINDOW = 100
-"""Events a component over which their rate is taken."""
+WINDOW = 100  # events a component over which their rate is taken
 
 CLUSTER = 1000
 """Events a component that may come at one time besides: n touching rods in a row sort out n / 2 each."""

@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from carom.engine.system import System
     from carom.scene.scene import Scene
 
-SLIGHT = 2.0**-20
-"""Pairs are listed up to contacts that are longer by so much, so that rounding loses none."""
+SLIGHT = 2.0**-20  # pairs are listed up to contacts that are longer by so much, so that rounding loses none
 
 
 @described

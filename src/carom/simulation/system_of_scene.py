@@ -43,11 +43,9 @@ their digits, with some room for their products.
 STEEPEST = 2.0**43
 """Height of steps over kT, at most: a sum of both is then rounded by a thousandth of kT."""
 
-SINGLE = 2.0**-23
-"""Spacing of single precision at 1."""
+SINGLE = 2.0**-23  # spacing of single precision at 1
 
-COARSEST = 2.0**-6
-"""Part of a diameter, or of the speeds, that single precision may round off."""
+COARSEST = 2.0**-6  # part of a diameter, or of the speeds, that single precision may round off
 
 SLOWEST_GROWTH = 2.0**-512
 """Growth of diameters over speeds, about, below which nothing grows by a digit, and quotients overflow."""

@@ -24,11 +24,9 @@ a zone.
 BORDERS = BORDER_BELOW | BORDER_ABOVE
 ANNOUNCED = MAY_REACH_BORDER * BORDERS
 
-FINE = 12
-"""Layers are 2 to this power where components have reference points."""
+FINE = 12  # layers are 2 to this power where components have reference points
 
-PATCHES = 256
-"""Patches that a border is divided into, at most."""
+PATCHES = 256  # patches that a border is divided into, at most
 
 
 class InteractionRange(NamedTuple):

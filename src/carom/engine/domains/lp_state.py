@@ -20,16 +20,14 @@ TIME, LATEST, WHOSE, PLACE = 0, 1, 2, 3
 """Of an event that is remembered: its time, the latest of this and of those before, its process, its layers.
 """
 
-MOST_ANNOUNCED = 64
-"""Events in a zone that a process announces."""
+MOST_ANNOUNCED = 64  # events in a zone that a process announces
 
 PROCESSING, INTERIOR = 4, 8
 """What ``held_borders`` has in addition while an event is processed, and if it is far away from all borders:
 what it touches is the process's own, and concerns nobody else.
 """
 
-LINE = 8
-"""Words of a cache line."""
+LINE = 8  # words of a cache line
 
 LP_STATE = np.dtype(
     [

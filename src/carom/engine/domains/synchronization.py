@@ -39,8 +39,7 @@ from carom.engine.neighbors.prefetch import leaves_first
 from carom.engine.queue_hooks import safe_to_process, should_return
 from carom.models.questions.particles import NEVER
 
-MOST_WAITS = 1 << 20
-"""Refusals after which a thread asks whether all are to stop."""
+MOST_WAITS = 1 << 20  # refusals after which a thread asks whether all are to stop
 
 
 @inner

@@ -24,8 +24,7 @@ CROSSING, SECTOR, CANDIDATE = 115.0, 3.0, 3.5
 ANEW = 3.0
 """How often a crossing costs as much where images are told apart by sectors: everybody is searched anew."""
 
-MOST = 2.0**20
-"""Sectors, at most."""
+MOST = 2.0**20  # sectors, at most
 
 WIDER, STEPS = 2.0**0.25, 16
 """Sides that are tried: each so many times as wide as the one before."""
@@ -35,8 +34,7 @@ COLLISION, PAIR, PLANE = 1400.0, 0.35, 0.015
 that it passes, both for each dimension [ns].
 """
 
-FLOWN = 64.0
-"""Boxes that a search among everybody covers, at most."""
+FLOWN = 64.0  # boxes that a search among everybody covers, at most
 
 EPOCH = 0.75
 """Part of the time that a search may cover, for epochs at whose beginning all pairs are looked at. Their
@@ -46,8 +44,7 @@ lengths are powers of two: from 0.53 to 1.06 of it.
 FASTER = 2.5
 """Planes that the fastest of a block passes while the root mean square speed takes it through one box."""
 
-CHEAPER = 0.8
-"""Part of the cost of sectors that looking at everybody may have at most, to be taken by itself."""
+CHEAPER = 0.8  # part of the cost of sectors that looking at everybody may have at most, to be taken by itself
 
 HIGH = 5
 """Dimensions from which on sectors around one are so many that everybody may be looked at at any density."""

@@ -27,8 +27,7 @@ are better.
 FINEST = 16.0
 """Steps of a reference point in a margin, at least: a flight is cut short by about one of them."""
 
-SHORTEST = 1.2
-"""Reach in diameters below which lists are renewed so often that sectors are better."""
+SHORTEST = 1.2  # reach in diameters below which lists are renewed so often that sectors are better
 
 
 def of_dimension(table: tuple, dimension: int):

@@ -66,8 +66,7 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
 DILUTE = (0.01, 0.51, 0.36, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
-SLOWEST = 1e9
-"""What a collision may cost by estimate [ns]."""
+SLOWEST = 1e9  # what a collision may cost by estimate [ns]
 
 LISTS_FROM = 6.0
 """Components in a sector as wide as the largest, on the average, from which on lists run faster."""

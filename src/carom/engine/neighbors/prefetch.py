@@ -28,8 +28,7 @@ HUGE = 120_000
 event: fewer fit into the last cache.
 """
 
-FEW = 2
-"""Members of a cell that are asked for in any case."""
+FEW = 2  # members of a cell that are asked for in any case
 
 
 @optional

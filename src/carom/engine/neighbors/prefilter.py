@@ -30,32 +30,25 @@ import numpy as np
 
 from carom.compiling.registry import approximate, fast, inner
 
-BLOCK = 128
-"""Components looked at side by side."""
+BLOCK = 128  # components looked at side by side
 
-PLANES = 2
-"""Planes looked at in one go."""
+PLANES = 2  # planes looked at in one go
 
-UNITS = 2.0**16
-"""Whole numbers that a coordinate can have in one box."""
+UNITS = 2.0**16  # whole numbers that a coordinate can have in one box
 
-HALF = 0x8000
-"""So many units to both sides are all of the box."""
+HALF = 0x8000  # so many units to both sides are all of the box
 
-SIGN = np.int32(-0x80000000)
-"""The bit of a float32 that is its sign."""
+SIGN = np.int32(-0x80000000)  # the bit of a float32 that is its sign
 
 ALL = 0xFFFF
 """The largest of the whole numbers: what a path has that comes near nothing."""
 
-ROUNDING = 2.0**-24
-"""Of a number in single precision, relatively."""
+ROUNDING = 2.0**-24  # of a number in single precision, relatively
 
 STEP_ROUNDING = 3.0 * ROUNDING * UNITS
 """By how much a step is off before it is rounded to a whole number [units], where all edges are equal."""
 
-SLOWEST = 2.0**-84
-"""Velocity [units / span] below which nothing moves."""
+SLOWEST = 2.0**-84  # velocity [units / span] below which nothing moves
 
 COARSE = 2.0**-6
 """Blur beyond which every path is looked at closely: the fastest flies thousands of boxes within an epoch."""

@@ -17,8 +17,7 @@ from carom.engine.state import aligned, filled
 from carom.models.questions.motion import position
 from carom.models.questions.particles import NEVER
 
-PREFETCH_FROM = 50_000
-"""Components from which on it pays to ask for sectors ahead of time."""
+PREFETCH_FROM = 50_000  # components from which on it pays to ask for sectors ahead of time
 
 
 @answering(interface, prefetching)

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-LONGEST = 100
-"""Characters above which the digest of a text stands for the text."""
+LONGEST = 100  # characters above which the digest of a text stands for the text
 
 
 def class_and_parameters(value: Any) -> dict[str, Any]:

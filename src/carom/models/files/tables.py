@@ -41,8 +41,7 @@ KINDS: dict[str, dict[str, tuple[str, str]]] = {
 }
 """Module and class of what a file may name, by what it is for. Imported when a file does."""
 
-PARTS = {"shake": "path", "impact": "impact"}
-"""Fields that are tables themselves, and what these are for."""
+PARTS = {"shake": "path", "impact": "impact"}  # fields that are tables themselves, and what these are for
 
 SAID = {
     "path": {"pieces": "parabolas"},
@@ -50,8 +49,7 @@ SAID = {
 }
 """Items that say the type of a table without one."""
 
-UNSAID = {"path": "sine", "impact": "restitution"}
-"""The type of a table without such an item."""
+UNSAID = {"path": "sine", "impact": "restitution"}  # the type of a table without such an item
 
 
 def from_table(values: Any, what: str) -> Any:

@@ -27,8 +27,7 @@ somebody in a circle was removed, or is of another kind now.
 
 NO_AGENT = -1
 
-SPEED, KIND, TIME, AIM = 1, 2, 3, 4
-"""What can be wrong with a rule's answer."""
+SPEED, KIND, TIME, AIM = 1, 2, 3, 4  # what can be wrong with a rule's answer
 
 COMPLAINTS = {
     SPEED: "a velocity that is no number below 1e152",

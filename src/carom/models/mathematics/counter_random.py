@@ -10,8 +10,7 @@ import math
 
 from carom.compiling.registry import inner
 
-WORD = 0xFFFFFFFF
-"""32 bits."""
+WORD = 0xFFFFFFFF  # 32 bits
 
 
 @inner

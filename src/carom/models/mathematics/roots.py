@@ -15,8 +15,7 @@ import numpy as np
 from carom.compiling.registry import inner, required
 from carom.models.questions.particles import NEVER
 
-WIDER = 4.0
-"""The next interval over which K is asked for is so many times as long as the last step."""
+WIDER = 4.0  # the next interval over which K is asked for is so many times as long as the last step
 
 SHORTEST = 2.0**-50
 """Part of the time searched by which a search goes on at least: two zeros nearer than that are one."""

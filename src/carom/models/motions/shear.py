@@ -25,8 +25,7 @@ from carom.models.questions.particles import Particles
 LONGEST_STRAIN = 0.125
 """Strain of an epoch, at most: sectors are wide enough for the tilt at its end."""
 
-LISTED_STRAIN = 0.25
-"""Strain for which neighbour lists are made."""
+LISTED_STRAIN = 0.25  # strain for which neighbour lists are made
 
 
 @dataclass(frozen=True)

@@ -28,11 +28,9 @@ from carom.models.questions.obstacle import is_periodic
 from carom.models.questions.particles import Particles
 from carom.units import TimeUnit
 
-ONE = TimeUnit()
-"""The scene's own unit of time."""
+ONE = TimeUnit()  # the scene's own unit of time
 
-UNIT = 2.0**-50
-"""How much the length of a unit vector may differ from 1 by rounding."""
+UNIT = 2.0**-50  # how much the length of a unit vector may differ from 1 by rounding
 
 
 @dataclass(frozen=True)

@@ -87,8 +87,7 @@ class HollowCylinder(NamedTuple):
     radius: float
 
 
-PLANE: tuple[type, ...] = (HalfPlane, Disk, Circle, Line, Hull, Arc)
-"""Shapes that ``outline`` may return."""
+PLANE: tuple[type, ...] = (HalfPlane, Disk, Circle, Line, Hull, Arc)  # shapes that ``outline`` may return
 
 SPACE: tuple[type, ...] = (SolidBehind, SolidSphere, HollowSphere, HollowCylinder, Hull)
 """Shapes that ``surface`` may return."""

@@ -20,8 +20,7 @@ from carom.models.questions import obstacle
 from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
-UNIT = 2.0**-50
-"""How much a coordinate of a unit vector may be off by rounding."""
+UNIT = 2.0**-50  # how much a coordinate of a unit vector may be off by rounding
 
 
 @dataclass(frozen=True, repr=False)

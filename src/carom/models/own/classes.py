@@ -30,8 +30,7 @@ from carom.units import TimeUnit
 MISSPELT = 0.85
 """How alike a method's name and that of one that is asked are at least, where one is meant for the other."""
 
-OF_INTERACTIONS = ("radii", "masses")
-"""What every interaction has, for obstacles and for elastic contacts."""
+OF_INTERACTIONS = ("radii", "masses")  # what every interaction has, for obstacles and for elastic contacts
 
 OF_STEPS = ("energy", "events")
 """What an interaction with steps has: the energy of a pair on each, and the number of events on each."""

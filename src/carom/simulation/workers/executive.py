@@ -27,17 +27,14 @@ MOST_ROLLBACKS = 6
 SPINS_SHARED, SPINS_OWN = 64, 4096
 """Refusals after which a thread lets others go first: where they share cores, and where each has its own."""
 
-EVENTS = 0.7
-"""Events of a part for each collision of a particle there, about."""
+EVENTS = 0.7  # events of a part for each collision of a particle there, about
 
 MORE, LEAST_ROOM = 1.5, 4096
 """Room for collisions in a window, over those that a part should have, and in addition."""
 
-EXTRA_CAPACITY = 4
-"""For how many more each list and each cell has room, where all have the same."""
+EXTRA_CAPACITY = 4  # for how many more each list and each cell has room, where all have the same
 
-COMMITS_IN_A_ROW = 16
-"""Windows kept in a row after which parts may be further ahead of each other again."""
+COMMITS_IN_A_ROW = 16  # windows kept in a row after which parts may be further ahead of each other again
 
 
 @dataclass

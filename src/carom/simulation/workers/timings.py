@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-LEAST_PER_WINDOW = 0.1
-"""Collisions for each particle below which a stretch is not worth a window."""
+LEAST_PER_WINDOW = 0.1  # collisions for each particle below which a stretch is not worth a window
 
-LOOKAHEAD = 8.0
-"""Widths of a bucket, of a few cycles each, that a part may be ahead of another."""
+LOOKAHEAD = 8.0  # widths of a bucket, of a few cycles each, that a part may be ahead of another
 
 MANY = 100_000
 """Components below which that is less, in proportion: more often something comes late then."""

@@ -14,17 +14,13 @@ if TYPE_CHECKING:
 LENGTH = 8.0
 """Collisions a particle that a window holds at most: all is lost where it must be run again."""
 
-FIRST, SMALLEST = 0.5, 0.25
-"""Part of this in the first windows, and where windows are often lost."""
+FIRST, SMALLEST = 0.5, 0.25  # part of this in the first windows, and where windows are often lost
 
-COMMITS_IN_A_ROW = 8
-"""Windows kept in a row after which they become twice as long."""
+COMMITS_IN_A_ROW = 8  # windows kept in a row after which they become twice as long
 
-FEWEST = 32
-"""Collisions below which it never pays."""
+FEWEST = 32  # collisions below which it never pays
 
-SEEN = 0.1
-"""Collisions a particle from which a rate follows."""
+SEEN = 0.1  # collisions a particle from which a rate follows
 
 GUESSED = 0.25
 """How long the first window is, in proportion: disks placed at random collide more often at first."""
