@@ -132,7 +132,10 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def remnants(folder: Path, whole: Callable[[str], object]) -> list[Path]:
-    """Return what :func:`replacing` left when killed; ``whole`` tells whether a file of a name is ours."""
+    """Return the temporary files that :func:`replacing` left in a folder when its process was killed.
+
+    ``whole`` tells whether a file of that name is ours.
+    """
     return [
         path
         for path in folder.iterdir()

@@ -190,7 +190,7 @@ def of_texts(
     notes: Sequence[str] = (),
     left: int = 1,
 ) -> Table:
-    """Return a table of texts, ``left`` columns on the left; rows may lack their last cells."""
+    """Return a table of texts with ``left`` columns on the left; rows may lack their last cells."""
     marks = [Annotated[str, Column(head, left=k < left)] for k, head in enumerate(heads)]
     kind = make_dataclass("Texts", [(f"column_{k}", mark, "") for k, mark in enumerate(marks)], frozen=True)
     return Table(kind, [kind(*row) for row in rows], title, notes)

@@ -1,7 +1,7 @@
 """What compiled code is made of, as a digest: the functions of the kernel, and all that those read.
 
-Calls and constants are followed through all modules; of a question only the default and answers of classes
-that occur count, of this room its files. What cannot be followed has no digest, and is not kept.
+Calls and constants are followed through all modules; this room counts as its files. Of a question the default
+and answers of classes that occur count. What cannot be followed has no digest: its code is not kept.
 """
 
 from __future__ import annotations

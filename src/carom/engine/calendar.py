@@ -304,7 +304,7 @@ def narrow(calendar, longest):
 
 @inner
 def crowded(calendar):
-    """Return whether a window has too few lines: entries are missing, or would be after a few events."""
+    """Return whether a window has too few lines: entries are missing, or will be after a few events."""
     return 2 * calendar.control[0].lines > len(calendar.lines)
 
 

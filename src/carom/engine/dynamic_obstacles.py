@@ -123,7 +123,10 @@ def _(chain: Crowd, number, now):
 
 @optional
 def reflect_from(chain, model, state, i, number, now):
-    """Replace the room's velocity by that after the contact: elastic at a plain wall, or one of a crowd."""
+    """Replace the room's velocity by that after the contact with an obstacle.
+
+    It is elastic where the number is none of a chain of single obstacles: a wall of the box, one of a crowd.
+    """
     there = model.obstacles
     recoil(
         None, model.motion, i, mass(model.pair, i), there.x, there.v, there.image, growth(model.pair, i), now

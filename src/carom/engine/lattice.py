@@ -116,7 +116,7 @@ def exit_time_at(motion, axis, me, now, low, high):
 
 @optional
 def remap(motion, state, edges, length):
-    """Lay the lattice anew at an epoch's end, if it must be; tell whether. Then all is scheduled again."""
+    """At the end of an epoch lay the lattice anew if it must be; tell whether all must be scheduled again."""
     return False
 
 

@@ -74,9 +74,10 @@ def timing_of(timing, motion, live) -> FromRows | None:
 
 @inner
 def meet_obstacle(timing, model, state, i, now, every, until):
-    """Return when i touches which obstacle, or -1; as computed now, from its row, or shortly before.
+    """Return when i touches an obstacle, and its number, or -1.
 
-    ``every`` and ``until`` as for :func:`carom.engine.obstacles.soonest`.
+    The time is as computed now, or from the row of i or shortly before the contact. ``every`` and ``until``
+    are as for :func:`carom.engine.obstacles.soonest`.
     """
     if timing is None:
         t, number = soonest(model.obstacles, model, state, i, now, every, until)

@@ -50,7 +50,7 @@ class Sight(NamedTuple):
 
 
 class Obstacles(NamedTuple):
-    """Everything fixed, numbered: lower and upper wall of every axis, walls or not, then the obstacles."""
+    """Everything fixed, by number: two for every axis (its walls, if there are any), then one an obstacle."""
 
     walls: Any
     """The walls of the box, or None."""

@@ -18,7 +18,7 @@ from carom.models.questions.obstacle import surface_velocity
 
 @optional
 def rub(impact, model, state, i, j, ref, rr, virial, now):
-    """Exchange momentum along the surfaces of i and j, after the normal part; by default none."""
+    """Exchange momentum along the surfaces of i and j after the normal part; by default they are smooth."""
     return
 
 
@@ -67,7 +67,10 @@ def _(pair: PinnedCores, impact, i):
 
 @optional
 def rub_obstacle(obstacle, impact, model, state, i, now):
-    """Exchange momentum along the surfaces of i, whose velocity is in the room, and an obstacle; or none."""
+    """Exchange momentum along the surfaces of an obstacle and i; by default they are smooth.
+
+    The new velocity of i is in the obstacles' room.
+    """
     return
 
 

@@ -1,7 +1,7 @@
 """Jammed packings: contacts, rattlers, and whether the backbone is isostatic.
 
-At the reduced pressure p gaps that carry it are about 1/p diameters, others much larger. Below the void of
-several decades between both a pair is in contact.
+At a reduced pressure p the gaps that carry it are about 1/p of a diameter, and others are much larger. In
+between is a void of several decades; a pair is in contact if its gap is below that.
 """
 
 from __future__ import annotations

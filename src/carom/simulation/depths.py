@@ -69,7 +69,7 @@ class Depths:
         self._kept.append(present(run_state))
 
     def look(self, run_state: Any) -> float:
-        """Return the deepest overlap now and in states not looked at yet, 0 within rounding [diameters]."""
+        """Return the deepest overlap [diameters] now and in kept states not looked at yet, or 0."""
         now = run_state.clock.instant, run_state.collisions
         states, self._kept = self._kept, []
         if _forgets(run_state):

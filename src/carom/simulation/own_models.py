@@ -380,7 +380,7 @@ def by_kind(kinds: np.ndarray, pairs: np.ndarray, question: Callable[[int, int],
 def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, system: System) -> None:
     """Raise OverlapError where two components start inside the distance that they keep.
 
-    It is ``core_square``, or where they are thrown back, if they are thrown back from where they are, too.
+    That is ``core_square``, or where they are thrown back also from where they are.
     """
     geometry = room_at_start(scene)
     speed = float(system.unit.to_kernel(1.0, -1))

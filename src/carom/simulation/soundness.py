@@ -1,7 +1,7 @@
 """What the numbers of a checkpoint must be, so that the engine, which trusts its arrays, can go on with them.
 
-A wrong index or endless chain would end the interpreter or never end, and a digest can be forged. So indices,
-counts and sizes are compared with what there is, reals with bounds, and what follows from the scene with it.
+A wrong index or an endless chain would end the interpreter or never end, and a digest can be forged. So each
+index, count, size and real is checked, and what follows from the scene is compared with it.
 """
 
 from __future__ import annotations

@@ -229,7 +229,10 @@ def refuse_drive(system: System, scene: Scene) -> None:
 
 
 def check_meetings(system: System, scene: Scene) -> None:
-    """Raise InputError where walls or obstacles cannot be met; moving ones not with growth or float32."""
+    """Raise InputError where components cannot meet walls or obstacles in their motion.
+
+    Where obstacles move, components may neither grow nor be in single precision.
+    """
     model = system.motion.model(system.particles)
     bends = not system.straight
     fixed = system.walls is not None or system.obstacles
@@ -263,7 +266,7 @@ def walls_of(scene: Scene) -> Any:
 
 
 def refuse_own_walls(system: System, scene: Scene) -> None:
-    """Raise InputError if an obstacle stands for or lies in a wall, all of which an own motion meets."""
+    """Raise InputError if an own motion meets all walls, and an obstacle stands for one or lies in it."""
     if isinstance(system.walls, Cushions) or not model_checks.is_own(scene.motion):
         return
     model = system.motion.model(system.particles)

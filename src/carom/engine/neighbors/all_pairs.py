@@ -364,7 +364,10 @@ def _(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
 
 @inner
 def choose(everybody, model, state, tally, i):
-    """Give i its first contact with one of no earlier event; return whether. Whom the two leave has none."""
+    """Give i its first contact with one of no earlier event, if it has a later event; tell whether.
+
+    Those whom the two leave then have no event.
+    """
     rows = state.rows
     k, _ = best_of(everybody.contacts, state, i, True)
     if k < 0 or contact_of(everybody.contacts, i, k).event_time >= rows[i].event_time:

@@ -1,7 +1,7 @@
 """Thin systems: how wide sectors should be, and when looking at everybody costs less.
 
-On a long free path small sectors are crossed all the while, and large ones bring many candidates at each
-crossing; the best follows from measured costs (docs/decisions/05-neighbours.md).
+On a long free path small sectors are crossed all the while, and large ones bring many candidates. The best
+side follows from the measured costs of both (docs/decisions/05-neighbours.md).
 """
 
 from __future__ import annotations

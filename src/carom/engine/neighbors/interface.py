@@ -37,9 +37,9 @@ def rebin(neighbors, motion, boundary, state, i, now):
 
 @required
 def cross(neighbors, motion, boundary, state, i, now):
-    """Carry i into its next sector (or renew its list); return whether, and the :func:`candidates` new to it.
+    """Carry i into its next sector (or renew its list); return whether that was done, and whom i meets now.
 
-    If it was not done, an array is too small and all must be built anew.
+    The latter are new ones, as :func:`candidates`. If it was not done an array is too small: build all anew.
     """
 
 

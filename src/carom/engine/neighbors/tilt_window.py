@@ -105,7 +105,10 @@ def half_square(window, lists, to, since, axis):
 
 @inner
 def pull(window, lists, to, since, axis):
-    """Return the factor of a coordinate in a way's product with a move, mid-window, and how it differs."""
+    """Return the factor of a coordinate in the product of a way with a move, and its change in the window.
+
+    The factor is that of the middle of the window.
+    """
     step = grid_difference(lists, to, since, axis)
     spread = 0.0
     if window is None:

@@ -1,7 +1,7 @@
 """Random numbers by counting: the k-th draw of a component is a function of seed, component and k.
 
 The hash is PCG's output permutation (Jarzynski and Olano, J. Comput. Graph. Tech. 9 (2020) 20), chained over
-the key. Products fit 63 bits, as Python has them. A checkpoint holds how many each has drawn.
+the key. Products fit 63 bits, so that plain Python agrees. A checkpoint holds how many each has drawn.
 """
 
 from __future__ import annotations

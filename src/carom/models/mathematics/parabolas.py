@@ -223,9 +223,10 @@ def gap_at(curve, t):
 
 @inner
 def time_near(gap):
-    """Return from when on a component is out of reach for ever, or has left; negative if never in reach.
+    """Return the time from which on a component is out of reach for ever; negative if it never is in reach.
 
-    One that grows must be in a field: :func:`straight_growth`.
+    It may also have left for certain what it is in. One that grows must be in a field:
+    :func:`straight_growth`.
     """
     course = gap.course
     range_of_wall = gap.contact + max(abs(course.lowest), abs(course.highest))

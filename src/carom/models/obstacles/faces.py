@@ -78,8 +78,9 @@ def standing_walls(obstacles: Sequence[Any], box: Sequence[float], periodic: Seq
 def refuse_hidden(
     obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool], radius: float
 ) -> None:
-    """Raise InputError if no center meets an obstacle, or the smallest, of a ``radius``, can leave the
-    box.
+    """Raise InputError if no particle can meet an obstacle, or one lets centres out of the box.
+
+    ``radius`` is that of the smallest component.
     """
     for obstacle in obstacles:
         if _is_hidden(obstacle, box, periodic):
