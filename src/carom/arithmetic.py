@@ -1,9 +1,7 @@
-"""Arithmetic with the same bits on every processor.
+"""Arithmetic with the same bits on every processor, for results that promise to repeat.
 
-NumPy and its matrix products take other instructions for powers, exponentials and sums of products where a
-processor has wider registers, and come to other last digits. Sums, products, quotients and square roots of
-arrays are rounded as IEEE 754 says, and NumPy adds in an order that depends on the shape alone. What a result
-promises to repeat is computed with these.
+NumPy's powers, exponentials and matrix products depend on the width of registers. Sums, products, quotients
+and square roots of arrays are rounded as IEEE 754 says; the order of sums depends on the shape alone.
 """
 
 from __future__ import annotations
@@ -80,8 +78,7 @@ def _polynomial(coefficients: tuple[float, ...], x: np.ndarray) -> np.ndarray:
 def factor(form: np.ndarray, tolerance: float) -> np.ndarray:
     """Return F (m, r) with ``F F^T = form`` for a symmetric matrix (m, m) without negative eigenvalues.
 
-    Its rank r is the number of pivots of Cholesky's decomposition above a fraction ``tolerance`` of the
-    first.
+    Its rank r counts Cholesky's pivots above a fraction ``tolerance`` of the first.
     """
     rest = np.array(form, dtype=np.float64)
     columns: list[np.ndarray] = []
@@ -97,10 +94,7 @@ def factor(form: np.ndarray, tolerance: float) -> np.ndarray:
 
 
 def pseudo_inverse(matrix: np.ndarray) -> np.ndarray:
-    """Return the pseudo-inverse of a small symmetric matrix (m, m), by Jacobi's rotations.
-
-    Eigenvalues below the rounding of the largest count as zero.
-    """
+    """Return the pseudo-inverse of a symmetric matrix (Jacobi); eigenvalues of rounding count as zero."""
     a, m = np.array(matrix, dtype=np.float64), len(matrix)
     vectors = np.eye(m)
     for _ in range(SWEEPS):

@@ -8,69 +8,33 @@ from carom.notebook import table
 
 
 class Sizes(NamedTuple):
-    """Averages over the time of a stretch in which diameters grow.
-
-    Attributes
-    ----------
-    packing_fraction : float
-        Fraction of the box that the particles fill.
-    cube : float
-        The largest diameter to the power d [length^d].
-    equal : bool
-        Whether all diameters are the same.
-    """
+    """Averages over the time of a stretch in which diameters grow."""
 
     packing_fraction: float
-    cube: float
-    equal: bool
+    cube: float  # the largest diameter to the power d [length^d]
+    equal: bool  # whether all diameters are the same
 
 
 class Energy(NamedTuple):
-    """Potential energy and temperature, at a time or as means over a stretch.
+    """Potential energy and temperature [energy], at a time or as means over a stretch."""
 
-    Attributes
-    ----------
-    potential : float
-        Of all pairs on steps, and of all particles in a field [energy].
-    kT : float
-        Temperature [energy].
-    """
-
-    potential: float
+    potential: float  # of all pairs on steps, and of all particles in a field
     kT: float
 
 
 class MomentumFlux(NamedTuple):
-    """Momentum along each axis that passes through a box along each axis, times its edge, over a stretch.
+    """Momentum along each axis that passes through a box along each axis, times its edge, over a stretch."""
 
-    Attributes
-    ----------
-    carried : (d, d) array
-        Integral of ``sum m u_a u_b`` over time [energy time].
-    handed_over : (d, d) array
-        ``sum r_a dp_b`` over collisions [energy time].
-    """
-
-    carried: Any
-    handed_over: Any
+    carried: Any  # (d, d), integral of ``sum m u_a u_b`` over time [energy time]
+    handed_over: Any  # (d, d), ``sum r_a dp_b`` over collisions [energy time]
 
 
 class VolumeSums(NamedTuple):
-    """What adds up over a stretch in which a barostat changes the volume V.
+    """What adds up over a stretch in which a barostat changes the volume V."""
 
-    Attributes
-    ----------
-    volume : float
-        Integral of V over time [length^d time].
-    inverse : float
-        Integral of 1 / V over time [time / length^d].
-    virial : float
-        Sum of ``r_ij . dp_ij / V`` over collisions [mass length^2 / (time length^d)].
-    """
-
-    volume: float
-    inverse: float
-    virial: float
+    volume: float  # integral of V over time [length^d time]
+    inverse: float  # integral of 1 / V over time [time / length^d]
+    virial: float  # sum of ``r_ij . dp_ij / V`` over collisions [mass length^2 / (time length^d)]
 
 
 class Block(NamedTuple):

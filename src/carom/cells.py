@@ -1,8 +1,7 @@
 """Components sorted into cells: neighbours in space are neighbours in memory.
 
-A search for pairs within a reach, as for g(r), visits each cell and the cells around it. Cells along the last
-axis follow each other in memory, and so do their members. All components of one *column* of cells that are
-near a component are then one stretch of memory, in any dimension.
+Cells along the last axis, and their members, follow each other: all of a *column* near a component are one
+stretch of memory, in any dimension.
 """
 
 from __future__ import annotations
@@ -39,21 +38,11 @@ def wrapped(positions: np.ndarray, box: np.ndarray | float) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """A box cut into equal cells.
+    """A box cut into equal cells."""
 
-    Attributes
-    ----------
-    box : (d,) float64 array
-        Edges [length].
-    periodic : (d,) bool array
-        Which axes are; the others have walls.
-    shape : (d,) int64 array
-        Cells along each axis.
-    """
-
-    box: np.ndarray
-    periodic: np.ndarray
-    shape: np.ndarray
+    box: np.ndarray  # (d,), edges [length]
+    periodic: np.ndarray  # (d,) bool; the other axes have walls
+    shape: np.ndarray  # (d,) int64, cells along each axis
 
     @classmethod
     def of(cls, box: np.ndarray, periodic: np.ndarray, n: int, reach: float, across: float = ACROSS) -> Grid:
@@ -77,13 +66,8 @@ class Grid:
     def surroundings(self, reach: float) -> tuple[np.ndarray, np.ndarray]:
         """Return which cells may hold components within `reach` [length] of a cell.
 
-        Returns
-        -------
-        offsets : (m, d - 1) int64 array
-            From a column to each column around it, and to itself. If two offsets lead to the same column
-            through the periodic edges, only one is listed.
-        windows : (m,) int64 array
-            How many cells up and down the column.
+        These are the offsets (m, d - 1) from a column to itself and those around it, each column once, and
+        how many cells up and down each, (m,).
         """
         edges = self.box / self.shape
         ranges = []
@@ -104,24 +88,12 @@ class Grid:
 
 @dataclass(frozen=True, eq=False)
 class SortedCells:
-    """Components in the order of the cells of a grid.
-
-    Attributes
-    ----------
-    grid : Grid
-    places : (d, n) float64 array
-        Coordinates in the box [length], one axis after the other, in the order of the cells.
-    order : (n,) int64 array
-        Which component stands at each place.
-    starts : (cells + 1,) int64 array
-        The members of cell c are those from ``starts[c]`` to ``starts[c + 1]``. Cells are numbered with the
-        last axis fastest.
-    """
+    """Components in the order of the cells of a grid, numbered with the last axis fastest."""
 
     grid: Grid
-    places: np.ndarray
-    order: np.ndarray
-    starts: np.ndarray
+    places: np.ndarray  # (d, n), coordinates in the box [length]
+    order: np.ndarray  # (n,), which component stands at each place
+    starts: np.ndarray  # (cells + 1,): cell c has those from ``starts[c]`` to ``starts[c + 1]``
 
     @classmethod
     def of(cls, grid: Grid, positions: np.ndarray) -> SortedCells:

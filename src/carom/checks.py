@@ -80,19 +80,7 @@ def describe(value: Any) -> str:
 def number(
     value: Any, name: str, *, low: float = -math.inf, high: float = math.inf, open_low: bool = False
 ) -> float:
-    """Return a finite real number as a float.
-
-    Parameters
-    ----------
-    value : object
-        What was given; booleans and strings are no numbers.
-    name : str
-        What to call it in the message.
-    low, high : float
-        Smallest and largest value allowed.
-    open_low : bool
-        Whether ``low`` itself is refused.
-    """
+    """Return a finite real in bounds (``open_low``: not ``low`` itself) as a float, no boolean or string."""
     if isinstance(value, bool | np.bool_) or not isinstance(value, numbers.Real):
         hint = ""
         if isinstance(value, str):
@@ -143,16 +131,9 @@ def several(value: Any) -> bool:
 
 
 def array(value: Any, name: str, shape: str, *, ndim: int) -> np.ndarray:
-    """Return a copy of an array of finite numbers as float64, C-contiguous.
+    """Return a copy of an array of finite numbers with ``ndim`` axes as float64, C-contiguous.
 
-    Parameters
-    ----------
-    value : array_like
-        What was given.
-    name, shape : str
-        What to call it and its shape in the message, e.g. "positions" and "(n, d)".
-    ndim : int
-        Number of axes it must have.
+    ``name`` and ``shape``, e.g. "positions" and "(n, d)", are for the message.
     """
     try:
         given = np.asarray(value)

@@ -27,27 +27,14 @@ Check = Callable[[Any, str], Any]
 
 @dataclass(frozen=True)
 class Opt:
-    """How a field is set.
+    """How a field is set."""
 
-    Attributes
-    ----------
-    help : str
-        What it is, in a file, on the command line and in the docstring of the function.
-    panel : str
-        Heading of the option in the help of the command.
-    flags : tuple of str or None
-        Names of the option, by default that of the field; None if only files and arguments set it.
-    read : callable or None
-        Returns the value from the text of the option; from all its texts, if it may be repeated.
-    many : bool
-        Whether it may be repeated.
-    """
-
-    help: str
-    panel: str = ""
-    flags: tuple[str, ...] | None = ()
+    help: str  # in files, on the command line, in the docstring of the function
+    panel: str = ""  # heading in the help of the command
+    flags: tuple[str, ...] | None = ()  # by default the field's name; None: files and arguments only
     read: Callable[[Any], Any] | None = None
-    many: bool = False
+    """The value from the text of the option; from all its texts if ``many``."""
+    many: bool = False  # whether it may be repeated
 
 
 def needed(check: Check | None, *how: Any, **more: Any) -> Any:
@@ -223,8 +210,7 @@ def integer(**limits: Any) -> Check:
     return said(test, type="integer", **_bounds(limits))
 
 
-SEED = integer(low=0, high=2**63 - 1)
-"""The check of a seed."""
+SEED = integer(low=0, high=2**63 - 1)  # the check of a seed
 
 
 def positive(value: Any, name: str) -> float:

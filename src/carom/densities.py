@@ -42,17 +42,7 @@ def sphere_area(dimension: int, radius: float) -> float:
 
 
 def packing_fraction(n: int, box: Sequence[float], diameter: float = 1.0) -> float:
-    """Return the fraction of the volume of a box that ``n`` spheres fill.
-
-    Parameters
-    ----------
-    n : int
-        Number of spheres.
-    box : sequence of d floats
-        Edges [length].
-    diameter : float
-        Diameter of every sphere [length].
-    """
+    """Return the fraction of a box (edges [length]) that ``n`` spheres of one diameter [length] fill."""
     return n * sphere_volume(len(box)) * math.prod(diameter / edge for edge in box)
 
 
@@ -64,20 +54,9 @@ def reduced_density(
     limit: float | None = None,
     where: str = "any packing",
 ) -> float:
-    """Return the number of spheres per diameter^d, from the packing fraction or from the density.
+    """Return the number of spheres per diameter^d, from the packing fraction or from that density.
 
-    Parameters
-    ----------
-    dimension : int
-        d.
-    packing_fraction : float, optional
-        Fraction of the volume that the spheres fill.
-    density : float, optional
-        Number of spheres per diameter^d.
-    limit : float, optional
-        Highest packing fraction that is possible; by default that of the densest known packing.
-    where : str
-        Name of the structure with this limit, for the message.
+    ``limit``, the highest packing fraction of the structure ``where``, is by default the densest known one.
     """
     if (packing_fraction is None) == (density is None):
         found = "neither" if density is None else "both"

@@ -9,9 +9,8 @@ from typing import Any
 def compiled(function: Callable[..., Any], signature: Any) -> Any:
     """Return a function compiled for one signature, or loaded from Numba's cache of an earlier process.
 
-    With one signature, processes that write to the cache at the same time write the same content. If no
-    folder for the cache can be written, nothing is stored. Division by zero gives infinity, as in NumPy.
-    Other threads can run meanwhile.
+    Processes that write at once write the same. Division by zero gives infinity, as in NumPy. Other threads
+    can run.
     """
     from carom.compiling.compile_listeners import compiling
 

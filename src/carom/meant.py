@@ -44,11 +44,9 @@ SAME = (
 )  # fmt: skip
 """Words for the same thing: here and there in Carom, in other programs, in formulas and in older versions."""
 
-NO_KEYWORDS = {"self", "cls", "keywords", "unknown"}
-"""Parameters that nobody gives by name."""
+NO_KEYWORDS = {"self", "cls", "keywords", "unknown"}  # parameters that nobody gives by name
 
-ALIKE = 0.65
-"""How alike two names are at least, where one is meant for the other."""
+ALIKE = 0.65  # how alike two names are at least, where one is meant for the other
 
 
 def synonym(name: str, known: Iterable[str]) -> str | None:
@@ -74,10 +72,9 @@ def suggestion(
     called: Mapping[str, str] | None = None,
     elsewhere: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the end of an error about an unknown name: the known name that is meant, or else all of them.
+    """Return the end of an error about an unknown name: the name that is meant, or all unless ``listed``.
 
-    If the error has ``listed`` the names already, they are not repeated. ``called`` has what some names are
-    called here, and ``elsewhere`` names that others know, and who.
+    ``called`` has what some names are called here, ``elsewhere`` names that others know, and who.
     """
     names, others = sorted({*known} - NO_KEYWORDS), elsewhere or {}
     if called and name in called:

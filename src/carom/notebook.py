@@ -93,15 +93,7 @@ def by_count(shown: Shown) -> Callable[[int, int], object]:
 def watchable(
     label: str, adapt: Callable[[Shown], Callable[..., object]] = by_fraction
 ) -> Callable[[Callable[..., T]], Callable[..., T]]:
-    """Let a function with an optional callable ``progress`` take ``progress=True`` as well, for a bar.
-
-    Parameters
-    ----------
-    label : str
-        Description on the bar.
-    adapt : callable
-        Turns the bar into the callable that the function expects.
-    """
+    """Let a function take ``progress=True``; ``adapt`` turns a bar with a label into its callable."""
 
     def decorate(function: Callable[..., T]) -> Callable[..., T]:
         @functools.wraps(function)

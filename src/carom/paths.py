@@ -73,15 +73,7 @@ def reading(path: Path, kind: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def writing(path: Path, kinds: tuple[type[Exception], ...] = (OSError, RuntimeError)) -> Iterator[None]:
-    """Turn a failed write (a full disk, a folder without permission) into one FileError.
-
-    Parameters
-    ----------
-    path : Path
-        What is written.
-    kinds : tuple of type
-        What a failed write raises; h5py reports some failed flushes as RuntimeError.
-    """
+    """Turn a failed write into one FileError; h5py reports some failed flushes as RuntimeError."""
     try:
         yield
     except CaromError:
@@ -118,10 +110,9 @@ def write_text(path: Path, text: str) -> None:
 
 @contextlib.contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path` that takes its place once complete and on the disk.
+    """Yield a temporary path beside `path`, which it replaces only once complete and on the disk.
 
-    Until then, and for ever if the body raises, `path` is as it was. Carom's errors about the temporary file
-    name `path`.
+    Carom's errors about the temporary file name `path`.
     """
     path = writable(path)
     # The suffix stays last, because it chooses the format.
@@ -143,12 +134,7 @@ def replacing(path: Path) -> Iterator[Path]:
 def remnants(folder: Path, whole: Callable[[str], object]) -> list[Path]:
     """Return the temporary files that :func:`replacing` left in a folder when its process was killed.
 
-    Parameters
-    ----------
-    folder : Path
-        The folder.
-    whole : callable
-        Tells of a name whether a file with that name is one of ours: others' hidden files are none of them.
+    ``whole`` tells whether a file of that name is ours.
     """
     return [
         path

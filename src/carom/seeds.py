@@ -1,8 +1,6 @@
-"""Independent streams of random numbers from one seed: one for each purpose.
+"""Independent streams of random numbers from one seed, one for each purpose: places say nothing of speeds.
 
-Places and velocities are often drawn with one seed. If both came from one stream, speeds would follow from
-places. So each purpose has a stream of its own, also apart from that of ``numpy.random.default_rng(seed)``,
-with which users draw places themselves.
+All are apart from ``numpy.random.default_rng(seed)``, with which users draw places themselves.
 """
 
 from __future__ import annotations

@@ -239,8 +239,7 @@ def shown(name: str) -> str:
     return short if short.isprintable() and short else repr(short)
 
 
-MOST_POINTS = 10_000
-"""Largest number of values from first to last."""
+MOST_POINTS = 10_000  # largest number of values from first to last
 
 
 def numbers_of(flag: str) -> Callable[[str], list[float]]:
@@ -287,10 +286,7 @@ def integers_of(flag: str) -> Callable[[str], list[int]]:
 
 
 def tables_of(flag: str, *forms: str) -> Callable[[Iterable[str]], list[dict[str, float]]]:
-    """Return what reads an option that may be repeated: numbers with colons, in forms such as COUNT:DIAMETER.
-
-    Each is a table whose keys are the words of its form.
-    """
+    """Return what reads a repeatable option such as COUNT:DIAMETER: a table by the words of its form."""
     words = {form.count(":"): form.lower().split(":") for form in forms}
 
     def read(texts: Iterable[str]) -> list[dict[str, float]]:

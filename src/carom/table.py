@@ -16,32 +16,17 @@ from carom.texts import html, visible
 if TYPE_CHECKING:
     from rich.console import Console
 
-WIDE = 200
-"""Characters of a line of a table as plain text."""
+WIDE = 200  # characters of a line of a table as plain text
 
 
 @dataclass(frozen=True)
 class Column:
-    """How a field is shown: ``Z: Annotated[float, Column("Z", error("Z_error"))]``.
+    """How a field is shown: ``Z: Annotated[float, Column("Z", error("Z_error"))]``; else in files only."""
 
-    A field without one is in files only.
-
-    Attributes
-    ----------
-    head : str
-        Heading, with the unit.
-    form : str or callable
-        Format, or what makes the text of a value and its row.
-    left : bool
-        Whether it is text, which stands on the left.
-    missing : str
-        What is shown for a number that is unknown.
-    """
-
-    head: str
-    form: str | Callable[[Any, Any], str] = ""
-    left: bool = False
-    missing: str = ""
+    head: str  # with the unit
+    form: str | Callable[[Any, Any], str] = ""  # format, or what makes the text of a value and its row
+    left: bool = False  # text, which stands on the left
+    missing: str = ""  # shown for an unknown number
 
     def text(self, row: Any, name: str) -> str:
         """Return a value of a row as text."""
@@ -72,30 +57,15 @@ def error(name: str, *, told: bool = False) -> Callable[[float, Any], str]:
 
 @dataclass(frozen=True)
 class Table(Sequence[Any]):
-    """Rows of one dataclass: a sequence that knows how it is shown.
-
-    Attributes
-    ----------
-    kind : type
-        The dataclass of the rows.
-    rows : sequence
-        The rows.
-    title : str
-        Heading of the whole.
-    notes : sequence of str
-        Sentences below the table.
-    flagged : callable
-        Whether a row is marked.
-    only : sequence of str
-        Names of the columns that are shown, if not all.
-    """
+    """Rows of one dataclass: a sequence that knows how it is shown."""
 
     kind: type
     rows: Sequence[Any]
     title: str = ""
-    notes: Sequence[str] = ()
+    notes: Sequence[str] = ()  # sentences below the table
     flagged: Callable[[Any], bool] = field(default=lambda row: False, compare=False)
-    only: Sequence[str] = ()
+    """Whether a row is marked."""
+    only: Sequence[str] = ()  # names of the columns shown, if not all
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -220,10 +190,7 @@ def of_texts(
     notes: Sequence[str] = (),
     left: int = 1,
 ) -> Table:
-    """Return a table of texts: its heads, and its rows, of which the last cells may be missing.
-
-    The first ``left`` columns stand on the left.
-    """
+    """Return a table of texts with ``left`` columns on the left; rows may lack their last cells."""
     marks = [Annotated[str, Column(head, left=k < left)] for k, head in enumerate(heads)]
     kind = make_dataclass("Texts", [(f"column_{k}", mark, "") for k, mark in enumerate(marks)], frozen=True)
     return Table(kind, [kind(*row) for row in rows], title, notes)

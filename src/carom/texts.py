@@ -16,10 +16,7 @@ HIDDEN = frozenset(("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"))
 
 
 def visible(text: Any, *, lines: bool = False) -> str:
-    """Return a text for a terminal or a line of a file: characters that are not seen are written as escapes.
-
-    With ``lines``, ends of lines stay.
-    """
+    """Return a text whose unseen characters are escaped; with ``lines`` ends of lines stay."""
     text = str(text)
     if text.isprintable():
         return text

@@ -1,8 +1,7 @@
 """The units of time of the scene and of the engine: their ratio is a power of two, so runs do not change.
 
-The engine multiplies up to four velocities. With speeds of 1e-150 or 1e150 the products leave the range of
-doubles. They stay inside in a unit of time in which the fastest component flies about one diameter. Lengths
-and masses have the same units in both.
+The engine multiplies up to four velocities, which leaves the range of doubles for speeds of 1e±150. In its
+unit the fastest component flies about one diameter. Lengths and masses have the same units.
 """
 
 from __future__ import annotations
@@ -24,15 +23,7 @@ class TimeUnit(NamedTuple):
 
     @classmethod
     def of(cls, fastest: float, diameter: float) -> TimeUnit:
-        """Return the unit for a scene.
-
-        Parameters
-        ----------
-        fastest : float
-            Largest speed, of a component along an axis or of a surface that grows [length / time].
-        diameter : float
-            Largest diameter [length].
-        """
+        """Return the unit for the fastest component (along an axis) or surface and the largest diameter."""
         if fastest == 0.0:
             return cls()
         pace = math.frexp(fastest)[1] - math.frexp(diameter)[1]
@@ -41,8 +32,8 @@ class TimeUnit(NamedTuple):
     def to_kernel(self, value: Any, power: int) -> Any:
         """Return a number, an array or a Fraction of the dimension ``time**power`` in the engine's units.
 
-        Lengths and masses do not count: ``power`` is 1 for times, -1 for velocities, impulses and virials, -2
-        for energies. A ``value`` below the smallest double becomes zero: a speed of 1e-308 of the fastest.
+        ``power`` is 1 for times, -1 for velocities, impulses and virials, -2 for energies. What falls below
+        the smallest double becomes zero: a speed of 1e-308 of the fastest.
         """
         return _shifted(value, -power * self.exponent)
 

@@ -1,8 +1,7 @@
 """Arrays without reference counts, for the inside of the engine.
 
-Numba counts references to every array it takes out of a tuple: hundreds of atomic operations and opaque calls
-in a main cycle that owns nothing. An entry point borrows its arguments once; the caller holds them while the
-call lasts.
+Numba counts references to every array it takes out of a tuple: hundreds of atomic operations in a main cycle
+that owns nothing. An entry point borrows its arguments once; the caller holds them during the call.
 """
 
 from __future__ import annotations
@@ -18,9 +17,7 @@ from carom.compiling.intrinsics import compiled_as
 
 
 class _Known:
-    """A type that is compared and named over and over: it keeps its hash, and functions have a short name of
-    it.
-    """
+    """A type that is compared and named over and over: it keeps its hash and a short name."""
 
     name: str
     key: Any
@@ -71,9 +68,7 @@ class BorrowedUniTuple(_Known, types.NamedUniTuple):
 
 
 class _Whole:
-    """The layout of something that Numba need not take apart: neither to look for reference counts, nor to
-    hand it to a function, which is inlined.
-    """
+    """Layout of what Numba need not take apart, for reference counts or to hand it to an inlined function."""
 
     def traverse(self, builder):
         """Return the members in which there may be something to count: none."""
@@ -151,9 +146,7 @@ def _convert(context, builder, source, target, value):
 
 
 def borrowed(value):
-    """Return ``value``, an array or a tuple of models and arrays, without reference counts (compiled code
-    only).
-    """
+    """Return an array, or a tuple of models and arrays, without reference counts (compiled code only)."""
     return value
 
 

@@ -20,8 +20,7 @@ from numba.core.runtime import rtsys
 from carom.compiling.code_digest import classes_in, digest_of
 from carom.compiling.compile_listeners import notify
 
-BOUNDS_CHECKED = getattr(config, "BOUNDSCHECK", None)
-"""What NUMBA_BOUNDSCHECK says."""
+BOUNDS_CHECKED = getattr(config, "BOUNDSCHECK", None)  # what NUMBA_BOUNDSCHECK says
 
 CHECKED = hashlib.sha256().digest_size
 """Bytes at the beginning of a file: the SHA-256 of the others, which begin with the seconds that it took."""
@@ -50,18 +49,12 @@ def cached(function, options):
 
 
 class NamedFiles(FunctionCache):
-    """The code of a function in files that are named after all that it depends on.
+    """The code of a function in files named after all that it depends on; other processes wait for the first.
 
-    Every file begins with its checksum. A damaged one is compiled again, and would end the process if it were
-    loaded.
-
-    Numba's own cache looks at the source of the compiled function alone, so that code outlives an edit to
-    what that function calls. It lists the types of all arguments seen in one index: with that, every program
-    imports the modules of everybody's models, and ends where one of them is gone. And it numbers its files:
-    two processes that compile for different scenes could take the same number. Here there is no index: a file
-    is found by its name, and what cannot be read is compiled again.
-
-    Whoever comes first compiles; other processes wait for that.
+    A file begins with its checksum: a damaged one is compiled again, and would end the process if it were
+    loaded. Numba's own cache looks at the function's source alone, so that code outlives an edit to what it
+    calls. Its one index of types imports everybody's models, and fails where one is gone; its numbered files
+    can clash.
     """
 
     def __init__(self, compiled):

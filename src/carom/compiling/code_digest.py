@@ -1,10 +1,7 @@
 """What compiled code is made of, as a digest: the functions of the kernel, and all that those read.
 
-Each function is followed: its code, what it calls, the constants that it reads, and so on through any number
-of modules, Carom's and a user's alike. Of a question only the default and the answers of the classes that
-occur count. So an edit to a model changes the digests of the kernels that use it, and of no other. This room,
-which makes code while it compiles, is taken as it stands in its files. What cannot be followed has no digest,
-and code made of it is not kept.
+Calls and constants are followed through all modules; this room counts as its files. Of a question the default
+and answers of classes that occur count. What cannot be followed has no digest: its code is not kept.
 """
 
 from __future__ import annotations
@@ -32,11 +29,9 @@ INLINED: dict = {}
 TRUSTED = frozenset(sys.stdlib_module_names) | {"numba", "numpy", "llvmlite"}
 """Packages whose code is known by their versions."""
 
-PACKAGE = __name__.rpartition(".")[0]
-"""This package, whose code is known by its files."""
+PACKAGE = __name__.rpartition(".")[0]  # this package, whose code is known by its files
 
-FOREIGN_TO_ALL = ("__main__", "__mp_main__")
-"""Modules that no other process finds under that name."""
+FOREIGN_TO_ALL = ("__main__", "__mp_main__")  # modules that no other process finds under that name
 
 _VALUES = (bool, int, float, complex, str, bytes, np.generic, np.dtype, type(None), type(...), slice)
 _PLAIN = (types.Number, types.Boolean, types.NoneType, types.Array, types.UnicodeType, types.Literal)
@@ -68,9 +63,7 @@ def classes_in(kinds) -> Iterator[type]:
 
 
 def digest_of(function, kinds) -> str | None:
-    """Return the SHA-256 of all that a function is compiled of for arguments of these types, or None if that
-    cannot be known.
-    """
+    """Return the SHA-256 of all that a function is compiled of for these types, or None if unknown."""
     try:
         return Walk(function, kinds).digest.hexdigest()
     except (Unknown, RecursionError):
@@ -189,10 +182,9 @@ class Walk:
             self.visit_answers(generic, cls)
 
     def visit_generic(self, generic):
-        """Note a generic function, and what is registered for the classes that occur.
+        """Note a generic function, and what is registered for the classes that occur, in an order of its own.
 
-        What is registered for others must not count, nor the order: both depend on which modules a process
-        has imported. A resumed run imports others than a new one, and both run the same code.
+        Other classes and the order of registration depend on which modules a process has imported.
         """
         self.add("generic", generic.__module__, generic.__qualname__)
         if generic not in self.generics:

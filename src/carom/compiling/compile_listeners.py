@@ -36,8 +36,8 @@ def notify(news: str) -> None:
 def listen(listener: Callable[[str], object]) -> Callable[[], None]:
     """Call a function whenever something is compiled, or :func:`notify` is called; return how to end that.
 
-    It is called with a sentence that says what, or with an empty text where nobody knows. What is found in
-    the cache is not compiled, and nobody is told of it. Who listens until the process ends need not end it.
+    It is given a sentence that says what, or an empty text where nobody knows. Code from the cache is not
+    reported.
     """
     from numba.core import event
 

@@ -1,8 +1,7 @@
 """Ctrl-C while something is compiled: kept until that is done, or the end of the process at once.
 
-The compiler calls back into Python, and an exception raised there is lost: it would go on without what it was
-about to be given, and fail later on. A command may end the process instead: it loses no more than one that is
-killed.
+An exception raised where the compiler calls back into Python is lost, and it would fail later on. A command
+may end the process instead: it loses no more than one that is killed.
 """
 
 from __future__ import annotations

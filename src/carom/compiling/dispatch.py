@@ -63,8 +63,7 @@ def _compile(function, how: str) -> None:
     compile_once(function, answer, INLINE)
 
 
-IN_USE: set = set()
-"""Classes of models for which an entry point has been compiled, or loaded."""
+IN_USE: set = set()  # classes of models for which an entry point has been compiled, or loaded
 
 
 def _in_time(generic):
@@ -91,9 +90,8 @@ def _in_time(generic):
 def entry(function):
     """Compile an entry point of the engine, cached on disk where a cache folder can be written.
 
-    Numba takes two classes of tuples for one where they have the same name and the same fields, also where
-    they are those of a notebook cell that was run twice. So each set of classes among the arguments has
-    compiled code of its own.
+    Each set of classes among the arguments has its own code: Numba takes two classes of tuples with the same
+    name and fields for one, as those of a notebook cell run twice.
     """
     if getattr(config, "DISABLE_JIT", 0):
         return function
@@ -120,10 +118,9 @@ def _classes_of(values) -> list[type]:
 
 
 def watched(compiled):
-    """Return a compiled function that notes for which models it is compiled, and that is compiled without
-    garbage collection: millions of objects are made then, nearly all of them to stay.
+    """Return a compiled function that notes its models; InputError where one of the user's fails.
 
-    Compiling it raises InputError where a model of the user's is the reason that it cannot be.
+    It is compiled without garbage collection: millions of objects are made, nearly all of them to stay.
     """
     compile_for = compiled.compile
 
@@ -149,9 +146,7 @@ def watched(compiled):
 
 
 def _own_answers(signature) -> list[tuple[str, type, Any]]:
-    """Return all that is registered for classes in a signature from outside of the package: the names of the
-    questions, the classes, and the functions.
-    """
+    """Return what is registered for own classes of a signature: names of questions, classes, functions."""
     found = []
     with suppress(Unknown, TypeError):
         for cls in dict.fromkeys(classes_in(signature)):

@@ -1,8 +1,7 @@
 """Compiling functions that compiled code inlines and nobody else calls: once each, and no further than that.
 
-Left alone, Numba makes machine code of every one of them, and compiles it again for each kind of caller. Both
-together were a quarter of the time of compilation. Half of its passes look for what our functions do not
-have, and before and after each it computes anew what has not changed.
+Numba makes machine code of each, again for each kind of caller: a quarter of the time of compilation. Half of
+its passes look for what our functions do not have, and recompute what has not changed.
 """
 
 from __future__ import annotations
@@ -31,14 +30,11 @@ PASSES = (
 )
 """What our own functions need of Numba's passes."""
 
-OTHERS = {"literal_unroll", "literally", "objmode"}
-"""Names of what needs more."""
+OTHERS = {"literal_unroll", "literally", "objmode"}  # names of what needs more
 
 
 def compile_once(function, choose, options) -> None:
-    """Register ``choose``, which returns the code of ``function`` for the types of arguments given: the same
-    code for all callers.
-    """
+    """Register ``choose``, which returns ``function``'s code by types: the same for all callers."""
     overload(function, strict=False, jit_options=options)(choose)
     registered, kind = builtin_registry.globals[-1]
     assert registered is function
@@ -106,8 +102,7 @@ class InlinedCompiler(OurCompiler):
 class InlinedLibrary(JITCodeLibrary):
     """Code to be linked into that of others, where it becomes machine code.
 
-    LLVM simplifies each function on its own, and optimises all of them together where they are linked: to
-    do so here as well took a tenth of the time of compilation, and made nothing faster.
+    LLVM optimises where it links: to do so here too took a tenth of the time, and made nothing faster.
     """
 
     def _optimize_final_module(self):

@@ -7,11 +7,9 @@ from numba.core.typing.templates import infer, infer_global, make_intrinsic_temp
 
 
 def compiled_as(function):
-    """Let compiled code take the instructions of an intrinsic, which is decorated, for a ``function`` of the
-    same parameters.
+    """Let compiled code take the decorated intrinsic's instructions for a ``function`` of its parameters.
 
-    They are written where it is called, and not into a function that is inlined there: room on the stack ends
-    with the function that asked for it.
+    They are written where it is called: room on the stack ends with the function that asked for it.
     """
 
     def decorate(answer):

@@ -1,11 +1,9 @@
 """Functions that compiled code may call: noted where they are defined, compiled once the engine is there.
 
-A scene is a handful of small models (``NamedTuple``s). A basic function of the paper asks a model a
-*question*; its answer for a type of model is registered with ``@question.register``. The compiler chooses the
-answer by the type, so what a scene does not have leaves no branch and no byte behind. Called from Python, a
-question is :func:`functools.singledispatch`.
-
-This module knows no compiler. ``carom.compiling.dispatch`` attaches one, so files of models import no Numba.
+A basic function of the paper asks a small model (a ``NamedTuple``) a *question*. The compiler chooses the
+answer registered for its type: what a scene does not have leaves no branch. From Python it is
+:func:`functools.singledispatch`; ``carom.compiling.dispatch`` attaches the compiler, so models import no
+Numba.
 """
 
 from __future__ import annotations
@@ -54,10 +52,9 @@ def approximate(function):
 
 
 def required(function):
-    """Make ``function(model, ...)`` a question that every model of its kind must answer.
+    """Make a function, which is only a docstring, a question that every model of its kind must answer.
 
-    The function itself is only a docstring. Answers are registered with ``@function.register``, and have the
-    same parameters.
+    Answers are registered with ``@function.register``, and have the same parameters.
     """
 
     @wraps(function)

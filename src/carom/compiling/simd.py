@@ -1,21 +1,16 @@
 """Values of eight components in one register: copied side by side, and read from there.
 
-The compiler leaves these loops as they are. It gathers element by element, and a store into one array might
-change what the next load from another finds, so it goes one by one. Here
+The compiler leaves these loops as they are: a store might change what the next load finds. Here
 
-- whole rows are loaded and shuffled into columns (:func:`gather_rows`): a third of the instructions. The
-  columns are an array on the stack (:func:`candidate_block`) that a loop over just eight reads: the compiler
-  then keeps it in registers, and stores nothing at all;
+- whole rows are loaded and shuffled into columns (:func:`gather_rows`): a third of the instructions. A loop
+  over just eight reads them from the stack (:func:`candidate_block`), and keeps them in registers;
 - single values are loaded one by one and stored side by side (:func:`pack`, :func:`pack_fields`): gathers
   take several times as long;
 - members of a cell are copied and replaced in one go (:func:`copy_words`, :func:`replace_words`).
 
 Of what a pair model reads of a candidate j, eight values are side by side in a *lane*. :func:`asked_of` gives
-the model a view of itself, and a j of a type of its own. In the view ``pair.radii[j]`` reads the lane and
-``pair.radii[i]`` the array. Neither leaves a trace in the machine code, and j is a whole number like any
-other.
-
-Each function is written in plain Python, too.
+the model a view and a j of a type of its own: ``pair.radii[j]`` reads the lane, ``pair.radii[i]`` the array.
+Neither leaves a trace in the machine code. Each function works in plain Python, too.
 """
 
 from __future__ import annotations
@@ -35,11 +30,9 @@ from carom.compiling.borrowed import BorrowedArray, BorrowedTuple, BorrowedUniTu
 from carom.compiling.dispatch import INLINE
 from carom.compiling.intrinsics import compiled_as
 
-LANES = 8
-"""Values in a register."""
+LANES = 8  # values in a register
 
-WIDTH = 32
-"""Candidates that the last bits of a time tell apart."""
+WIDTH = 32  # candidates that the last bits of a time tell apart
 
 INT, DOUBLE = ir.IntType(64), ir.DoubleType()
 WORDS = ir.VectorType(ir.IntType(32), LANES)
@@ -58,9 +51,7 @@ def _named(builder, words, start_index, bits):
 
 
 def gather_rows(rows, words, start_index, bits, block):
-    """Copy eight rows, ``words[start_index:][:8] >> bits``, in double precision, into the columns of a
-    block: one line a field (:func:`candidate_block`).
-    """
+    """Copy eight rows, ``words[start_index:][:8] >> bits``, as doubles into the columns of a block."""
     for k in range(LANES):
         old_event = rows[int(words[start_index + k]) >> int(bits)]
         d = len(old_event.x)
@@ -135,9 +126,7 @@ def _on_stack(context, builder, kind, shape):
 
 
 def candidate_block(rows):
-    """Return room for the old events of eight candidates, (fields, LANES) float64, and for a key of each,
-    (LANES,) int64: on the stack of the function that asks.
-    """
+    """Return room on the caller's stack for eight old events, (fields, LANES), and keys (LANES,) int64."""
     columns = rows.dtype.itemsize // rows.dtype["t"].itemsize
     return np.zeros((columns, LANES)), np.zeros(LANES, np.int64)
 
@@ -220,8 +209,9 @@ def _filled(builder, value):
 
 
 def copy_words(members, cell, start, words, total, bits, code):
-    """Write ``member << bits | code`` of the eight members of a cell from ``start`` on to ``words`` from
-    ``total`` on; the last of the eight may be the next cell's.
+    """Write ``member << bits | code`` of eight from ``start`` to ``words`` at ``total``.
+
+    The last of the eight may be the next cell's.
     """
     cell_capacity = members.shape[1]
     offset = int(cell) * cell_capacity + int(start)
@@ -265,10 +255,8 @@ def _replace_words(typingctx, members, cell, start, old, new):
 class Lanes(NamedTuple):
     """Room for one field of the candidates of two searches, and for the other fields."""
 
-    scratch: np.ndarray
-    """(2 WIDTH,), of the type of the field."""
-    rest: Any
-    """Lanes, or None."""
+    scratch: np.ndarray  # (2 WIDTH,), of the type of the field
+    rest: Any  # lanes, or None
 
 
 def make_lanes(pair: Any) -> Lanes | None:
@@ -294,9 +282,7 @@ def _rooms(builder, pair, kind, value):
 
 
 def pack_fields(pair, lanes, words, start_index, bits, address):
-    """Put what the search reads of eight candidates into the lanes: left to itself the compiler gathers,
-    which takes several times as long.
-    """
+    """Put eight candidates' values into the lanes: left alone the compiler gathers, several times as long."""
 
 
 @compiled_as(pack_fields)

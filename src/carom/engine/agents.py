@@ -1,11 +1,7 @@
 """Units that decide by rules: when a rule is called, and the consequences of its decision.
 
-A rule is called when a pair crosses a circle, when a timer runs out, and when a unit in a circle has changed.
-The last two are events of one unit, as those with an obstacle: their partner is WAKE. If a unit is removed or
-changes its kind, all units in whose circles it is must be told. They are put into a queue, which the cycle
-empties before it continues: each gets an event of its own at the present time.
-
-Scenes without rules have none of this.
+It is called when a pair crosses a circle, a timer runs out, or a unit in a circle has changed (these two with
+the partner WAKE). A queue tells units of such a change: each gets an event at the present time.
 """
 
 from __future__ import annotations
@@ -81,10 +77,7 @@ def _settle(rules, model, state, neighbors, slot, i, now):
 
 @inner
 def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
-    """Call the rules of the units whose circle a pair has crossed; both are at the time now.
-
-    Both decide on the state before either decision.
-    """
+    """Call the rules of those whose circle a pair has crossed now; both decide on the state before."""
     if rules is None:
         return
     crossed = step_of(model.boundary, ref) - np.int64(kind != IN)
@@ -152,10 +145,7 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
 
 @inner
 def notify_next(rules, model, state, calendar, now):
-    """Give the next unit in the queue of news an event of its own, now; its partner gets an advancement.
-
-    Return False if the queue is empty.
-    """
+    """Give the next unit in the queue of news an event now, its partner an advancement; False if empty."""
     if rules is None or rules.queued[0] == 0:
         return False
     rules.queued[0] -= 1

@@ -1,9 +1,7 @@
-"""Periodic boxes: the image of a component that a word names.
+"""Periodic boxes: the image of a component that a *word* names.
 
-A candidate is named by a *word*. In a wide box the word is the candidate's index and the image is the nearest
-one. In a small box one component can be met under several images (the paper's unsectored case), and the word
-says which: ``index << bits | code``, where ``code`` < 3^d names the neighbouring sector, image or not, in
-which it was found.
+In a wide box it is the index, and the nearest image. In a small one (the paper's unsectored case) it is
+``index << bits | code``, with the ``code`` < 3^d of the neighbouring sector that held the candidate.
 """
 
 from __future__ import annotations
@@ -16,46 +14,31 @@ from carom.compiling.registry import inner, required
 
 
 class NearestImage(NamedTuple):
-    """A periodic box with minimum images: no component can meet two images of another before one of the two
-    changes sector.
-    """
+    """A periodic box in which no component can meet two images of another before one changes sector."""
 
-    edges: tuple
-    """Edges of the box [length]."""
-    inverse: tuple
-    """Their inverses."""
+    edges: tuple  # edges of the box [length]
+    inverse: tuple  # their inverses
 
 
 class SectorImage(NamedTuple):
     """A periodic box with fewer than four sectors along an edge: the image is the one seen in the sector."""
 
-    edges: tuple
-    """Edges of the box [length]."""
-    inverse: tuple
-    """Their inverses."""
-    shape: tuple
-    """Number of sectors along each edge."""
-    cell: np.ndarray
-    """Sector of each component, (n + 1, d) int32: the array of the sectors themselves."""
-    wraps: np.ndarray
-    """Boxes between a component's position and its sector, (n + 1, d) int32, theirs too."""
+    edges: tuple  # edges of the box [length]
+    inverse: tuple  # their inverses
+    shape: tuple  # number of sectors along each edge
+    cell: np.ndarray  # sector of each component, (n + 1, d) int32: the array of the sectors themselves
+    wraps: np.ndarray  # boxes between a component's position and its sector, (n + 1, d) int32, theirs too
     digits: np.ndarray
     """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
-    bits: int
-    """Bits of a word that hold the neighbouring sector."""
+    bits: int  # bits of a word that hold the neighbouring sector
 
 
 class SteppedImage(NamedTuple):
-    """A wide periodic box as a :class:`NearestImage`, and words that name steps of pairs
-    (:mod:`carom.engine.pair_steps`).
-    """
+    """A :class:`NearestImage` whose words name steps of pairs (:mod:`carom.engine.pair_steps`)."""
 
-    edges: tuple
-    """Edges of the box [length]."""
-    inverse: tuple
-    """Their inverses."""
-    bits: int
-    """Low bits of a word that hold the step."""
+    edges: tuple  # edges of the box [length]
+    inverse: tuple  # their inverses
+    bits: int  # low bits of a word that hold the step
 
 
 @required
@@ -126,9 +109,7 @@ def _(boundary: SteppedImage, i, ref):
 
 @required
 def separation(boundary, i, ref, axis, dx):
-    """Return the coordinate of the image named by ``ref`` relative to i, from the difference ``dx`` of
-    their coordinates.
-    """
+    """Return the coordinate of the image ``ref`` relative to i, from the difference ``dx`` of coordinates."""
 
 
 @separation.register
@@ -148,10 +129,9 @@ def _(boundary: SectorImage, i, ref, axis, dx):
 
 @required
 def in_box(boundary, i, axis, x):
-    """Return a coordinate of component i as one in the box in which it flies.
+    """Return a coordinate of i in the box in which it flies, where rounding at a face may decide otherwise.
 
-    At a face of the box rounding decides in which one a position lies; where the component may fly through
-    all of a box before it is looked at again, that is the box of its sector.
+    Where a component may fly through all of a box before it is looked at again, it is the box of its sector.
     """
 
 

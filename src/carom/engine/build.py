@@ -36,20 +36,14 @@ class Model(NamedTuple):
     """What the basic functions are, by type, and their parameters, by value."""
 
     pair: Any
-    lanes: Any
-    """Room for what the search reads of candidates, or None."""
+    lanes: Any  # room for what the search reads of candidates, or None
     motion: Any
     boundary: Any
-    impact: Any
-    """What a contact of two components loses, or None where it is elastic."""
-    obstacles: Any
-    """Everything fixed that components can meet, or None."""
-    timing: Any
-    """How the time of a contact is computed; None: from the moment at which it is found."""
-    observers: Any
-    """What adds something up of the events (:mod:`carom.engine.observers`), or None."""
-    rules: Any
-    """The pair model again, where units decide by rules, or None."""
+    impact: Any  # what a contact of two components loses, or None where it is elastic
+    obstacles: Any  # everything fixed that components can meet, or None
+    timing: Any  # how the time of a contact is computed; None: from the moment at which it is found
+    observers: Any  # what adds something up of the events (:mod:`carom.engine.observers`), or None
+    rules: Any  # the pair model again, where units decide by rules, or None
     timers: Any
     """What kicks single components at times of its own (:mod:`carom.engine.timed_events`), or None."""
 
@@ -127,9 +121,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
 
 @inner
 def bare_model(model):
-    """Return a model without observers and contact law: what schedules asks neither, and is then compiled
-    once for all of them.
-    """
+    """Return a model without observers and contact law, which schedules do not ask: compiled once for all."""
     return Model(
         model.pair, model.lanes, model.motion, model.boundary, None, model.obstacles, model.timing, None,
         model.rules, model.timers,
@@ -142,9 +134,7 @@ def stripped(engine: Engine) -> Engine:
 
 
 def enlarge_neighbors(engine: Engine, scheme: NeighborPlan, system: System) -> Engine:
-    """Return the engine with empty, larger arrays for its neighbour scheme; everything must be scheduled
-    anew.
-    """
+    """Return the engine with larger, empty arrays for its neighbour scheme; all must be scheduled anew."""
     neighbors, boundary = build_neighbors(scheme, system, engine.model.pair, engine.model.motion)
     return engine._replace(neighbors=neighbors, model=engine.model._replace(boundary=boundary))
 
@@ -162,9 +152,7 @@ def take_over(old: Engine, new: Engine, instant: Fraction, passed: float, slower
 
 
 def enlarge_heap(engine: Engine, capacity: int) -> Engine:
-    """Return the engine with a heap for so many entries, and as many times more lines, up to all that are
-    ever needed; what they hold is kept.
-    """
+    """Return the engine with a larger heap and as many times more lines, up to all needed, contents kept."""
     calendar = engine.calendar
     event_time, component = np.zeros(capacity), np.zeros(capacity, np.int32)
     event_time[: len(calendar.event_time)], component[: len(calendar.component)] = (
@@ -183,9 +171,7 @@ def enlarge_heap(engine: Engine, capacity: int) -> Engine:
 
 
 def arrays(engine: Engine) -> dict[str, np.ndarray]:
-    """Return every array of the engine by a dotted name, the fields of records apart: what a checkpoint
-    holds.
-    """
+    """Return every array by a dotted name, the fields of records apart: what a checkpoint holds."""
     found: dict[str, np.ndarray] = {}
 
     def gather(name, value):

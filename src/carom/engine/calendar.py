@@ -1,16 +1,14 @@
-"""The event calendar: a calendar queue of buckets that are only appended to, and a small heap for the present
-bucket (like that of Paul, J. Comput. Phys. 221 (2007) 615).
+"""The event calendar: append-only buckets, and a small heap for the present one.
 
-An entry names a component. Its time is that of its new event or of its sector crossing, whichever comes
-first. Entries are not removed. An entry is valid if the time of its component falls into its bucket, and
-stale otherwise; stale entries are dropped when their bucket becomes the present one. A pair event needs one
-entry, of a component that has it before its sector crossing. The buckets, the days of the calendar, cover a
-*window* of time, its year. Later events are found in the rows by one pass over them at the end of the window.
-The order is by (time, component), for any width of the buckets.
+As in Paul, J. Comput. Phys. 221 (2007) 615. An entry names a component, due at its new event or its sector
+crossing, whichever is first. It is stale if that time is no longer in its bucket, and is then dropped when
+the bucket is opened. A pair event needs one entry, of a component that has it before its sector crossing.
+Buckets (days) cover a *window* of time (the year); later events are found in the rows at its end. The order
+is by (time, component), for any width of the buckets.
 
-Whether a new event falls into the window is a coin toss, and its time is the last thing that a collision
-finds out. A branch on it would be mispredicted that late that nothing of the next event could be done
-meanwhile. One more bucket takes all that is due later, and is never read.
+Whether an event falls into the window is a coin toss, known last: a branch on it would be mispredicted too
+late for anything of the next event to be done meanwhile. One more bucket, never read, takes what is due
+later.
 """
 
 from __future__ import annotations
@@ -37,8 +35,7 @@ from carom.models.questions.particles import NEVER
 ENTRIES = 14
 """Entries a cache line: 16 words, less one for the count and one for the link to the line filled before."""
 
-FEWEST, MOST = 4.0, 8.5
-"""Cycles a bucket below and above which the next window has buckets of another width."""
+FEWEST, MOST = 4.0, 8.5  # cycles a bucket below and above which the next window has buckets of another width
 
 LARGE_SYSTEM_FACTOR = 0.47
 """Factor on both for ``HUGE`` systems: memory is requested a bucket at a time, best a few events ahead."""
@@ -46,8 +43,7 @@ LARGE_SYSTEM_FACTOR = 0.47
 BLOCK = 256
 """Components that are looked at together when the calendar is laid out; the heap has room for as many."""
 
-MOST_NEW_ENTRIES = 8
-"""Entries that one cycle can add to the heap, at most."""
+MOST_NEW_ENTRIES = 8  # entries that one cycle can add to the heap, at most
 
 # No field may have the name of an attribute of numpy scalars (size, say): the engine runs as Python, too.
 CONTROL = np.dtype(
@@ -72,16 +68,12 @@ NARROWEST = 2.0**-40
 class Calendar(NamedTuple):
     """A window of buckets and a heap."""
 
-    control: Any
-    """One record of type CONTROL."""
+    control: Any  # one record of type CONTROL
     buckets: np.ndarray
     """(buckets + 1, 16) uint32: count, link, entries; the last row takes what is due beyond the window."""
-    lines: np.ndarray
-    """(lines, 16) uint32: full lines that buckets spilled; line 0 is no line."""
-    event_time: np.ndarray
-    """Heap: times."""
-    component: np.ndarray
-    """Heap: entries."""
+    lines: np.ndarray  # (lines, 16) uint32: full lines that buckets spilled; line 0 is no line
+    event_time: np.ndarray  # heap: times
+    component: np.ndarray  # heap: entries
 
 
 def usual_heap(n: int) -> int:
@@ -97,8 +89,7 @@ def most_lines(n: int) -> int:
 def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
     """Return an empty calendar for ``n`` components with buckets of ``width`` (a power of two).
 
-    ``heap`` is for how many entries the heap has room; where that is more than at first, there are as many
-    times more lines, up to all that are ever needed.
+    ``heap`` entries have room in the heap; where that is more than at first, lines grow by the same factor.
     """
     buckets = max(n // 8, 16)
     # For buckets that fill unevenly; should that not do, the window is laid out anew.
@@ -200,9 +191,7 @@ def insert(calendar, i, time):
 
 @inner
 def prefetch_calendar(calendar, state, boundary, ref):
-    """Ask for what giving an event to the component that ``ref`` names will touch: who its partner is, and
-    the bucket in which that one's event is, to become an advancement.
-    """
+    """Ask for what an event of ``ref`` will touch: its partner, and the bucket of that one's event."""
     if ref >= 0 and len(state.partner) >= HUGE:
         j = np.int64(index(boundary, ref))
         prefetch(state.partner, j)
@@ -235,9 +224,7 @@ def append(calendar, bucket, i):
 
 @inner
 def open_bucket(calendar, state, bucket):
-    """Move the valid entries of a bucket to the heap; return False, and do nothing, if the heap has too
-    little room.
-    """
+    """Move the valid entries of a bucket to the heap; return False, and do nothing, if it has no room."""
     control = calendar.control[0]
     buckets = calendar.buckets
     count = np.int64(buckets[bucket, 0])
@@ -268,15 +255,10 @@ def push_if_due(calendar, state, bucket, i):
 
 @inner
 def fill_window(calendar, state, boundary, start, end):
-    """Begin a window at ``start`` that reaches to ``end`` at most, and enter all that is due in it.
+    """Begin a window up to ``end`` at most, enter all that is due in it, and return the earliest time due.
 
-    Where lines run out, buckets become narrower, and the window shorter. That does not help where too many
-    are due at one time: ``full`` is then set, some entries are missing, and the calendar needs more room.
-
-    Returns
-    -------
-    earliest : float
-        The earliest time due, in the window or beyond it.
+    Where lines run out, buckets become narrower. If too many are due at one time that does not help: ``full``
+    is set, and entries are missing until the calendar has more room.
     """
     control = calendar.control[0]
     size = buckets_in_window(calendar)
@@ -312,9 +294,7 @@ def fill_window(calendar, state, boundary, start, end):
 
 @optional
 def narrow(calendar, longest):
-    """Make the buckets of the next window half as wide, and return whether that could be done; by default,
-    for any calendar.
-    """
+    """Halve the buckets of the next window; return whether that could be done. By default, any calendar."""
     control = calendar.control[0]
     if control.width <= NARROWEST * longest:
         return False
@@ -324,17 +304,13 @@ def narrow(calendar, longest):
 
 @inner
 def crowded(calendar):
-    """Return whether a window that was laid out has too few lines: they are all used and entries are missing,
-    or it would have to be laid out again after a few events.
-    """
+    """Return whether a window has too few lines: entries are missing, or will be after a few events."""
     return 2 * calendar.control[0].lines > len(calendar.lines)
 
 
 @inner
 def cluttered(calendar, state):
-    """Return whether the heap has room for everybody twice: most of what fills it is stale, and is dropped
-    when the window is laid out anew.
-    """
+    """Return whether the heap has room for everybody twice: most of it is stale until the next window."""
     return len(calendar.event_time) > 2 * len(state.partner) + BLOCK
 
 
@@ -346,10 +322,9 @@ def effort(state):
 
 @inner
 def choose_due(calendar, state, start_index, end):
-    """Put those of a block of components that are due in the window on the heap, in no order; return the
-    earliest time due.
+    """Put those of a block that are due in the window on the heap; return the earliest time due.
 
-    There is no branch: each would be a toss.
+    They are in no order. No branch: each would be a toss.
     """
     event_time, component = calendar.event_time, calendar.component
     until = calendar.control[0].end
@@ -368,9 +343,7 @@ def choose_due(calendar, state, start_index, end):
 
 @inner
 def choose_entering(calendar, state, boundary):
-    """Keep those of them that enter the calendar, and ask for their buckets: of a pair one does, if it is
-    there to collide.
-    """
+    """Keep those that enter the calendar, of a pair one if it is there to collide; ask for their buckets."""
     event_time, component = calendar.event_time, calendar.component
     count = np.uint64(0)
     for k in range(np.uint64(calendar.control[0].waiting)):
@@ -393,9 +366,7 @@ def choose_entering(calendar, state, boundary):
 
 @optional
 def choose_width(calendar, n, longest):
-    """Choose the width of the next window's buckets by the cycles counted in this one: a few a bucket; by
-    default, for any calendar.
-    """
+    """Choose the width of the next buckets by this window's cycles: a few a bucket (the default)."""
     control = calendar.control[0]
     buckets_passed = (control.end - control.start) * control.inverse  # all, but where the epoch ended before
     buckets_passed *= LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0
@@ -410,9 +381,7 @@ def choose_width(calendar, n, longest):
 
 @inner
 def next_event(calendar, state, neighbors, boundary, motion):
-    """Return the component with the first event, which stays on the heap; -1 at the end of the window, -2 if
-    an array is too small.
-    """
+    """Return who is first, and stays on the heap; -1 at the window's end, -2 if an array is too small."""
     control = calendar.control[0]
     while True:
         while control.waiting > 0:

@@ -33,9 +33,7 @@ from carom.models.questions.steps import CORE, step_core_square, step_jump
 
 @required
 def outcome(boundary, pair, neighbors, tally, i, ref, rr, rv, now):
-    """Return what the event of i and the component that a word names adds, as ``jump`` does, its kind, and
-    the steps of the pair before and after it, which are zero where there are none.
-    """
+    """Return what the event of i and a word adds, as ``jump`` does, its kind, and both steps or zeros."""
 
 
 @outcome.register
@@ -120,9 +118,9 @@ def collide(model, state, neighbors, tally, i, ref, now):
 
 @inner
 def new_epoch(model, state, neighbors):
-    """Begin the next epoch: advance every component to its beginning, reduce every time by its length, and
-    compute every contact anew. Return whether the lattice was laid anew, or all neighbours must be: then all
-    must be scheduled again.
+    """Begin the next epoch: advance everybody to it, reduce times by its length, compute contacts anew.
+
+    Return whether all must be scheduled again, for a new lattice or new neighbours.
     """
     clock = state.clock[0]
     length = clock.length

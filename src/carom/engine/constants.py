@@ -3,8 +3,7 @@
 LAMBDA = -1
 """Partner of an advancement: nobody (the paper's Lambda)."""
 
-OBSTACLE = -2
-"""Partner of a component that meets obstacle k is ``OBSTACLE - k`` (the paper's N + k)."""
+OBSTACLE = -2  # partner of a component that meets obstacle k is ``OBSTACLE - k`` (the paper's N + k)
 
 TIMER_EVENT = -(1 << 30)
 """Partner of a component that has an event of its own: a unit that decides, or one that a drive kicks."""

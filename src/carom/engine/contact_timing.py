@@ -46,10 +46,7 @@ def timing_of(
 
 
 def _smallest_core(interaction: Any, pair, system: System) -> float:
-    """Return the diameter of the smallest hard core, which need not be a component's; infinity without one.
-
-    Circles of units are no cores.
-    """
+    """Return the diameter of the smallest hard core, circles not counted; infinity without one."""
     count, _ = interaction.steps(system.particles)
     squares = [float(step_core_square(pair, step)) for step in range(count)]
     return math.sqrt(min((square for square in squares if square > 0.0), default=math.inf))

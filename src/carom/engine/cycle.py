@@ -1,10 +1,7 @@
-"""The main cycle of the paper's Figure 2, written once.
+"""The main cycle of the paper's Figure 2, written once: it knows the basic functions, and no physics.
 
-It knows the basic functions ``interaction_time``, ``jump`` and ``advance`` (here ``position`` and
-``velocity``) and no physics. It departs from the paper in one point: both halves of a collision are processed
-in one cycle. If they were processed one at a time, the second would still be pending, with its state from
-before the collision, when the first is scheduled at the same time. The printed cycle then stalls
-(docs/algorithm).
+But both halves of a collision are processed in one cycle: otherwise the second is pending in its old state
+when the first is scheduled, and the printed cycle stalls (docs/algorithm).
 """
 
 from __future__ import annotations
@@ -59,14 +56,9 @@ from carom.models.questions.particles import NEVER
 
 @entry
 def schedule(model, state, neighbors, calendar, tallies, start_index, end):
-    """Schedule the components from ``start_index`` to ``end`` at the present time.
+    """Schedule a range of components now; return False if an array of the neighbour scheme is too small.
 
-    The neighbour scheme is built with the first, and the calendar laid out with the last of them.
-
-    Returns
-    -------
-    done : bool
-        False if an array is too small for the neighbour scheme.
+    The scheme is built with the first of them, and the calendar laid out with the last.
     """
     model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
     calendar, tallies = borrowed(calendar), borrowed(tallies)
@@ -95,15 +87,9 @@ def schedule(model, state, neighbors, calendar, tallies, start_index, end):
 def run(model, state, neighbors, calendar, tallies, end_epoch, end_time, collisions, cycles):
     """Run the main cycle and return the reason why it ended, and how many of its cycles are left.
 
-    Parameters
-    ----------
-    end_epoch, end_time : int, float
-        Return before the first event later than this.
-    collisions : int
-        Return after the collision of this number.
-    cycles : int
-        Return after so many cycles. Windows and epochs in which nothing happens count, too, so that fewer
-        than none may be left.
+    It ends before the first event later than (``end_epoch``, ``end_time``), after collision number
+    ``collisions``, or after ``cycles``. Empty windows and epochs count as cycles, so that fewer than none may
+    be left.
     """
     model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
     calendar, tallies = borrowed(calendar), borrowed(tallies)

@@ -60,9 +60,7 @@ def with_work(obstacles: Obstacles | None, models) -> Obstacles | None:
 
 
 def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
-    """Return, by the number of each obstacle that loses energy, its contacts that were elastic, and that were
-    thrown faster than they came.
-    """
+    """Return, by obstacle, contacts that lost nothing, and those thrown faster than they came."""
     found: dict[int, tuple[int, int]] = {}
     while chain is not None:
         for k, model in enumerate(chain.head if isinstance(chain, Chain) else ()):
@@ -125,9 +123,9 @@ def _(chain: Crowd, number, now):
 
 @optional
 def reflect_from(chain, model, state, i, number, now):
-    """Replace the velocity in the room for it by that after the contact with the obstacle of that number.
+    """Replace the room's velocity by that after the contact with an obstacle.
 
-    Where that is none of a chain of single obstacles (a wall of the box, one of a crowd) it is elastic.
+    It is elastic where the number is none of a chain of single obstacles: a wall of the box, one of a crowd.
     """
     there = model.obstacles
     recoil(

@@ -20,11 +20,11 @@ EARLIER = 2.0**-40
 
 @inner
 def predict(model, state, neighbors, calendar, tally, i, now, met, found):
-    """Schedule the next event of component i (lines 14 to 23 of Figure 2).
+    """Schedule the next event of i (lines 14 to 23 of Figure 2) from the result ``found`` of its search.
 
-    ``found`` is the result of the search for i. ``met`` is the word of the component with which i has just
-    collided, or none. These two do not collide again at the same time (condition V), even if they overlap and
-    approach by rounding. In a small box they may collide again under another word.
+    ``met`` is the word of the one with which i has just collided, or none. They do not collide again at the
+    same time (condition V), even if they overlap and approach by rounding; in a small box they may under
+    another word.
     """
     rows = state.rows
     held = np.int64(state.partner[i])
@@ -55,9 +55,7 @@ def predict(model, state, neighbors, calendar, tally, i, now, met, found):
 
 @optional
 def retime(timing, model, state, i):
-    """Compute the event of component i anew, at the beginning of an epoch, which has advanced all rows; by
-    default the time carried over from the last epoch holds.
-    """
+    """Compute the event of i anew at an epoch's beginning; by default the time carried over holds."""
     return
 
 
@@ -126,10 +124,10 @@ def pair_up(model, state, calendar, i, ref, event_time):
 
 @inner
 def enqueue(state, calendar, i):
-    """Enter component i into the calendar: at its new event, or where it leaves its sector before that.
+    """Enter component i into the calendar at its new event, or where it leaves its sector before that.
 
-    The partner of i needs no entry. If the partner leaves its sector first, it is in the calendar with that
-    time. If i does, i is entered again then.
+    Its partner needs no entry: if it leaves its sector first it is entered there, and if i does, i is entered
+    again.
     """
     insert(calendar, i, time_of(state, i))
 

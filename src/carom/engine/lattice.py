@@ -1,9 +1,6 @@
-"""Where components are, alone and relative to each other: in the box, or in the tilting lattice of
-Lees and Edwards.
+"""Where components are, alone and relative to each other: in the box, or in a lattice that tilts.
 
-Of most motions a coordinate depends on itself alone, and relative to each other components fly as their
-coordinates differ. Under shear (``carom.models.motions.shear``) coordinates depend on each other. These
-functions are the only ones that know.
+Only these functions know that under shear (``carom.models.motions.shear``) coordinates depend on each other.
 """
 
 from __future__ import annotations
@@ -48,11 +45,10 @@ def velocity_at(motion, axis, v, t):
 
 @optional
 def relative_to(motion, boundary, i, ref, me, other, now):
-    """Return r.r, r.v and v.v at the time ``now`` of the image that ``ref`` names relative to i; ``me`` and
-    ``other`` are their old events.
+    """Return r.r, r.v and v.v at ``now`` of the image ``ref`` relative to i, by the old events of both.
 
-    The loop over axes is here, and not where this is asked: a question for each axis cost spheres in lists
-    five percent of their rate (docs/decisions/14-transport-and-shear.md).
+    The loop over axes is here: one question an axis cost 5 % of the rate
+    (docs/decisions/14-transport-and-shear.md).
     """
     rr = 0.0
     rv = 0.0
@@ -120,10 +116,7 @@ def exit_time_at(motion, axis, me, now, low, high):
 
 @optional
 def remap(motion, state, edges, length):
-    """At the end of an epoch of this length, lay the lattice anew if it must be; tell whether it was.
-
-    Then everything has to be scheduled again.
-    """
+    """At the end of an epoch lay the lattice anew if it must be; tell whether all must be scheduled again."""
     return False
 
 

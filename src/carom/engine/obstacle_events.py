@@ -25,8 +25,9 @@ def _(source: Obstacles, model, state, i, now, t, code):
 
 @inner
 def event_in_view(source, model, state, i, now):
-    """Return the same of those contacts alone that a change of sector may have brought into view: of
-    obstacles that stand in every image of the box, those in the next images are seen.
+    """Return the same of contacts that a change of sector may bring into view.
+
+    Of obstacles that stand in every image of the box, those in the next images are seen.
     """
     if source is None:
         return NEVER, LAMBDA
@@ -52,9 +53,7 @@ def _(source: Obstacles, model, state, neighbors, i, code, now):
 
 @optional
 def retime_contact(motion, obstacles, model, state, i, code):
-    """Compute the contact of i with its obstacle anew, at the beginning of an epoch; in a field, by default,
-    keep it.
-    """
+    """Compute i's obstacle contact anew at an epoch's beginning; in a field, by default, keep it."""
     return
 
 
@@ -68,18 +67,17 @@ def _(motion: Inertial, obstacles, model, state, i, code):
 
 
 def timing_of(timing, motion, live) -> FromRows | None:
-    """Return how times of contacts are computed: as those of pairs, where all obstacles rest and components
-    fly straight.
-    """
+    """Return how times of contacts are computed: as of pairs if all obstacles rest and flight is straight."""
     rests = live is None and isinstance(motion, Inertial)
     return timing if rests and isinstance(timing, FromRows) else None
 
 
 @inner
 def meet_obstacle(timing, model, state, i, now, every, until):
-    """Return when i touches an obstacle, and the number of that obstacle, or -1: as it is computed now, or
-    from the row of i or shortly before the contact. ``every`` and ``until`` as for
-    :func:`carom.engine.obstacles.soonest`.
+    """Return when i touches an obstacle, and its number, or -1.
+
+    The time is as computed now, or from the row of i or shortly before the contact. ``every`` and ``until``
+    are as for :func:`carom.engine.obstacles.soonest`.
     """
     if timing is None:
         t, number = soonest(model.obstacles, model, state, i, now, every, until)

@@ -1,8 +1,6 @@
-"""Crowds of obstacles in cells: a component asks those alone whose cells its path passes.
+"""Crowds of obstacles in cells: a component asks only those whose cells its path passes until it looks again.
 
-The path is followed as far as the component may fly before it leaves its sector, or its list ends: then it
-looks again. A contact that is found is the one that would be found if all were asked; its time is rounded
-otherwise where it is found at another look.
+A contact is the one found by asking all; its time is rounded otherwise where it is found at another look.
 """
 
 from __future__ import annotations
@@ -31,10 +29,8 @@ from carom.models.questions.particles import NEVER
 class Spheres(NamedTuple):
     """Spheres around the obstacles of a crowd, a hair larger than needed."""
 
-    centers: np.ndarray
-    """(k, d) [length]."""
-    radii: np.ndarray
-    """(k,) [length]."""
+    centers: np.ndarray  # (k, d) [length]
+    radii: np.ndarray  # (k,) [length]
 
 
 @answering(obstacles)
@@ -46,14 +42,10 @@ class Grid(NamedTuple):
     starts: np.ndarray
     members: np.ndarray
     shifts: np.ndarray
-    reach: tuple
-    """How far a component is followed along each axis, at most [length]."""
-    spheres: Spheres | None
-    """One around each obstacle, or None for balls, which are spheres themselves."""
-    cell: np.ndarray
-    """Room for the place of a cell, (d,) int64."""
-    turns: np.ndarray
-    """Room for the boxes from that of the component to this cell, (d,) int64."""
+    reach: tuple  # how far a component is followed along each axis, at most [length]
+    spheres: Spheres | None  # one around each obstacle, or None for balls, which are spheres themselves
+    cell: np.ndarray  # room for the place of a cell, (d,) int64
+    turns: np.ndarray  # room for the boxes from that of the component to this cell, (d,) int64
 
     def soonest_member(self, crowd, obstacles, model, size, rate, every, now, before, sight):
         boundary, x, v = model.boundary, obstacles.x, obstacles.v
@@ -103,9 +95,7 @@ class Grid(NamedTuple):
 
 
 def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any, pair: Any) -> Any:
-    """Return a chain of obstacles whose crowds have cells, where components fly straight and their radii are
-    known.
-    """
+    """Return a chain of obstacles whose crowds have cells, if flights are straight and radii known."""
     own = type(system.interaction).__module__.partition(".")[0] != "carom"
     own_radius = own and answers(radius, type(pair))
     if chain is None or not isinstance(system.motion, FreeFlight) or own_radius:

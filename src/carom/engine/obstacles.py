@@ -1,8 +1,7 @@
 """What is fixed: the one-component interactions, the paper's partners N + k.
 
-The engine keeps all obstacles of a scene in a chain, nested so that the compiler knows the type of each link.
-Each obstacle has a number. The engine asks it when a component touches it (``encounter``) and for the normal
-there (``outward``).
+Obstacles are numbered, and nested in a chain, so that the compiler knows the type of each. The engine asks
+when a component touches one (``encounter``) and for the normal there (``outward``).
 """
 
 from __future__ import annotations
@@ -25,46 +24,33 @@ from carom.models.questions.walls import wall_meeting, wall_normal, yields
 class Chain(NamedTuple):
     """Obstacles of one kind, and the chain of the other kinds: a list that types can walk along."""
 
-    head: tuple
-    """Obstacles of one kind."""
-    number: int
-    """Number of the first of them."""
-    tail: Any
-    """The rest, a Chain, a Crowd or None."""
+    head: tuple  # obstacles of one kind
+    number: int  # number of the first of them
+    tail: Any  # the rest, a Chain, a Crowd or None
 
 
 class Crowd(NamedTuple):
-    """A link of many obstacles of one kind, in arrays: each value of a tuple is compiled for itself, which
-    takes minutes for hundreds of them.
-    """
+    """A link of many of one kind, in arrays: each in a tuple would be compiled, minutes for hundreds."""
 
-    head: Any
-    """A model of all of them, which answers ``members`` and ``member``."""
-    number: int
-    """Number of the first of them."""
-    tail: Any
-    """The rest, a Chain, a Crowd or None."""
+    head: Any  # a model of all of them, which answers ``members`` and ``member``
+    number: int  # number of the first of them
+    tail: Any  # the rest, a Chain, a Crowd or None
     grid: Any = None
     """Cells in which they are looked up (:mod:`carom.engine.obstacle_grid`), or None where all are asked."""
 
 
-HAIR = 2.0**-40
-"""Part of a time by which it may be rounded."""
+HAIR = 2.0**-40  # part of a time by which it may be rounded
 
 
 class Sight(NamedTuple):
     """How far a component looks."""
 
-    since: float
-    """Time from the moment from which its contacts are computed to the present."""
-    until: float
-    """Time from there up to which they are wanted."""
+    since: float  # time from the moment from which its contacts are computed to the present
+    until: float  # time from there up to which they are wanted
 
 
 class Obstacles(NamedTuple):
-    """Everything fixed that components can meet, numbered: two for every axis (its lower and its upper wall,
-    if it has walls), then one an obstacle.
-    """
+    """Everything fixed, by number: two for every axis (its walls, if there are any), then one an obstacle."""
 
     walls: Any
     """The walls of the box, or None."""
@@ -120,9 +106,7 @@ def numbering(models) -> list[int]:
 
 
 def numbers_of(periodic, models) -> list[int]:
-    """Return the number of each wall, of the axes that are not periodic, and of each obstacle, in the order
-    of the scene.
-    """
+    """Return the numbers of walls, of axes that are not periodic, and of obstacles, in the scene's order."""
     walls = [2 * axis + side for axis, wraps in enumerate(periodic) if not wraps for side in (0, 1)]
     return walls + [2 * len(periodic) + k for k in numbering(models)]
 
@@ -131,9 +115,9 @@ def numbers_of(periodic, models) -> list[int]:
 def soonest(obstacles, model, state, i, now, every, until):
     """Return the time until component i touches an obstacle, and the number of that obstacle, or -1.
 
-    ``every`` is False where only those that stand in every image of the box are to be looked at: they are
-    seen as far as the next images, and looked for again whenever i has gone as far as its neighbours reach.
-    Contacts after the time ``until`` need not be found.
+    Without ``every`` only those in every image of the box are looked at: they are seen as far as the next
+    images, and looked for again whenever i has gone as far as its neighbours reach. Contacts after ``until``
+    need not be found.
     """
     place_at(model, state, i, now, obstacles.x, obstacles.v)
     size = radius(model.pair, np.int64(i), now)
@@ -176,9 +160,7 @@ def _(chain: Crowd, obstacles, model, size, rate, every, now, sight):
 
 @optional
 def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before, sight):
-    """Return the time until a component touches one of a crowd, if that is less than ``before``, and which of
-    them; by default all are asked.
-    """
+    """Return the time until one of a crowd is touched, if below ``before``, and which; by default ask all."""
     best = NEVER
     number = np.int64(-1)
     for k in range(members(crowd)):
@@ -224,8 +206,9 @@ def reflect_component(model, state, i, number, now):
 
 @optional
 def reflect(live, model, state, i, number, now):
-    """Give component i its velocity after the contact, whose normal is in the room for an image if it is one
-    with a wall; return the momentum along the normal.
+    """Give i its velocity after the contact; return the momentum along the normal.
+
+    That of a wall is in the room for an image.
     """
     obstacles = model.obstacles
     normal_along(obstacles.chain, obstacles, model.boundary, number)

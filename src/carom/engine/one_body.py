@@ -1,8 +1,7 @@
 """Events of one component: a contact with an obstacle (the paper's Q_ik), the timer of a rule, of a drive.
 
-Each of these is a *source*: a part of the model, or None. A source says when it has an event for a component,
-and runs it. The partner of the component is then the source's code: see
-:mod:`carom.engine.constants`. Of all sources the earliest is taken, here and nowhere else.
+Each *source*, a part of the model or None, says when it has an event for a component, and runs it. The
+earliest is taken here and nowhere else; the partner is then its code (:mod:`carom.engine.constants`).
 """
 
 from __future__ import annotations
@@ -13,9 +12,7 @@ from carom.engine.constants import LAMBDA
 
 @optional
 def earlier_event(source, model, state, i, now, t, code):
-    """Return time and code of the next event that the source has for component i, if it is before the time
-    ``t``; else ``t`` and ``code``.
-    """
+    """Return time and code of a source's next event for i, if before ``t``; else ``t`` and ``code``."""
     return t, code
 
 
@@ -27,10 +24,7 @@ def run_event(source, model, state, neighbors, i, code, now):
 
 @inner
 def schedule_one_body(model, state, i, now, before):
-    """Give component i the next of its own events, if that is before the time ``before``; tell whether it is.
-
-    Of two at one time that of the first source is taken.
-    """
+    """Give i its next own event, if before ``before``; tell whether. Ties: the first source."""
     t, code = earlier_event(model.obstacles, model, state, i, now, before, LAMBDA)
     t, code = earlier_event(model.rules, model, state, i, now, t, code)
     t, code = earlier_event(model.timers, model, state, i, now, t, code)

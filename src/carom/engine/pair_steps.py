@@ -1,11 +1,7 @@
-"""The step of a pair: bits of the words in neighbour lists.
+"""The step of a pair: bits of the words in neighbour lists, ``index << bits | step``; None without steps.
 
-If a pair potential has steps, the word of an entry in a list is ``index << bits | step``. Both partners list
-each other as long as they are near, so that a pair has two entries, which change together at its events. A
-renewed list keeps the words of old neighbours; a new neighbour comes from beyond all steps. The step is
-derived from a distance at the start of a run only, by the caller, who writes it here.
-
-Lists of a scene without steps have None in this place, and their words are indices.
+A pair has two entries, which change together at its events. Renewed lists keep the words of old neighbours;
+new ones come from beyond all steps. Only the caller derives steps from distances, at the start of a run.
 """
 
 from __future__ import annotations
@@ -22,25 +18,18 @@ from carom.models.questions.steps import step_bits
 class PairSteps(NamedTuple):
     """How words name steps."""
 
-    bits: int
-    """Low bits of a word that hold the step."""
-    ready: np.ndarray
-    """Whether lists have been built and steps written into them since, (1,) int64."""
+    bits: int  # low bits of a word that hold the step
+    ready: np.ndarray  # whether lists have been built and steps written into them since, (1,) int64
 
 
 class SpeciesSteps(NamedTuple):
     """The same where pairs of species have steps of their own."""
 
-    bits: int
-    """Low bits of a word that hold the step."""
-    ready: np.ndarray
-    """Whether lists have been built and steps written into them since, (1,) int64."""
-    kinds: np.ndarray
-    """Species, (n + 1,) int64."""
-    species: int
-    """K."""
-    outside: np.ndarray
-    """Step of a pair of species that is out of reach, (K * K,) int64."""
+    bits: int  # low bits of a word that hold the step
+    ready: np.ndarray  # whether lists have been built and steps written into them since, (1,) int64
+    kinds: np.ndarray  # species, (n + 1,) int64
+    species: int  # K
+    outside: np.ndarray  # step of a pair of species that is out of reach, (K * K,) int64
 
 
 def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | None:

@@ -12,9 +12,7 @@ from carom.models.questions.motion import carry
 
 @entry
 def project(motion, boundary, state, time, positions, velocities, images):
-    """Write the state of every component at ``time`` (within the epoch) to the arrays given, positions
-    in the box.
-    """
+    """Write everybody's state at ``time`` (in the epoch) to the arrays given, positions in the box."""
     for i in range(np.uint64(len(state.partner))):
         me = state.rows[i]
         x0, v0, t = carry(motion, me.x, me.v, time - me.t, positions[i], velocities[i])

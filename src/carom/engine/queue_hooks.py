@@ -17,9 +17,7 @@ def is_remote(calendar, i):
 
 @optional
 def count_local(calendar, start_index, end):
-    """Return how many of the components from ``start_index`` to ``end`` belong to this calendar, whose heap
-    is empty and may be used; by default all do.
-    """
+    """Return how many of a range belong to this calendar (all by default); its heap is empty and free."""
     return end - start_index
 
 
@@ -31,9 +29,7 @@ def local_component(calendar, start_index, k):
 
 @optional
 def send_if_remote(calendar, i, time):
-    """Send component i, which is due at ``time``, to the calendar that it belongs to; return whether that is
-    another one.
-    """
+    """Send i, due at ``time``, to the calendar that it belongs to; return whether that is another one."""
     return False
 
 

@@ -18,9 +18,7 @@ from carom.models.questions.obstacle import surface_velocity
 
 @optional
 def rub(impact, model, state, i, j, ref, rr, virial, now):
-    """Exchange momentum along the surfaces of i and j, whose normal velocities have changed; by default they
-    are smooth.
-    """
+    """Exchange momentum along the surfaces of i and j after the normal part; by default they are smooth."""
     return
 
 
@@ -69,8 +67,9 @@ def _(pair: PinnedCores, impact, i):
 
 @optional
 def rub_obstacle(obstacle, impact, model, state, i, now):
-    """Exchange momentum along the surface of an obstacle with component i, whose new velocity is in the
-    obstacles' room; by default it is smooth.
+    """Exchange momentum along the surfaces of an obstacle and i; by default they are smooth.
+
+    The new velocity of i is in the obstacles' room.
     """
     return
 

@@ -44,12 +44,10 @@ def _(boundary: SteppedImage, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
 
 @fast
 def nearest(model, state, i, now, refs, start_index, count, block_half, avoided):
-    """Return the word of the candidate that i meets first, ``avoided`` left out, or -1, and the time until
-    then, to 47 bits (the paper's line 4).
+    """Return the word of whom i meets first, without ``avoided``, or -1, and the time until then (line 4).
 
-    The loop over eight has no branch, and stores nothing but what stays in registers, so that it is
-    vectorised. The candidate's number replaces the last five bits of the time; the smallest of these integers
-    is the earliest candidate.
+    The time has 47 bits: the candidate's number replaces the last five, and the smallest of these integers is
+    the earliest. The loop over eight has no branch and stays in registers, so that it is vectorised.
     """
     me = state.rows[i]
     first_lane = np.int64(block_half) * WIDTH
@@ -111,11 +109,9 @@ def _(neighbors, model, state, i, now, refs, start_index, count):
 
 
 class FromRows(NamedTuple):
-    """Contacts that are computed from the younger of the two rows, or from shortly before them where that is
-    far away.
+    """Contacts that are computed from the younger of two rows, or if far away from shortly before them.
 
-    Their times are functions of the two rows alone, not of the moment at which somebody looks at the pair:
-    scheduling leaves no trace in a run.
+    Times do not depend on when the pair is looked at: scheduling leaves no trace in a run.
     """
 
     square: float
@@ -125,13 +121,11 @@ class FromRows(NamedTuple):
 
 
 class FarSteps(NamedTuple):
-    """Pairs on steps with hard cores that are small compared with the reach of the steps: a contact may be
-    found from far away, and is then computed again from nearby.
+    """Pairs on steps with small hard cores, found from far away and then computed again from nearby.
 
-    From nearby only the time of the contact with the core is computed, not whether it occurs. Otherwise a
-    graze that looks like a miss there would become an exit from the step, far later, and events in between
-    would be missed. Crossings of other ends are not computed again: no pair overlaps if one is late by
-    rounding.
+    From nearby only the time is computed, not whether it occurs: a graze that looks like a miss there would
+    become a far later exit from the step. Other crossings are not computed again: a late one makes no
+    overlap.
     """
 
     nearness: float = 1.0 / MOST_DIAMETERS**2
@@ -154,9 +148,7 @@ def relative(model, state, i, ref, now):
 
 @required
 def refined_time(boundary, pair, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate that a search found, and whether a negative one was
-    clamped.
-    """
+    """Return the time until i meets the candidate found, and whether a negative one was clamped."""
 
 
 @refined_time.register
@@ -173,9 +165,7 @@ def _(boundary: SteppedImage, pair, i, ref, rr, rv, vv, now):
 
 @optional
 def contact_time_of(timing, model, state, i, ref, now, t):
-    """Return when i touches the candidate that a search found after a time t, and whether the time until then
-    was negative, and clamped.
-    """
+    """Return when i touches the candidate found after a time t, and whether a negative wait was clamped."""
     rr, rv, vv = relative(model, state, i, ref, now)
     t, clamped = refined_time(model.boundary, model.pair, np.int64(i), ref, rr, rv, vv, now)
     return now + t, clamped
@@ -183,10 +173,9 @@ def contact_time_of(timing, model, state, i, ref, now, t):
 
 @inner
 def start_before(square, vv, event_time):
-    """Return a moment before the contact of a pair that is due about then: within the time in which it flies
-    a distance of this square, and not before a quarter of it.
+    """Return a moment before a contact at ``event_time``, by 1/4 to 1 of the flight over ``sqrt(square)``.
 
-    It is a multiple of a power of two. The last bits of ``event_time``, which depend on when the pair was
+    It is a multiple of a power of two: the last bits of ``event_time``, which depend on when the pair was
     looked at, do not change it.
     """
     # Half the root of the quotient, to its leading bit, and the inverse.

@@ -1,9 +1,7 @@
 """The arrays of a run: one row a component.
 
-The paper keeps two events per component. With its delayed update the old event is (position, velocity, time),
-and only (time, partner) is stored of the new one. Here the old event changes at the component's own
-interactions only. A sector crossing or an advancement reads the state but does not rewrite it. Neither the
-neighbour scheme nor a sample therefore affects the trajectory.
+The old event (position, velocity, time) changes at a component's own interactions only; of the new one,
+(time, partner) is stored. Sector crossings and samples do not rewrite it, and so never affect the trajectory.
 """
 
 from __future__ import annotations
@@ -39,9 +37,7 @@ class State(NamedTuple):
 
 
 def row_type(dimension: int, number: type = np.float64) -> np.dtype:
-    """Return the type of a row of numbers in double or single precision: 64 bytes, one cache line, or 32, in
-    three dimensions.
-    """
+    """Return the type of a row in double or single precision: 64 (a cache line) or 32 bytes in space."""
     width = np.dtype(number).itemsize
     columns = -(-(2 * dimension + 2) // 4) * 4
     return np.dtype(

@@ -19,88 +19,36 @@ from carom.units import TimeUnit
 
 @dataclass(frozen=True)
 class System:
-    """What the engine has to know of a scene, in its own unit of time (:mod:`carom.units`).
-
-    Attributes
-    ----------
-    n : int
-        Components.
-    box : tuple of d floats
-        Edges [length].
-    periodic : tuple of d bools
-        Which axes are periodic; the others have walls.
-    diameter : float
-        The largest distance of contact between two components, now [length].
-    mass : float
-        The common mass, where there is one.
-    radii, masses : (n,) float64 arrays, optional
-        Of each component, where they differ or grow.
-    kinds : (n,) int64 array, optional
-        Species of each component, 0 to K - 1.
-    interaction, motion, impact : values
-        Which make the models of the scene (``carom.models.questions``).
-    walls : model or None
-        Walls of the box.
-    unit : TimeUnit
-        The engine's unit of time.
-    contact : (K, K) float64 array, optional
-        Distances of contact between species, where they are not the sums of the radii.
-    by_radii : bool
-        Whether no two components act on each other beyond the sum of their radii, or ``contact``. Otherwise
-        all do so up to ``diameter``.
-    rates : (n,) float64 array, optional
-        Radius gained a time.
-    obstacles : tuple of NamedTuples and values
-        Kernel models of the obstacles; values of those that are live.
-    still : tuple of d bools, optional
-        Along which axes the momentum is conserved; none, if left out.
-    pace : float
-        Speed that the motion, or what moves, gives to components that rest.
-    images : bool
-        Whether to count the boxes that each component crosses.
-    single : bool
-        Whether positions, velocities and times are kept in single precision.
-    currents : bool
-        Whether to add up the currents of momentum and heat.
-    flights : bool
-        Whether to make histograms of free flights and normal speeds.
-    drive : value, optional
-        What kicks single components (``carom.models.drives``).
-    pinned : (n,) bool array, optional
-        Which components stay where they are.
-    observers : tuple of NamedTuples
-        Observers of the user's own (``carom.models.questions.observer``); the run adds up in their arrays.
-    spins : (n, 1) or (n, 3) float64 array, optional
-        Those of rough particles at the start; none, if left out.
-    """
+    """What the engine has to know of a scene, in its own unit of time (:mod:`carom.units`)."""
 
     n: int
-    box: tuple[float, ...]
-    periodic: tuple[bool, ...]
-    diameter: float
-    mass: float
+    box: tuple[float, ...]  # edges [length]
+    periodic: tuple[bool, ...]  # the other axes have walls
+    diameter: float  # the largest distance of contact now [length]
+    mass: float  # the common one
     interaction: Interaction
     motion: Motion
     impact: Impact
     walls: Any = None
     unit: TimeUnit = TimeUnit()  # noqa: RUF009 (a NamedTuple does not change)
-    radii: np.ndarray | None = None
-    masses: np.ndarray | None = None
-    kinds: np.ndarray | None = None
-    contact: np.ndarray | None = None
-    rates: np.ndarray | None = None
+    radii: np.ndarray | None = None  # (n,), where they differ or grow
+    masses: np.ndarray | None = None  # (n,), where they differ
+    kinds: np.ndarray | None = None  # (n,) int64, species 0 to K - 1
+    contact: np.ndarray | None = None  # (K, K) [length], where not the sums of the radii
+    rates: np.ndarray | None = None  # (n,), radius gained a time
     by_radii: bool = True
-    obstacles: tuple = field(default=())
-    still: tuple[bool, ...] = ()
-    driven_speed: float = 0.0
-    images: bool = True
-    single: bool = False
-    currents: bool = False
-    flights: bool = False
-    drive: Any = None
-    pinned: np.ndarray | None = None
-    observers: tuple = ()
-    spins: np.ndarray | None = None
+    """Pairs act up to ``contact`` or the sum of radii only; otherwise all up to ``diameter``."""
+    obstacles: tuple = field(default=())  # kernel models, and values of those that are live
+    still: tuple[bool, ...] = ()  # axes along which momentum is conserved; none if empty
+    driven_speed: float = 0.0  # given by motion, or by what moves, to components that rest
+    images: bool = True  # count the boxes that each component crosses
+    single: bool = False  # positions, velocities and times in single precision
+    currents: bool = False  # add up currents of momentum and heat
+    flights: bool = False  # histograms of free flights and normal speeds
+    drive: Any = None  # kicks single components (``carom.models.drives``)
+    pinned: np.ndarray | None = None  # (n,) bool
+    observers: tuple = ()  # the user's own; the run adds up in their arrays
+    spins: np.ndarray | None = None  # (n, 1) or (n, 3) at the start, of rough particles
 
     @property
     def obstacle_models(self) -> tuple:
@@ -213,8 +161,8 @@ class System:
     def paces(self) -> np.ndarray:
         """Square roots of thermal speeds over their mean, (n,): the ratios of the margins.
 
-        A light component uses up its margin sooner, at a rate proportional to ``v / margin``. Among all
-        margins with the same sum, these need the fewest renewals.
+        Margins are used up at a rate ``v / margin``: of all with the same sum, these need the fewest
+        renewals.
         """
         if self.masses is None:
             return np.ones(self.n)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-POWERS = {"virial": -1}
-"""Which of them has the dimension ``time**power``."""
+POWERS = {"virial": -1}  # which of them has the dimension ``time**power``
 
 TALLY = np.dtype(
     [

@@ -21,18 +21,13 @@ from carom.models.questions.memory import GIVEN, ORIGIN, ROOM, UNIT
 class Timers(NamedTuple):
     """A drive, and what it is told in the units of the scene."""
 
-    drive: Annotated[Any, GIVEN]
-    """Its model."""
-    free: Any
-    """Which components are not pinned, (n,) bool, or None where none is."""
+    drive: Annotated[Any, GIVEN]  # its model
+    free: Any  # which components are not pinned, (n,) bool, or None where none is
     origin: Annotated[np.ndarray, ORIGIN]
     """When the counting of epochs began, since the start of the run, in the engine's unit, (1,) float64."""
-    exponent: Annotated[int, UNIT]
-    """The engine's unit of time is two to this power of the scene's."""
-    x: Annotated[np.ndarray, ROOM]
-    """Room for a position, (d,)."""
-    v: Annotated[np.ndarray, ROOM]
-    """Room for a velocity, (d,)."""
+    exponent: Annotated[int, UNIT]  # the engine's unit of time is two to this power of the scene's
+    x: Annotated[np.ndarray, ROOM]  # room for a position, (d,)
+    v: Annotated[np.ndarray, ROOM]  # room for a velocity, (d,)
 
     def earlier_event(self, model, state, i, now, t, code):
         if not is_free(self.free, i):

@@ -1,8 +1,7 @@
 """What a frame of extended XYZ says about itself: its second line, and the columns of its table.
 
-Other programs write the same in other ways: flags as ``T T F``, ``true,true,false`` or ``[1, 1, 0]``, keys in
-other letters, vectors of two columns, atoms in another order in each frame. Here all of it is understood, or
-refused.
+What other programs write otherwise is understood or refused: flags as ``T T F``, ``true,true,false`` or ``[1,
+1, 0]``, keys in other letters, vectors of two columns, atoms in another order in each frame.
 """
 
 from __future__ import annotations
@@ -161,15 +160,7 @@ def ids_of(columns: Mapping[str, np.ndarray]) -> np.ndarray | None:
 def in_order(
     columns: dict[str, np.ndarray], names: np.ndarray | None
 ) -> tuple[dict[str, np.ndarray], np.ndarray | None]:
-    """Return the columns in the order of their ids, and the ids in this order.
-
-    Parameters
-    ----------
-    columns : dict
-        Columns of a frame, perhaps with ``id``.
-    names : (n,) array or None
-        Ids of the first frame, in order; None for that frame itself.
-    """
+    """Return a frame's columns in the order of ``id``, and the ids (n,); ``names`` are the first frame's."""
     ids = ids_of(columns)
     if ids is None:
         if names is not None:
@@ -186,10 +177,7 @@ def in_order(
 
 
 def periodic_axes(info: Mapping[str, str], dimension: int) -> tuple[bool, ...]:
-    """Return which of the d axes are periodic, from the second line of a frame.
-
-    Without ``pbc`` all are, if there is a cell; without a cell none is.
-    """
+    """Return which of d axes are periodic: by ``pbc``, else all if there is a cell, and none without."""
     cell = lattice_of(info)
     if "pbc" not in info:
         return (cell is not None,) * dimension

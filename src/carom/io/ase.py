@@ -151,10 +151,7 @@ def _dimension(atoms: ase.Atoms) -> int:
 def wrapped(
     positions: np.ndarray, box: np.ndarray, images: np.ndarray | None
 ) -> tuple[np.ndarray, np.ndarray | None]:
-    """Return (n, d) positions wrapped into ``0 <= x < edge``, and their image counts.
-
-    An axis that is not periodic has an infinite edge: nothing is moved along it.
-    """
+    """Return (n, d) positions in ``0 <= x < edge`` (infinite: not periodic), and their image counts."""
     counts = np.floor(positions / box) * np.isfinite(box)
     outside = ((positions < 0.0) | (positions >= box)) & np.isfinite(box)
     result = np.where(outside, positions - counts * np.where(np.isfinite(box), box, 0.0), positions)

@@ -1,12 +1,7 @@
 """Checkpoints: named arrays and attributes in one HDF5 file, refused if incomplete or changed.
 
-The first 512 bytes (HDF5's user block, which ``h5dump`` and h5py skip) are a line of text with the format's
-name, its version, the number of bytes that follow and their SHA-256; the digest is checked before anything
-else is read. The rest is HDF5: a data set for each array in the group ``arrays``, and the attributes as one
-JSON text in ``attributes``. The digest detects accidents; it is no signature.
-
-Arrays of a large state are packed where that saves enough (``packed``): a million spheres take 175 MB
-instead of 240.
+The user block is a line with format, version, size and SHA-256, checked first, against accidents; ``arrays``
+has data sets, ``attributes`` is JSON. Large arrays are packed: 175 MB for a million spheres, not 240.
 """
 
 from __future__ import annotations
@@ -39,17 +34,10 @@ LARGE = 100e6
 def save(
     path: str | os.PathLike[str], arrays: Mapping[str, np.ndarray], attributes: Mapping[str, Any]
 ) -> None:
-    """Write a checkpoint that replaces `path` once it is complete and on the disk.
+    """Write a checkpoint that replaces `path` once it is complete and on the disk, and never otherwise.
 
-    Parameters
-    ----------
-    path : str or path
-        The file; if anything fails, it is left as it was.
-    arrays : mapping of str to array
-        Of any NumPy dtype but object, kept bit for bit.
-    attributes : mapping of str to value
-        None, bool, int (of any size), float, str, and lists and dicts of them; NumPy scalars become Python
-        ones.
+    Arrays of any dtype but object are kept bit for bit. Attributes are None, bool, int (of any size), float,
+    str, lists and dicts; NumPy scalars become Python ones.
     """
     text = _to_json(attributes)
     large = sum(np.asarray(array).nbytes for array in arrays.values()) > LARGE

@@ -14,8 +14,7 @@ import numpy as np
 
 from carom.frame import Frame
 
-PIECE = 1 << 24
-"""Bytes read at a time."""
+PIECE = 1 << 24  # bytes read at a time
 
 
 def of_arrays(arrays: Iterable[np.ndarray], before: int = 0) -> int:

@@ -1,9 +1,7 @@
 """Which process writes a file, and when it changes it: marks that others see and that end with the process.
 
-The marks are locks of the open file (``F_OFD_SETLK`` of Linux) on two bytes far behind every content. A
-writer holds the first as long as it has the file open, and the second while it changes what others may be
-reading. They keep nobody from reading, other programs included. Where a system or a drive has no such locks,
-nobody is kept from writing, and a file that has just changed counts as being written.
+They are locks (``F_OFD_SETLK`` of Linux) on two bytes far behind the content: while it is open to write, and
+while what others may read changes. Without such locks what has just changed counts as being written.
 """
 
 from __future__ import annotations
@@ -22,30 +20,21 @@ from carom.errors import FileError
 
 T = TypeVar("T")
 
-_WRITTEN, _CHANGING = 1 << 61, (1 << 61) + 1
-"""Offsets of the two bytes."""
+_WRITTEN, _CHANGING = 1 << 61, (1 << 61) + 1  # offsets of the two bytes
 
-_JUST = 1.0
-"""Seconds for which a file counts as being written after a change, where there are no locks."""
+_JUST = 1.0  # seconds for which a file counts as being written after a change, where there are no locks
 
 _WAIT = 0.2
 """Seconds for which a reader and a writer wait for each other, at most: either may have been stopped."""
 
-_TRIES = 5
-"""How often a file that is being written is read before that is given up."""
+_TRIES = 5  # how often a file that is being written is read before that is given up
 
 _OURS: dict[tuple[int, int], int] = {}
 """Device and number of each file that this process writes, and by how many writers."""
 
 
 class Claim:
-    """A mark that this process writes a file, which is made if it is missing.
-
-    Parameters
-    ----------
-    path : Path
-        The file; its content stays as it is.
-    """
+    """A mark that this process writes a file, which is made if it is missing; its content stays."""
 
     def __init__(self, path: Path):
         self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)

@@ -41,38 +41,21 @@ _KIND_OF_EVENT: dict[str, type] = {"kind": np.int8}  # a column only where pairs
 
 
 class Events(NamedTuple):
-    """Events in the order in which they happened.
+    """Events in the order in which they happened, arrays (k,)."""
 
-    Attributes
-    ----------
-    epoch : (k,) int64 array
-        Whole epochs since the start of the run.
-    time : (k,) float64 array
-        Time [time] since the start of that epoch.
-    i, j : (k,) int32 arrays
-        The two components; or a component and, as n + k, wall or obstacle k.
-    image : (k,) int32 array
-        Which periodic image of j it was.
-    impulse : (k,) float64 array
-        Impulse [mass * length / time] on j along the line of centres.
-    """
-
-    epoch: np.ndarray
-    time: np.ndarray
-    i: np.ndarray
-    j: np.ndarray
-    image: np.ndarray
-    impulse: np.ndarray
+    epoch: np.ndarray  # int64, since the start of the run
+    time: np.ndarray  # [time] since the start of that epoch
+    i: np.ndarray  # int32
+    j: np.ndarray  # int32: the other component; n + k for wall or obstacle k
+    image: np.ndarray  # int32: which periodic image of j it was
+    impulse: np.ndarray  # [mass * length / time] on j along the line of centres
 
 
 class StepEvents(NamedTuple):
-    """Events where pairs have steps (``carom.models.interactions.wells``): :class:`Events` and their kinds.
+    """:class:`Events` where pairs have steps (``carom.models.interactions.wells``), and their kinds.
 
-    Attributes
-    ----------
-    kind : (k,) int8 array
-        0 for thrown back at the inner end of a step (core), 1 for across it (in), 2 for across the outer end
-        (out), 3 for thrown back there (bounce); 0 at walls and obstacles.
+    ``kind`` (int8) is 0 for thrown back at the inner end (core), 1 for across it (in), 2 for across the outer
+    end (out), 3 for thrown back there (bounce); 0 at walls and obstacles.
     """
 
     epoch: np.ndarray
@@ -192,24 +175,10 @@ def _initial(file: h5py.File) -> Iterator[tuple[str, Any]]:
 class EventLog:
     """Writer of an event log.
 
-    Parameters
-    ----------
-    path : str or path
-        The file.
-    initial : mapping of str to array, optional
-        The state before the first event: a new log begins, in place of what is there. Without it, the log
-        that is there continues.
-    keep : int, optional
-        Of a log that continues: keep the first `keep` events and drop the later ones; by default keep all.
-    sums : mapping of str to int, optional
-        With `keep`: what :attr:`sums` was after so many events; compared before anything is dropped.
-    kinds : bool
-        Whether a new log has a column for the kinds of events.
-
-    Attributes
-    ----------
-    sums : dict of str to int, or None
-        Checksum of each column, and of the initial state; None where a log continues without.
+    With ``initial``, the state before the first event, a new log begins in place of what is there, with a
+    column of ``kinds`` if asked. Otherwise it continues after its first ``keep`` events (all by default);
+    ``sums``, checksums of columns and initial state by then, are compared before anything is dropped. The
+    attribute ``sums`` has those of now, None where a log continues without.
     """
 
     def __init__(

@@ -23,18 +23,9 @@ Report = Callable[[int, int], object]
 
 
 def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -> None:
-    """Write frames to a file.
+    """Write frames to a file of a format of ``EXPORTED``, calling ``report(done, total)`` after each.
 
-    Parameters
-    ----------
-    frames : Reader or sequence of Frames
-        A LAMMPS data file holds the last one alone.
-    path : Path
-        Where.
-    suffix : str
-        Of the format, one of ``EXPORTED``.
-    report : callable, optional
-        Called as ``report(done, total)`` after each frame.
+    A LAMMPS data file holds the last one alone.
     """
     name = EXPORTED[suffix]
     require_at_most_three(frames[0].dimension, name)

@@ -131,16 +131,9 @@ def _triples(vectors: np.ndarray) -> list[str]:
 class Index:
     """Where the frames of a file start.
 
-    Attributes
-    ----------
-    offsets : list of int
-        First byte of each complete frame, and the byte after the last.
-    torn : bool
-        Whether part of a frame follows.
-    unended : bool
-        Whether this part is a frame of which only the last newline is missing, and perhaps some digits.
-
-    With ``whole`` such a frame is complete, as other programs leave a file; any other part is a ValueError.
+    ``offsets`` are the first byte of each complete frame, and the byte after the last; ``torn`` says that
+    part of a frame follows, ``unended`` that it lacks only the last newline and perhaps digits. With
+    ``whole`` such a frame is complete, as other programs leave a file; any other part is a ValueError.
     """
 
     def __init__(self, path: Path, limit: int | None = None, *, whole: bool = False):
@@ -189,10 +182,9 @@ class Index:
 def parse(
     path: Path, start: int, stop: int, names: Collection[str] | None = None
 ) -> tuple[dict[str, str], dict[str, np.ndarray]]:
-    """Return the ``key=value`` pairs and the columns of the frame in the bytes `start` to `stop`.
+    """Return the ``key=value`` pairs and the columns, all or `names`, of the frame in a range of bytes.
 
-    Any extended XYZ will do. Columns are (n,) or (n, width) arrays of float64, int64 or str; all of them, or
-    those among `names`.
+    Any extended XYZ will do. Columns are (n,) or (n, width) arrays of float64, int64 or str.
     """
     with opened(path) as file:
         file.seek(start)

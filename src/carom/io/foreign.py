@@ -46,23 +46,10 @@ Diameter = float | Mapping[str, float]
 
 
 class ForeignReader(Reader):
-    """Reader of the file of another program.
+    """Reader of another program's file: one CaromWarning says what was assumed, and what else it holds.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    form : str
-        Its format, one of ``SOURCES``.
-    diameter : float or mapping of str to float, optional
-        Diameter of all particles, or of each species by name [length], instead of those of the file.
-    box : sequence of float, optional
-        Edges of a periodic box [length], for files without.
-
-    Warns
-    -----
-    CaromWarning
-        One sentence on what was assumed, and on what the file holds besides.
+    ``form`` is one of ``SOURCES``. ``diameter``, of all or by species [length], replaces that of the file;
+    ``box`` has periodic edges for files without.
     """
 
     foreign = True

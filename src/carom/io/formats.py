@@ -302,10 +302,7 @@ def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
 
 
 def format_of(path: str | os.PathLike[str], others: Iterable[str] = ()) -> str:
-    """Return the format that a file name asks for: ``"h5md"``, ``"extxyz"`` or ``"gsd"``.
-
-    The error about another one also names ``others``, which a conversion writes.
-    """
+    """Return the format of a file name: "h5md", "extxyz" or "gsd"; the error also names ``others``."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(

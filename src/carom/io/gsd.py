@@ -1,11 +1,7 @@
 """GSD (the format of HOOMD-blue): compact, float32, understood by OVITO, freud and MDAnalysis.
 
-Positions are float32 and centred, as GSD has them: ``-edge / 2 <= x < edge / 2``. That is enough for a
-picture or a structure function, and too little to continue a run: spheres in contact overlap by about 1e-7 of
-the box.
-
-GSD cannot describe walls: for other programs all axes are periodic. Carom reads its own ``carom/periodic`` in
-the log.
+Positions are in ``-edge / 2 <= x < edge / 2``. float32 cannot continue a run: contacts overlap by 1e-7 of the
+box. All axes are periodic, but Carom reads ``carom/periodic`` in the log.
 """
 
 from __future__ import annotations
@@ -44,8 +40,8 @@ def _open(path: Path, mode: str) -> gsd.hoomd.HOOMDTrajectory:
 def _append(trajectory: gsd.hoomd.HOOMDTrajectory, stored: gsd.hoomd.Frame) -> None:
     """Append a frame.
 
-    Of the first one gsd leaves out what has its default value, and OVITO draws spheres without a diameter
-    with one of its own. Later frames take what they lack from the first.
+    gsd leaves default values of the first one out, and OVITO draws spheres without a diameter with its own.
+    Later frames take what they lack from the first.
     """
     if len(trajectory) == 0:
         for name in ("diameter", "mass"):

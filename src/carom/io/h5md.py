@@ -1,10 +1,7 @@
-"""H5MD 1.1: the native format of trajectories, lossless, and read by MDAnalysis without conversion.
+"""H5MD 1.1 (de Buyl, Colberg and Hofling, Comput. Phys. Commun. 185, 1546 (2014)): lossless trajectories.
 
-See de Buyl, Colberg and Hofling, Comput. Phys. Commun. 185, 1546 (2014), and nongnu.org/h5md. The layout is
-in ``docs/layouts.md``. Three choices serve ``MDAnalysis.Universe("run.h5md")``. The particle group is called
-``trajectory``. Units are named "Angstrom" and "ps", which MDAnalysis does not convert; they stand for the
-scene's own units. Frames of one and two dimensions are padded to three columns along axes whose boundary is
-"none". More than three dimensions are written as they are, which H5MD allows and MDAnalysis refuses.
+Layout: ``docs/layouts.md``. For MDAnalysis the group is ``trajectory``, units are "Angstrom" and "ps", and 1
+or 2 dimensions are padded to 3 along axes with boundary "none". It refuses more than three.
 """
 
 from __future__ import annotations
@@ -141,10 +138,7 @@ def _is(dtype: np.dtype, kind: str) -> bool:
 
 
 def _growing(group: h5py.Group, name: str) -> h5py.Dataset:
-    """Return a data set that grows, of which HDF5 keeps one chunk in memory.
-
-    By default it keeps up to 8 MiB of frames, which nobody reads again.
-    """
+    """Return a data set that grows, of which HDF5 keeps one chunk in memory, not 8 MiB that nobody reads."""
     import h5py
 
     data = group[name]

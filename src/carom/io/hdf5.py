@@ -1,11 +1,8 @@
 """HDF5 files that lose only what was not yet flushed, if the disk is full or the process is killed.
 
-HDF5 cannot cope with a write that fails: closing the file, or ending the program, then crashes the
-interpreter, and data on the disk may be lost. Here HDF5 writes into memory, where no write fails, and each
-flush copies the changes to the disk in two steps. The first step appends the new end of the file, and a
-journal of the bytes that will overwrite older ones. If the disk is full, this step fails, and truncation
-undoes it. The second step overwrites the few older bytes and cuts the journal off. If a kill interrupts it,
-the journal completes the file when it is next opened.
+A failed write crashes HDF5 and may lose data. So it writes into memory, and a flush has two steps: the new
+end is appended with a journal of bytes that will overwrite older ones (undone on a full disk); then these are
+overwritten and the journal is cut off. After a kill it completes the file at the next opening.
 """
 
 from __future__ import annotations
@@ -119,12 +116,7 @@ class _Staged(io.RawIOBase):
         return size
 
     def commit(self) -> None:
-        """Bring all pending writes to the disk.
-
-        First the new end of the file is written, and after it a journal of the bytes that will overwrite
-        older ones. Then these bytes are overwritten, and the journal is cut off. A kill at any moment thus
-        leaves the file as it was, or with all that is needed to complete it.
-        """
+        """Write all that is pending: a kill leaves the file as it was, or a journal that completes it."""
         assert self._claim is not None
         if self._failure is not None:
             raise OSError(f"an earlier write to it failed ({reason(self._failure)})")
@@ -201,15 +193,7 @@ class _Patient(io.FileIO):
 
 @contextlib.contextmanager
 def made(path: Path, **settings: Any) -> Iterator[h5py.File]:
-    """Make an HDF5 file at once, which :class:`Output` would hold in memory until it is whole.
-
-    Parameters
-    ----------
-    path : Path
-        The file; if a write fails, what is there is of no use.
-    **settings
-        Of ``h5py.File``.
-    """
+    """Make an HDF5 file on the disk at once, not in memory; after a failed write it is of no use."""
     import h5py
 
     with _Patient(path, "w+") as disk:
@@ -224,17 +208,7 @@ def made(path: Path, **settings: Any) -> Iterator[h5py.File]:
 
 
 class Output:
-    """An HDF5 file open for writing: ``file`` is its ``h5py.File``.
-
-    Others can read it while it grows, and only one process at a time can write it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    mode : {"w", "r+"}
-        As h5py has them.
-    """
+    """An HDF5 file (``file``) that one process writes, and others can read as it grows."""
 
     def __init__(self, path: Path, mode: str):
         import h5py
@@ -268,9 +242,8 @@ class Output:
 class Input:
     """An HDF5 file open for reading: ``file`` is its ``h5py.File``.
 
-    HDF5 opens a file only once per process: later readers get what the first one saw, even if the file has
-    grown since. A Python file object avoids this. A Universe of MDAnalysis that is still in memory then hides
-    no new frame.
+    HDF5 opens a file once per process: later readers would see what the first one saw, however it has grown.
+    A Python file object avoids this, also where a Universe of MDAnalysis is still in memory.
     """
 
     def __init__(self, path: Path):

@@ -1,13 +1,10 @@
 """Opening of HDF5 files that exist: what Carom never writes is refused.
 
-HDF5 allows data sets whose content lies in other files of the machine (external storage, virtual data sets),
-links to other files, filters that load code, and sizes for which no byte is stored. No file of Carom has any
-of these, so they are refused. Every byte of an accepted data set lies in the file, once.
-
-Groups, attributes and data sets of files in HDF5's format 1.8 have checksums of HDF5's own, and the chunks of
-data that Carom writes have Fletcher-32. The index of the chunks has no checksum, so it is inspected: each
-chunk must be there once, of the full size, at an address of its own. If a search in the index fails
-nevertheless, HDF5 returns the fill value, which no data set holds (:func:`missing`).
+That is content in other files (external storage, virtual data sets), links to them, filters that load code,
+and sizes without bytes: each byte of a data set lies in the file, once. Format 1.8 has checksums of groups,
+attributes and data sets, chunks have Fletcher-32. The index of chunks has none and is inspected: each must be
+there once, of full size, at its own address. Where a search in it still fails, HDF5 returns the fill value,
+which no data set holds (:func:`missing`).
 """
 
 from __future__ import annotations

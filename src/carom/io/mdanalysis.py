@@ -225,7 +225,7 @@ class ExtxyzParser(TopologyReaderBase):
 
 
 class H5mdReader(H5MDReader):
-    """MDAnalysis's own reader of H5MD, which now knows the spacing of frames and can unwrap positions.
+    """MDAnalysis's H5MD reader, which also knows the spacing of frames and can unwrap positions.
 
     Of a file of Carom it keeps doubles and periodic axes, too.
     """

@@ -22,8 +22,7 @@ if TYPE_CHECKING:
 
 _VELOCITIES = ("velo", "vel", "velocities", "velocity")
 _CLOCKS = ("step", "time")
-_SOMETIMES = ("velocity", "image")
-"""Elements of H5MD that a frame may do without."""
+_SOMETIMES = ("velocity", "image")  # elements of H5MD that a frame may do without
 _ROUNDING = 4.0 * float(np.finfo(np.float32).eps)
 
 
@@ -178,8 +177,8 @@ def _columns(rows: list[str], start: int, width: int, k: int) -> np.ndarray:
 class Sph(_Blocks):
     """The format of Smallenburg's EDMD programs: number, box, then letter, position and radius of each.
 
-    They write particles that left the box where they are (Eur. Phys. J. E 45, 22 (2022)), which is seen where
-    the particles fill more than the box. Lines that begin with # are comments.
+    Particles that left the box stay where they are (Eur. Phys. J. E 45, 22 (2022)), and so fill more than it.
+    Lines that begin with # are comments.
     """
 
     announced, around = 0, 2

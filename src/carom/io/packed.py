@@ -1,8 +1,7 @@
 """Lossless packing: of neighbour lists, image counts, places in a calendar, diameters of species.
 
-The lowest bytes of all numbers come first, then the next ones, and so on: the highest are mostly equal. zlib
-halves neighbour lists, and leaves almost nothing of arrays with few different numbers. Coordinates and
-velocities are not packed. Their digits are random: packing would save a tenth and take three times as long.
+The lowest bytes of all numbers come first: the highest are mostly equal. zlib halves lists and leaves almost
+nothing of few different numbers. Coordinates are random digits: a tenth saved, three times as long.
 """
 
 from __future__ import annotations
@@ -16,18 +15,15 @@ import numpy as np
 _LEVEL = 1
 """Level of zlib. Level 4 saves 2 % more and takes 1.5 times as long."""
 
-_SAMPLE = 1 << 16
-"""Numbers, at most, from which the packed size is estimated."""
+_SAMPLE = 1 << 16  # numbers, at most, from which the packed size is estimated
 
-_WORTH = 2.0 / 3.0
-"""Largest ratio of packed to unpacked size at which an array is packed."""
+_WORTH = 2.0 / 3.0  # largest ratio of packed to unpacked size at which an array is packed
 
 
 def expected(array: np.ndarray) -> float:
-    """Return an estimate of the bytes that an array takes, packed if that saves enough.
+    """Return about how many bytes an array takes, packed if that saves enough: the entropy of its bytes.
 
-    The estimate is the entropy of its bytes, one by one. zlib also saves bytes where numbers are in order.
-    This is not counted, because diffusion destroys the order during a run.
+    What zlib saves by their order is not counted: diffusion destroys it during a run.
     """
     if array.dtype.kind not in "biuf" or array.size == 0:
         return float(array.nbytes)

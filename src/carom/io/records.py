@@ -23,22 +23,11 @@ Check = Callable[[Any, str], Any]
 LARGEST = 2**26
 """Largest size of a JSON file [bytes]; the records of a study are the largest ones."""
 
-DEEPEST = 40
-"""Levels of tables and lists in a file."""
+DEEPEST = 40  # levels of tables and lists in a file
 
 
 def read_text(path: Path, what: str, largest: int) -> str:
-    """Return the text of a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    what : str
-        What was expected, such as "a scene file (TOML) of about a page".
-    largest : int
-        Largest size [bytes].
-    """
+    """Return the text of a file up to ``largest`` [bytes]; ``what`` was expected is for the message."""
     try:
         if not path.is_file():
             missing = "is not a file" if path.exists() else "does not exist"
@@ -102,17 +91,7 @@ def toml_key(key: str) -> str:
 
 
 def read_json(path: Path, check: Check, what: str, remedy: str) -> Any:
-    """Return the content of a JSON file, checked.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    check : callable
-        The check of the content.
-    what, remedy : str
-        For the message: ``path is not what (...); remedy.``
-    """
+    """Return the content of a JSON file, checked; the message is ``path is not what (...); remedy.``"""
     try:
         return check(parsed(read_text(path, what, LARGEST)), "its content")
     except FileError as error:
@@ -211,15 +190,7 @@ def mapping(check: Check) -> Check:
 
 
 def table(fields: Mapping[str, Check], *, later: Mapping[str, Check] | None = None) -> Check:
-    """Return the check of a table with these fields; others are kept as they are.
-
-    Parameters
-    ----------
-    fields : mapping of str to Check
-        Fields that it must have.
-    later : mapping of str to Check, optional
-        Fields that it may have, as files of earlier versions lack them.
-    """
+    """Return the check of a table; other fields are kept, ``later`` ones may be missing in old files."""
 
     def checked(value: Any, name: str) -> dict[str, Any]:
         if not isinstance(value, dict):

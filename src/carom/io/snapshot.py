@@ -17,8 +17,7 @@ import numpy as np
 LONGEST = 1 << 24
 """Bytes of a line, at most: a file of zeros is one line that never ends."""
 
-PACKED = (".gz", ".bz2", ".xz")
-"""Suffixes of compressed files, before which stands that of the format."""
+PACKED = (".gz", ".bz2", ".xz")  # suffixes of compressed files, before which stands that of the format
 
 _MAGIC: dict[bytes, Callable[[Path], Any]] = {
     b"\x1f\x8b": gzip.open, b"BZh": bz2.open, b"\xfd7zXZ\0": lzma.open,
@@ -27,42 +26,22 @@ _MAGIC: dict[bytes, Callable[[Path], Any]] = {
 
 @dataclass
 class Snapshot:
-    """All particles at one time, as a file has them; what it lacks is None.
+    """All particles at one time, as a file has them; what it lacks is None."""
 
-    Attributes
-    ----------
-    positions : (n, 1 to 3) array
-        Centers [length], anywhere.
-    cell : (3, 3) array
-        Edges of the box, a vector a row [length].
-    origin : (3,) array
-        Corner of the box [length].
-    periodic : tuple of 3 bools
-        Which axes are periodic.
-    kinds : (n,) array
-        What tells species apart: names or numbers.
-    unwrapped : bool
-        Whether positions are known to be those of particles that were never put back into the box.
-    dimension : int
-        Number of dimensions; None where it follows from the coordinates.
-    dropped : tuple of str
-        Names of what the file holds besides.
-    """
-
-    positions: np.ndarray
-    cell: np.ndarray | None = None
-    origin: np.ndarray | None = None
-    periodic: tuple[bool, ...] | None = None
+    positions: np.ndarray  # (n, 1 to 3), centers [length], anywhere
+    cell: np.ndarray | None = None  # (3, 3), edges of the box, a vector a row [length]
+    origin: np.ndarray | None = None  # (3,), corner of the box [length]
+    periodic: tuple[bool, ...] | None = None  # of 3 axes
     velocities: np.ndarray | None = None
     diameters: np.ndarray | None = None
     masses: np.ndarray | None = None
     images: np.ndarray | None = None
-    kinds: np.ndarray | None = None
+    kinds: np.ndarray | None = None  # (n,), what tells species apart: names or numbers
     ids: np.ndarray | None = None
     time: float | None = None
-    unwrapped: bool = False
-    dimension: int | None = None
-    dropped: tuple[str, ...] = ()
+    unwrapped: bool = False  # known never to be put back into the box
+    dimension: int | None = None  # None where it follows from the coordinates
+    dropped: tuple[str, ...] = ()  # what the file holds besides
 
 
 class Source(ABC):

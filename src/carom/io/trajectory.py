@@ -64,10 +64,7 @@ def _classes(path: str | os.PathLike[str]) -> tuple[Callable[..., Reader], Calla
 def open_reader(
     path: str | os.PathLike[str], *, torn: bool = False, diameter: Any = None, box: Any = None
 ) -> Reader:
-    """Open a trajectory, or that of a folder, for reading; see :func:`carom.open`.
-
-    With ``torn=True`` a last frame cut off by a kill is left out.
-    """
+    """Open a trajectory, or that of a folder (:func:`carom.open`); ``torn`` leaves a cut last frame out."""
     path = trajectory_of(path)
     form = foreign_format_of(path)
     if form is None:

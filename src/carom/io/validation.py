@@ -12,8 +12,7 @@ from carom.scene.lattices import MOST_DIMENSIONS
 from carom.scene.species import MOST_SPECIES
 
 _REALS = ("positions", "velocities", "box", "diameters", "masses", "time")
-_WORDS = {"box": "box edges"}
-"""Names of fields in messages, where they differ from those of the frame."""
+_WORDS = {"box": "box edges"}  # names of fields in messages, where they differ from those of the frame
 _INTEGERS = np.iinfo(np.int64)
 _IMAGES = np.iinfo(np.int32)
 
@@ -39,9 +38,8 @@ def narrowed(images: np.ndarray) -> np.ndarray:
 def flaw(frame: Frame) -> str | None:
     """Return what is wrong with a frame, as the end of a sentence ("masses hold ..."), or None.
 
-    A frame has one component or more, in 1 to 12 dimensions. Reals are finite; edges and masses exceed 0.
-    Diameters are 0 or more: a packing starts from points. Positions may lie outside the box, as those of a
-    component that touches a wall do by rounding.
+    Valid: 1 component or more in 1 to 12 dimensions; finite reals; edges and masses above 0, diameters 0 or
+    more (a packing starts from points). Positions may lie outside the box, as rounding leaves them at walls.
     """
     return _shape(frame) or _values(frame)
 

@@ -27,18 +27,12 @@ KINDS = ("diffusion", "tumble")
 class Propulsion(NamedTuple):
     """A kick turns a direction; the new velocity is along it, plus noise."""
 
-    noise: Noise
-    """The noise, which keeps nothing of a velocity; it counts the kicks."""
-    speed: Annotated[np.ndarray, parameter(-1)]
-    """Speed along the direction, (n,) [length / time]."""
-    tumbles: bool
-    """Whether directions are forgotten at once, now and then, or diffuse."""
-    turn: float
-    """Probability that a step ends with a tumble, or standard deviation of the angle of a step."""
-    seed: int
-    """Seed of the random numbers that turn."""
-    directions: Annotated[np.ndarray, kept()]
-    """Unit vectors, (n, d)."""
+    noise: Noise  # the noise, which keeps nothing of a velocity; it counts the kicks
+    speed: Annotated[np.ndarray, parameter(-1)]  # speed along the direction, (n,) [length / time]
+    tumbles: bool  # whether directions are forgotten at once, now and then, or diffuse
+    turn: float  # probability that a step ends with a tumble, or standard deviation of the angle of a step
+    seed: int  # seed of the random numbers that turn
+    directions: Annotated[np.ndarray, kept()]  # unit vectors, (n, d)
 
     @property
     def drawn(self) -> np.ndarray:
@@ -59,8 +53,8 @@ class Propulsion(NamedTuple):
 def _turn(drive, i, k, room):
     """Turn the direction of component i at its kick k, with (d,) numbers of ``room``.
 
-    Diffusion turns it by a normal angle about a random axis: in the plane that is exact, and in any dimension
-    <e(0) . e(t)> is. A tumble gives it a new one.
+    Diffusion turns it by a normal angle about a random axis, which keeps <e(0) . e(t)> exact (in the plane
+    all is exact); a tumble draws a new one.
     """
     d = len(room)
     e = drive.directions[i]

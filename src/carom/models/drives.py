@@ -31,9 +31,8 @@ from carom.models.species import species_count
 class Drive(Protocol):
     """What a scene takes as its ``drive``.
 
-    It may also have ``check(scene)``, which raises :class:`carom.errors.InputError` if the scene cannot be
-    driven, ``pace(scene)``, a speed that it gives to components that rest [length / time], and
-    ``conserves_momentum``, which is true where its kicks leave the total momentum as it is.
+    It may have ``check(scene)``, which raises :class:`carom.errors.InputError`, ``pace(scene)``, a speed that
+    it gives to components that rest [length / time], and ``conserves_momentum``.
     """
 
     def model(self, particles: Particles) -> Any:
@@ -44,39 +43,17 @@ class Drive(Protocol):
 def next_time(drive, i, x, v, time):
     """Return when component i has its next event, since the start of the run [time]; ``NEVER`` without one.
 
-    It is asked whenever i has another velocity, and may be asked at other times: what it returns must not
-    depend on when it is asked, and not lie in the past.
-
-    Parameters
-    ----------
-    drive : NamedTuple
-        The model.
-    i : int
-        The component.
-    x, v : (d,) arrays
-        Its position in the box [length] and its velocity [length / time] now.
-    time : float
-        Now, since the start of the run [time], rounded to a double.
+    ``x`` in the box and ``v`` are (d,) arrays at ``time``, since the start of the run. It is asked whenever i
+    has another velocity, and at other times: the answer must not depend on when, nor lie in the past.
     """
     return NEVER
 
 
 @required
 def kick(drive, i, mass, x, v, time):
-    """Let the event of component i happen: write its new velocity into ``v``.
+    """Let the event of i happen at ``time`` since the start: write its new velocity into ``v``.
 
-    Parameters
-    ----------
-    drive : NamedTuple
-        The model, whose arrays may be written to.
-    i : int
-        The component.
-    mass : float
-        Its mass.
-    x, v : (d,) arrays
-        Its position in the box [length] and its velocity [length / time] now.
-    time : float
-        Now, since the start of the run [time], rounded to a double.
+    ``x`` in the box and ``v`` are (d,) arrays. The arrays of ``drive`` may be written to.
     """
 
 
@@ -84,20 +61,15 @@ def kick(drive, i, mass, x, v, time):
 class Noise(NamedTuple):
     """A velocity becomes ``keep v + width normal`` at events of each component."""
 
-    keep: float
-    """Part of the velocity that remains."""
+    keep: float  # part of the velocity that remains
     width: Annotated[np.ndarray, parameter(-1)]
     """Standard deviation of the noise along each axis, (n,) [length / time]."""
     interval: Annotated[float, parameter(1)]
     """Time between two events of a component; its mean, where they are random [time]."""
-    random: bool
-    """Whether the events are those of a Poisson process."""
-    seed: int
-    """Seed of the random numbers."""
-    due: Annotated[np.ndarray, kept(1)]
-    """When each component has its next event, (n,) [time]."""
-    drawn: Annotated[np.ndarray, kept()]
-    """How many each has had, (n,) int64."""
+    random: bool  # whether the events are those of a Poisson process
+    seed: int  # seed of the random numbers
+    due: Annotated[np.ndarray, kept(1)]  # when each component has its next event, (n,) [time]
+    drawn: Annotated[np.ndarray, kept()]  # how many each has had, (n,) int64
 
     def next_time(self, i, x, v, time):
         return self.due[i]

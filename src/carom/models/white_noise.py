@@ -22,8 +22,8 @@ from carom.models.questions.particles import Particles
 class PairNoise(NamedTuple):
     """In every interval each component meets a random other, and the two are kicked by opposite momenta.
 
-    The two kicks are events of one component each, at one instant. Who meets whom is a round of a round-robin
-    tournament, drawn by counting: each other partner is as likely, and nothing needs to be stored.
+    Each kick is an event of one component; both are at one instant. Who meets whom is a round of a
+    round-robin tournament, drawn by counting: each partner is as likely, and nothing is stored.
     """
 
     width: Annotated[float, parameter(-1)]

@@ -184,16 +184,8 @@ class BondOrder(OfFrames):
 def orders_of(degree: int, n: int, pairs: np.ndarray, bonds: Callable[[slice], np.ndarray]) -> np.ndarray:
     """Return the order (n, h) of each particle: the mean of the harmonics of its bonds, 0 without any.
 
-    Parameters
-    ----------
-    degree : int
-        l.
-    n : int
-        Number of particles.
-    pairs : (m, 2) array
-        Particle and neighbor of each bond.
-    bonds : callable
-        Returns the vectors (k, d) of the bonds in a slice.
+    ``pairs`` (m, 2) has particle and neighbor of each bond; ``bonds`` returns the vectors (k, d) of a slice
+    of them.
     """
     counts = np.bincount(pairs[:, 0], minlength=n)
     sums = None
@@ -299,8 +291,7 @@ class BondOrderResult(Result):
 def gegenbauer(degree: int, dimension: int) -> np.ndarray:
     """Return the coefficients (degree + 1,), lowest first, of a Gegenbauer polynomial that is 1 at 1.
 
-    As a function of the cosine of an angle it is orthogonal on the sphere to all of lower degree. It is the
-    Chebyshev polynomial in 2D and the Legendre polynomial in 3D.
+    In the cosine it is orthogonal on the sphere to all of lower degree: Chebyshev's in 2D, Legendre's in 3D.
     """
     before, now = np.array([1.0]), np.array([0.0, 1.0])
     if degree == 0:

@@ -19,42 +19,23 @@ from carom.observables.statistics import Estimate, blocking, ratio
 TREND = 3
 """Degree in time of the trend of Z while diameters grow. The trend is a smooth curve, and no scatter."""
 
-FEW = 16
-"""Number of blocks below which the trend is a straight line."""
+FEW = 16  # number of blocks below which the trend is a straight line
 
 
 @dataclass(frozen=True)
 class Course:
-    """Temperature and sizes along a stretch.
+    """Temperature and sizes along a stretch of m blocks; averages are over its time."""
 
-    Parameters
-    ----------
-    durations : (m,) array
-        Durations of the blocks [time].
-    heat : (m,) array
-        Average of kT in each block over that of the stretch; ones where kT is constant.
-    filling : (m,) array
-        The same for the packing fraction.
-    kT, packing_fraction, cube : float
-        Averages over the time of the stretch; ``cube`` is that of the largest diameter to the power d.
-    equal : bool
-        Whether all diameters are the same.
-    cools, grows : bool
-        Whether the energy changes at constant diameters; whether diameters grow.
-    source : str
-        What changes the energy, with its verb.
-    """
-
-    durations: np.ndarray
-    heat: np.ndarray
-    filling: np.ndarray
+    durations: np.ndarray  # (m,) [time]
+    heat: np.ndarray  # (m,), kT over that of the stretch; ones if constant
+    filling: np.ndarray  # (m,), the same for the packing fraction
     kT: float
     packing_fraction: float
-    cube: float
-    equal: bool
-    cools: bool
-    grows: bool
-    source: str = "Contacts change"
+    cube: float  # of the largest diameter to the power d
+    equal: bool  # whether all diameters are the same
+    cools: bool  # the energy changes at constant diameters
+    grows: bool  # diameters do
+    source: str = "Contacts change"  # what changes the energy, with its verb
 
     @classmethod
     def of(
@@ -109,11 +90,8 @@ class Course:
     def excess(self, virials: np.ndarray) -> Estimate:
         """Return Z - 1 as ``sum(virials) / sum(heat durations)``, for virials in units of ``d N kT``.
 
-        Notes
-        -----
-        Z does not depend on kT, so that blocks of a cooling gas may have any weight. Here it is their number
-        of collisions; otherwise the hot beginning of a stretch would dominate. While diameters grow Z
-        changes, and the weight is that of the definition.
+        Z does not depend on kT, so blocks of a cooling gas are weighted by collisions: else its hot beginning
+        would dominate. While diameters grow Z changes, and the weight is that of the definition.
         """
         pace = np.sqrt(self.heat) if self.cools else np.ones(len(self.heat))
         return self.average(virials / pace, self.durations * self.heat / pace)

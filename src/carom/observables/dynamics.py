@@ -1,9 +1,8 @@
 """Correlations in time during a run, at times from one frame to the whole run, without a trajectory.
 
-The latest 16 frames are kept, the latest 16 at twice the spacing, and so on (J. Ramirez, S. K. Sukumaran, B.
-Vorselaars and A. E. Likhtman, J. Chem. Phys. 133, 154103 (2010), without their averaging, which would blur
-the times). So times are first evenly and then logarithmically spaced, without a gap. The memory grows with
-the logarithm of the number of frames.
+The latest 16 frames are kept, 16 at twice the spacing, and so on: memory is logarithmic, and times have no
+gap. So J. Ramirez, S. K. Sukumaran, B. Vorselaars and A. E. Likhtman, J. Chem. Phys. 133, 154103 (2010), but
+without averaging, which would blur the times.
 """
 
 from __future__ import annotations

@@ -155,10 +155,7 @@ class EnergyResult(Result):
 
 
 def without_potential(scene: Scene) -> str | None:
-    """Return a sentence on why a scene has no potential energy; None if it has one.
-
-    Pairs on steps have one, and particles in the field of a motion with ``potential_energy``.
-    """
+    """Return why a scene has no potential energy (no steps, no field that has one); None if it has."""
     stepped = hasattr(scene.interaction, "steps") and not getattr(scene.interaction, "decides", False)
     if stepped or hasattr(scene.motion, "potential_energy"):
         return None

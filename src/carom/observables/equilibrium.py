@@ -52,38 +52,18 @@ species' fraction of the pressure."""
 
 
 def doubts_about(result: Any) -> list[str]:
-    """Return the :func:`doubts` about the estimate of an observable.
-
-    There are none if it has no ``block_values``, or is expected to change (not ``steady``).
-    """
+    """Return the :func:`doubts` about an observable with ``block_values`` that is ``steady``; else none."""
     values = getattr(result, "block_values", ()) if getattr(result, "steady", True) else ()
     return doubts(getattr(result, "quantity", "what was measured"), result.primary, values) if values else []
 
 
 def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
-    """Return doubts about a measured number, a sentence each.
+    """Return doubts about a number in equal blocks, sentences on a ``name`` such as "the pressure".
 
-    Parameters
-    ----------
-    name : str
-        Name of the quantity, with its article: "the pressure".
-    found : Estimate
-        Mean and error bar.
-    values : sequence of float
-        Values in equal blocks, in order of time.
-
-    Returns
-    -------
-    list of str
-        Empty for all but one of some thousand runs in equilibrium.
-
-    Notes
-    -----
-    There are three tests. The first is for a trend: :func:`carom.observables.drift.drift` of up to 16 parts,
-    each of at least 8 independent samples, at the level of 1e-3. If there is none, the second is for a decay
-    at the start: :func:`carom.observables.drift.relaxation`, at the same level. The third is for fewer than 8
-    independent samples in 16 blocks or more: the number then changes as slowly as in a relaxation; and for
-    fewer than 4 in any number of blocks.
+    Tests: a trend (:func:`carom.observables.drift.drift` of up to 16 parts of 8 independent samples or more,
+    at 1e-3), else a decay at the start (:func:`carom.observables.drift.relaxation`, the same level); fewer
+    than 8 independent samples in 16 blocks or more, as in a relaxation, or fewer than 4. In equilibrium one
+    run in some thousand is doubted.
     """
     said = []
     trend = drift(values, _parts(np.asarray(values, dtype=np.float64))) if found.error > 0.0 else 0.0
@@ -114,19 +94,10 @@ def equipartition(
 ) -> list[str]:
     """Return a sentence on the species that are hotter or colder than the whole; none if there are none.
 
-    Parameters
-    ----------
-    names : sequence of K str
-    series : (m, K) array_like
-        Temperature of each species over that of all, at m equally spaced times.
-    freedoms : sequence of K floats
-        Degrees of freedom of each species.
-
-    Notes
-    -----
-    The mean of each species is compared with 1, by Student's t at the level of 1e-3 for all species together.
-    Its error is from blocking, but at most that of a single sample in equilibrium, ``sqrt(2 / f (1 - f /
-    F))`` for f of F degrees of freedom. The second bound is needed for a species that exchanges no energy.
+    ``series`` (m, K) is the temperature of each over that of all, at equal intervals. Its mean is compared
+    with 1 by Student's t at 1e-3 for all together. The error is from blocking, but at most that of one sample
+    in equilibrium, ``sqrt(2 / f (1 - f / F))`` for f of F degrees of freedom, for a species that exchanges no
+    energy.
     """
     tail = 0.5 * LEVEL / max(len(names), 1)
     found = []
@@ -156,21 +127,11 @@ def slow_exchange(
 ) -> list[str]:
     """Return a sentence on the species that exchanged too little energy for a reliable error bar, or none.
 
-    Parameters
-    ----------
-    names, series, freedoms
-        As of :func:`equipartition`.
-    relative_error : float
-        Relative error of the quantity that was measured in the same stretch.
-
-    Notes
-    -----
-    An error bar does not contain fluctuations that are slower than the stretch. The temperature of a species
-    has the variance ``alone**2`` in equilibrium (:func:`equipartition`). Its mean square change between
-    successive samples is ``2 alone**2 (1 - a)``, where a is their correlation. Among k samples, ``m = k (1 -
-    a) / (1 + a)`` are independent if it relaxes exponentially. This estimate of m also holds in stretches far
-    shorter than the relaxation. A species is named if m < 1/4. It is also named if m < 8 and half of ``alone
-    / sqrt(max(m, 1))``, the deviation of its mean temperature by chance, exceeds ``relative_error``.
+    No error bar holds what fluctuates more slowly than the stretch. A temperature has the variance
+    ``alone**2`` (:func:`equipartition`), and its mean square change between successive samples is ``2
+    alone**2 (1 - a)`` with their correlation a. Of k samples ``m = k (1 - a) / (1 + a)`` are independent if
+    it relaxes exponentially, also in stretches far shorter. Named if m < 1/4, or if m < 8 and half of ``alone
+    / sqrt(max(m, 1))``, its deviation by chance, exceeds the ``relative_error`` of what was measured.
     """
     found = []
     for name, values, alone in _temperatures(names, series, freedoms):
@@ -192,19 +153,10 @@ def slow_exchange(
 def slow_structure(scene: Scene, square: float) -> list[str]:
     """Return a sentence if a stretch is too short for the slow fluctuations near freezing, or nothing.
 
-    Parameters
-    ----------
-    scene : Scene
-    square : float
-        Mean square displacement of the particles during the stretch [length^2].
-
-    Notes
-    -----
-    Near freezing a part of the pressure fluctuates as slowly as the arrangement of the particles relaxes. In
-    space it is one per cent of the variance of a block, too little to be seen in a short stretch, and yet it
-    doubles the variance of the mean. The arrangement has relaxed when the particles have left their
-    neighbourhoods, hence the condition on their displacement. Particles that stay in their cages are a
-    crystal or a glass, which this does not concern; neither does it concern rods on a line.
+    There a part of the pressure relaxes as slowly as the arrangement: in space 1 % of the variance of a
+    block, unseen in a short stretch, which doubles that of the mean. It has relaxed when particles have left
+    their neighbourhoods, by their mean ``square`` displacement [length^2]. Crystals, glasses and rods on a
+    line are not concerned.
     """
     freezing = FREEZING.get(scene.dimension)
     if freezing is None or scene.packing_fraction < NEAR_FREEZING * freezing:

@@ -1,13 +1,11 @@
 """The granular temperature by layers along a field: what a bed has in place of one temperature.
 
-In a field that pulls along the unit vector -u, a layer holds the particles whose centers are at the same
-height ``u . x``, within the largest diameter. Its temperature is that of the velocities relative to the mean
-velocity of the layer, at each look::
+A layer holds the centers at one height ``u . x`` against the field, within the largest diameter. With its N
+particles at each look, numerator and denominator added up separately::
 
     kT = sum_i m_i (v_i - v)^2 / (d (N - 1)),    v = sum_i m_i v_i / sum_i m_i
 
-with N particles in the layer. Numerator and denominator are added up separately. In equilibrium it is the
-temperature, at every height; a bed that loses energy has none that is the same everywhere.
+In equilibrium that is the temperature, at every height; a bed that loses energy has no single one.
 """
 
 from __future__ import annotations
@@ -53,15 +51,10 @@ class Layer:
 
 
 class Layers:
-    """Sums over the layers of a run, at looks of equal distance in time.
+    """Sums over the layers of a run, at looks of equal distance in time; none without a field.
 
-    Parameters
-    ----------
-    scene : Scene
-        The scene of the run. Without a field it has no layers, and looks do nothing.
-    groups : list
-        The sums so far, to be continued in place: of each group the number of looks, the sum of kT, and for
-        each layer the members, twice the kinetic energy in its own frame, and the degrees of freedom.
+    ``groups`` is continued in place: of each the looks, the sum of kT, and for each layer members, twice the
+    kinetic energy in its frame, and degrees of freedom.
     """
 
     def __init__(self, scene: Scene, groups: list[list[list[float]]]):

@@ -66,51 +66,27 @@ class HelfandMoments:
 
 @dataclass(frozen=True, eq=False)
 class MeanSquares:
-    """Mean squares of changes of Helfand's moments over several times.
+    """Mean squares of changes of Helfand's moments over l times.
 
-    Attributes
-    ----------
-    times : (l,) array
-        Times between the samples [time].
-    shear : (3, l) array
-        Mean square of an off-diagonal element of the stress: kinetic, cross, collisional. It is the mean over
-        all elements of the traceless tensor, hence over every off-diagonal element in every orientation.
-    heat : (3, l) array
-        Mean square of one particle: kinetic, cross, collisional.
-    bulk : (2, l) array
-        Mean and mean square of the change of :attr:`HelfandMoments.pressure` minus ``rate`` times the time.
-    rate : float
-        As in :func:`mean_squares`.
-    fluxes : (1 + K, 1 + K, l) array
-        Mean products of one particle of heat and of the displacement of each species.
+    ``shear`` is of an off-diagonal element of the stress: the mean over all elements of the traceless tensor,
+    hence over every orientation. ``heat`` and ``fluxes`` are of one particle.
     """
 
-    times: np.ndarray
-    shear: np.ndarray
-    heat: np.ndarray
-    bulk: np.ndarray
-    rate: float
-    fluxes: np.ndarray
+    times: np.ndarray  # (l,), between the samples [time]
+    shear: np.ndarray  # (3, l): kinetic, cross, collisional
+    heat: np.ndarray  # (3, l): kinetic, cross, collisional
+    bulk: np.ndarray  # (2, l), mean and mean square of ``pressure`` less ``rate`` times the time
+    rate: float  # as in :func:`mean_squares`
+    fluxes: np.ndarray  # (1 + K, 1 + K, l), products of heat and displacement of species
 
 
 def mean_squares(moments: HelfandMoments, lags: Sequence[int], rate: float) -> MeanSquares:
-    """Return mean squares over all stretches of so many samples, which may overlap.
+    """Return mean squares over all stretches of ``lags`` samples, which may overlap.
 
-    Parameters
-    ----------
-    moments : HelfandMoments
-        Moments of one stretch of a run.
-    lags : sequence of int
-        Times in samples, smaller than their number.
-    rate : float
-        Approximate pressure times volume, which is subtracted from the change of the trace [energy]. The
-        caller corrects for its difference from the mean.
-
-    Notes
-    -----
-    In an isotropic fluid ``<S_ab S_cd> = A (delta_ac delta_bd + delta_ad delta_bc - 2/d delta_ab delta_cd)``
-    for the traceless stress S. The sum of its squares is therefore ``A (d - 1) (d + 2)``, and A is the mean
-    square of an off-diagonal element.
+    ``rate``, roughly pressure times volume [energy], is subtracted from the change of the trace; the caller
+    corrects for the mean. In an isotropic fluid the traceless stress has ``<S_ab S_cd> = A (delta_ac delta_bd
+    + delta_ad delta_bc - 2/d delta_ab delta_cd)``: the sum of squares is ``A (d - 1) (d + 2)``, and A that of
+    an off-diagonal element.
     """
     d = moments.dimension
     if max(lags, default=1) >= moments.count or min(lags, default=1) < 1:

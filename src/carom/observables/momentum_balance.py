@@ -1,16 +1,12 @@
 """The momentum balance of walls and containers: the force on them, without the pulses of sound in the box.
 
-A wall receives momentum in pulses, because sound runs to and fro between it and the other wall. Let u be a
-vector field. At the wall's contacts it is the unit normal that points out of the fluid; at the other walls it
-is zero. The weighted momentum ``M = sum_i p_i . u(r_i)`` changes by the momentum that the wall receives and
-by the stress in the fluid::
+Let u be a field that is the outward unit normal at the wall's contacts, and zero at other walls. The weighted
+momentum ``M = sum_i p_i . u(r_i)`` changes by what the wall receives and by the stress in the fluid::
 
     dM/dt = -F + sum of (stress : grad u) over the fluid
 
-So ``F + dM/dt`` is the stress averaged with the weight grad u. M is bounded, so its change adds nothing to
-the mean of a long stretch. If div u is uniform, sound waves, whose density averages to zero, cancel in that
-average to first order. The rest is correlated for a mean free time or two, and not for the time that sound
-takes through the box.
+So ``F + dM/dt`` is the stress averaged with the weight grad u; M is bounded and adds nothing to a long mean.
+If div u is uniform, sound cancels to first order, and the rest is correlated for a mean free time or two.
 """
 
 from __future__ import annotations
@@ -36,28 +32,13 @@ def balanced_by_field(obstacle: object) -> bool:
 
 
 def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
-    """Return the weighted momentum M of the particles for each wall and obstacle.
+    """Return M [mass length / time] for each wall and obstacle, in the order of ``Simulation.obstacles``.
 
-    Parameters
-    ----------
-    frame : Frame
-        Positions and velocities at one time.
-    scene : Scene
-
-    Returns
-    -------
-    tuple of float
-        In the order of :attr:`carom.Simulation.obstacles` [mass length / time]. It is zero for slanting
-        planes and the user's own obstacles, for which no such field is known
-        (``carom.observables.surface_changes``).
-
-    Notes
-    -----
-    Between walls at 0 and L the weight of the lower one is ``(L - sigma_i / 2 - x) / (L - sigma_i)``, from 1
-    where particle i touches it to 0 where i touches the upper one. In a container of radius R about c the
-    field is ``(r - c) / (R - sigma_i / 2)``, for a cylinder without the coordinate along its axis. Around a
-    ball the field is radial, with constant divergence up to half of the box, and zero beyond. The field of a
-    plane vanishes at the height of the highest particle, where another plane may be.
+    It is zero for slanting planes and own obstacles (``carom.observables.surface_changes``). Between walls at
+    0 and L the weight of the lower is ``(L - sigma_i / 2 - x) / (L - sigma_i)``: 1 where i touches it, 0 at
+    the upper one. In a container of radius R about c the field is ``(r - c) / (R - sigma_i / 2)``, across the
+    axis for a cylinder. Around a ball it is radial, of constant divergence up to half of the box, zero
+    beyond. That of a plane vanishes at the height of the highest particle, where another plane may be.
     """
     momenta, places, radii = frame.masses[:, None] * frame.velocities, frame.positions, 0.5 * frame.diameters
     found: list[float] = []

@@ -1,10 +1,7 @@
-"""Neighbors by sorted cells: the nearest ones of each particle, and all pairs within a reach.
+"""Neighbors by sorted cells (:mod:`carom.cells`): the nearest of each particle, and pairs within a reach.
 
-The cells are those of g(r) (:mod:`carom.cells`). Compiled code reads the stretches of memory around a cell
-and keeps the nearest ones of each particle. Particles with too few in reach are treated again with a larger
-reach. A k-d tree replaces the cells where few cells hold nearly all particles, or a cell has too many around
-it. The loop over the surroundings of a cell is repeated in :mod:`carom.observables.pairs`, because Numba's
-cache notices no edit outside of the file of a compiled function.
+Particles with too few in reach get a larger one; a k-d tree replaces cells too full or with too many around.
+The loop around a cell is repeated in :mod:`carom.observables.pairs`: Numba's cache sees no edit elsewhere.
 """
 
 from __future__ import annotations
@@ -27,11 +24,9 @@ SPARE = 1.25
 fifteen then has too few. With 1.5 it would be one of two hundred, but all others would examine more.
 """
 
-FURTHER = 2.0
-"""Volume of each later reach over that of the one before."""
+FURTHER = 2.0  # volume of each later reach over that of the one before
 
-ACROSS = 1.0 + 2.0**-10
-"""Edge of a cell across the columns [reach]."""
+ACROSS = 1.0 + 2.0**-10  # edge of a cell across the columns [reach]
 
 
 def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
@@ -41,20 +36,7 @@ def pairs_within(room: Room, places: np.ndarray, reach: float) -> np.ndarray:
 
 
 def nearest(room: Room, places: np.ndarray, count: int) -> np.ndarray:
-    """Return the ``count`` nearest particles of each particle, (n, count), by distance.
-
-    Parameters
-    ----------
-    room : Room
-    places : (n, d) float64 array
-        Positions inside the box [length].
-    count : int
-        Number of neighbors, at least 1.
-
-    Notes
-    -----
-    Distances are those of nearest images. The order of particles at equal distances is not defined.
-    """
+    """Return the ``count`` nearest particles of each, by their images, (n, count); equal ones in no order."""
     n, d = places.shape
     if n <= count:
         raise InputError(f"{count} neighbours are asked for, and there are {n - 1} others.")
@@ -129,10 +111,7 @@ def _compiled() -> Any:
 
 
 def _keep(places, starts, order, height, around, windows, period, limit, who):
-    """Write the nearest ones of each particle whose row of ``who`` ends with -1, if enough are in reach.
-
-    ``limit`` is the square of the reach.
-    """
+    """Write the nearest ones where a row of ``who`` ends with -1; ``limit`` is the square of the reach."""
     dimension, count = period.size, who.shape[1]
     # First the components around a cell; then, for one component, squared distances and those in reach.
     them, rows = np.empty((dimension, order.size)), np.empty(order.size, np.uint32)

@@ -1,8 +1,7 @@
 """Jammed packings: contacts, rattlers, and whether the backbone is isostatic.
 
-In a packing compressed to a reduced pressure p, spheres that carry it have gaps of about 1/p of a diameter.
-The gaps of near contacts are much larger. Between the two, the distribution of gaps has a void of several
-decades. A pair is in contact if its gap lies below this void.
+At a reduced pressure p the gaps that carry it are about 1/p of a diameter, and others are much larger. In
+between is a void of several decades; a pair is in contact if its gap is below that.
 """
 
 from __future__ import annotations
@@ -194,8 +193,7 @@ class PackingNetwork:
 def network_of(frame: Frame, *, obstacles: Sequence[Obstacle] = ()) -> PackingNetwork:
     """Return the :func:`packing_network`; by the number of contacts alone if no backbone remains otherwise.
 
-    After a fast compression, or in crystalline grains with straight edges, no backbone may remain if contacts
-    on one side make a rattler.
+    None may, after fast compression or in crystalline grains, if contacts on one side make a rattler.
     """
     network = packing_network(frame, obstacles=obstacles)
     return network if network.backbone.any() else packing_network(frame, sided=False, obstacles=obstacles)
@@ -372,8 +370,8 @@ def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray, sided: bool)
 def is_held(directions: np.ndarray) -> bool:
     """Return whether contacts in these directions (m, d) hold a particle from all sides.
 
-    They do if they span the space and a combination of them with positive coefficients is zero. With the
-    coefficients 1 + mu this is a problem of non-negative least squares.
+    They do if they span the space and a positive combination is zero: non-negative least squares, with
+    coefficients 1 + mu.
     """
     from scipy.optimize import nnls
 

@@ -32,25 +32,11 @@ def distance_counts(
     closest: float | None = None,
     threads: int | None = None,
 ) -> tuple[np.ndarray, int]:
-    """Count the pairs of particles in each bin of distances.
+    """Return the pairs of particles in each bin of distances, (m,), and how many are below all bins.
 
-    Parameters
-    ----------
-    ours, theirs : SortedCells
-        Cells of one grid. Pairs have one particle in each, or both in the first if there is no second.
-    edges : (m + 1,) float64 array
-        Edges of bins of equal width [length], at most up to half of the shortest periodic edge. A bin
-        includes its lower edge, and the last one also its upper edge, as in :func:`numpy.histogram`.
-    closest : float, optional
-        Pairs from this distance on [length] belong to the first bin; by default those from ``edges[0]`` on.
-    threads : int, optional
-        By default as many as Numba uses (its ``NUMBA_NUM_THREADS``, by default one per core).
-
-    Returns
-    -------
-    counts : (m,) int64 array
-    closer : int
-        Number of pairs below all bins.
+    Pairs have one of ``ours`` and of ``theirs`` (cells of one grid), or two of ours. ``edges`` (m + 1,) are
+    equally spaced, up to half of the shortest periodic edge, with the ends of :func:`numpy.histogram`. Pairs
+    from ``closest`` on, by default ``edges[0]``, belong to the first bin.
     """
     grid = ours.grid
     others = ours if theirs is None else theirs
@@ -148,9 +134,8 @@ def _count(
 ):
     """Add the pairs of the columns from ``first`` to ``last`` to ``counts``; place 0 is below all bins.
 
-    ``period`` is infinite along an axis with walls. If both arguments hold the same particles, a pair of
-    cells is visited from the one with the lower number. Indices are unsigned, because the sign test of signed
-    ones would prevent vectorisation.
+    ``period`` is infinite along an axis with walls. If both hold the same particles, a pair of cells is
+    visited from the lower number. Indices are unsigned: a sign test would prevent vectorisation.
     """
     dimension = shape.size
     across, height = dimension - 1, shape[dimension - 1]

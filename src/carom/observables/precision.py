@@ -44,25 +44,11 @@ def lengthen(
     error_bar: Callable[[], Estimate | None],
     expect: Callable[[int, Estimate], object] = lambda length, estimate: None,
 ) -> bool:
-    """Make a stretch longer until its error bar is small enough.
+    """Make a stretch longer until its error bar is small enough; False if there was not enough time.
 
-    Parameters
-    ----------
-    aim : Aim
-        The requested error, and the rule for the next check.
-    length : int
-        Length at the first check [blocks].
-    extend : callable
-        Continues to a length, and returns the reached length; None if there was no time for it.
-    error_bar : callable
-        Returns the estimate so far; None if there will never be an error bar.
-    expect : callable, optional
-        Called with length and estimate, if the stretch must be longer.
-
-    Returns
-    -------
-    bool
-        False if there was not enough time.
+    ``extend`` continues to a length [blocks] and returns what was reached, or None without time.
+    ``error_bar`` returns None if there will never be one. ``expect`` gets length and estimate, if it must be
+    longer.
     """
     while (reached := extend(length)) is not None:
         found = error_bar()
@@ -82,13 +68,7 @@ def block_collisions(n: int) -> float:
 
 @dataclass(frozen=True)
 class Goal:
-    """A relative error to reach.
-
-    Parameters
-    ----------
-    relative_error : float
-        One standard error over the absolute value of the mean, from 1e-9 to 1.
-    """
+    """A relative error to reach: one standard error over the absolute mean, from 1e-9 to 1."""
 
     relative_error: float
 
@@ -141,9 +121,8 @@ class Prediction:
 def _independent(estimate: Estimate) -> float:
     """Return the number of independent blocks that the error is based on.
 
-    Neighbors may be anticorrelated (tau < 1), as in the quasi-periodic motion of rods on a line. Blocking
-    then ends with few large blocks, and its error bar is rather too large than too small. So all blocks
-    count.
+    All count where neighbors are anticorrelated (tau < 1), as of rods on a line: blocking ends with few large
+    blocks, and the error bar is rather too large.
     """
     if estimate.tau < 1.0:
         return estimate.tau * estimate.n_eff

@@ -336,9 +336,7 @@ class PressureResult(Result):
 
 
 def _keeps_its_temperature(scene: Scene) -> bool:
-    """Tell whether kT only fluctuates, where contacts change it: in exchange with another energy, or as the
-    stream of a sheared box makes up for what is lost.
-    """
+    """Tell whether kT only fluctuates: by exchange of energy, or as a sheared stream makes up for losses."""
     stepped, sheared = hasattr(scene.interaction, "steps"), isinstance(scene.motion, Shear)
     return stepped or sheared or bool(getattr(scene.impact, "conserves_energy", False))
 
@@ -353,11 +351,7 @@ def _source(scene: Scene) -> str:
 
 
 def without_pressure(scene: Scene) -> str | None:
-    """Return a sentence on why the virial of a scene is not its pressure; None if it is.
-
-    It is not where particles are pinned, where a motion changes the momentum, as a field does, and where
-    flights bend relative to each other.
-    """
+    """Return why the virial is not the pressure (pinned particles, fields, curved flights), or None."""
     if scene.pinned is not None:
         return (
             "The virial gives no pressure where components are pinned: forces from outside hold them. "
@@ -389,12 +383,9 @@ def finite_size_correction(
 def finite_size_doubt(packing_fraction: float, n: int, dimension: int) -> str:
     """Return a sentence on why the correction to infinite size is not reliable; or "".
 
-    Notes
-    -----
-    If the edge of the box is below six diameters and the density beyond 0.7 of freezing, each particle is
-    correlated with the shells around its own images. This effect is not of order 1 / n. At a density of 0.8,
-    Z of 108 spheres (edge 5.1) is 0.026 below that of the infinite fluid after the correction of 0.017. At
-    0.5 (edge 6.0) the correction is accurate to 3e-4.
+    If the edge is below six diameters and the density beyond 0.7 of freezing, a particle is correlated with
+    the shells around its own images, which is not of order 1 / n. At 0.8, Z of 108 spheres (edge 5.1) stays
+    0.026 low after the correction of 0.017; at 0.5 (edge 6.0) it is accurate to 3e-4.
     """
     dense = packing_fraction > DENSE * theory.FREEZING.get(dimension, math.inf)
     edge = (n * theory.ball_volume(dimension) / packing_fraction) ** (1.0 / dimension)

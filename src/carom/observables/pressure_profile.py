@@ -29,28 +29,18 @@ if TYPE_CHECKING:
 class LayerFlux(NamedTuple):
     """What flights and events of a stretch add to the pressure tensor of layers: an observer of events."""
 
-    axis: int
-    """The axis along which layers follow each other."""
-    edge: float
-    """Edge of the box along it [length]."""
-    wraps: bool
-    """Whether the box is periodic along it."""
-    g: np.ndarray
-    """Acceleration of all particles, (d,) [length / time^2]."""
-    masses: np.ndarray
-    """Of each particle, (n,) [mass]."""
-    radii: np.ndarray
-    """Of each particle, (n,) [length]."""
+    axis: int  # the axis along which layers follow each other
+    edge: float  # edge of the box along it [length]
+    wraps: bool  # whether the box is periodic along it
+    g: np.ndarray  # acceleration of all particles, (d,) [length / time^2]
+    masses: np.ndarray  # of each particle, (n,) [mass]
+    radii: np.ndarray  # of each particle, (n,) [length]
     drift: np.ndarray
     """Velocity of the center of mass along axes on which the momentum is conserved, else 0 (d,)."""
-    x: np.ndarray
-    """Where along the axis each particle began its flight, (n,) [length]."""
-    v: np.ndarray
-    """Its velocity then, (n, d) [length / time]."""
-    since: np.ndarray
-    """When this was, (n,) [time]."""
-    stays: np.ndarray
-    """Time that particles spent in each layer, (b,) [time]."""
+    x: np.ndarray  # where along the axis each particle began its flight, (n,) [length]
+    v: np.ndarray  # its velocity then, (n, d) [length / time]
+    since: np.ndarray  # when this was, (n,) [time]
+    stays: np.ndarray  # time that particles spent in each layer, (b,) [time]
     carried: np.ndarray
     """Integral of the sum of ``m v_a v_b`` in each layer over time, (b, d, d) [energy time]."""
     virial: np.ndarray
@@ -76,8 +66,8 @@ def is_last(flux, k, way):
 def stay(flux, i, k, start, end, share):
     """Add that particle i was in layer k for a ``share`` of the time from ``start`` to ``end`` of its flight.
 
-    The velocity is linear in time: with its value u in the middle, the integral of ``u_a u_b`` over a time h
-    is ``(u_a u_b + g_a g_b h^2 / 12) h``.
+    With the velocity u in the middle the integral of ``u_a u_b`` over h is ``(u_a u_b + g_a g_b h^2 / 12)
+    h``.
     """
     middle, h = 0.5 * (start + end), end - start
     at = layer(flux, k)
@@ -92,10 +82,7 @@ def stay(flux, i, k, start, end, share):
 
 @inner
 def time_to(c, v, g, way):
-    """Return when a flight that moves in the direction ``way`` has come as far as c from its start.
-
-    It is infinity where the flight turns round before.
-    """
+    """Return when a flight gets as far as c in the direction ``way``; infinity if it turns before."""
     if g == 0.0:
         return c / v
     root = v * v + 2.0 * g * c
@@ -304,22 +291,7 @@ class PressureProfile:
 
 
 class LayerSums:
-    """The pressure tensor of each layer in each block of a stretch.
-
-    Parameters
-    ----------
-    asked : PressureProfile
-        Axis and number of the layers.
-    scene : Scene
-        The scene of the run.
-    frame : Frame
-        The beginning of the stretch.
-
-    Attributes
-    ----------
-    observer : LayerFlux
-        What is to see the events of the stretch.
-    """
+    """The pressure tensor of each layer in each block from ``frame`` on; ``observer`` sees the events."""
 
     def __init__(self, asked: PressureProfile, scene: Scene, frame: Frame):
         self._asked, self._scene, self._time = asked, scene, float(frame.time)

@@ -25,18 +25,13 @@ if TYPE_CHECKING:
 class MomentumFlux(NamedTuple):
     """What the events of a stretch add to the pressure tensor: an observer of events."""
 
-    masses: np.ndarray
-    """Of each particle, (n,) [mass]."""
+    masses: np.ndarray  # of each particle, (n,) [mass]
     drift: np.ndarray
     """Velocity of the center of mass along axes on which the momentum is conserved, else 0 (d,)."""
-    origin: float
-    """When the stretch began [time]."""
-    virial: np.ndarray
-    """Sum of ``r_a dp_b`` over events of pairs, (d, d) [mass length^2 / time]."""
-    change: np.ndarray
-    """Sum of the changes of ``m v_a v_b`` at events, (d, d) [energy]."""
-    moment: np.ndarray
-    """Sum of these changes times the time since the origin, (d, d) [energy time]."""
+    origin: float  # when the stretch began [time]
+    virial: np.ndarray  # sum of ``r_a dp_b`` over events of pairs, (d, d) [mass length^2 / time]
+    change: np.ndarray  # sum of the changes of ``m v_a v_b`` at events, (d, d) [energy]
+    moment: np.ndarray  # sum of these changes times the time since the origin, (d, d) [energy time]
 
 
 @at_pair.register
@@ -150,20 +145,7 @@ def averaged(parts: np.ndarray, durations: np.ndarray) -> tuple[np.ndarray, np.n
 
 
 class TensorSums:
-    """The pressure tensor of each block of a stretch.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene of the run.
-    frame : Frame
-        The beginning of the stretch.
-
-    Attributes
-    ----------
-    observer : MomentumFlux
-        What is to see the events of the stretch.
-    """
+    """The pressure tensor of each block from ``frame`` on; ``observer`` sees the events."""
 
     def __init__(self, scene: Scene, frame: Frame):
         self._scene, self._origin, self._time = scene, frame.time, frame.time
@@ -204,13 +186,7 @@ class TensorSums:
 
 
 class StreamTensor:
-    """The pressure tensor of each block of a sheared box, whose blocks hold the sums.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene of the run.
-    """
+    """The pressure tensor of each block of a sheared box, whose blocks hold the sums."""
 
     observer = None
 
@@ -238,10 +214,7 @@ class StreamTensor:
 def _averaged(
     scene: Scene, durations: np.ndarray, carried: np.ndarray, handed_over: np.ndarray, rate: float = 0.0
 ) -> PressureTensorResult:
-    """Return the tensor from its parts in each block, (blocks, d, d) [energy time].
-
-    ``rate``: shear rate [1 / time].
-    """
+    """Return the tensor from its parts in each block, (blocks, d, d) [energy time]."""
     n, d = scene.n, scene.dimension
     whole = carried + handed_over
     pressure = ratio(np.trace(whole, axis1=1, axis2=2) / (d * scene.volume), durations)

@@ -143,8 +143,8 @@ def _distribution(
 def _running(first: Frame, counts: np.ndarray, pair: tuple[int, int] | None) -> tuple[np.ndarray, np.ndarray]:
     """Return the numbers of neighbors below the upper edge of each bin, and their errors, (m,) each.
 
-    Blocking is applied to the sums over bins. Bins of one frame are not independent, because a particle that
-    leaves one enters the next.
+    Blocking is of the sums over bins: bins are not independent, as a particle that leaves one enters the
+    next.
     """
     centers = first.n if pair is None else int(np.count_nonzero(first.species == pair[0]))
     per_pair = 1.0 if pair is not None and pair[0] != pair[1] else 2.0

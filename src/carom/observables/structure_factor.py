@@ -18,8 +18,7 @@ from carom.observables.waves import Waves
 from carom.results import Result
 from carom.texts import counted
 
-SHELLS = 32
-"""Lengths of wave vectors where neither ``shells`` nor ``kmax`` is given."""
+SHELLS = 32  # lengths of wave vectors where neither ``shells`` nor ``kmax`` is given
 
 
 @dataclass

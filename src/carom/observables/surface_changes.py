@@ -1,16 +1,14 @@
 """The force on an obstacle of any shape, without most of the momentum that sound carries to and fro.
 
-For walls, containers, balls and planes along an axis, a field is known that balances the momentum that they
-receive (``momentum_balance``). For a slanting plane or a user's own obstacle, only the distance ``g_i`` of
-each particle is known. Two sums over it change at each contact with the momentum that the obstacle
-receives::
+For a slanting plane or an own obstacle only the distance ``g_i`` of each particle is known, no field as in
+``momentum_balance``. Two sums over it change with the momentum that the obstacle receives, with s half of the
+box::
 
     A = sum_i m_i dg_i/dt        B = sum_i m_i g_i dg_i/dt / s
 
-with s half of the box. Both are bounded. So their changes from block to block add up to nothing over a long
-stretch, and any multiple of them may be subtracted from the momentum of the blocks without a change of the
-mean. A linear regression gives the multiples that leave the least scatter. The remainder is less
-anticorrelated than the momentum received, and its error bar is less overestimated.
+Both are bounded, so any multiple of their changes may be subtracted from the blocks without a change of the
+long mean. Regression gives those with the least scatter: what remains is less anticorrelated, and its error
+bar less overestimated.
 """
 
 from __future__ import annotations
@@ -42,19 +40,7 @@ STEP = 2.0**-20
 
 
 def surface_sums(frame: Frame, scene: Scene) -> tuple[float, ...]:
-    """Return A and B [mass length / time] of each obstacle that no field balances, in order.
-
-    Parameters
-    ----------
-    frame : Frame
-        Positions and velocities at one time.
-    scene : Scene
-
-    Returns
-    -------
-    tuple of float
-        Two numbers for each obstacle; none if there are more than 16 such obstacles.
-    """
+    """Return A and B [mass length / time] of each obstacle without a field, in order; none if above 16."""
     obstacles = [obstacle for obstacle in standing(scene) if not balanced_by_field(obstacle)]
     fastest = float(np.abs(frame.velocities).max(initial=0.0))
     if len(obstacles) > MOST:
@@ -85,20 +71,9 @@ def place_of(scene: Scene, k: int) -> int | None:
 def freed(impulses: np.ndarray, changes: np.ndarray, durations: np.ndarray) -> tuple[Estimate, np.ndarray]:
     """Return the force with its error bar, and the momentum of each block without multiples of the changes.
 
-    Parameters
-    ----------
-    impulses : (n,) array
-        Momentum that the obstacle receives in each block [mass length / time].
-    changes : (n, m) array
-        Changes of bounded sums in each block.
-    durations : (n,) array
-        Duration of each block [time].
-
-    Notes
-    -----
-    The multiples and the error come from 64 stretches of several blocks. If there are fewer than 64 blocks,
-    each is a stretch. With fewer than 8 m blocks a regression would follow the noise, and the momentum is
-    returned unchanged.
+    ``impulses`` (n,) [mass length / time] are received in blocks, ``changes`` (n, m) those of bounded sums.
+    Multiples and error come from 64 stretches, or from blocks if fewer. With fewer than 8 m blocks a
+    regression would follow the noise, and the momentum is unchanged.
     """
     n, m = changes.shape
     if n < 8 * m or not np.isfinite(changes).all():

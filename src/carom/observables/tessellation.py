@@ -12,8 +12,7 @@ import numpy as np
 
 from carom.scene.overlaps import Room
 
-FIRST = 3.0
-"""Depth of the first layer of images around the box [mean spacing]."""
+FIRST = 3.0  # depth of the first layer of images around the box [mean spacing]
 
 NARROW = float(np.finfo(float).eps) ** 0.625
 """Width of a face [length of its bond] below which it makes no neighbors. In a square lattice, two cells at
@@ -27,27 +26,11 @@ faces of up to two. They make no neighbors, unless another is up to eight times 
 
 
 def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the bonds of all particles to their neighbors.
+    """Return (particle, neighbor) of each bond from both ends, (m, 2), and its vector, (m, d) [length].
 
-    Parameters
-    ----------
-    room : Room
-        Its obstacles cut no cell off.
-    places : (n, d) array
-        Positions inside the box [length]; d >= 2.
-
-    Returns
-    -------
-    pairs : (m, 2) int64 array
-        Particle and neighbor of each bond, in the order of particles; each bond appears from both ends.
-        In a small box two particles have a bond for every image with a common face.
-    bonds : (m, d) array
-        Vectors from the particles to their neighbors [length].
-
-    Notes
-    -----
-    The empty sphere around a corner of a cell touches the particle of the cell, so it reaches at most its
-    own diameter beyond the box. The layer of images is made so deep that none of these spheres leaves it.
+    Bonds are in the order of particles; in a small box every image with a common face has one. Obstacles cut
+    no cell off. The empty sphere around a corner touches the cell's particle, so it reaches at most its
+    diameter beyond the box: the layer of images is so deep that none leaves it.
     """
     n, d = places.shape
     depth = FIRST * (math.prod(room.box) / n) ** (1.0 / d)
@@ -105,8 +88,7 @@ def _last_digit(places: np.ndarray) -> float:
 def _faces(points: np.ndarray, n: int, limit: float) -> tuple[np.ndarray, float]:
     """Return the pairs (m, 2) that share a face and the diameter of the widest empty sphere, of n cells.
 
-    The diameter is infinite where one of these cells is open. Faces up to the width ``limit`` may be those of
-    rounding.
+    It is infinite where a cell is open. Faces up to the width ``limit`` may be those of rounding.
     """
     from scipy.spatial import QhullError, Voronoi
 

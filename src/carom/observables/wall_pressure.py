@@ -209,8 +209,7 @@ class WallPressureResult(Result):
 def obstacle_names(scene: Scene) -> tuple[str, ...]:
     """Return the names of walls and obstacles in the order of their numbers.
 
-    A wall with properties is an obstacle of its name; the number of the plain wall, which nothing meets, has
-    the name "plain y_low".
+    A wall with properties is an obstacle of its name; the plain one, which nothing meets, is "plain y_low".
     """
     taken = [each.name for each in standing(scene)]
     plain = (each.name for each in walls(scene.box, scene.periodic))

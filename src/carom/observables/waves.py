@@ -10,33 +10,19 @@ import numpy as np
 from carom.arithmetic import cosine_and_sine
 from carom.errors import InputError
 
-MOST = 10_000_000
-"""Wave vectors at most."""
+MOST = 10_000_000  # wave vectors at most
 
-PORTION = 2**20
-"""Products of particles and wave vectors at a time, so that memory stays small."""
+PORTION = 2**20  # products of particles and wave vectors at a time, so that memory stays small
 
 
 @dataclass(frozen=True, eq=False)
 class Waves:
-    """Wave vectors that fit a periodic box, in shells of one length each.
+    """Wave vectors that fit a periodic box, in s shells of one length each."""
 
-    Attributes
-    ----------
-    numbers : (m, d) int array
-        Number of waves along each axis; only one of q and -q.
-    shell : (m,) int array
-        Index of the length of each wave vector.
-    lengths : (s,) array
-        Lengths of the wave vectors [1 / length].
-    box : (d,) array
-        Edges of the box [length].
-    """
-
-    numbers: np.ndarray
-    shell: np.ndarray
-    lengths: np.ndarray
-    box: np.ndarray
+    numbers: np.ndarray  # (m, d) int, waves along each axis; only one of q and -q
+    shell: np.ndarray  # (m,) int, index of the length
+    lengths: np.ndarray  # (s,) [1 / length]
+    box: np.ndarray  # (d,) [length]
 
     @classmethod
     def of(cls, box: tuple[float, ...], shells: int) -> Waves:

@@ -53,8 +53,8 @@ def speeds(velocities: Any, shape: tuple[int, ...], pinned: np.ndarray | None = 
 def refuse_tight(room: Room, diameters: np.ndarray) -> None:
     """Raise InputError if the room that an obstacle leaves the largest component is too small.
 
-    In a container it must be above rounding. Of an obstacle that stands in every image, a component touches
-    the nearest one: where it may touch a slanting one from farther than half an edge, this would not hold.
+    In a container it must be above rounding. A component touches the nearest image of an obstacle: not so
+    where it may touch a slanting one from farther than half an edge.
     """
     largest = float(diameters.max())
     for container in room.obstacles:
@@ -90,9 +90,7 @@ def _asked(obstacle: Any, name: str) -> Any:
 def checked_spins(
     spins: Any, n: int, dimension: int, impact: Any, pinned: np.ndarray | None
 ) -> np.ndarray | None:
-    """Return the spins of n particles, (n, 1) in the plane and (n, 3) in space, read-only; None if none are
-    given.
-    """
+    """Return the spins of n particles, (n, 1) in the plane and (n, 3) in space, read-only; or None."""
     if spins is None:
         return None
     if not isinstance(impact, Rough):

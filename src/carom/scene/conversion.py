@@ -291,9 +291,7 @@ def _walls_of(walls: Any, periodic: np.ndarray) -> Any:
 
 
 def parted(positions: Any, room: Room, contacts: Contacts, pinned: np.ndarray | None) -> Any:
-    """Return positions without the overlaps that are due to single precision, and warn if there were some;
-    positions with deeper ones, or with none, are returned as they are.
-    """
+    """Return positions without overlaps of single precision, with a warning; deeper ones stay as they are."""
     diameters = contacts.diameters
     radii = 0.5 * diameters if pinned is None else np.where(pinned, 0.0, 0.5 * diameters)
     places = room.wrapped(checks.array(positions, "positions", "(n, d)", ndim=2))

@@ -21,15 +21,7 @@ def particles(dimension: int, number: int = 2) -> str:
 
 
 def kind(dimension: int, number: int = 2, interaction: Any = None) -> str:
-    """Return what is simulated, for a title: "hard spheres", "disk with wells and bonds", "units".
-
-    Parameters
-    ----------
-    dimension, number : int
-        Of space; of particles.
-    interaction : interaction, optional
-        What acts between them, if not hard cores. It may have ``words`` for it; otherwise its class is named.
-    """
+    """Return what is simulated, for a title: "hard spheres", "disk with wells and bonds", "units"."""
     name = particles(dimension, number)
     if interaction is None:
         return f"hard {name}"

@@ -76,10 +76,7 @@ class Fields:
 
 
 def standing(scene: Fields) -> tuple[Obstacle, ...]:
-    """Return what the engine meets beside plain walls: walls with properties, then the obstacles.
-
-    Their surfaces and motions enclose them (``carom.models.obstacles.properties``).
-    """
+    """Return walls with properties, then the obstacles, within their surfaces and motions."""
     return scene._standing
 
 
@@ -111,13 +108,7 @@ P = ParamSpec("P")
 
 
 class Maker(Generic[P]):
-    """A class method that is a function of another module: it makes a scene of the class it is called on.
-
-    Parameters
-    ----------
-    make : callable
-        Called with the class and with the arguments of the method.
-    """
+    """A class method that is a function of another module: it makes a scene of the class it is called on."""
 
     def __init__(self, make: Callable[Concatenate[Any, P], Any]):
         self.__func__ = make

@@ -27,24 +27,12 @@ MOST_DIMENSIONS = 12
 
 @dataclass(frozen=True)
 class Lattice:
-    """A lattice as a cell with right angles.
+    """A lattice as a cell with right angles."""
 
-    Parameters
-    ----------
-    name : str
-        E.g. "fcc".
-    basis : tuple of d-tuples
-        The points of one cell, in units of its edges.
-    shape : tuple of d floats
-        Edges of the cell, the first being 1.
-    nearest : float
-        Distance of nearest neighbours, in units of the first edge.
-    """
-
-    name: str
-    basis: tuple[tuple[float, ...], ...]
-    shape: tuple[float, ...]
-    nearest: float
+    name: str  # e.g. "fcc"
+    basis: tuple[tuple[float, ...], ...]  # points of one cell, in units of its edges
+    shape: tuple[float, ...]  # edges of the cell, the first being 1
+    nearest: float  # distance of nearest neighbours, in first edges
 
     @property
     def dimension(self) -> int:
@@ -69,20 +57,7 @@ class Lattice:
         return tuple(c * (edge * s) for c, s in zip(cells, self.shape, strict=True))
 
     def points(self, cells: Sequence[int], edge: float = 1.0) -> np.ndarray:
-        """Return the points of a periodic block of cells.
-
-        Parameters
-        ----------
-        cells : sequence of d ints
-            Cells along each axis.
-        edge : float
-            First edge of a cell [length].
-
-        Returns
-        -------
-        (n, d) array
-            In [0, :meth:`box`), clear of its faces.
-        """
+        """Return the points (n, d) of a periodic block of cells, in [0, :meth:`box`), clear of its faces."""
         edges = edge * np.asarray(self.shape)
         basis = np.asarray(self.basis)
         # Points are moved off the faces of the box, where rounding would decide on which side they lie.
@@ -120,14 +95,7 @@ def densest(dimension: int) -> Lattice:
 
 
 def named(lattice: Any, dimension: int | None = None) -> Lattice:
-    """Return a lattice from its name: "cubic", "fcc", "triangular" or "dn"; a Lattice stays what it is.
-
-    Parameters
-    ----------
-    lattice : str or Lattice
-    dimension : int, optional
-        d, for "cubic" and "dn" (3 when left out).
-    """
+    """Return a lattice by its name: "cubic", "fcc", "triangular" or "dn"; a Lattice stays what it is."""
     if isinstance(lattice, Lattice):
         return lattice
     d = checks.integer(3 if dimension is None else dimension, "dimension", low=1, high=MOST_DIMENSIONS)
@@ -147,17 +115,7 @@ def named(lattice: Any, dimension: int | None = None) -> Lattice:
 def between_walls(
     points: np.ndarray, box: Sequence[float], periodic: Sequence[bool], diameter: float
 ) -> np.ndarray:
-    """Return points (n, d) compressed along axes with walls, where needed, to half a diameter from these.
-
-    Parameters
-    ----------
-    points : (n, d) array
-        In the box, centred in it.
-    box, periodic : sequences of d floats and bools
-        Edges [length], and which axes have no walls.
-    diameter : float
-        [length].
-    """
+    """Return points (n, d) compressed along axes with walls to half a diameter from these, if needed."""
     result = points.copy()
     for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
         low, high = points[:, axis].min(), points[:, axis].max()
@@ -168,11 +126,7 @@ def between_walls(
 
 
 def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
-    """Return the number of cells along each axis, from one number or one for each axis.
-
-    One number m stands for m cells along the first axis and as many along the others as make the box most
-    nearly a cube.
-    """
+    """Return the cells along each axis; one number is that of the first, in a box most nearly a cube."""
     if isinstance(cells, Sequence | np.ndarray) and not isinstance(cells, str):
         if len(cells) != lattice.dimension:
             raise InputError(
@@ -188,17 +142,7 @@ def cells_along(lattice: Lattice, cells: Any) -> tuple[int, ...]:
 
 
 def cells_for(lattice: Lattice, n: Any, nearest: bool = False) -> tuple[int, ...]:
-    """Return the block of cells, the same along every axis (see :func:`cells_along`), holding ``n`` points.
-
-    Parameters
-    ----------
-    lattice : Lattice
-        The lattice.
-    n : int
-        Points.
-    nearest : bool
-        Take the block with the number nearest to n, where none holds n.
-    """
+    """Return the block of cells with ``n`` points, or the ``nearest`` number: :func:`cells_along`."""
     n = checks.integer(n, "n", low=1, high=MOST)
     below: tuple[int, ...] | None = None
     guess = (n / len(lattice.basis) * math.prod(lattice.shape)) ** (1 / lattice.dimension)

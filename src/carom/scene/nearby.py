@@ -1,8 +1,7 @@
-"""Pairs that are near each other, listed by compiled code from sorted cells: for many components.
+"""Near pairs, listed by compiled code from sorted cells (:mod:`carom.cells`): for many components.
 
-The list is that of a k-d tree, in another order, in any dimension. A cell is compared with the stretches of
-memory around it (:mod:`carom.cells`), as for g(r). The loop around a cell is repeated in
-:mod:`carom.observables.pairs`: Numba's cache notices no edit outside the file of a compiled function.
+The list is that of a k-d tree, in another order. The loop is repeated in :mod:`carom.observables.pairs`:
+Numba's cache notices no edit outside the file of a compiled function.
 """
 
 from __future__ import annotations
@@ -26,8 +25,7 @@ CROWDED = 64
 nearly all components, as for a drop in a large box.
 """
 
-WIDE = 1000
-"""Columns around a column above which a k-d tree is better, as in high dimensions."""
+WIDE = 1000  # columns around a column above which a k-d tree is better, as in high dimensions
 
 
 def near_pairs(
@@ -37,16 +35,9 @@ def near_pairs(
     theirs: np.ndarray | None,
     within: float,
 ) -> np.ndarray | None:
-    """Return the pairs (m, 2) of rows that are at most a distance apart, or None where cells do not help.
+    """Return the pairs (m, 2) of rows ``within`` a distance by images, or None if cells do not help.
 
-    Parameters
-    ----------
-    box, periodic : (d,) arrays
-        Edges [length], and which axes are periodic.
-    ours, theirs : (n, d) arrays
-        Places in the box [length]. A pair has one of each, or two of `ours` if `theirs` is None.
-    within : float
-        Distance of nearest images [length].
+    ``ours`` and ``theirs`` (n, d) are in the box. A pair has one of each, or two of ours if `theirs` is None.
     """
     n = len(ours) if theirs is None else max(len(ours), len(theirs))
     grid = Grid.of(box, periodic, n, within, ACROSS)
@@ -127,8 +118,8 @@ def _lister() -> Any:
 def _list(ours, theirs, starts, others, us, them, alike, height, around, windows, period, limit, found):
     """Write the pairs whose squared distance is at most `limit` to `found`; return how many there are.
 
-    Pairs that do not fit are only counted. If both sets of components are the same (`alike`), a pair of cells
-    is visited only from the cell with the lower number.
+    Those without room are only counted. If both sets are the same (`alike`), a pair of cells is visited from
+    the lower number.
     """
     dimension = period.size
     begins = np.empty(3 * windows.size + 1, np.int64)

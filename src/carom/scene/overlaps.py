@@ -1,9 +1,7 @@
 """Overlaps of spheres with each other and with obstacles: the check of every initial state, and of frames.
 
-Two spheres overlap if and only if their *nearest* images do. In a box with right angles the nearest image is
-the nearest one along each axis. So one distance per pair decides, in small boxes too. No sphere meets its own
-image, because :class:`carom.Scene` requires edge > diameter. Near ones are found by k-d trees and cells of
-the scene's own: nothing here is shared with what the engine finds them by, and so no fault of it.
+Two overlap if and only if their *nearest* images do, the nearest along each axis; none meets its own, as edge
+> diameter. The k-d trees and cells are the scene's own: no fault of the engine's search is shared.
 """
 
 from __future__ import annotations
@@ -33,8 +31,7 @@ ENGINE_OVERLAP = 1e-12
 
 EPSILON = float(np.finfo(np.float64).eps)
 
-FEW = 400
-"""Components up to which checking every pair is faster than loading SciPy."""
+FEW = 400  # components up to which checking every pair is faster than loading SciPy
 
 MANY = 20_000
 """Components from which compiled code lists pairs. For fewer, loading it takes longer than a k-d tree."""
@@ -44,24 +41,12 @@ FLIGHTS = 16
 
 
 class Overlap(NamedTuple):
-    """Two spheres that overlap, or one that is inside a wall or an obstacle.
-
-    Attributes
-    ----------
-    i : int
-        The sphere.
-    other : int or str
-        The other one, i < other, or the name of the wall or obstacle.
-    distance : float
-        From the center to that of its nearest image, or to the obstacle [length].
-    contact : float
-        Distance at which they would touch [length].
-    """
+    """Two spheres that overlap, or one that is inside a wall or an obstacle."""
 
     i: int
-    other: int | str
-    distance: float
-    contact: float
+    other: int | str  # sphere j > i, or the name of the wall or obstacle
+    distance: float  # to the nearest image's center, or the obstacle [length]
+    contact: float  # distance at which they would touch [length]
 
     @property
     def depth(self) -> float:
@@ -88,30 +73,15 @@ class Overlap(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """Where the components are: a box, which of its axes are periodic, and the obstacles in it.
+    """Where the components are: a box, which of its axes are periodic, and the obstacles in it."""
 
-    Attributes
-    ----------
-    box : (d,) array
-        Edges [length].
-    periodic : (d,) bool array
-        Which axes are.
-    obstacles : tuple of obstacles
-        Without the walls of the axes that are not periodic.
-    tilt : float
-        Of a box that is periodic along all axes: the image one edge up along axis 1 is shifted by ``tilt`` of
-        that edge along axis 0 (``carom.models.Shear``).
-    """
-
-    box: np.ndarray
-    periodic: np.ndarray
-    obstacles: Sequence[Obstacle] = ()
-    tilt: float = 0.0
+    box: np.ndarray  # (d,), edges [length]
+    periodic: np.ndarray  # (d,) bool
+    obstacles: Sequence[Obstacle] = ()  # without the walls of the box
+    tilt: float = 0.0  # in edges: shift along axis 0 of the image up axis 1 (Shear)
 
     def wrapped(self, positions: np.ndarray) -> np.ndarray:
-        """Return positions (n, d) moved by whole edges into ``0 <= x < edge`` along the periodic axes, or
-        into the tilted cell.
-        """
+        """Return positions (n, d) moved into ``0 <= x < edge`` along periodic axes, or the tilted cell."""
         if self.tilt:
             return self._tilted(wrapped(self._along(positions), self.box), 1.0)
         if self.periodic.all():
@@ -131,9 +101,7 @@ class Room:
         return self._tilted(positions, -1.0) if self.tilt else positions
 
     def _straight(self, places: np.ndarray) -> tuple[Room, np.ndarray, float]:
-        """Return the same room as one with right angles, the places in it, and how much longer than in space
-        a vector may be there: the norm of the map.
-        """
+        """Return the room with right angles, the places in it, and the norm of the map to it."""
         longer = 0.5 * (abs(self.tilt) + math.hypot(self.tilt, 2.0))
         return Room(self.box, self.periodic), wrapped(self._along(places), self.box), longer
 
@@ -161,10 +129,9 @@ class Room:
     def pairs(
         self, positions: np.ndarray, contacts: Contacts, factor: float = 1.0, skin: float = 0.0
     ) -> np.ndarray:
-        """Return pairs (m, 2), with i and j in either order, which include all that are near contact.
+        """Return pairs (m, 2), in either order, which include all that are near contact.
 
-        A pair of contact distance s, whose classes have the sizes a and b, is listed if it is nearer than
-        ``factor * s + skin * (a + b) / 2``.
+        For contact s and class sizes a and b they are nearer than ``factor * s + skin * (a + b) / 2``.
         """
         # Wrapped again, because a change of unit can round a coordinate up to the edge.
         places = self.wrapped(positions)
@@ -224,8 +191,7 @@ class Room:
     def _with_images(self, places: np.ndarray, within: float) -> tuple[np.ndarray, np.ndarray]:
         """Return the places followed by their images near the box, and the component of each.
 
-        An image is moved forward along the last axis along which it is moved. So one of the two images of a
-        pair is listed.
+        Images move forward along the last axis of their move, so that one of the two of a pair is listed.
         """
         points, names = [places], [np.arange(len(places))]
         for axis in np.flatnonzero(self.periodic):
@@ -269,9 +235,7 @@ class Room:
         return found
 
     def near_obstacles(self, positions: np.ndarray, radii: np.ndarray) -> Iterator[tuple[int, np.ndarray]]:
-        """Yield the number of each wall and obstacle, as in ``everything``, and which components may touch
-        it: all, but of many obstacles of one kind those near it.
-        """
+        """Yield the number of each wall and obstacle, and who may touch it: all, or of many those near."""
         asked = dict.fromkeys(range(len(self.everything())), np.arange(len(positions)))
         for numbers, centers, reaches in self._crowds:
             from scipy.spatial import cKDTree
@@ -284,9 +248,7 @@ class Room:
     def gaps(
         self, positions: np.ndarray, radii: np.ndarray, time: float | Fraction = 0
     ) -> Iterator[tuple[Obstacle, np.ndarray, np.ndarray]]:
-        """Yield walls and obstacles with the components that may touch each, and their distances from it at a
-        time since the start, negative inside.
-        """
+        """Yield walls and obstacles, who may touch each, and their distances at a time, negative inside."""
         room = tuple(self.box.tolist()), tuple(self.periodic.tolist())
         everything = self.everything()
         for k, who in self.near_obstacles(positions, radii):
@@ -312,25 +274,19 @@ def room_at_start(scene: Fields) -> Room:
 def rounding(box: np.ndarray, epsilon: float = EPSILON) -> float:
     """Overlap [length] that rounded coordinates can produce between spheres in exact contact.
 
-    Notes
-    -----
-    A coordinate is below the edge L_k, so that each rounding moves it by at most epsilon L_k / 2. Four of
-    them (the product and the sum that make a lattice position, its wrapping, a change of unit) move it by
-    2 epsilon L_k, a difference of two by 4 epsilon L_k, and their distance by at most 4 epsilon |L|.
+    A coordinate is below the edge L_k: four roundings by epsilon L_k / 2 (product and sum of a lattice
+    position, wrapping, a change of unit) move it by 2 epsilon L_k, a difference by 4 epsilon L_k, and a
+    distance by at most 4 epsilon |L|.
     """
     return 4 * epsilon * math.hypot(*map(float, box))
 
 
 def tolerance(box: np.ndarray, contact: Any = 1.0, epsilon: float = EPSILON) -> Any:
-    """Overlap [length] that is accepted: what the engine and the coordinates' rounding may leave.
+    """Overlap [length] that is accepted: what engine and rounding may leave, relative to lengths.
 
-    Relative to lengths, so that it does not change with their unit.
-
-    Notes
-    -----
-    Before its clock is reset, a component flies up to four box lengths, at twice the usual speed eight.
-    Numbers of this size are rounded in the product of speed and time, in its sum with the starting place, and
-    in the time of the contact. For two spheres this is 16 times :func:`rounding`.
+    Before its clock is reset, a component flies up to four box lengths, at twice the usual speed eight. Such
+    numbers are rounded in the product of speed and time, its sum with the start, and the time of contact: 16
+    times :func:`rounding` for two spheres.
     """
     return ENGINE_OVERLAP * contact + FLIGHTS * rounding(box, epsilon)
 
@@ -342,9 +298,7 @@ def deepest(
     pinned: np.ndarray | None = None,
     epsilon: float = EPSILON,
 ) -> Overlap | None:
-    """Return the overlap beyond :func:`tolerance` that is deepest for its contact distance, or None; if some
-    of many share one place, it is any one of them. Those that are ``pinned`` may overlap each other.
-    """
+    """Return the overlap beyond :func:`tolerance` deepest for its contact, or None; not two ``pinned``."""
     if pinned is not None:
         return _deepest_of(positions, room, contacts, pinned, epsilon)
     if len(positions) <= FEW:
@@ -397,9 +351,9 @@ def intruder(
     epsilon: float = EPSILON,
     unknown: Container[int] = (),
 ) -> Overlap | None:
-    """Return the component deepest inside a wall or an obstacle, or None if none is by more than
-    :func:`tolerance`; obstacles are where they are at a time since the start, but for those whose id is
-    among the ``unknown``.
+    """Return the component deepest inside a wall or obstacle beyond :func:`tolerance`, or None.
+
+    Obstacles are where they are at a time since the start, but for those whose id is ``unknown``.
     """
     found = []
     for obstacle, who, gap in room.gaps(positions, radii, time):

@@ -86,27 +86,12 @@ def default_fraction(dimension: int) -> float:
 def random_positions(
     room: Room, contacts: Contacts, rng: np.random.Generator, kinds: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the centres (n, d) of spheres without overlap.
+    """Return centres (n, d) without overlap, each of ``kinds`` sorted in space (:func:`ordered`).
 
-    Parameters
-    ----------
-    room : Room
-        Where.
-    contacts : Contacts
-        The spheres.
-    rng : numpy.random.Generator
-        Source of randomness.
-    kinds : (n,) array, optional
-        Equal numbers for exchangeable components. Those of one kind are sorted in space (:func:`ordered`).
-
-    Notes
-    -----
-    For d = 1 and additive rods this is the exact equilibrium distribution at any density: rods in random
-    order, their gaps those of n points thrown on a line of the free length. For d >= 2 the points are thrown
-    into the room, and pairs that overlap are moved apart along their centre line until none is left: a valid
-    start, but no equilibrium, so equilibrate it. Below jamming this took 40 steps at packing fraction 0.3 and
-    about 200 at 0.54 (d = 3). If sizes differ by a factor of 2 or more, the largest are placed first, and
-    the smaller ones between them.
+    For additive rods (d = 1) this is the exact equilibrium: in random order, with the gaps of n points thrown
+    on the free length. For d >= 2 points are thrown, and overlapping pairs moved apart along their centre
+    line: a valid start, no equilibrium. That took 40 steps at packing fraction 0.3, some 200 at 0.54 (d = 3).
+    If sizes differ by a factor of 2 or more, the largest are placed first.
     """
     box, dimension, n = room.box, len(room.box), len(contacts.diameters)
     fraction = sphere_volume(dimension) * float(np.sum(np.prod(contacts.diameters[:, None] / box, axis=1)))
@@ -211,22 +196,9 @@ def separated(
     clearance: float = CLEARANCE,
     patience: int = PATIENCE,
 ) -> np.ndarray | None:
-    """Move spheres apart, and out of obstacles, until none overlap; or return None if that does not end.
+    """Return spheres moved apart and out of obstacles, or None if that takes more than ``patience`` steps.
 
-    Parameters
-    ----------
-    positions : (n, d) array
-        Centres [length].
-    room : Room
-        Where they are.
-    contacts : Contacts
-        When they touch.
-    radii : (n,) array
-        [length].
-    clearance : float
-        Contact distances to which pairs closer than that are moved.
-    patience : int
-        Steps after which it ends without a result.
+    Pairs closer than ``clearance`` contact distances are moved to that.
     """
     n, dimension = positions.shape
     # The displacements of a pair are inversely proportional to the volumes: the smaller sphere moves more.

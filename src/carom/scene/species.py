@@ -211,21 +211,9 @@ def counts_from(counts: Any, n: Any, fractions: Any, most: int) -> tuple[int, ..
 class Contacts:
     """Distances at which pairs touch, and the classes of size in which near pairs are searched.
 
-    Parameters
-    ----------
-    diameters : (n,) array
-        [length].
-    species : (n,) int array, optional
-        Needed with ``matrix``.
-    matrix : (K, K) array, optional
-        Contact distances between species [length]; else a pair touches at the mean of its diameters.
-
-    Attributes
-    ----------
-    classes : list of int arrays
-        The components by size, the largest first: by octave, or by species where there is a matrix. Near
-        pairs are searched class by class, because a search as wide as the largest sphere would find thousands
-        of small ones around each small one.
+    Without a ``matrix`` (K, K) for ``species``, a pair touches at the mean of its diameters. ``classes`` are
+    by octave, or by species with a matrix, the largest first: a search as wide as the largest sphere would
+    find thousands of small ones around each small one.
     """
 
     def __init__(

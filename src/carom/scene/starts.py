@@ -27,11 +27,9 @@ if TYPE_CHECKING:
     from carom.scene.keywords import Keywords
 
 
-TRIED = 10_000
-"""Spheres that are grown again and again in all, where few of them jam."""
+TRIED = 10_000  # spheres that are grown again and again in all, where few of them jam
 
-MOST_TRIES = 40
-"""The same in random starts."""
+MOST_TRIES = 40  # the same in random starts
 
 
 @dataclass(frozen=True)

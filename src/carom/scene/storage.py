@@ -21,8 +21,7 @@ from carom.scene.scene import Scene
 ARRAYS = ("positions", "velocities", "spins", "species", "contact")
 """Fields that are arrays, where they are given."""
 
-MODELS = (*model_checks.USUAL, "drive")
-"""Fields that are models."""
+MODELS = (*model_checks.USUAL, "drive")  # fields that are models
 
 
 def to_arrays(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
@@ -61,16 +60,9 @@ def from_arrays(
     impact: Impact | None = None,
     drive: Drive | None = None,
 ) -> Scene:
-    """Return the scene that :func:`to_arrays` took apart, bit for bit.
+    """Return the scene that :func:`to_arrays` took apart, bit for bit; other arrays are ignored.
 
-    Parameters
-    ----------
-    arrays, attributes : mappings
-        What :func:`to_arrays` returned; other arrays are ignored.
-    obstacles : sequence of obstacles, optional
-        All obstacles, in order; needed if one is of your own class, because a file holds no code.
-    interaction, motion, impact, drive : values, optional
-        Needed if one is of your own class.
+    Values of one's own classes must be given (of obstacles all, in order): a file holds no code.
     """
     try:
         kept = attributes["obstacles"]

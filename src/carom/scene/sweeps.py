@@ -23,22 +23,10 @@ def sweep() -> Any:
 
 
 def _sweep(positions, pairs, contact, weight, edges, inverse, clearance):
-    """Move apart each pair that overlaps, one after the other; return the number of overlaps.
+    """Move apart each of ``pairs`` (m, 2) that overlaps, one by one, in place; return how many did.
 
-    Parameters
-    ----------
-    positions : (n, d) array
-        Centres [length], changed.
-    pairs : (m, 2) array
-        Pairs that may overlap.
-    contact : (m,) array
-        Distances at which they touch [length].
-    weight : (n,) array
-        In each pair, the component with less weight moves more.
-    edges, inverse : (d,) arrays
-        Of the box [length], and their inverses; 0 along axes with walls.
-    clearance : float
-        Contact distances to which pairs are moved.
+    The component with less ``weight`` moves more, to ``clearance`` contact distances. ``inverse`` is 0 along
+    axes with walls.
     """
     dimension = edges.size
     separation = np.empty(dimension)

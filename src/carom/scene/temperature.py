@@ -1,8 +1,6 @@
 """Temperature: twice the kinetic energy about the motion of the centre of mass, per degree of freedom.
 
-All of Carom uses this definition. Along an axis on which the total momentum is conserved, the velocity of the
-centre of mass does not count for the temperature. Along the others the momentum changes, for example at
-walls, and every velocity counts.
+That motion counts only along axes where momentum is not conserved (walls). All of Carom uses this.
 """
 
 from __future__ import annotations
@@ -20,13 +18,11 @@ if TYPE_CHECKING:
 
 
 def conserved(scene: Scene) -> tuple[bool, ...]:
-    """Tell for every axis whether the total momentum along it is conserved.
+    """Tell for every axis whether the total momentum along it is conserved; a single component is free.
 
-    Walls and obstacles take momentum up: planes only along their normals, cylinders only across their axis,
-    an obstacle of one's own along every axis unless it has a method ``glides``. Pinned components take
-    momentum up along every axis, units that follow range rules and those that a drive kicks one by one do not
-    conserve it, and a motion such as gravity changes it along some axes. For a single component the answer is
-    no: all of its velocities are free.
+    Planes take it up along their normals, cylinders across their axis, own obstacles along all unless they
+    have ``glides``, pinned components along all. Range rules and drives of single particles conserve none, a
+    motion such as gravity some.
     """
     decides = not getattr(scene.interaction, "keeps_momentum", True)
     kicked = scene.drive is not None and not getattr(scene.drive, "conserves_momentum", False)
@@ -60,15 +56,6 @@ def degrees_of_freedom(scene: Scene) -> int:
 def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
     """Return velocities (n, d) about that of the centre of mass, where the momentum is conserved.
 
-    Parameters
-    ----------
-    scene : Scene
-        Says which axes these are, and the masses.
-    velocities : (n, d) array
-        [length / time].
-
-    Notes
-    -----
     A drift is subtracted together with its rounding: equal velocities leave exactly zero.
     """
     still, masses = np.array(conserved(scene)), scene.masses[:, None]
@@ -87,13 +74,10 @@ def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
 class Thermal(NamedTuple):
     """What is thermal of the velocities of a scene."""
 
-    conserved: tuple[bool, ...]
-    """Along which axes the total momentum is conserved."""
+    conserved: tuple[bool, ...]  # along which axes the total momentum is conserved
     degrees_of_freedom: int
-    masses: np.ndarray
-    """Of each component, (n,) [mass]."""
-    velocities: np.ndarray
-    """Of each component, (n, d) [length / time]."""
+    masses: np.ndarray  # of each component, (n,) [mass]
+    velocities: np.ndarray  # of each component, (n, d) [length / time]
     peculiar: np.ndarray
     """Velocities about that of the centre of mass, (n, d) [length / time]: :func:`peculiar`."""
 
@@ -116,10 +100,7 @@ def thermal_of(scene: Scene, velocities: np.ndarray) -> Thermal:
 
 
 def temperature(scene: Scene, velocities: np.ndarray) -> float:
-    """Return kT [energy] of a scene with velocities (n, d).
-
-    It is twice the kinetic energy about the motion of the centre of mass, over :func:`degrees_of_freedom`.
-    """
+    """Return kT [energy]: twice the energy about the centre of mass over :func:`degrees_of_freedom`."""
     return thermal_of(scene, velocities).kT
 
 

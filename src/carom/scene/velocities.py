@@ -21,9 +21,7 @@ if TYPE_CHECKING:
 
 
 def velocities_of(scene: Scene, kT: float, seed: int | np.random.Generator) -> np.ndarray:
-    """Draw velocities (n, d) for a scene by :func:`maxwell_velocities`; they are tangent to the surface that
-    the motion keeps to, if there is one.
-    """
+    """Draw velocities (n, d) by :func:`maxwell_velocities`, tangent to the surface of the motion, if any."""
     still = temperature.conserved(scene)
     velocities = maxwell_velocities(scene.n, scene.dimension, scene.masses, kT, seed, still, scene.pinned)
     if hasattr(scene.motion, "tangent") and kT > 0.0:
@@ -41,29 +39,10 @@ def maxwell_velocities(
     conserved: Sequence[bool] | None = None,
     pinned: ArrayLike | None = None,
 ) -> np.ndarray:
-    """Draw velocities with zero total momentum and an exact temperature.
+    """Return velocities (n, d) of exact kT [energy], with no momentum along the axes ``conserved``.
 
-    Parameters
-    ----------
-    n, dimension : int
-        Number of components and of dimensions, d.
-    masses : float or (n,) array
-        Mass of each [mass].
-    kT : float
-        Temperature [energy]; 0 leaves all at rest.
-    seed : int or numpy.random.Generator
-        Source of randomness.
-    conserved : d bools, optional
-        Axes along which momentum is conserved, and zero: all by default, none where components are pinned.
-        Along other axes walls, obstacles and pinned components take momentum up.
-    pinned : (n,) array_like of bool, or of indices, optional
-        Components that stay at rest.
-
-    Returns
-    -------
-    (n, d) array
-        Velocities with ``2 K = kT (d n - c)`` for c axes with momentum zero: on a torus d (n - 1) degrees of
-        freedom move. One component alone keeps its momentum and has ``2 K = kT d``.
+    ``2 K = kT (d n - c)`` for c such axes; one component alone keeps its momentum, ``2 K = kT d``. They are
+    all by default, none with ``pinned`` components, which stay at rest.
     """
     n = checks.integer(n, "n", low=1, high=MOST)
     dimension = checks.integer(dimension, "dimension", low=1)

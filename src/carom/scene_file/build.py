@@ -15,8 +15,7 @@ from carom.errors import InputError
 from carom.scene import lattices
 from carom.scene.scene import Scene
 
-MODELS = ("interaction", "motion", "impact", "drive")
-"""Keys whose values are models."""
+MODELS = ("interaction", "motion", "impact", "drive")  # keys whose values are models
 
 
 def build(asked: Any, seed: Any, kT: float | None = None) -> Scene:

@@ -16,8 +16,7 @@ from carom.errors import InputError
 LATTICES = ("fcc", "triangular", "cubic", "dn")
 FORMATS = ("h5md", "extxyz", "gsd")
 
-MOST = 10**8
-"""Most particles of a scene, as in :mod:`carom.scene.lattices`."""
+MOST = 10**8  # most particles of a scene, as in :mod:`carom.scene.lattices`
 
 MOST_DIMENSIONS = 12
 
@@ -154,10 +153,7 @@ said(
 
 
 def species(value: Any, name: str) -> tuple[Any, ...]:
-    """Check species: tables by name, or a list of values or of tables.
-
-    One whose name is its number has no name of its own.
-    """
+    """Check species: tables by name (a number is none), or a list of values or of tables."""
     from carom import checks
     from carom.scene.species import Species
 

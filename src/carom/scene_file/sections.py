@@ -22,27 +22,23 @@ __all__ = ["ADDED", "FORMATS", "RunSpec", "SceneSpec"]
 
 SYSTEM, LENGTH, OUTPUT = "The system (overrides a scene file)", "How long", "What to write"
 
-N = 2048
-"""Number of particles where a scene says none."""
+N = 2048  # number of particles where a scene says none
 
 FRACTIONS = {1: 0.5, 2: 0.6, 3: 0.45, 4: 0.2, 5: 0.1, 6: 0.05}
 """Packing fraction where a scene says none, by dimension: fluids below freezing. Beyond, half of random close
 packing."""
 
-FIXED = {"fcc": 3, "triangular": 2}
-"""Lattices of one dimension."""
+FIXED = {"fcc": 3, "triangular": 2}  # lattices of one dimension
 
 ADDED = ("walls", "contact", "obstacles", "interaction", "motion", "impact", "drive", "pinned")
 """Keys of [scene] that go with every start: a trajectory does not hold them."""
 
-DEFAULT_COLLISIONS = 10000.0
-"""Collisions per particle in the measurement, by default."""
+DEFAULT_COLLISIONS = 10000.0  # collisions per particle in the measurement, by default
 
 MOST_COLLISIONS = 1e10
 """More collisions per particle than any run reaches; their total still fits an integer of 64 bits."""
 
-WITH_FILE = ("file", "frame", "diameter", "box", *ADDED)
-"""Keys of [scene] that go with a start from a file."""
+WITH_FILE = ("file", "frame", "diameter", "box", *ADDED)  # keys of [scene] that go with a start from a file
 
 LENGTHS = ("collisions_per_particle", "time", "relative_error")
 """Keys of [run] of which each says how long a run is."""

@@ -1,15 +1,10 @@
 """A barostat: the volume of the box changes at times between events, so that the pressure is constant.
 
-Flight with elastic contacts keeps the uniform distribution over places without overlap. A move draws another
-volume V', uniformly in ln V, and scales the box and all positions. Without overlap it is accepted with the
-probability min(1, exp(-P (V' - V) / kT + (N + 1) ln(V' / V))). Both together sample the configurations of the
-isothermal-isobaric ensemble exactly. Eppenga, Frenkel, Mol. Phys. 52 (1984) 1303. Velocities stay as they
-are, and with them kT.
-
-The kernel returns at the time of a move as it does for a frame. After an accepted one neighbours are chosen
-anew and all is scheduled. What is drawn for a move depends on its number alone.
-
-What adds up between two changes of the volume, time and virial, is divided by the volume of that time.
+A move draws V' uniformly in ln V and scales box and positions, at the same velocities. Without overlap it is
+accepted with the probability min(1, exp(-P (V' - V) / kT + (N + 1) ln(V' / V))), which with flight samples
+the isothermal-isobaric ensemble exactly (Eppenga, Frenkel, Mol. Phys. 52 (1984) 1303). After it all is
+scheduled anew. Draws depend on the move's number alone. Sums between two changes are divided by the volume of
+that time.
 """
 
 from __future__ import annotations
@@ -36,8 +31,7 @@ if TYPE_CHECKING:
     from carom.engine.system import System
     from carom.scene.scene import Scene
 
-LEAST = -700.0
-"""Logarithm of a probability that no random number is below, and whose exponential is no zero."""
+LEAST = -700.0  # logarithm of a probability that no random number is below, and whose exponential is no zero
 
 
 @described
@@ -82,27 +76,14 @@ class Barostat(Declared):
 
 
 class VolumeMoves(NamedTuple):
-    """The moves of the volume of a run, how far they are, and what added up.
-
-    Attributes
-    ----------
-    barostat : Barostat
-    tried, accepted : int
-        Moves so far.
-    last : int
-        Number of the last that was accepted.
-    virial : float
-        Sum of ``r_ij . dp_ij`` over all collisions up to that one [mass length^2 / time].
-    volume_time, inverse_time, virial_density : float
-        The sums of :class:`carom.block.VolumeSums` up to that one.
-    """
+    """The moves of the volume of a run, how far they are, and what added up until the last accepted one."""
 
     barostat: Barostat
     tried: int = 0
     accepted: int = 0
-    last: int = 0
-    virial: float = 0.0
-    volume_time: float = 0.0
+    last: int = 0  # number of the last that was accepted
+    virial: float = 0.0  # sum of ``r_ij . dp_ij`` over collisions [mass length^2 / time]
+    volume_time: float = 0.0  # this and the next two: :class:`carom.block.VolumeSums`
     inverse_time: float = 0.0
     virial_density: float = 0.0
 
@@ -135,10 +116,7 @@ def _virial(run_state: Any) -> float:
 
 
 def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any) -> VolumeMoves | None:
-    """Return the moves of the volume before the first, or None where no barostat is asked for.
-
-    ``others`` are further arguments of the simulation, by name, which must not be given.
-    """
+    """Return the moves before the first, or None; ``others`` are further arguments that must not be given."""
     if barostat is None:
         return None
     if not isinstance(barostat, Barostat):

@@ -14,8 +14,7 @@ that saw collisions, some 0.2 s in two and three dimensions at most. A call ends
 ``LONG``.
 """
 
-MOST_SCHEDULED = 100_000
-"""Components scheduled in one call, at most."""
+MOST_SCHEDULED = 100_000  # components scheduled in one call, at most
 
 SHORT, LONG = 0.02, 0.05
 """Seconds that a call should take: after a shorter one the next does twice as much, after a longer one less.
@@ -26,13 +25,7 @@ FIRST = 1
 
 
 class CallBudget:
-    """So much at a time; ``with budget:`` goes around a call.
-
-    Attributes
-    ----------
-    count : int
-        How much the next call is to do.
-    """
+    """So much at a time, ``count`` for the next call; ``with budget:`` goes around a call."""
 
     def __init__(self, most: int):
         self._most = most

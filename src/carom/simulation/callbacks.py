@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
     from carom.simulation.simulation import Simulation
 
-Call = Callable[[Any], object]
-"""A function that is called with the simulation."""
+Call = Callable[[Any], object]  # a function that is called with the simulation
 
 
 @dataclass(frozen=True)
@@ -61,23 +60,10 @@ def hit(*obstacles: Any, count: int = 1) -> Hit:
 
 
 class Callbacks:
-    """What a run calls, and what ends it.
+    """What a run calls, and what ends it: contacts, to the event, or a condition, wherever it is looked at.
 
-    Parameters
-    ----------
-    sim : Simulation
-        The run.
-    every : float or None
-        Time between two calls; the first is so long after the present.
-    call : callable, sequence of callables or None
-        What is called.
-    until : Hit, callable or None
-        What ends the run: contacts, to the event; or a condition, wherever it is looked at.
-
-    Attributes
-    ----------
-    next : Fraction or None
-        The instant of the next call.
+    The first call is ``every`` after the present; ``next``, a Fraction or None, is the instant of the next
+    one.
     """
 
     def __init__(self, sim: Simulation, every: Any, call: Any, until: Any):

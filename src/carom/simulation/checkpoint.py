@@ -35,8 +35,7 @@ RESERVE = 1.1
 """The same where it is packed: what is empty takes nothing, but times and images are all 0 at first."""
 
 
-LONGEST = 2200
-"""Exponents of all powers of two by which units of time of two doubles can differ."""
+LONGEST = 2200  # exponents of all powers of two by which units of time of two doubles can differ
 
 _UNSOUND = (LookupError, TypeError, ValueError, AttributeError, ArithmeticError, MemoryError, RecursionError)
 """What attributes of any kind and arrays of any size can lead to."""

@@ -8,33 +8,18 @@ from fractions import Fraction
 from carom.errors import InputError
 from carom.units import TimeUnit
 
-LAST_EPOCH = 2**61
-"""Epochs that a clock can count, with room to spare."""
+LAST_EPOCH = 2**61  # epochs that a clock can count, with room to spare
 
 
 @dataclass
 class Clock:
-    """The present, as an exact number.
-
-    Attributes
-    ----------
-    unit : TimeUnit
-        The engine's unit of time.
-    length : float
-        Of an epoch, a power of two [engine's time].
-    base : Fraction
-        When the counting of epochs began [time].
-    epoch : int
-        Epochs since then.
-    offset : float
-        Since the start of that epoch [engine's time].
-    """
+    """The present, as an exact number."""
 
     unit: TimeUnit
-    length: float
-    base: Fraction = Fraction(0)
-    epoch: int = 0
-    offset: float = 0.0
+    length: float  # of an epoch, a power of two [engine's time]
+    base: Fraction = Fraction(0)  # when the counting of epochs began [time]
+    epoch: int = 0  # epochs since then
+    offset: float = 0.0  # since the start of that epoch [engine's time]
     _known: tuple[int, float, Fraction] | None = field(default=None, repr=False, compare=False)
 
     @property

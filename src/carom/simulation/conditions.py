@@ -213,8 +213,7 @@ def _settings(
 ) -> list[tuple[Particles, Setting, np.random.Generator]]:
     """Return components, how they move, and a generator, for each dimension in which a value can be.
 
-    Its ``model`` may ask for more axes than there are. With ``skip`` those dimensions are left out, too, of
-    which curves do not fill all axes.
+    ``model`` may ask for more axes. ``skip`` leaves out dimensions of which curves do not fill all axes.
     """
     found, why = [], None
     for d in dimensions:

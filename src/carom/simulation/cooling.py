@@ -21,20 +21,10 @@ def cools(sim: Simulation) -> bool:
 
 
 class Blocks:
-    """Successive blocks of a simulation.
+    """Successive blocks of a simulation, of about so many pair collisions.
 
-    Parameters
-    ----------
-    sim : Simulation
-        The simulation.
-    collisions : float
-        Approximate number of pair collisions in a block.
-
-    Notes
-    -----
-    With blocks of equal time, nearly all collisions of a cooling gas would fall into the first one. The
-    length of a block follows from the temperature at its beginning and from earlier collisions, but never
-    from its own, so that no mean is biased.
+    In blocks of equal time nearly all collisions of a cooling gas would fall into the first. Lengths follow
+    from the temperature at the beginning and earlier collisions, never a block's own: no mean is biased.
     """
 
     def __init__(self, sim: Simulation, collisions: float):

@@ -41,18 +41,12 @@ BYTES = 2**25
 class State(NamedTuple):
     """A state at which a run ended."""
 
-    instant: Fraction
-    """Time since the start [time]."""
-    positions: np.ndarray
-    """Centres in the box, (n, d) [length]."""
-    box: tuple[float, ...]
-    """Edges, which a barostat changes [length]."""
-    diameters: np.ndarray
-    """(n,) [length]."""
-    tilt: float
-    """Tilt of the lattice (``carom.models.Shear``)."""
-    epsilon: float
-    """Spacing of the numbers of the positions at 1."""
+    instant: Fraction  # time since the start [time]
+    positions: np.ndarray  # centres in the box, (n, d) [length]
+    box: tuple[float, ...]  # edges, which a barostat changes [length]
+    diameters: np.ndarray  # (n,) [length]
+    tilt: float  # tilt of the lattice (``carom.models.Shear``)
+    epsilon: float  # spacing of the numbers of the positions at 1
 
 
 class Depths:
@@ -75,10 +69,7 @@ class Depths:
         self._kept.append(present(run_state))
 
     def look(self, run_state: Any) -> float:
-        """Return the deepest overlap in the states kept and the present one, 0 within rounding [diameters].
-
-        States that were looked at are not looked at again.
-        """
+        """Return the deepest overlap [diameters] now and in kept states not looked at yet, or 0."""
         now = run_state.clock.instant, run_state.collisions
         states, self._kept = self._kept, []
         if _forgets(run_state):
@@ -159,8 +150,8 @@ def deepest_of(
 ) -> Overlap | None:
     """Return the deepest overlap of a state beyond rounding, in contact distances or diameters.
 
-    ``now`` is the time that the models are told. ``steps`` holds the pairs (m, 2) within reach, and on which
-    step each is (m,), of a model that says of steps alone where their cores are.
+    ``now`` is what models are told. ``steps`` has pairs (m, 2) within reach and their steps (m,), for a model
+    that says of steps alone where cores are.
     """
     geometry = Room(np.asarray(state.box), np.asarray(scene.periodic), standing(scene), state.tilt)
     places, radii = geometry.wrapped(state.positions), 0.5 * state.diameters

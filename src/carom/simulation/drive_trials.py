@@ -11,8 +11,7 @@ from carom.models.drives import kick, next_time
 from carom.models.questions.particles import NEVER
 from carom.simulation.trials import TOLERANCE, Record, Setting, number_of
 
-AT_ONCE = 8
-"""Events of one component that may come at one time, at most."""
+AT_ONCE = 8  # events of one component that may come at one time, at most
 
 
 def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Generator, i: int) -> None:

@@ -25,42 +25,23 @@ ENDS = (*(k / 32 for k in range(1, 13)), 3 / 4)
 last is long, because the error of its mean is what the temperature misses.
 """
 
-SAMPLES = 512
-"""Samples of kT in all, in a field, where its integral over time is not known."""
+SAMPLES = 512  # samples of kT in all, in a field, where its integral over time is not known
 
 MOST_LENGTHS = 16.0
 """An equilibration goes on until the particles have left their neighbourhoods, up to so many lengths."""
 
-LEAST_MORE = 0.25
-"""Part of the length so far that it goes on for, at least, before it looks again."""
+LEAST_MORE = 0.25  # part of the length so far that it goes on for, at least, before it looks again
 
-Look = Callable[[float], object]
-"""Called from time to time with a fraction that is done."""
+Look = Callable[[float], object]  # called from time to time with a fraction that is done
 
 
 class Equilibration:
-    """An equilibration at a given mean temperature, in rounds; the last part is undisturbed.
+    """An equilibration at a mean temperature ``kT``, in rounds; the last part is undisturbed.
 
-    Each round scales the velocities by the ratio of the temperature that is wanted to the mean of the round,
-    since kT fluctuates at constant energy. Where a part of the energy goes to the potential one, a round
-    corrects only a part of the difference. What remains is then an average over several rounds. In a field
-    the mean is that of samples at equal times; where kT is constant, one scaling is enough.
-
-    Parameters
-    ----------
-    sim : Simulation
-        A run in which contacts conserve the energy.
-    kT : float
-        The temperature [energy].
-    collisions : int
-        Pair collisions of the whole.
-    begun : sequence of (int, float, float or None), optional
-        What :attr:`begun` was when the run was stopped.
-
-    Attributes
-    ----------
-    begun : list of (int, float, float or None)
-        Collisions, time and integral of kT at the beginning of each round so far.
+    As kT fluctuates at constant energy, a round scales by the wanted over its mean temperature (in a field,
+    of samples at equal times); one is enough where kT is constant. Where energy goes to the potential it
+    corrects a part of the difference, and the rest averages over rounds. ``begun`` holds collisions, time and
+    integral of kT at the beginning of each round, for a run that goes on.
     """
 
     def __init__(self, sim: Simulation, kT: float, collisions: int, begun: Sequence[Any] = ()):

@@ -17,20 +17,11 @@ MOST = 16
 
 
 class Thermometer:
-    """Looks at the temperature of each species of a run now and then.
+    """Looks at the temperature of each species, over that of all (``series``), now and then.
 
-    Species of different masses exchange energy slowly: a sphere a thousand times as heavy as its neighbours
-    takes a thousand collisions. The test is not applied to species of one mass, to growing diameters, and to
-    inelastic contacts and drives, which keep species at different temperatures.
-
-    Parameters
-    ----------
-    run_state : RunState
-
-    Attributes
-    ----------
-    series : list of tuple of float
-        Temperature of each species in units of that of all, at each look.
+    Species of different masses exchange energy slowly: a sphere a thousand times as heavy takes a thousand
+    collisions. Not tested are species of one mass, growing diameters, and inelastic contacts and drives,
+    which keep different temperatures.
     """
 
     def __init__(self, run_state: RunState):
@@ -78,9 +69,6 @@ class Thermometer:
         return equipartition(self.names, self.series, self._freedoms) if self.series else []
 
     def doubts(self, relative_error: float) -> list[str]:
-        """Return a sentence if species differ in temperature, or exchange energy too slowly.
-
-        ``relative_error`` is that of what was measured during the looks.
-        """
+        """Return a sentence if species differ in temperature, or exchange energy too slowly."""
         slow = slow_exchange(self.names, self.series, self._freedoms, relative_error) if self.series else []
         return self.differences() or slow

@@ -48,13 +48,7 @@ def check(run_state: RunState) -> None:
 
 
 class Flying:
-    """What is measured of free flights during a stretch.
-
-    Parameters
-    ----------
-    sim : Simulation
-        The simulation, whose engine keeps histograms from now on (:func:`keeping`).
-    """
+    """Free flights during a stretch, by histograms that the engine keeps from now on (:func:`keeping`)."""
 
     def __init__(self, sim: Simulation):
         self._sim = sim

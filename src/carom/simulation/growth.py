@@ -23,32 +23,21 @@ beyond, where faster growth would jam.
 STILL = 1e-6
 """The same while a crystal melts: nearly zero, as a simulation without growth cannot take it up later."""
 
-STRETCH = 0.02
-"""Slow growth between two rescalings, as a part of the diameter."""
+STRETCH = 0.02  # slow growth between two rescalings, as a part of the diameter
 
 MOST = 1000
 """Collisions a component in one stretch, by far more than any fluid has, after which it counts as jammed."""
 
-CLEAR = 1.0 + 1e-9
-"""Diameters grow by so much too far, so that rounding leaves no overlap."""
+CLEAR = 1.0 + 1e-9  # diameters grow by so much too far, so that rounding leaves no overlap
 
 
 def grown(
     start: Scene, diameters: np.ndarray, seed: int | np.random.Generator, melting: float = 0.0
 ) -> tuple[np.ndarray | None, float]:
-    """Return positions (n, d) after the diameters of a scene have grown to those given, and the packing
-    fraction that was reached. If the spheres jam on the way, there are no positions.
+    """Return positions (n, d) after growth, None if the spheres jam, and the packing fraction reached.
 
-    Parameters
-    ----------
-    start : Scene
-        Its diameters are those given, times one factor below 1.
-    diameters : (n,) array
-        [length].
-    seed : int or numpy.random.Generator
-        Source of the velocities.
-    melting : float
-        Collisions a component before they grow.
+    The diameters of ``start`` are those given times one factor; ``melting`` is in collisions a component
+    before.
     """
     size, dimension = float(diameters.mean()), start.dimension
     unit = diameters / (size * np.sqrt(start.mass))

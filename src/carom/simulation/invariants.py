@@ -11,21 +11,11 @@ from carom.units import TimeUnit
 
 
 class EnergyMomentum(NamedTuple):
-    """Energy and momentum of all components.
+    """Energy and momentum of all components."""
 
-    Attributes
-    ----------
-    energy : float
-        Kinetic energy [mass length^2 / time^2].
-    momentum : (d,) array
-        [mass length / time].
-    scale : float
-        The momentum that the same speeds would have in one direction.
-    """
-
-    energy: float
-    momentum: np.ndarray
-    scale: float
+    energy: float  # kinetic [mass length^2 / time^2]
+    momentum: np.ndarray  # (d,) [mass length / time]
+    scale: float  # momentum of the same speeds in one direction
 
     @classmethod
     def of(cls, masses: np.ndarray, v: np.ndarray, unit: TimeUnit) -> EnergyMomentum:

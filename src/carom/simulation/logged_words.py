@@ -1,8 +1,7 @@
 """The words under which a run knew whom its components met, from what its log holds of them.
 
-In a wide box the word of a component is its index. Two parts of a word are not in the log. On which step a
-pair is follows from the steps at the start and from all events since. Which image was met in a small box
-follows from the states.
+In a wide box that is the index. Of the two parts that are not logged, the step of a pair follows from the
+steps at the start and all events since, and the image in a small box from the states.
 """
 
 from __future__ import annotations
@@ -29,10 +28,8 @@ from carom.scene.scene import Scene
 class Listed(NamedTuple):
     """Who has been on a step with whom: in a replay in place of the engine's lists."""
 
-    words: list[dict[int, int]]
-    """The word under which each component knows another."""
-    steps: Any
-    """How words name steps."""
+    words: list[dict[int, int]]  # the word under which each component knows another
+    steps: Any  # how words name steps
 
 
 @put_step.register
@@ -47,27 +44,10 @@ def _(neighbors: Listed, rules, boundary, i, was):
 
 
 class Words:
-    """Words of the components of a logged run.
+    """Words of the components of a logged run; ``pair``, the interaction, is told of the steps at the start.
 
-    Parameters
-    ----------
-    system : System
-        The facts of the scene that the engine needs.
-    scene : Scene
-        The scene.
-    pair : model
-        The pair interaction, which is told of the steps at the start.
-    shape : (d,) int64 array
-        Sectors of the run along each edge.
-    bits : int
-        Bits of the run's words that named a sector: 0 in a wide box.
-
-    Attributes
-    ----------
-    boundary : NearestImage, SteppedImage or SectorImage
-        How the engine reads the words.
-    listed : Listed or None
-        Who is on which step, or None where pairs have none.
+    ``shape`` is sectors along each edge, ``bits`` those of a word that named a sector: 0 in a wide box.
+    ``boundary`` is how the engine reads words; ``listed`` who is on which step, None without steps.
     """
 
     def __init__(self, system: System, scene: Scene, pair: Any, shape: np.ndarray, bits: int):
@@ -94,19 +74,7 @@ class Words:
             self._codes = np.flatnonzero((walled == 0).all(axis=1))
 
     def of(self, model: Any, state: Any, i: int, j: int, code: int, now: float) -> int:
-        """Return the word of j, which i meets now.
-
-        Parameters
-        ----------
-        model, state
-            The engine's.
-        i, j : int
-            The two.
-        code : int
-            Of the image, in the log.
-        now : float
-            Time since the beginning of the epoch.
-        """
+        """Return the word of j, which i meets at ``now`` in the epoch, by the logged ``code``."""
         if self.listed is not None:
             ref = self.listed.words[i].get(j)
             return int(fresh_word(self.listed.steps, i, j)) if ref is None else ref
@@ -121,9 +89,8 @@ class Words:
     def _image(self, x: np.ndarray, code: int, contact: float) -> int:
         """Return the code of the image that is met by two at ``x`` (2, d), at the distance ``contact``.
 
-        The logged code is that of a sector next to that of the first. Which image this is depends on the
-        engine's own account of sectors, whose rounding at the faces is not logged. Hence the image is the one
-        whose distance is nearest to that of contact; of several at the same distance the one in that sector.
+        The logged code is a sector next to that of the first, by an account whose rounding at faces is not
+        logged. So it is the image nearest to that distance; of several the one in that sector.
         """
         digits, codes = self.boundary.digits, self._codes
         images = x[1] - x[0] + self._box * digits[codes]

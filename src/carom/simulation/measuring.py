@@ -29,8 +29,7 @@ from carom.simulation.until_precise import tell_doubts, until
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
 
-BLOCKS = 256
-"""Blocks where ``measure`` is not told how many."""
+BLOCKS = 256  # blocks where ``measure`` is not told how many
 
 
 @watchable("Measuring")
@@ -176,8 +175,7 @@ def _until_precise(
 _SUMMED = (PressureTensor, PressureProfile)
 """Observables with an observer of events, whose sums are taken after each block."""
 
-_TOLD = (FreeFlights, *_SUMMED)
-"""Observables that are told of every event."""
+_TOLD = (FreeFlights, *_SUMMED)  # observables that are told of every event
 
 
 class _Part:

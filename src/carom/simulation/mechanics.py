@@ -179,9 +179,10 @@ def statistics(run_state: RunState) -> Statistics:
 
 
 def _energy_drift(run_state: RunState, present: EnergyMomentum) -> float:
-    """Return the change of the energy since the start, relative to it: with that in a field, if there is one,
-    from the end of the box to which it pulls; NaN, where the boxes that components cross are not counted. The
-    energy of pairs on steps counts as a change. NaN, where rules or a drive change velocities.
+    """Return the relative change of the energy since the start, with that in a field.
+
+    Steps of pairs count as a change. NaN where crossings are not counted, or rules or a drive change
+    velocities.
     """
     if run_state.engine.model.rules is not None or run_state.system.drive is not None:
         return math.nan
@@ -285,9 +286,7 @@ def impulses(run_state: RunState) -> tuple[float, ...]:
 
 
 def momenta_at_walls(run_state: RunState) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return the weighted momentum that belongs to each wall and obstacle, at the present time, and the sums
-    of those without one.
-    """
+    """Return the weighted momentum of each wall and obstacle now, and the sums of those without one."""
     from carom.observables.momentum_balance import weighted_momenta
     from carom.observables.surface_changes import surface_sums
 
@@ -298,9 +297,7 @@ def momenta_at_walls(run_state: RunState) -> tuple[tuple[float, ...], tuple[floa
 
 
 def pinned_impulse(run_state: RunState) -> np.ndarray:
-    """Return the momentum that each component took up while pinned; see
-    :attr:`carom.Simulation.pinned_impulse`.
-    """
+    """Return what each component took up while pinned: :attr:`carom.Simulation.pinned_impulse`."""
     pinned = run_state.scene.pinned
     if pinned is None:
         raise InputError("The scene has no pinned components: give it pinned=.")

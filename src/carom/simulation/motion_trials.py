@@ -10,8 +10,7 @@ from carom.models.questions.motion import carry, exit_time, meeting_time, positi
 from carom.models.questions.particles import NEVER
 from carom.simulation.trials import TOLERANCE, Record, Setting, record_of, time_of
 
-ATTEMPTS = 200
-"""Random pairs among which one that meets across a face is looked for."""
+ATTEMPTS = 200  # random pairs among which one that meets across a face is looked for
 
 
 def try_flight(setting: Setting, record: Record, rng: np.random.Generator, relative: bool = True) -> None:

@@ -37,8 +37,7 @@ from carom.simulation.trials import (
     time_of,
 )
 
-LOOKS = 65
-"""Times at which the way of a component is looked at."""
+LOOKS = 65  # times at which the way of a component is looked at
 
 ROUNDING_MARGIN = 2.0**-48
 """Part of its coordinates by which a component is put inside an obstacle, as rounding might."""
@@ -46,24 +45,11 @@ ROUNDING_MARGIN = 2.0**-48
 FAST = 2.0**40
 """Factor with which a component is so fast that no temperature and no motion of an obstacle counts."""
 
-Start = tuple[np.ndarray, np.ndarray, float]
-"""Place and velocity (d,) of a component, and its radius."""
+Start = tuple[np.ndarray, np.ndarray, float]  # place and velocity (d,) of a component, and its radius
 
 
 class ObstacleTrial:
-    """The conditions of an obstacle in one setting.
-
-    Parameters
-    ----------
-    value : obstacle
-        As a scene takes it.
-    setting : Setting
-        The components, and how they move.
-    record : Record
-        Where results go.
-    growth : float
-        Rate at which radii grow.
-    """
+    """The conditions of an obstacle, as a scene takes it, in one setting, where radii grow at a rate."""
 
     def __init__(self, value: Any, setting: Setting, record: Record, growth: float = 0.0):
         self._value, self._setting, self._record, self._growth = value, setting, record, growth

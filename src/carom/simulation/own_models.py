@@ -1,7 +1,7 @@
-"""What is tried of models of one's own when a simulation is made: a few pairs, in plain Python, in
-milliseconds. Carom's own models are not tried: the tests do that.
+"""What is tried of own models when a simulation is made: a few pairs of the scene, in plain Python.
 
-What :func:`carom.check` tries of components that it makes up is tried here on those of the scene.
+It is what :func:`carom.check` tries of components that it makes up, and takes milliseconds. Carom's own
+models are tried by the tests.
 """
 
 from __future__ import annotations
@@ -47,17 +47,13 @@ if TYPE_CHECKING:
 KINDS = 12
 """Components whose distances of contact are looked at: unlike ones, if there are so many."""
 
-TRIED = 6
-"""Events of a motion, of two components or with an obstacle that are tried at least."""
+TRIED = 6  # events of a motion, of two components or with an obstacle that are tried at least
 
-ATTEMPTS = 200
-"""Random ways among which ways to events are looked for."""
+ATTEMPTS = 200  # random ways among which ways to events are looked for
 
-IMPACTS = 64
-"""Contacts on which a contact law is tried, and components on which a drive is."""
+IMPACTS = 64  # contacts on which a contact law is tried, and components on which a drive is
 
-SEVERAL = 16
-"""Obstacles that are tried, if there are so many."""
+SEVERAL = 16  # obstacles that are tried, if there are so many
 
 
 def check_user_models(scene: Scene, system: System) -> None:
@@ -257,8 +253,8 @@ def _refuse_few_steps(value: Any, pair: Any, system: System) -> None:
 def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
     """Raise InputError where a field of one value a component has fewer than ``n + 1`` items, or is no array.
 
-    What a lane names is such a field, and ``radii`` and ``masses`` if :func:`radius` and :func:`mass` are not
-    answered. Others are found by asking the model for the last component and the ghost, on a ``step``.
+    That is what a lane names, and ``radii`` and ``masses`` if :func:`radius` and :func:`mass` are not
+    answered. Others are found by asking for the last component and the ghost, on a ``step``.
     """
     named = {*getattr(pair, "lanes", ())}
     for question, name in ((radius, "radii"), (mass, "masses")):
@@ -384,8 +380,7 @@ def by_kind(kinds: np.ndarray, pairs: np.ndarray, question: Callable[[int, int],
 def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, system: System) -> None:
     """Raise OverlapError where two components start inside the distance that they keep.
 
-    This is what ``core_square`` answers, or the distance at which they are thrown back, if they are thrown
-    back from where they are, too.
+    That is ``core_square``, or where they are thrown back also from where they are.
     """
     geometry = room_at_start(scene)
     speed = float(system.unit.to_kernel(1.0, -1))

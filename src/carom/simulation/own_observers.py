@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
     from carom.simulation.run_state import RunState
 
-TRIED = 64
-"""Events that an observer is told of in plain Python, before it is compiled."""
+TRIED = 64  # events that an observer is told of in plain Python, before it is compiled
 
 
 def is_observer(value: Any) -> bool:
@@ -71,19 +70,7 @@ def checked(observers: Sequence[Any], scene: Scene, system: System) -> tuple[Any
 
 
 def try_events(observer: Any, scene: Scene, radii: np.ndarray, fixed: int) -> None:
-    """Tell an observer of events that might happen in a scene, in plain Python.
-
-    Parameters
-    ----------
-    observer : model
-        Its arrays are written to.
-    scene : Scene
-        The scene.
-    radii : (n,) array
-        Of the particles [length].
-    fixed : int
-        How many walls and obstacles there are.
-    """
+    """Tell an observer, whose arrays are written to, of events that might happen, in plain Python."""
     rng, n, d = np.random.default_rng(4), scene.n, scene.dimension
     speed = 1.0 if scene.velocities is None else float(np.sqrt(np.mean(scene.velocities**2))) or 1.0
     for _ in range(TRIED):
@@ -127,17 +114,7 @@ def _bare(value: Any) -> Any:
 def recalled(
     stored: Sequence[Mapping[str, Any]], values: Sequence[Any], particles: Particles
 ) -> tuple[Any, ...]:
-    """Return the observers of a run from a file, whose arrays are not filled yet.
-
-    Parameters
-    ----------
-    stored : sequence of tables
-        What the file keeps of each.
-    values : sequence of observers
-        Those that are given.
-    particles : Particles
-        The particles of the run.
-    """
+    """Return the observers of a run from a file, whose arrays are not filled yet."""
     given = [compiled(each, particles) for each in values]
     if len(stored) != len(given):
         names = ", ".join(str(each.get("class")) for each in stored) or "none"

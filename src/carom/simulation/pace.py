@@ -1,12 +1,7 @@
-"""Which of two ways runs what comes next: whichever is faster, as both are measured now and then.
+"""Which of two ways runs what comes next: the faster one, as measured now and then. Neither changes a bit.
 
-Neither changes a bit, so a measurement may decide. There are two such choices:
-
-- Several workers or one. Workers wait for each other at borders. Where another process keeps a core busy, all
-  of them go at the pace of the one that has just lost its core, and one worker alone is faster. So it is in
-  small systems.
-- Whether memory is asked for ahead of time in sectors. From some ten or hundred thousand particles on it
-  gains, below it costs; where the border is depends on the processor.
+Several workers go at the pace of the one whose core is kept busy; one is faster in small systems. Asking for
+memory ahead in sectors gains from some ten or hundred thousand particles on, by processor.
 """
 
 from __future__ import annotations
@@ -16,8 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
-STRETCH = 1.0
-"""Collisions a particle after which a rate is known."""
+STRETCH = 1.0  # collisions a particle after which a rate is known
 
 LEAST_SECONDS = 0.1
 """Wall time [s] after which it is known at the earliest: several turns of the system's scheduler."""
@@ -35,13 +29,7 @@ FALL = 0.75
 
 
 class Pace:
-    """The rates of two ways to run, and which of them is to go on.
-
-    Parameters
-    ----------
-    run_state : RunState
-        What runs.
-    """
+    """The rates of two ways to run, and which of them is to go on."""
 
     def __init__(self, run_state: RunState):
         self.run_state = run_state

@@ -25,32 +25,16 @@ from carom.simulation.trials import (
     time_of,
 )
 
-EVENTS = 6
-"""Events in a row of a pair on steps that are tried."""
+EVENTS = 6  # events in a row of a pair on steps that are tried
 
-LOOKS = 33
-"""Times at which the way of two components is looked at."""
+LOOKS = 33  # times at which the way of two components is looked at
 
 SPAN = 20.0
 """How far ahead meetings along curves are looked for, in the time of a displacement of the usual size."""
 
 
 class PairTrial:
-    """The conditions of an interaction in one setting.
-
-    Parameters
-    ----------
-    value : interaction
-        As a scene takes it.
-    pair : model
-        What it makes.
-    setting : Setting
-        The components, and how they move.
-    record : Record
-        Where results go.
-    reach : float
-        Largest distance at which two act on each other [length].
-    """
+    """The conditions of an interaction in one setting; two act on each other up to ``reach`` [length]."""
 
     def __init__(self, value: Any, pair: Any, setting: Setting, record: Record, contact_range: float):
         self._value, self._pair, self._setting, self._record = value, pair, setting, record

@@ -15,8 +15,7 @@ from carom.simulation.trials import time_of
 SPEEDS = (1.0, 1024.0)
 """Speeds of head-on approaches, in units of the thermal speed: an interaction may depend on the speed."""
 
-DOUBLINGS = 64
-"""How often the distance at which an approach begins is doubled."""
+DOUBLINGS = 64  # how often the distance at which an approach begins is doubled
 
 
 def contact_range_of(interaction: Any, scene: Any) -> float:
@@ -38,20 +37,10 @@ def outermost(interaction: Any, particles: Particles, i: int, j: int) -> int | N
 def contact_distance(
     pair: Any, i: int, j: int, contact_range: float, speed: float = 1.0, step: int | None = None
 ) -> float:
-    """Return the largest distance [length] at which two act on each other in a head-on approach, or 0.
+    """Return the largest distance [length] at which i and j act on each other in a head-on approach, or 0.
 
-    Parameters
-    ----------
-    pair : model
-        The interaction.
-    i, j : int
-        The two.
-    reach : float
-        The approach begins at four times this distance, or further away if they act on each other there.
-    speed : float
-        The usual speed.
-    step : int, optional
-        On which the two are from there, where they have steps.
+    It begins at four times ``contact_range``, or further away if they act there, at the usual ``speed`` and
+    on ``step``.
     """
     return max(_distance(pair, i, j, 4.0 * contact_range, float(v), step) for v in np.multiply(SPEEDS, speed))
 

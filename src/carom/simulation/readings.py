@@ -55,10 +55,7 @@ def momentum_flux(run_state: RunState) -> MomentumFlux | None:
 def potential_energy(run_state: RunState) -> float:
     """Return the potential energy now, of all pairs on steps and of all components in a field [energy].
 
-    Raises
-    ------
-    InputError
-        If there is none, or crossings of the box along the field were not counted.
+    InputError if there is none, or if crossings of the box along the field were not counted.
     """
     if reason := without_potential(run_state.scene):
         raise InputError(reason)
@@ -95,20 +92,8 @@ def mean_energy(
 ) -> Energy | None:
     """Return the means over a block from the values at its ends; None where there is no potential energy.
 
-    Parameters
-    ----------
-    before, after : Energy or None
-        At the beginning and at the end.
-    block : Block
-        The stretch between them.
-    degrees_of_freedom : int
-        Of the velocities.
-
-    Notes
-    -----
-    The potential energy is the total one less the kinetic one, whose mean is known where ``kT_time`` is. So
-    the total energy is averaged over both ends, which is exact where it is conserved. Without ``kT_time``
-    both means are those of the ends.
+    It is the total less the kinetic energy, whose mean is known where ``kT_time`` is: the total is averaged
+    over both ends, exact where it is conserved. Without ``kT_time`` both means are those of the ends.
     """
     if before is None or after is None:
         return None
@@ -127,25 +112,13 @@ def energy_of_first_steps(run_state: RunState) -> float:
 
 
 def energy_of_steps(run_state: RunState) -> float:
-    """Return the potential energy now: the number of pairs on each step times its energy [energy].
-
-    Raises
-    ------
-    InputError
-        If pairs have no steps.
-    """
+    """Return the energy of pairs on steps now [energy]; InputError without steps."""
     _, step_numbers = _steps_now(run_state)
     return _on_steps(run_state, step_numbers)
 
 
 def step_sums(run_state: RunState) -> StepSums:
-    """Return what happened at the ends of every step since the start, and who is on it now.
-
-    Raises
-    ------
-    InputError
-        If pairs have no steps.
-    """
+    """Return what happened at each step's ends, and who is on it now; InputError without steps."""
     _, step_numbers = _steps_now(run_state)
     pair = run_state.engine.model.pair
     count, _ = run_state.system.interaction.steps(run_state.system.particles)  # type: ignore[attr-defined]
@@ -213,13 +186,7 @@ class UnitsNow:
 
 
 def units_now(run_state: RunState) -> UnitsNow:
-    """Return the units of a run at the present time.
-
-    Raises
-    ------
-    InputError
-        If there are none.
-    """
+    """Return the units of a run at the present time; InputError if there are none."""
     pair = run_state.engine.model.rules
     if pair is None:
         raise InputError(

@@ -17,29 +17,14 @@ if TYPE_CHECKING:
     from carom.io.events import EventLog
     from carom.simulation.run_state import RunState
 
-BUFFER = 1 << 16
-"""Collisions kept in memory before they go to the file."""
+BUFFER = 1 << 16  # collisions kept in memory before they go to the file
 
 
 class Recorder:
-    """Writer of every collision of a run.
+    """Writer of every collision of a run to a file; ``buffer`` is what the engine writes into.
 
-    Parameters
-    ----------
-    path : path
-        The file.
-    run_state : RunState
-        What runs.
-    mark : dict, optional
-        What :meth:`mark` returned at the present of the run: go on with the file, of which what it holds
-        beyond is dropped when the run goes on and is written. Without, a new log begins.
-
-    Attributes
-    ----------
-    path : Path
-        The file.
-    buffer : carom.engine.observers.event_log.Log
-        What the engine writes into.
+    With ``mark``, what :meth:`mark` returned at the present of the run, the file goes on: what it holds
+    beyond is dropped when something is written. Without, a new log begins.
     """
 
     def __init__(self, path: str | PathLike[str], run_state: RunState, mark: dict[str, Any] | None = None):

@@ -19,13 +19,7 @@ if TYPE_CHECKING:
 class StructuralRelaxation:
     """Compares the positions at the end of a stretch with those at its beginning.
 
-    Not watched are scenes in which diameters grow, and runs without counts of images, in which particles that
-    leave the box at one side cannot be followed to the other.
-
-    Parameters
-    ----------
-    run_state : RunState
-        The run, at the beginning of the stretch.
+    Not watched are growing diameters, and runs without counts of images, where particles cannot be followed.
     """
 
     def __init__(self, run_state: RunState):
@@ -41,15 +35,11 @@ class StructuralRelaxation:
         return slow_structure(self._run_state.scene, self._square())
 
     def distances(self) -> tuple[float, float]:
-        """Return how far the particles moved since the beginning, and how far they must move to leave their
-        neighbourhoods [mean spacing]; zero, where nothing is asked of them.
+        """Return how far particles moved, and must move to leave their neighbourhoods [mean spacing], or 0.
 
-        Notes
-        -----
-        Near freezing the distance is that of :func:`carom.observables.equilibrium.slow_structure`. Hard
-        particles alone in a periodic box below freezing must have left the places where they began. Nothing
-        is asked of particles in cages beyond freezing, a crystal or a glass; of rods on a line; and below
-        freezing of others, which walls, pinned particles or wells may keep.
+        Near freezing that is as in :func:`carom.observables.equilibrium.slow_structure`; below it hard
+        particles alone in a periodic box must have left their places. Nothing is asked of crystals, glasses,
+        rods on a line, and below freezing of what walls, pinned particles or wells may keep.
         """
         scene = self._run_state.scene
         freezing = FREEZING.get(scene.dimension)

@@ -20,13 +20,7 @@ T = TypeVar("T")
 
 
 class RunGuard:
-    """Who is using a simulation.
-
-    Attributes
-    ----------
-    moving : bool
-        Whether it is running or being changed.
-    """
+    """Who is using a simulation: ``moving`` while it is running or being changed."""
 
     def __init__(self) -> None:
         self._lock = threading.RLock()

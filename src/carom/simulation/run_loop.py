@@ -34,8 +34,7 @@ END, GROWTH, CALL, SWAPS, VOLUME = "end", "growth", "call", "swaps", "volume"
 diameters are exchanged, the volume is to change.
 """
 
-MOVES = {SWAPS: sweep, VOLUME: move_volume}
-"""What happens between events then."""
+MOVES = {SWAPS: sweep, VOLUME: move_volume}  # what happens between events then
 
 UNLIMITED = 2**62
 """As a number of collisions or an epoch: never reached."""

@@ -35,8 +35,7 @@ if TYPE_CHECKING:
     from carom.simulation.workers.executive import Executive
     from carom.units import TimeUnit
 
-Steps = tuple[np.ndarray, np.ndarray]
-"""Pairs (m, 2), and on which step each is, (m,)."""
+Steps = tuple[np.ndarray, np.ndarray]  # pairs (m, 2), and on which step each is, (m,)
 
 
 def frame_of(
@@ -44,20 +43,8 @@ def frame_of(
 ) -> Frame:
     """Return all components at the present time, by the engine's state of an earlier one.
 
-    Parameters
-    ----------
-    scene : Scene
-        What moves.
-    model, state
-        The engine's.
-    clock : Clock
-        The present.
-    in_epoch : float
-        The same, since the start of the epoch of the state [engine's time].
-    step : int
-        Collisions so far.
-    diameters : (n,) array
-        At present [length].
+    ``in_epoch`` is the present since the start of the epoch of the state [engine's time], ``step`` the
+    collisions so far, ``diameters`` (n,) at present.
     """
     from carom.engine.lattice import tilt_of
     from carom.engine.projection import project
@@ -94,51 +81,12 @@ def spins_of(model: Any, unit: TimeUnit) -> np.ndarray | None:
 class RunState:
     """The engine of a scene, its clock, and what they were made for.
 
-    Parameters
-    ----------
-    scene : Scene
-        What is simulated.
-    velocities : (n, d) array
-        At the start [length / time].
-    system : System
-        The facts of the scene that the engine needs, in its own unit of time.
-    requested : tuple
-        The requested neighbour scheme and reach.
-    scheme : NeighborPlan, optional
-        The neighbour scheme; chosen for the scene, if left out.
-
-    Attributes
-    ----------
-    engine : Engine
-        Model, state, neighbours, calendar, tallies: the engine's arrays.
-    clock : Clock
-        The present.
-    counted : int
-        Collisions before the clock's base.
-    start : EnergyMomentum
-        Energy and momentum at the start.
-    seconds : float
-        Wall time spent in the engine [s].
-    log : Recorder or None
-        Where collisions go.
-    alone : RunGuard
-        Who is using it.
-    budget : CallBudget
-        Cycles a call of the compiled cycle.
-    pace : Pace
-        Whether memory is asked for ahead.
-    steps : tuple of two arrays, or None
-        Pairs and their steps, to be written into the next lists; None where there are none.
-    scheduled : bool
-        Whether every component has its event: not, where Ctrl-C came while they were being given them.
-    executive : Executive or None
-        Workers, where there are several.
-    sweeps : Sweeps or None
-        Swaps of diameters, where they are asked for.
-    volume_moves : VolumeMoves or None
-        Moves of the volume, where the pressure is constant.
-    depths : Depths
-        States in which overlaps are looked for when somebody asks.
+    ``velocities`` are those at the start; ``requested`` is a neighbour scheme and reach, for which ``scheme``
+    is chosen if left out. Collisions before the clock's base are ``counted``. ``start`` has energy and
+    momentum at the start, ``seconds`` the wall time in the engine, ``budget`` the cycles a call, ``pace``
+    whether memory is asked for ahead. ``steps`` has pairs and their steps for the next lists, or None.
+    ``scheduled`` is False where Ctrl-C came while components got their events. ``depths`` are states in which
+    overlaps are looked for when asked.
     """
 
     def __init__(
@@ -320,10 +268,7 @@ class RunState:
         self.schedule()
 
     def enlarge_neighbors(self, full_cell: bool | None = None, times: int = 1) -> None:
-        """Make more room in sectors and cells, or in lists; everything has then to be scheduled anew.
-
-        Without ``full_cell`` it is made where there is none left.
-        """
+        """Make more room where ``full_cell`` is, or where none is left; all has to be scheduled anew."""
         from carom.engine.build import enlarge_neighbors
 
         self._keep_steps()
@@ -397,14 +342,8 @@ class RunState:
     ) -> None:
         """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything.
 
-        Parameters
-        ----------
-        velocities : (n, d) array, optional
-            New ones [length / time].
-        rates : (n,) array, optional
-            New rates at which the radii grow [length / time].
-        volume_move : tuple, optional
-            The scene in another box, when that was due [time], and the moves of the volume after it.
+        ``velocities`` (n, d) and ``rates`` of the radii (n,) may be new. ``volume_move`` is the scene in
+        another box, when that was due [time], and the moves after it.
         """
         what = ("scene", "volume_moves", "system", "scheme", "engine", "clock", "counted", "steps")
         before = {name: getattr(self, name) for name in (*what, "scheduled")}

@@ -17,8 +17,7 @@ from carom.simulation.callbacks import Call, Callbacks, Hit
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
 
-LIMITS = ("collisions", "collisions_per_particle", "time", "walltime", "until")
-"""What ends a run."""
+LIMITS = ("collisions", "collisions_per_particle", "time", "walltime", "until")  # what ends a run
 
 
 @watchable("Running")

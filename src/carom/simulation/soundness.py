@@ -1,9 +1,7 @@
-"""What the numbers of a checkpoint must be, so that the engine can go on with them.
+"""What the numbers of a checkpoint must be, so that the engine, which trusts its arrays, can go on with them.
 
-The engine trusts its arrays: a number of a component that there is not, or a chain of entries without end,
-would end the interpreter or never end. Whoever changes a file on purpose writes a digest that fits, so that
-every number which is an index, a count or a size is compared with what there is, every real with what it can
-be, and what follows from the scene with the scene.
+A wrong index or an endless chain would end the interpreter or never end, and a digest can be forged. So each
+index, count, size and real is checked, and what follows from the scene is compared with it.
 """
 
 from __future__ import annotations
@@ -39,11 +37,9 @@ if TYPE_CHECKING:
 MOST_BOXES = 2.0**20
 """Boxes from the origin, at most, and factor on speeds by which they may differ from those of now."""
 
-FINITE = float(np.finfo(np.float64).max)
-"""Largest number."""
+FINITE = float(np.finfo(np.float64).max)  # largest number
 
-PARTED = 2.0**-20
-"""Largest part by which radii that have grown may differ from what rates and the clock say."""
+PARTED = 2.0**-20  # largest part by which radii that have grown may differ from what rates and the clock say
 
 FIXED = re.compile(
     r"state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|extra_slack|names)"

@@ -14,8 +14,7 @@ from carom.scene.temperature import peculiar
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
-WINDOW = 100
-"""Events a component over which their rate is taken."""
+WINDOW = 100  # events a component over which their rate is taken
 
 CLUSTER = 1000
 """Events a component that may come at one time besides: n touching rods in a row sort out n / 2 each."""
@@ -37,15 +36,7 @@ BEYOND = 100.0
 
 
 class StallDetector:
-    """Looks now and then whether the end of a run comes nearer.
-
-    Parameters
-    ----------
-    run_state : RunState
-        What runs.
-    end : Fraction
-        The instant that is to be reached.
-    """
+    """Looks now and then whether the end of a run, the instant ``end``, comes nearer."""
 
     def __init__(self, run_state: RunState, end: Fraction):
         self._run_state, self._end = run_state, end

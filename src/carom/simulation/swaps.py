@@ -1,13 +1,10 @@
 """Swaps: pairs of particles exchange their diameters at times between events, so that dense liquids relax.
 
-Flight with elastic contacts keeps the uniform distribution over places without overlap. So does an exchange
-of two diameters that is undone if it makes an overlap, because a pair is drawn as often before it as after
-it. Hence both in any fixed order do, and averages of the state are exact. Masses are equal, so that
-velocities, energy and momentum stay. Berthier, Coslovich, Ninarello, Ozawa, Phys. Rev. Lett. 116 (2016)
-238002; with molecular dynamics Berthier et al., J. Stat. Mech. (2019) 064004.
-
-The kernel returns at the time of a sweep as it does for a frame, and all is scheduled anew if a pair has
-changed. What is drawn in a sweep depends on its number alone.
+Exchanges that are undone where they make an overlap keep the uniform distribution, as a pair is drawn as
+often before as after; so does flight, and both in any fixed order. Masses are equal: velocities, energy and
+momentum stay. Berthier, Coslovich, Ninarello, Ozawa, Phys. Rev. Lett. 116 (2016) 238002; with molecular
+dynamics Berthier et al., J. Stat. Mech. (2019) 064004. All is scheduled anew if a pair has changed. Draws
+depend on the sweep's number alone.
 """
 
 from __future__ import annotations
@@ -33,8 +30,7 @@ if TYPE_CHECKING:
     from carom.engine.system import System
     from carom.scene.scene import Scene
 
-SLIGHT = 2.0**-20
-"""Pairs are listed up to contacts that are longer by so much, so that rounding loses none."""
+SLIGHT = 2.0**-20  # pairs are listed up to contacts that are longer by so much, so that rounding loses none
 
 
 @described
@@ -92,9 +88,7 @@ class Sweeps(NamedTuple):
 
 
 def beside_free_hard_cores(scene: Scene, system: System) -> tuple[tuple[str, bool], ...]:
-    """Return what moves between events cannot go with, and whether a run has it: they keep the distribution
-    of elastic hard cores in free flight.
-    """
+    """Return what cannot go with moves that keep the distribution of free hard cores, and if it is there."""
     return (
         ("pinned particles", scene.pinned is not None),
         ("an interaction other than hard cores", not is_usual(scene, "interaction")),
@@ -201,8 +195,8 @@ def _kernel() -> Any:
 def _exchange(radii, order, starts, others, squares, widest, drawn, within, counts):
     """Exchange the radii, and the order, of those pairs drawn that then overlap nobody.
 
-    The neighbours of particle i are ``others[starts[i] : starts[i + 1]]``, at the ``squares`` of their
-    distances; ``widest`` is the largest radius for which there is room at walls and obstacles.
+    The neighbours of i are ``others[starts[i] : starts[i + 1]]``, at ``squares`` of distances; at walls and
+    obstacles there is room for a radius of ``widest``.
     """
     for k in range(len(drawn)):
         i, j = drawn[k, 0], drawn[k, 1]

@@ -43,11 +43,9 @@ their digits, with some room for their products.
 STEEPEST = 2.0**43
 """Height of steps over kT, at most: a sum of both is then rounded by a thousandth of kT."""
 
-SINGLE = 2.0**-23
-"""Spacing of single precision at 1."""
+SINGLE = 2.0**-23  # spacing of single precision at 1
 
-COARSEST = 2.0**-6
-"""Part of a diameter, or of the speeds, that single precision may round off."""
+COARSEST = 2.0**-6  # part of a diameter, or of the speeds, that single precision may round off
 
 SLOWEST_GROWTH = 2.0**-512
 """Growth of diameters over speeds, about, below which nothing grows by a digit, and quotients overflow."""
@@ -64,17 +62,7 @@ def driven_speed_of(scene: Scene) -> float:
 
 
 def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> tuple[TimeUnit, Thermal]:
-    """Return the engine's unit of time for a scene, and what is thermal of its velocities, in that unit.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    velocities : (n, d) array
-        Of its components [length / time].
-    rates : (n,) array or None
-        Radius that each component gains a time.
-    """
+    """Return the engine's unit of time, and what is thermal of velocities (n, d) in that unit."""
     fastest = float(np.abs(velocities).max())
     others = 0.0 if rates is None else 2.0 * float(rates.max())
     unit = TimeUnit.of(max(fastest, others, driven_speed_of(scene)), scene.diameter)
@@ -99,8 +87,8 @@ def unit_of(scene: Scene, velocities: np.ndarray, rates: np.ndarray | None) -> t
 def slow_speed_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit: TimeUnit) -> float:
     """Return the speed of which contacts that lose energy take a part as their threshold [length / time].
 
-    It is the thermal speed. Where nothing moves yet, it is the speed that the motion, what moves, or growth
-    ``rates`` of the radii give to particles that rest. ``thermal`` is in the engine's unit of time.
+    It is the thermal one, or where nothing moves yet that which motion, what moves, or growth gives to
+    particles at rest. ``thermal`` is in the engine's unit of time.
     """
     speed = unit.to_scene(math.sqrt(thermal.kT / scene.mass), -1)
     if isinstance(scene.motion, Shear):  # a cold start is heated by the stream
@@ -111,10 +99,7 @@ def slow_speed_of(scene: Scene, thermal: Thermal, rates: np.ndarray | None, unit
 
 
 def losses_at(scene: Scene, speed: float) -> dict[str, Any]:
-    """Return impact and obstacles of a system: their restitutions have a threshold from a thermal ``speed``.
-
-    Those that are told one keep it.
-    """
+    """Return impact and obstacles with the thresholds of a thermal ``speed``; those that have one keep it."""
     impact = scene.impact
     return {
         "impact": impact.at(speed) if isinstance(impact, Restitution) else impact,
@@ -126,10 +111,7 @@ def losses_at(scene: Scene, speed: float) -> dict[str, Any]:
 
 
 def thresholds_of(system: System) -> list[float]:
-    """Return the threshold of each restitution, first that of pairs, then of each obstacle [length / time].
-
-    It is zero where there is none.
-    """
+    """Return the threshold of each restitution, of pairs, then obstacles [length / time]; 0 without one."""
     laws = (system.impact, *(getattr(each, "loss", None) for each in system.obstacles))
     return [float(getattr(law, "elastic_below", None) or 0.0) for law in laws]
 
@@ -148,15 +130,7 @@ def with_thresholds(system: System, thresholds: Sequence[float]) -> System:
 
 
 def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
-    """Return the rate at which each radius grows, (n,), or None where nothing grows.
-
-    Parameters
-    ----------
-    growth : None, float or (n,) array_like
-        Rate at which diameters grow [length / time], not negative.
-    scene : Scene
-        What grows.
-    """
+    """Return each radius's rate, (n,), from those of diameters [length / time]; None without growth."""
     if growth is None:
         return None
     rates = checks.array(growth, "growth", "(n,)", ndim=1) if checks.several(growth) else None
@@ -182,10 +156,7 @@ def growth_rates(growth: Any, scene: Scene) -> np.ndarray | None:
 
 
 def refuse_steep(system: System, thermal: Thermal) -> None:
-    """Raise InputError if steps of pairs are so high that a crossing leaves no digit of a thermal energy.
-
-    ``thermal`` is in the engine's unit of time.
-    """
+    """Raise InputError if steps are so high that a crossing leaves no digit of a thermal energy."""
     if not system.stepped:
         return
     energies = np.asarray(system.interaction.model(system.particles).energy)
@@ -201,19 +172,7 @@ def refuse_steep(system: System, thermal: Thermal) -> None:
 
 
 def single_allowed(precision: str, scene: Scene, thermal: Thermal, unit: TimeUnit) -> bool:
-    """Tell whether a scene is to be kept in single precision.
-
-    Parameters
-    ----------
-    precision : {"double", "single"}
-        What was asked for.
-    scene : Scene
-        The scene.
-    thermal : Thermal
-        What is thermal of its velocities, in ``unit``.
-    unit : TimeUnit
-        The engine's unit of time.
-    """
+    """Tell whether a scene is kept in single precision, as asked; ``thermal`` is in ``unit``."""
     if precision == "double":
         return False
     otherwise = "leave out precision='single'."
@@ -270,8 +229,9 @@ def refuse_drive(system: System, scene: Scene) -> None:
 
 
 def check_meetings(system: System, scene: Scene) -> None:
-    """Raise InputError where components cannot meet walls or obstacles in their motion, or grow or are kept
-    in single precision where obstacles move.
+    """Raise InputError where components cannot meet walls or obstacles in their motion.
+
+    Where obstacles move, components may neither grow nor be in single precision.
     """
     model = system.motion.model(system.particles)
     bends = not system.straight
@@ -306,9 +266,7 @@ def walls_of(scene: Scene) -> Any:
 
 
 def refuse_own_walls(system: System, scene: Scene) -> None:
-    """Raise InputError where a motion of the user's own meets all walls of the box, and an obstacle stands
-    for one or lies in the plane of one.
-    """
+    """Raise InputError if an own motion meets all walls, and an obstacle stands for one or lies in it."""
     if isinstance(system.walls, Cushions) or not model_checks.is_own(scene.motion):
         return
     model = system.motion.model(system.particles)
@@ -335,15 +293,7 @@ def prepare(
     growth: Any = None,
     tuning: Tuning = DEFAULT,
 ) -> System:
-    """Return what the engine has to know of a scene with velocities (n, d) [length / time].
-
-    Parameters
-    ----------
-    scene, velocities
-        What is simulated.
-    growth, tuning
-        As of :class:`carom.Simulation`.
-    """
+    """Return what the engine has to know of a scene with velocities (n, d) [length / time]."""
     rates = growth_rates(growth, scene)
     unit, thermal = unit_of(scene, velocities, rates)
     single = single_allowed(tuning.precision, scene, thermal, unit)
@@ -353,23 +303,7 @@ def prepare(
 def system_of(
     scene: Scene, thermal: Thermal, rates: np.ndarray | None, images: bool, single: bool, unit: TimeUnit
 ) -> System:
-    """Return what the engine has to know of a scene.
-
-    Parameters
-    ----------
-    scene : Scene
-        The scene.
-    thermal : Thermal
-        What is thermal of its velocities, in ``unit``.
-    rates : (n,) array or None
-        Radius that each component gains a time [length / time].
-    images : bool
-        Whether to count crossings of the box.
-    single : bool
-        Whether to keep the state in single precision.
-    unit : TimeUnit
-        The engine's unit of time.
-    """
+    """Return what the engine has to know of a scene; ``thermal`` is in ``unit``, ``rates`` are of radii."""
     from carom.engine.system import System
 
     interaction = scene.interaction if rates is None else Growing()

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from carom.declared import Declared, described, number, option, switch, word
 from carom.meant import corrected
 
-Requested = tuple[str, float | None]
-"""The neighbour scheme that was asked for, and the reach of its lists."""
+Requested = tuple[str, float | None]  # the neighbour scheme that was asked for, and the reach of its lists
 
 
 @described
@@ -56,8 +55,7 @@ class Tuning(Declared):
         return self.neighbors, self.shell
 
 
-DEFAULT = Tuning()
-"""What is taken where nothing is said."""
+DEFAULT = Tuning()  # what is taken where nothing is said
 
 TUNED = {name: f"tuning: tuning=carom.Tuning({name}=...)" for name in (*vars(DEFAULT), "images")}
 """What keywords of :class:`Tuning` are called in others."""

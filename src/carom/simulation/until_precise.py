@@ -37,12 +37,9 @@ def until(
 ) -> Any:
     """Run on until the observable's error bar reaches the goal, and return the estimate.
 
-    Notes
-    -----
-    The error is computed after a pilot of 64 blocks, and then at the end that the previous error predicted.
-    The stretch never becomes more than four times as long from one time to the next. When there are twice
-    the wanted number of blocks, neighbours are merged. The length depends on the measured values only,
-    except for ``walltime``.
+    It is checked after a pilot of 64 blocks, then where the previous error predicts, at four times the length
+    at most. Twice the wanted blocks are merged in pairs. The length depends on the values only, but for
+    ``walltime``.
     """
     stretch = _Stretch(sim, observable, goal, blocks, walltime, progress, predicted)
     if not lengthen(goal, FLOOR, stretch.extend, stretch.error_bar, stretch.expect):

@@ -24,37 +24,30 @@ a zone.
 BORDERS = BORDER_BELOW | BORDER_ABOVE
 ANNOUNCED = MAY_REACH_BORDER * BORDERS
 
-FINE = 12
-"""Layers are 2 to this power where components have reference points."""
+FINE = 12  # layers are 2 to this power where components have reference points
 
-PATCHES = 256
-"""Patches that a border is divided into, at most."""
+PATCHES = 256  # patches that a border is divided into, at most
 
 
 class InteractionRange(NamedTuple):
     """How far things reach along an axis, in layers.
 
-    A component has moved at most one sector, or one margin, when it searches. It finds somebody there whose
-    partner is elsewhere: two whose contact is scheduled are no further apart than when it was found, but may
-    be in other sectors, or in no list of each other's any more. A few are further away than this allows for:
-    a process that meets one at a border gives the window up.
+    A component that searches has moved one sector or margin at most. Two whose contact is scheduled are no
+    further apart than when it was found, but may be in other sectors or no longer in each other's lists. A
+    few are further away than allowed for: a process that meets one at a border gives the window up.
     """
 
-    layers: int
-    """Layers along the axis."""
-    read: int
-    """Beyond the layers of those whose event it is: whom they may meet."""
-    write: int
-    """The same: partners of these."""
-    pair: int
-    """Between two that collide."""
+    layers: int  # layers along the axis
+    read: int  # beyond the layers of those whose event it is: whom they may meet
+    write: int  # the same: partners of these
+    pair: int  # between two that collide
 
     @property
     def zone(self) -> int:
-        """Depth of a zone on either side of its border.
+        """Depth of a zone on either side of its border, in layers.
 
-        Two events touch the same if one looks at what the other touches. Who loses a partner loses it to one
-        event alone: two that reach the same component so, meet the same partner of it.
+        Two events touch the same if one looks at what the other touches. A component loses its partner to one
+        event only.
         """
         return self.read + self.write
 
@@ -120,20 +113,13 @@ def layers_apart(layer, other, layers):
 class Slabs(NamedTuple):
     """A box in slabs."""
 
-    axis: int
-    """Axis across the slabs."""
-    masks: np.ndarray
-    """What each layer is to each process, (processes, layers) uint8."""
-    along: np.ndarray
-    """Two axes along which borders are divided into patches, (2,) int64."""
-    patches: np.ndarray
-    """Into how many, along each of them, (2,) int64."""
-    rows: np.ndarray
-    """The row of patches that each layer along each of them is in, (2, layers) int64."""
-    layers: np.ndarray
-    """Layers along each axis, (d,) int64."""
-    conflict_range: np.ndarray
-    """Layers between two events up to which they may touch the same, (d,) int64."""
+    axis: int  # axis across the slabs
+    masks: np.ndarray  # what each layer is to each process, (processes, layers) uint8
+    along: np.ndarray  # two axes along which borders are divided into patches, (2,) int64
+    patches: np.ndarray  # into how many, along each of them, (2,) int64
+    rows: np.ndarray  # the row of patches that each layer along each of them is in, (2, layers) int64
+    layers: np.ndarray  # layers along each axis, (d,) int64
+    conflict_range: np.ndarray  # layers between two events up to which they may touch the same, (d,) int64
 
 
 def most_slabs(neighbors: Lists | Sectors, box) -> int:
@@ -173,11 +159,7 @@ def slabs_of(neighbors: Lists | Sectors, box, periodic, processes: int) -> Slabs
 
 
 def patches_of(most, axis: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return two axes along a border, and into how many patches it is divided along each, at most ``most`` of
-    each axis.
-
-    In two dimensions a border is a line, and in one a point: there is one patch along what is left.
-    """
+    """Return two axes along a border, and the patches along each, at most ``most``; 1 where none is left."""
     sides = sorted((k for k in range(len(most)) if k != axis), key=lambda k: -most[k])[:2]
     along, patches = np.full(2, axis), np.ones(2, np.int64)
     for k, side in enumerate(sides):

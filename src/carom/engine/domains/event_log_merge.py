@@ -25,14 +25,10 @@ DETAIL = np.dtype([("impulse", "f8"), ("ref", "i8")])
 class LpEvents(NamedTuple):
     """The collisions of one process."""
 
-    used: np.ndarray
-    """How many there are, the first of a line of int64."""
-    entries: Any
-    """(room,) of type ENTRY."""
-    component: np.ndarray
-    """The component of lower index, (room,) int32."""
-    details: Any
-    """(room,) of type DETAIL, or None where nobody asks: no observers, no obstacles."""
+    used: np.ndarray  # how many there are, the first of a line of int64
+    entries: Any  # (room,) of type ENTRY
+    component: np.ndarray  # the component of lower index, (room,) int32
+    details: Any  # (room,) of type DETAIL, or None where nobody asks: no observers, no obstacles
 
 
 class AllEvents(NamedTuple):
@@ -40,14 +36,10 @@ class AllEvents(NamedTuple):
 
     used: np.ndarray
     """How many collisions each has, in the first column, (processes, 8) int64: a cache line for each."""
-    entries: Any
-    """(processes, room) of type ENTRY."""
-    component: np.ndarray
-    """(processes, room) int32."""
-    details: Any
-    """(processes, room) of type DETAIL, or None."""
-    order: np.ndarray
-    """The process of each collision in the order of time, (processes * room,) uint16."""
+    entries: Any  # (processes, room) of type ENTRY
+    component: np.ndarray  # (processes, room) int32
+    details: Any  # (processes, room) of type DETAIL, or None
+    order: np.ndarray  # the process of each collision in the order of time, (processes * room,) uint16
 
 
 def make_all_events(processes: int, capacity: int, detailed: bool) -> AllEvents:
@@ -74,10 +66,8 @@ def lp_events_of(all_events: AllEvents, process: int) -> LpEvents:
 class LpRecorder(NamedTuple):
     """The observer of a process: it notes its collisions."""
 
-    last_virial: np.ndarray
-    """Virial of the collision at hand, (1,) float64."""
-    lp_events: LpEvents
-    """The process's page of the ledger."""
+    last_virial: np.ndarray  # virial of the collision at hand, (1,) float64
+    lp_events: LpEvents  # the process's page of the ledger
 
     def count_pair(self, i, j, virial):
         self.last_virial[0] = virial

@@ -91,10 +91,8 @@ def clone(value: Any) -> Any:
 class LogicalProcess(NamedTuple):
     """The engine as one process sees it: one state and one neighbour scheme, and a calendar of its own."""
 
-    engine: Engine
-    """It has one observer, which notes its collisions."""
-    recorder: LpRecorder
-    """That observer."""
+    engine: Engine  # it has one observer, which notes its collisions
+    recorder: LpRecorder  # that observer
 
 
 SCRATCH: dict[type, tuple[str, ...]] = {
@@ -126,9 +124,9 @@ def make_history(events: int, dimension: int) -> np.ndarray:
 def make_process(
     engine: Engine, k: int, slabs: Slabs, channels: Channels, lp_events: LpEvents, spins_before_yield: int
 ) -> LogicalProcess:
-    """Return an engine as process k of several sees it. Its calendar is to be laid out yet.
+    """Return an engine as process k sees it, its calendar yet to be laid out.
 
-    ``spins_before_yield``: refusals after which its thread lets another have the core.
+    ``spins_before_yield`` are refusals after which its thread lets another have the core.
     """
     processes, dimension = len(slabs.masks), len(slabs.conflict_range)
     state = engine.state._replace(clock=clone(engine.state.clock))
@@ -172,10 +170,7 @@ def make_process(
 def begin_window(
     processes: list[LogicalProcess], epoch: int, start: float, end: float, lookahead: float
 ) -> None:
-    """Let all processes begin a window from ``start`` to ``end``, with empty tallies and no messages.
-
-    ``lookahead`` is how far one may be ahead of another, in widths of a bucket.
-    """
+    """Let all begin a window without tallies and messages; ``lookahead`` is in widths of a bucket."""
     channels = processes[0].engine.calendar.channels  # type: ignore[attr-defined]
     channels.published_time[:, 0], channels.published_time[:, 1] = start, -NEVER
     for shared in (channels.sent_count, channels.acknowledged, channels.border_locks):
@@ -211,9 +206,7 @@ def has_messages(process: LogicalProcess) -> bool:
 
 
 def refill_queue(engine: Engine, epoch: int, now: float, width: float | None = None) -> None:
-    """Let the calendar of an engine be laid out anew, at a time within an epoch; that of a process with a
-    ``width`` of its buckets.
-    """
+    """Let a calendar be laid out anew at a time in the epoch; that of a process with a ``width``."""
     clock, control = engine.state.clock, engine.calendar.control
     clock.epoch[0], clock.now[0] = epoch, now
     if width is not None:

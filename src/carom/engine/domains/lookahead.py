@@ -13,11 +13,9 @@ from carom.engine.domains.lp_state import INTERIOR, LINE, MOST_ANNOUNCED, LpQueu
 from carom.engine.queue_hooks import clear_notes, note_border_event, publish_time
 from carom.models.questions.particles import NEVER
 
-HORIZON = 16
-"""Buckets in which a process looks for events in zones in advance."""
+HORIZON = 16  # buckets in which a process looks for events in zones in advance
 
-PREFETCH_AHEAD = 4
-"""Buckets by which what they name is asked for before a process looks into them."""
+PREFETCH_AHEAD = 4  # buckets by which what they name is asked for before a process looks into them
 
 
 @inner

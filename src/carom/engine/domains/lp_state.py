@@ -20,16 +20,14 @@ TIME, LATEST, WHOSE, PLACE = 0, 1, 2, 3
 """Of an event that is remembered: its time, the latest of this and of those before, its process, its layers.
 """
 
-MOST_ANNOUNCED = 64
-"""Events in a zone that a process announces."""
+MOST_ANNOUNCED = 64  # events in a zone that a process announces
 
 PROCESSING, INTERIOR = 4, 8
 """What ``held_borders`` has in addition while an event is processed, and if it is far away from all borders:
 what it touches is the process's own, and concerns nobody else.
 """
 
-LINE = 8
-"""Words of a cache line."""
+LINE = 8  # words of a cache line
 
 LP_STATE = np.dtype(
     [
@@ -103,31 +101,19 @@ class LpQueue(NamedTuple):
     lines: np.ndarray
     event_time: np.ndarray
     component: np.ndarray
-    neighbors: Any
-    """The neighbour scheme, which says where components are."""
-    lp: Any
-    """One record of type DESK."""
+    neighbors: Any  # the neighbour scheme, which says where components are
+    lp: Any  # one record of type DESK
     channels: Channels
-    mask: np.ndarray
-    """What each layer is to the process, (layers,) uint8."""
-    along: np.ndarray
-    """Two axes along which borders are divided into patches, (2,) int64."""
-    patches: np.ndarray
-    """Into how many, along each of them, (2,) int64."""
-    rows: np.ndarray
-    """The row of patches that each layer along each of them is in, (2, layers) int64."""
-    layers: np.ndarray
-    """Layers along each axis, (d,) int64."""
-    conflict_range: np.ndarray
-    """Layers between two events up to which they may touch the same, (d,) int64."""
-    history: np.ndarray
-    """The last events, (PAST, 8 or more) float64."""
-    announced_times: np.ndarray
-    """Times of the events announced on each side, (2, NOTES) float64."""
-    announced_patches: np.ndarray
-    """Their patches, (2, NOTES) int64."""
-    flags: np.ndarray
-    """Whether a bucket may hold one, (buckets,) uint8."""
+    mask: np.ndarray  # what each layer is to the process, (layers,) uint8
+    along: np.ndarray  # two axes along which borders are divided into patches, (2,) int64
+    patches: np.ndarray  # into how many, along each of them, (2,) int64
+    rows: np.ndarray  # the row of patches that each layer along each of them is in, (2, layers) int64
+    layers: np.ndarray  # layers along each axis, (d,) int64
+    conflict_range: np.ndarray  # layers between two events up to which they may touch the same, (d,) int64
+    history: np.ndarray  # the last events, (PAST, 8 or more) float64
+    announced_times: np.ndarray  # times of the events announced on each side, (2, NOTES) float64
+    announced_patches: np.ndarray  # their patches, (2, NOTES) int64
+    flags: np.ndarray  # whether a bucket may hold one, (buckets,) uint8
 
 
 @inner

@@ -1,13 +1,9 @@
 """Whose turn it is: processes that share one state process what both can touch in the order of time.
 
-Every process has a calendar of its own, and runs ahead in the middle of its slab. An event that touches what
-another process can touch, too, is in the *zone* of their border. It waits until the other process has nothing
-earlier there, and holds the lock of the border meanwhile. What a process schedules for a component of another
-goes there as a message.
-
-Whether something earlier will turn up at the border is not known. Every border, and every process, remembers
-its last events. Where one is processed that would have had to come before one of them nearby, the window is
-rolled back, and is run again from its beginning.
+Each runs ahead in the middle of its slab by its own calendar. An event in the *zone* of a border waits until
+the other process has nothing earlier there, and holds the border's lock. What is scheduled for another's
+component is sent as a message. Borders and processes remember their last events: one that comes too late for
+those rolls the window back.
 """
 
 from __future__ import annotations
@@ -43,15 +39,12 @@ from carom.engine.neighbors.prefetch import leaves_first
 from carom.engine.queue_hooks import safe_to_process, should_return
 from carom.models.questions.particles import NEVER
 
-MOST_WAITS = 1 << 20
-"""Refusals after which a thread asks whether all are to stop."""
+MOST_WAITS = 1 << 20  # refusals after which a thread asks whether all are to stop
 
 
 @inner
 def no_earlier_event(calendar, side, now, i):
-    """Return whether the process on a side has nothing before now that may touch what an event of component i
-    does.
-    """
+    """Return whether the process on a side has nothing before now that may touch what an event of i does."""
     lp, channels = calendar.lp[0], calendar.channels
     other = beside(lp, side)
     slot = slot_of(lp, side)

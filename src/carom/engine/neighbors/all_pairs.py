@@ -1,21 +1,14 @@
-"""All pairs: no sectors at all. A component is searched among all others.
+"""All pairs: no sectors. In a dilute system a component would cross hundreds of them between two collisions.
 
-**Along straight paths** (:class:`Everybody`), through the images of the box. In a dilute system a component
-crosses the box several times between two collisions, and would cross hundreds of sectors in vain. Here the
-straight path of a pair is followed from one image to the next. In units of the edges, contacts lie near
-points with integer coordinates. Along the axis in which the pair moves fastest, the path passes one plane of
-these points after the other, at equal intervals. There the other coordinates say whether it comes near such a
-point. Candidates are found with few digits, many at a time (``prefilter``), and are then followed with all
-digits.
+:class:`Everybody` follows the straight path of a pair through the images of the box. In units of the edges,
+contacts lie near integer points. Along the axis of fastest motion the path passes planes of these at equal
+intervals, and the other coordinates say whether it comes near one. Candidates are found with few digits, many
+at a time (``prefilter``), then followed with all. Every pair is searched once an epoch, and all contacts
+until its end are kept (``contact_cache``). Then only the two that collided search, and enter what they find
+on both sides; one that lost its partner takes the next of its contacts.
 
-A search covers the rest of the epoch, and all contacts that it finds are kept (``contact_cache``). At the
-beginning of an epoch every pair is searched once, and all events are chosen together. During the epoch only
-the two that have collided are searched. A component that has lost its partner takes the next of its contacts:
-components that have changed since have searched all others, and have entered the contacts on both sides.
-
-**Along curves** (:class:`Pairs`), for a motion by which two components do not fly straight relative to each
-other. Its model says when a pair meets (``meeting_time``), for as many pairs as there are: meant for some
-hundred components. A search covers a certain time, after which the component searches again.
+:class:`Pairs` is for curved relative flight: ``meeting_time`` of every pair, for some hundred components. A
+search covers a certain time, after which the component searches again.
 """
 
 from __future__ import annotations
@@ -150,10 +143,7 @@ class Everybody(NamedTuple):
 
 
 def make_everybody(n: int, edges, core: float, span: float, number: type = np.float64) -> Everybody:
-    """Return room for ``n`` components in a box, whose rows hold numbers of a type.
-
-    ``span`` is the length of an epoch, ``core`` the largest distance of contact.
-    """
+    """Return room for ``n`` components: ``span`` is an epoch, ``core`` the largest distance of contact."""
     dimension = len(edges)
     padded = -(-n // BLOCK) * BLOCK
     shortest, longest = float(min(edges)), float(max(edges))
@@ -181,10 +171,8 @@ def make_everybody(n: int, edges, core: float, span: float, number: type = np.fl
 class Pairs(NamedTuple):
     """Nothing but the time that a search covers, and the names of all."""
 
-    span: float
-    """Time that a search covers."""
-    names: np.ndarray
-    """0 to n - 1, uint32."""
+    span: float  # time that a search covers
+    names: np.ndarray  # 0 to n - 1, uint32
 
     def earliest_partner(self, model, state, i, now, half, avoided):
         return first_of_pairs(self, model, state, i, now, NEVER, avoided), 0.0
@@ -205,8 +193,7 @@ class Pairs(NamedTuple):
 class AlongCurves(NamedTuple):
     """Contacts of components that do not fly straight relative to each other."""
 
-    span: float
-    """Time that a search covers."""
+    span: float  # time that a search covers
 
     def contact_time_of(self, model, state, i, ref, now, t):
         low_index, high_index = min(np.int64(i), np.int64(ref)), max(np.int64(i), np.int64(ref))
@@ -260,9 +247,7 @@ def pack_all(everybody, motion, state):
 
 @inner
 def approach(everybody, model, state, i, j, now, at_plane):
-    """Return a time shortly before i and j would touch, if they do, near the time at which j passes its
-    plane: one diameter of flight before they are closest.
-    """
+    """Return a time one diameter of flight before i and j are closest, near that of the plane of j."""
     rows = state.rows
     me = rows[i]
     other = rows[np.uint64(j)]
@@ -280,13 +265,9 @@ def approach(everybody, model, state, i, j, now, at_plane):
 
 @inner
 def exact_meeting(everybody, model, state, i, j, now, avoided):
-    """Follow the path of a pair until the end of the epoch, with all digits.
+    """Return a time shortly before i and j touch first, and that time, or NEVER in this epoch.
 
-    Returns
-    -------
-    begin, due : float
-        A time shortly before i and j touch for the first time, and that time, or NEVER. The contact of i with
-        the one ``avoided`` does not count if it is now.
+    A contact of i with the one ``avoided`` does not count if it is now.
     """
     flight = everybody.flight
     dimension = len(everybody.inverse)
@@ -333,14 +314,9 @@ def exact_meeting(everybody, model, state, i, j, now, avoided):
 
 @inner
 def search_all(everybody, model, state, i, now, after, avoided):
-    """Look at all behind number ``after`` but i itself, and keep the contacts that are found, for both sides.
+    """Keep, on both sides, the contacts of i with all behind number ``after``; return its first, or -1.
 
     Whoever has changed and has yet to look at all is left out: it will find i itself.
-
-    Returns
-    -------
-    chosen : int
-        Whom of those looked at i can meet first, or -1.
     """
     contacts = everybody.contacts
     pack_self(everybody, i)
@@ -388,8 +364,9 @@ def _(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
 
 @inner
 def choose(everybody, model, state, tally, i):
-    """Give i its first contact with somebody who has no earlier event, if it has a later one itself; whom the
-    two leave has none. Return whether that is so.
+    """Give i its first contact with one of no earlier event, if it has a later event; tell whether.
+
+    Those whom the two leave then have no event.
     """
     rows = state.rows
     k, _ = best_of(everybody.contacts, state, i, True)
@@ -413,9 +390,7 @@ def choose(everybody, model, state, tally, i):
 
 @inner
 def curved_meeting(model, state, i, j, now, limit, span):
-    """Return the time from now until i and j touch, or NEVER if that is later than ``limit``, and whether
-    they do so already.
-    """
+    """Return the time until i and j touch, or NEVER beyond ``limit``, and whether they do so already."""
     contact = np.sqrt(core_square(model.pair, np.int64(i), np.int64(j), now))
     rate = growth(model.pair, np.int64(i)) + growth(model.pair, np.int64(j))
     rows = state.rows
@@ -425,9 +400,7 @@ def curved_meeting(model, state, i, j, now, limit, span):
 
 @inner
 def first_of_pairs(neighbors, model, state, i, now, limit, avoided):
-    """Return whom i meets first, until ``limit`` or the end of the time that a search covers, or -1; the one
-    whom it has just met is ``avoided``, but only now.
-    """
+    """Return whom i meets first until ``limit`` or the search's end, or -1; not the one ``avoided`` now."""
     best = min(now + neighbors.span, limit)
     chosen = np.int64(-1)
     for j in range(np.int64(len(neighbors.names))):

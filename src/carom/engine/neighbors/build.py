@@ -85,9 +85,8 @@ def _is_wide(scheme: NeighborPlan, system: System) -> bool:
 def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
     """Return how far a component may be beyond its sector along each axis [length].
 
-    Two that touch are in neighbouring sectors as long as a sector is a diameter and two slacks wide.
-    Components that grow need that room, and beyond a wall of the box there is nothing. Small ones have more
-    (:func:`_extra_slack`).
+    Two that touch are in neighbouring sectors if a sector is a diameter and two slacks wide. Growth needs
+    that room; beyond a wall of the box there is nothing. Small components have more (:func:`_extra_slack`).
     """
     slacks = [0.0] * system.dimension
     if _is_wide(scheme, system) and system.rates is None:
@@ -101,9 +100,7 @@ def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
 
 
 def _extra_slack(scheme: NeighborPlan, system: System, slacks: list[float]) -> np.ndarray | None:
-    """Return how much more slack each component has than the largest, (n + 1,) [length], or None where all
-    have the same: by as much as its radius is smaller.
-    """
+    """Return how much more slack each has than the largest, as its radius is smaller, (n + 1,); or None."""
     radii = system.radii
     if not system.by_radii or radii is None or system.contact is not None or system.rates is not None:
         return None

@@ -1,8 +1,7 @@
-"""Future contacts of every component, for as long as neither partner changes its flight.
+"""Future contacts of every component, kept until some time so that searches are seldom.
 
-A search finds all contacts until some time and keeps them, so that the next search is seldom needed. A
-contact is valid as long as both partners fly as they did when it was found. A component that changes its
-flight gets a new *version*, which identifies contacts with its former flight.
+A contact is valid while both fly as they did when it was found: a component that changes its flight gets a
+new *version*.
 """
 
 from __future__ import annotations
@@ -29,12 +28,9 @@ class Contacts(NamedTuple):
     """Of each component ROOM records: the other, its version then, a time shortly before the contact, and the
     time of the contact, rounded as rows round it; (n ROOM,).
     """
-    counts: np.ndarray
-    """How many of them are filled, or CHANGED, (n,) int64."""
-    versions: np.ndarray
-    """How often the flight of each has changed, (n,) int64."""
-    first_dropped: np.ndarray
-    """Time of the earliest contact that found no room, or NEVER, (n,)."""
+    counts: np.ndarray  # how many of them are filled, or CHANGED, (n,) int64
+    versions: np.ndarray  # how often the flight of each has changed, (n,) int64
+    first_dropped: np.ndarray  # time of the earliest contact that found no room, or NEVER, (n,)
 
 
 def make_contacts(n: int, number: type) -> Contacts:
@@ -101,10 +97,10 @@ def keep(contacts, i, j, start_time, event_time):
 
 @inner
 def best_of(contacts, state, i, before):
-    """Return the number of the first contact of i with somebody who has no earlier event, or -1, and whether
-    none that comes first has been lost for want of room.
+    """Return i's first contact with one of no earlier event, or -1, and whether none before it was lost.
 
-    With ``before`` the event of the other must be later, not at the same time.
+    It may be lost for want of room. With ``before`` the event of the other must be later, not at the same
+    time.
     """
     best = NEVER
     chosen = np.int64(-1)

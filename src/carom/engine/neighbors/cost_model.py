@@ -1,8 +1,7 @@
-"""Thin systems: how wide sectors should be, and when looking at everybody costs less than any sectors.
+"""Thin systems: how wide sectors should be, and when looking at everybody costs less.
 
-Between two collisions a component flies a mean free path, which in a thin system is many spacings long. Small
-sectors are crossed all the while; large ones bring many candidates into view at each crossing. The cheapest
-side follows from the costs of both, as they were measured (docs/decisions/05-neighbours.md).
+On a long free path small sectors are crossed all the while, and large ones bring many candidates. The best
+side follows from the measured costs of both (docs/decisions/05-neighbours.md).
 """
 
 from __future__ import annotations
@@ -25,8 +24,7 @@ CROSSING, SECTOR, CANDIDATE = 115.0, 3.0, 3.5
 ANEW = 3.0
 """How often a crossing costs as much where images are told apart by sectors: everybody is searched anew."""
 
-MOST = 2.0**20
-"""Sectors, at most."""
+MOST = 2.0**20  # sectors, at most
 
 WIDER, STEPS = 2.0**0.25, 16
 """Sides that are tried: each so many times as wide as the one before."""
@@ -36,8 +34,7 @@ COLLISION, PAIR, PLANE = 1400.0, 0.35, 0.015
 that it passes, both for each dimension [ns].
 """
 
-FLOWN = 64.0
-"""Boxes that a search among everybody covers, at most."""
+FLOWN = 64.0  # boxes that a search among everybody covers, at most
 
 EPOCH = 0.75
 """Part of the time that a search may cover, for epochs at whose beginning all pairs are looked at. Their
@@ -47,8 +44,7 @@ lengths are powers of two: from 0.53 to 1.06 of it.
 FASTER = 2.5
 """Planes that the fastest of a block passes while the root mean square speed takes it through one box."""
 
-CHEAPER = 0.8
-"""Part of the cost of sectors that looking at everybody may have at most, to be taken by itself."""
+CHEAPER = 0.8  # part of the cost of sectors that looking at everybody may have at most, to be taken by itself
 
 HIGH = 5
 """Dimensions from which on sectors around one are so many that everybody may be looked at at any density."""
@@ -133,8 +129,8 @@ def everybody_cost(system: System, speed: float, rate: float) -> float:
 def prefers_everybody(system: System, side: float, speed: float, rate: float) -> bool:
     """Tell whether looking at everybody is better than sectors of a side.
 
-    Speeds of contacts that lose energy fall, and the time that a search covers does not follow them; in
-    single precision coordinates in boxes are too coarse.
+    Not for contacts that lose energy: the time that a search covers does not follow falling speeds. Not in
+    single precision: coordinates in boxes are too coarse.
     """
     if not is_thin(system) or fits_everybody(system) or system.single or not system.elastic:
         return False

@@ -23,9 +23,7 @@ def power_of_two(x: float) -> float:
 
 
 def short(x: float) -> float:
-    """Return a number of twenty binary digits just below: sums of a few are exact, and so are times since
-    one.
-    """
+    """Return a number of twenty binary digits just below, so that sums and differences of a few are exact."""
     if not math.isfinite(x):
         return x
     digit = power_of_two(x) * 2.0**-20

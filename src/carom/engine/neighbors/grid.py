@@ -17,20 +17,15 @@ from carom.engine.neighbors.tilt_window import cell_gap, half_square, pull, reac
 class Grid(NamedTuple):
     """Where the cells of every level are, one grid after the other."""
 
-    shape: np.ndarray
-    """Cells along each axis, (levels, d) int64."""
-    base: np.ndarray
-    """First cell of each level, (levels,) int64."""
+    shape: np.ndarray  # cells along each axis, (levels, d) int64
+    base: np.ndarray  # first cell of each level, (levels,) int64
     spans: np.ndarray
     """How many cells to look to either side along each axis, (levels, levels, d) int64: for a component of
     the first level, in the grid of the second.
     """
-    neighbor_cells: np.ndarray
-    """Room for the numbers of cells, twice, (2, most) int64."""
-    gaps: np.ndarray
-    """Room for the squared distances to them, (2, most) float64."""
-    ahead: np.ndarray
-    """Room for how far they reach in the direction of a move, (2, most) float64."""
+    neighbor_cells: np.ndarray  # room for the numbers of cells, twice, (2, most) int64
+    gaps: np.ndarray  # room for the squared distances to them, (2, most) float64
+    ahead: np.ndarray  # room for how far they reach in the direction of a move, (2, most) float64
 
 
 def make_grid(shapes, spans) -> Grid:
@@ -67,8 +62,8 @@ ROUNDING_MARGIN = 1e-9
 def cells_near(lists, own_class, other, point, range_sq, moved, old):
     """Find the cells of a level that can hold anybody whom a component of level ``own_class`` has to look at.
 
-    Those are no further from the reference point than the square root of ``range_sq``; and if the component
-    has ``moved`` from ``old`` to this point, who is new to it is nearer to the new point than to the old one.
+    They lie within the root of ``range_sq`` of its reference point. If it has ``moved`` from ``old``, who is
+    new to it is nearer to the new point than to the old one.
     """
     grid = lists.grid
     half = np.uint64(0)

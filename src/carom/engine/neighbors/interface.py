@@ -7,26 +7,16 @@ from carom.compiling.registry import optional, required
 
 @required
 def candidates(neighbors, boundary, i, half):
-    """Return the words of all components that i can meet before a one-component event of either.
+    """Return words (uint32) of whom i can meet before a one-component event, where they begin, how many.
 
-    ``half`` (0 or 1) says which of two rooms to use where the words have to be put together.
-
-    Returns
-    -------
-    words : uint32 array
-        Holds the words; eight more can be read behind the last one, each of them a word of somebody.
-    begin : int
-        Where in the array they begin.
-    count : int
-        How many they are.
+    Eight more can be read behind the last, each a word of somebody. ``half`` (0 or 1) is the room to use
+    where words have to be put together.
     """
 
 
 @required
 def earliest_partner(neighbors, model, state, i, now, half, avoided):
-    """Return the word of the component that i meets first, ``avoided`` left out, or -1, and the time until
-    then, about.
-    """
+    """Return the word of whom i meets first but the one ``avoided``, or -1, and about the time until then."""
 
 
 @required
@@ -41,23 +31,15 @@ def transit_time(neighbors, motion, boundary, state, i, now):
 
 @optional
 def rebin(neighbors, motion, boundary, state, i, now):
-    """Put component i, whose velocity is new, into the sector in which it will stay longest.
-
-    Its neighbours must be searched anyway. By default it stays where it is.
-    """
+    """Put i, whose velocity is new, where it will stay longest; by default it stays where it is."""
     return
 
 
 @required
 def cross(neighbors, motion, boundary, state, i, now):
-    """Carry component i over into its next sector (or renew its list).
+    """Carry i into its next sector (or renew its list); return whether that was done, and whom i meets now.
 
-    Returns
-    -------
-    done : bool
-        False if an array is too small; everything must then be built anew.
-    words, begin, count
-        Those that i can meet now and could not before, as ``candidates`` returns them.
+    The latter are new ones, as :func:`candidates`. If it was not done an array is too small: build all anew.
     """
 
 
@@ -69,9 +51,7 @@ def begin_epoch(neighbors, model, state, tally):
 
 @optional
 def must_renew(neighbors, motion, length):
-    """Tell whether everything must be built anew for the epoch of this length that begins; by default it
-    need not.
-    """
+    """Tell whether all must be built anew for an epoch of this length; by default not."""
     return False
 
 

@@ -27,8 +27,7 @@ are better.
 FINEST = 16.0
 """Steps of a reference point in a margin, at least: a flight is cut short by about one of them."""
 
-SHORTEST = 1.2
-"""Reach in diameters below which lists are renewed so often that sectors are better."""
+SHORTEST = 1.2  # reach in diameters below which lists are renewed so often that sectors are better
 
 
 def of_dimension(table: tuple, dimension: int):
@@ -37,9 +36,7 @@ def of_dimension(table: tuple, dimension: int):
 
 
 def default_shell(packing_fraction: float, dimension: int) -> float:
-    """Return the reach in diameters at which lists are as long as they should be: ``2^d eta s^d = listed +
-    1``.
-    """
+    """Return the reach s in diameters at which lists have the right length: ``2^d eta s^d = listed + 1``."""
     listed = of_dimension(NEIGHBORS, dimension) + 1
     return max((listed / packing_fraction) ** (1.0 / dimension) / 2.0, SHORTEST)
 
@@ -47,20 +44,13 @@ def default_shell(packing_fraction: float, dimension: int) -> float:
 class ListRanges(NamedTuple):
     """How far lists may reach, and how far they do [length]."""
 
-    list_range: float
-    """Distance up to which the largest components are listed."""
-    least: float
-    """Reach below which margins are used up at once."""
-    longest: float
-    """Reach beyond which a neighbour could be listed under two of its images."""
-    core: float
-    """Diameter of the largest component, or the longest reach of its steps."""
-    pace_ratio: float
-    """Margin of the largest component, in those of the mean."""
-    thinnest: float
-    """The smallest margin."""
-    grid_step: float
-    """Step of a reference point."""
+    list_range: float  # distance up to which the largest components are listed
+    least: float  # reach below which margins are used up at once
+    longest: float  # reach beyond which a neighbour could be listed under two of its images
+    core: float  # diameter of the largest component, or the longest reach of its steps
+    pace_ratio: float  # margin of the largest component, in those of the mean
+    thinnest: float  # the smallest margin
+    grid_step: float  # step of a reference point
 
     @property
     def coarse(self) -> bool:

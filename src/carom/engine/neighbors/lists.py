@@ -1,13 +1,9 @@
 """Neighbour lists (Verlet lists): the sector's idea with a sphere for a sector.
 
-Every component has a reference point, and a sphere around it that its surface does not leave: its *bound*.
-Two components are listed with each other while their bounds overlap. A component whose surface reaches its
-bound takes a new reference point and renews its list; other lists are not renewed. Reference points are
-fractions of the box in integers, all axes in one word of 64 bits. Their differences are exact, and are those
-to the nearest image without further work.
-
-Neighbours are found in cells. Components with bounds of very different size are kept in separate grids
-(*levels*), each with cells as wide as the largest bounds in it.
+A surface stays in a sphere around its reference point, its *bound*; two are listed while their bounds
+overlap. At its bound a component takes a new point and renews its own list only. Points are integer fractions
+of the box, all axes in 64 bits: differences are exact, and to the nearest image. Cells find neighbours;
+bounds of very different size have grids (*levels*) of their own, with cells as wide as their largest.
 """
 
 from __future__ import annotations
@@ -53,37 +49,25 @@ from carom.models.questions.particles import NEVER
 class Lists(NamedTuple):
     """Components by neighbour."""
 
-    bounds: Any
-    """EqualBounds, UnequalBounds or GrowingBounds."""
+    bounds: Any  # EqualBounds, UnequalBounds or GrowingBounds
     grid: Grid
     cells: np.ndarray
     """Components in each cell, (cells + 1, room) uint32; the last row is there to be read beyond the one
     before it.
     """
-    members: np.ndarray
-    """How many each cell holds, (cells,) uint16."""
-    grid_step: tuple
-    """Length of one step of a reference point along each axis."""
-    reference: np.ndarray
-    """Reference points, (n,) uint64: steps along each axis, side by side."""
-    refs: np.ndarray
-    """Neighbours, list after list, uint32."""
-    found: np.ndarray
-    """Room for those found in the cells around one, (room,) uint32."""
-    points: np.ndarray
-    """Room for their reference points, (room,) uint64."""
-    sizes: np.ndarray
-    """Room for the radii of their bounds where these differ, (room,) float64."""
-    newcomers: np.ndarray
-    """Room for those newly listed, uint32."""
-    hits: np.ndarray
-    """Which of them are to be listed, (room,) int64."""
-    counts: np.ndarray
-    """How many neighbours, (n,) uint16, or int32 where there is room for more."""
+    members: np.ndarray  # how many each cell holds, (cells,) uint16
+    grid_step: tuple  # length of one step of a reference point along each axis
+    reference: np.ndarray  # reference points, (n,) uint64: steps along each axis, side by side
+    refs: np.ndarray  # neighbours, list after list, uint32
+    found: np.ndarray  # room for those found in the cells around one, (room,) uint32
+    points: np.ndarray  # room for their reference points, (room,) uint64
+    sizes: np.ndarray  # room for the radii of their bounds where these differ, (room,) float64
+    newcomers: np.ndarray  # room for those newly listed, uint32
+    hits: np.ndarray  # which of them are to be listed, (room,) int64
+    counts: np.ndarray  # how many neighbours, (n,) uint16, or int32 where there is room for more
     steps: Any
     """How words name the steps of pairs (:mod:`carom.engine.pair_steps`), or None where they have none."""
-    window: Any
-    """Tilts of the lattice that the lists are for (:mod:`.tilt_window`), or None where none tilts."""
+    window: Any  # tilts of the lattice that the lists are for (:mod:`.tilt_window`), or None where none tilts
 
     def candidates(self, boundary, i, half):
         return self.refs, start(self.bounds, i), np.int64(self.counts[i])
@@ -189,28 +173,12 @@ def make_lists(
     pair_steps: Any = None,
     window: Any = None,
 ) -> Lists:
-    """Return empty lists.
+    """Return empty lists for ``n`` components.
 
-    Parameters
-    ----------
-    n : int
-        Components.
-    spans : d floats
-        Lengths that reference points are fractions of [length].
-    bounds : EqualBounds, UnequalBounds or GrowingBounds
-        Bounds of the components.
-    grid : Grid
-        The cells.
-    cell_capacity : int
-        Components a cell can hold, 8 at least.
-    words : int
-        Neighbours that all lists can hold.
-    longest : int
-        Neighbours that the longest of them can hold.
-    pair_steps : PairSteps or SpeciesSteps, optional
-        How words name the steps of pairs.
-    window : TiltWindow, optional
-        Tilts of the lattice that the lists are for.
+    Reference points are fractions of ``spans`` (d floats [length]). A cell holds ``cell_capacity``
+    components, 8 at least; all lists hold ``refs`` neighbours, the longest ``longest``. ``pair_steps``
+    (PairSteps, SpeciesSteps or None) says how words name steps, ``window`` (TiltWindow or None) the tilts of
+    the lattice.
     """
     nobody = n if pair_steps is None else n << pair_steps.bits
     dimension = len(spans)
@@ -312,10 +280,7 @@ def reference_of(lists, motion, state, i, now):
 
 @inner
 def rebuild_list(lists, motion, state, i, now):
-    """Take a new reference point for i and bring its list, and it in the others' lists, up to date.
-
-    Returns the number of newcomers, or -1 if an array is too small.
-    """
+    """Take a new reference point for i and renew its list; return the newcomers, -1 without room."""
     me = np.uint32(i)
     nobody = fresh_word(lists.steps, i, len(lists.counts))
     old = lists.reference[i]
@@ -348,11 +313,10 @@ def rebuild_list(lists, motion, state, i, now):
 
 @inner
 def gather_cells(lists, i, point, moved, old):
-    """Put all in the cells around a reference point of component i into ``found`` and return how many they
-    are; if it has ``moved`` there from ``old``, those at least who are new to it.
+    """Put all near a reference point of i, or after a move those new, into ``found``; return how many.
 
-    Members are copied eight at a time, whether so many are there or not: cells hold a few each, and a loop
-    over the right number would be mispredicted at every one.
+    Members are copied eight at a time: cells hold a few each, and a loop over the right number would be
+    mispredicted.
     """
     total = np.uint64(0)
     own_class = size_class(lists.bounds, i)
@@ -379,10 +343,9 @@ def gather_cells(lists, i, point, moved, old):
 
 @inner
 def flag_in_range(lists, i, total, point, moved, old):
-    """Mark in ``hits`` who of those found is to be listed with component i at a reference point, and was not
-    where it has ``moved`` from.
+    """Mark in ``hits`` who of those found is to be listed with i, and was not where it ``moved`` from.
 
-    What is needed of those found is first put side by side: the loop is then vectorised.
+    What is needed is first put side by side, so that the loop is vectorised.
     """
     for k in range(0, np.int64(total), LANES):
         pack(lists.reference, lists.found, k, np.int64(0), lists.points, k)

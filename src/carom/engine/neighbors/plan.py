@@ -1,6 +1,4 @@
-"""The neighbour scheme of a scene, and the sizes of its arrays: a rule that was measured
-(docs/benchmarks).
-"""
+"""The neighbour scheme of a scene, and the sizes of its arrays: a measured rule (docs/benchmarks)."""
 
 from __future__ import annotations
 
@@ -23,37 +21,16 @@ digits, and with them the bits of all runs (``carom.densities.CLOSEST_PACKING`` 
 
 @dataclass(frozen=True)
 class NeighborPlan:
-    """The choices that change speed and memory, never the physics.
+    """The choices that change speed and memory, never the physics. Capacities grow when something is full."""
 
-    Attributes
-    ----------
-    kind : {"lists", "sectors", "all", "pairs"}
-        The neighbour scheme.
-    shape : tuple of int
-        Cells along each edge.
-    cell_capacity : int
-        Components a cell can hold; grown when a cell is full.
-    reach : float
-        Distance of reference points up to which the largest components are listed [length]; 0 for sectors.
-    capacity : int
-        Neighbours a list can hold (where lists are of several lengths: beyond the number expected); grown
-        when a list is full; 0 for sectors.
-    epoch : float
-        Length of an epoch [time], a power of two: times are relative to the epoch.
-    width : float
-        First width of the calendar's buckets [time], a power of two; adapted as the run goes on.
-    heap : int
-        Entries that the calendar's heap can hold; grown when it is full.
-    """
-
-    kind: str
-    shape: tuple[int, ...]
-    cell_capacity: int
-    list_range: float
-    capacity: int
-    epoch: float
-    width: float
-    heap: int
+    kind: str  # lists, sectors, all or pairs
+    shape: tuple[int, ...]  # cells along each edge
+    cell_capacity: int  # components a cell can hold
+    list_range: float  # reach of reference points of the largest [length]; 0 for sectors
+    capacity: int  # neighbours a list can hold, of unequal lengths beyond the number expected; 0 for sectors
+    epoch: float  # [time], a power of two: times are relative to the epoch
+    width: float  # first width of the calendar's buckets [time], a power of two; adapted later
+    heap: int  # entries of the calendar's heap
     horizon: float = math.inf
     """Time after which components that grow need another scheme."""
     span: float = 0.0
@@ -76,11 +53,10 @@ class NeighborPlan:
 
 
 def collision_rate(packing_fraction: float, dimension: int, diameter: float, speed: float) -> float:
-    """Return a rough collision rate of one component [1 / time]: the exact law for it, with a pressure that
-    is right at both ends.
+    """Return a rough collision rate of one component [1 / time].
 
-    The law is ``2 d (Z - 1) sqrt(kT / m) / (sqrt(pi) sigma)``; ``Z - 1`` is taken as ``2^(d-1) eta / (1 - eta
-    / eta_max)``.
+    It is ``2 d (Z - 1) sqrt(kT / m) / (sqrt(pi) sigma)``, with ``Z - 1`` taken as ``2^(d-1) eta / (1 - eta /
+    eta_max)``, which is right at both ends.
     """
     free_volume = max(1.0 - packing_fraction / of_dimension(DENSEST, dimension), 2.0**-40)
     excess = 2.0 ** (dimension - 1) * packing_fraction / free_volume
@@ -90,8 +66,7 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
 DILUTE = (0.01, 0.51, 0.36, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
-SLOWEST = 1e9
-"""What a collision may cost by estimate [ns]."""
+SLOWEST = 1e9  # what a collision may cost by estimate [ns]
 
 LISTS_FROM = 6.0
 """Components in a sector as wide as the largest, on the average, from which on lists run faster."""
@@ -104,11 +79,10 @@ def choose(
     shell: float | None = None,
     rate: float | None = None,
 ) -> NeighborPlan:
-    """Choose the scheme for a scene; a given ``shell`` means lists if they fit.
+    """Choose the scheme for a scene; a ``shell``, a reach in (largest) diameters, means lists if they fit.
 
-    ``speed`` is the root mean square [length / time], ``shell`` a reach in (largest) diameters, ``rate`` the
-    collisions of one component a time, where it is known. A ValueError says why a scheme is not possible, or
-    that a collision would take longer than ``SLOWEST``.
+    ``speed`` is the root mean square, ``rate`` the known collisions of one component a time. Raises
+    ValueError for an impossible scheme, or if a collision would take longer than ``SLOWEST``.
     """
     if system.curved:
         if neighbors not in ("auto", "all"):

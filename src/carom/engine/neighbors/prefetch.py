@@ -1,8 +1,7 @@
 """Prefetching: memory is requested while earlier events are processed.
 
-Successive events are far from each other in the box. In a large system nearly every row that they touch is
-therefore missing in the caches. But the calendar names the next components several buckets ahead. The memory
-of an event is found in three or four steps, each one bucket after the previous one, so that no step waits:
+In a large system nearly every row of the next event is missing in the caches, but the calendar names the next
+components several buckets ahead. Their memory is found in steps, a bucket apart, so that none waits:
 
 1. the data of the component;
 2. what these name: with lists the partner and the rows of the candidates, or the cells if a list is renewed;
@@ -10,9 +9,8 @@ of an event is found in three or four steps, each one bucket after the previous 
    the sectors in which both will be after their collision;
 4. the members of those sectors.
 
-Only requests are made: nothing is written, and a wrong guess costs one request. They go to the second-level
-cache, which serves more requests at a time than the first, and keeps the lines until they are needed. What
-the very next event touches is asked for into the first (:func:`prefetch_first`).
+A wrong guess costs one request. They go to the second-level cache, which serves more at a time and keeps the
+lines until needed; the very next event is asked for into the first (:func:`prefetch_first`).
 """
 
 from __future__ import annotations
@@ -30,8 +28,7 @@ HUGE = 120_000
 event: fewer fit into the last cache.
 """
 
-FEW = 2
-"""Members of a cell that are asked for in any case."""
+FEW = 2  # members of a cell that are asked for in any case
 
 
 @optional
@@ -54,10 +51,7 @@ def prefetch_first(neighbors, boundary, state, i):
 
 @optional
 def stages(neighbors):
-    """Return the number of steps in which the memory of an event is requested: the buckets to look ahead.
-
-    By default nothing is requested.
-    """
+    """Return the steps in which memory is requested: the buckets to look ahead, by default none."""
     return 0
 
 
@@ -71,11 +65,10 @@ def prefetch_own(state, i):
 
 @inner
 def prefetch_members(array, cells, cell, count, component):
-    """Ask for the elements of an array that belong to the members of a cell; ``component`` is a component
-    whose element is there already.
+    """Ask for the elements of an array that belong to the first members of a cell.
 
-    It is asked for in the place of the first few where there are less: nobody can foretell how many there
-    are, and the processor would go astray at every cell.
+    ``component``, whose element is there already, fills the places where there are fewer: a loop over their
+    number would be mispredicted at every cell.
     """
     for k in range(FEW):
         member = np.int64(cells[cell, np.uint64(k)])
@@ -92,9 +85,7 @@ def leaves_first(state, i):
 
 @inner
 def prefetch_next(calendar, state, neighbors, boundary, motion):
-    """Ask for what the events of the buckets after the present one will touch; for their own data alone where
-    the calendar's ``ahead`` is 0.
-    """
+    """Ask for what the next buckets' events touch; where ``ahead`` is 0 for their own data alone."""
     buckets = calendar.buckets
     last = stages(neighbors)
     ahead = calendar.control[0].ahead != 0

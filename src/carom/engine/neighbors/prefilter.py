@@ -1,15 +1,13 @@
 """Paths through the images of the box, in whole numbers: which of them must be followed with all digits.
 
-A coordinate is a whole number of 2^16 *units* an edge, so that a number of 16 bits wraps as the box does,
-and for nothing. Along the axis in which a pair moves fastest its path passes a plane of images at equal
-intervals. From one plane to the next each other coordinate grows by the same *step*, and it is near an
-image where the wrapped sum is small. That is an addition and a comparison for 32 pairs at a time.
-What is missed is lost, what is found in vain costs a closer look: the numbers are rounded, and
-all that rounding can do is added to what counts as near.
+A coordinate counts 2^16 *units* an edge, so that a number of 16 bits wraps as the box does. Along the axis of
+fastest motion a path passes planes of images at equal intervals. From one to the next each other coordinate
+grows by the same *step*, and it is near an image where the wrapped sum is small: an addition and a comparison
+for 32 pairs at a time. What is missed is lost, so all that rounding can do is added to what counts as near.
 
-How much that is, in edges, with e = 2^-24 (the rounding of float32), W the largest velocity along an axis
-that anybody had in the epoch [edges / span], T the time since flights were lined up and S that to be covered
-[spans], S <= 1, and L the longest edge over the shortest:
+That is, in edges, with e = 2^-24 (the rounding of float32), W the largest velocity along an axis that anybody
+had in the epoch [edges / span], T the time since flights were lined up, S <= 1 that to be covered [spans],
+and L the longest edge over the shortest:
 
 - Coordinates in the box and velocities are rounded by e and e W, their differences by as much again.
   Relative to the true path the one that is followed is off by at most e (4 + 10 W T) at its beginning,
@@ -22,8 +20,8 @@ that anybody had in the epoch [edges / span], T the time since flights were line
   (2 W T + 9 L + 3).
 
 The sum of both errors is below ``16 e (1 + L) (1 + W (T + S))``, and is called blur. The rest is exact but
-for two roundings to whole numbers: half a unit at the first plane, and at each plane half a unit of the
-step, with 3 e L edges that the step itself was off before.
+for two roundings to whole numbers: half a unit at the first plane, and at each plane half a unit of the step,
+with 3 e L edges that the step itself was off before.
 """
 
 from __future__ import annotations
@@ -32,32 +30,25 @@ import numpy as np
 
 from carom.compiling.registry import approximate, fast, inner
 
-BLOCK = 128
-"""Components looked at side by side."""
+BLOCK = 128  # components looked at side by side
 
-PLANES = 2
-"""Planes looked at in one go."""
+PLANES = 2  # planes looked at in one go
 
-UNITS = 2.0**16
-"""Whole numbers that a coordinate can have in one box."""
+UNITS = 2.0**16  # whole numbers that a coordinate can have in one box
 
-HALF = 0x8000
-"""So many units to both sides are all of the box."""
+HALF = 0x8000  # so many units to both sides are all of the box
 
-SIGN = np.int32(-0x80000000)
-"""The bit of a float32 that is its sign."""
+SIGN = np.int32(-0x80000000)  # the bit of a float32 that is its sign
 
 ALL = 0xFFFF
 """The largest of the whole numbers: what a path has that comes near nothing."""
 
-ROUNDING = 2.0**-24
-"""Of a number in single precision, relatively."""
+ROUNDING = 2.0**-24  # of a number in single precision, relatively
 
 STEP_ROUNDING = 3.0 * ROUNDING * UNITS
 """By how much a step is off before it is rounded to a whole number [units], where all edges are equal."""
 
-SLOWEST = 2.0**-84
-"""Velocity [units / span] below which nothing moves."""
+SLOWEST = 2.0**-84  # velocity [units / span] below which nothing moves
 
 COARSE = 2.0**-6
 """Blur beyond which every path is looked at closely: the fastest flies thousands of boxes within an epoch."""
@@ -137,12 +128,9 @@ def lay_path(everybody, elapsed, range_edges, start_index, lane):
 
 @approximate
 def lay_paths(everybody, elapsed, range_edges, start):
-    """Lay out the paths of the block that begins with component ``start``, relative to the one that searches.
+    """Lay out the paths of the block from component ``start``, relative to the one that searches.
 
-    Notes
-    -----
-    What is done for one is a function of its own, so that no variable seems to live on from one to the next,
-    and the loop is vectorised.
+    What is done for one is a function of its own: no variable seems to live on, and the loop is vectorised.
     """
     start_index = np.uint64(2 * len(everybody.inverse) * start)
     for lane in range(np.uint64(BLOCK)):
@@ -151,12 +139,11 @@ def lay_paths(everybody, elapsed, range_edges, start):
 
 @fast
 def next_planes(everybody, shift, first_time):
-    """Mark how near each path comes to an image at the next few planes, and go on to the plane after them.
+    """Mark how near each path comes to an image at the next few planes; go on behind them.
 
-    The mark is the largest of the coordinates at the plane where that is least. ``shift`` is added to the
-    coordinates: half of what is near the first time, so that one wrapped comparison sees both sides of an
-    image, and nothing later. ``first_time`` is ALL the first time, where there is no mark yet, and zero
-    later.
+    A mark is the largest coordinate, at the plane where that is least. ``shift``, at first half of what is
+    near and later nothing, is added so that one wrapped comparison sees both sides of an image.
+    ``first_time`` is ALL at first, where there is no mark yet, and then zero.
     """
     paths = everybody.paths
     dimension = len(everybody.inverse)
@@ -184,9 +171,7 @@ def next_planes(everybody, shift, first_time):
 
 @fast
 def marked(everybody, start_index, limit):
-    """Return the first and the last of the block, from number ``start_index`` on, whose mark is not above
-    ``limit``; the first is BLOCK where there is none.
-    """
+    """Return the first (or BLOCK) and last from ``start_index`` on whose mark is not above ``limit``."""
     marks = np.uint64((2 * len(everybody.inverse) - 2) * BLOCK)
     first_lane = wrap(BLOCK)
     last = wrap(0)
@@ -203,9 +188,7 @@ def marked(everybody, start_index, limit):
 
 @inner
 def max_relative_speed(everybody, start):
-    """Return how fast anybody of a block may fly relative to the one that searches, at most, along any axis
-    [edges / span].
-    """
+    """Return the most that anybody of a block may fly relative to the one that searches [edges / span]."""
     dimension = len(everybody.inverse)
     start_index = np.uint64(start) // np.uint64(BLOCK) * np.uint64(dimension)
     speed = 0.0
@@ -217,18 +200,14 @@ def max_relative_speed(everybody, start):
 
 @inner
 def position_error_of(everybody, elapsed, covered):
-    """Return by how much rounding may hide an image [edges]; times since flights were lined up and to cover
-    are in spans.
-    """
+    """Return by how much rounding may hide an image [edges]; times are in spans."""
     way = everybody.fastest[0] * (elapsed + covered)
     return 16.0 * ROUNDING * (1.0 + everybody.stretch) * (1.0 + way)
 
 
 @inner
 def prefilter(everybody, elapsed, covered, position_error, start):
-    """Mark those of the block that begins with component ``start`` whose paths, relative to the one that
-    searches, come near an image.
-    """
+    """Mark those of the block from ``start`` on whose relative paths come near an image."""
     if position_error > COARSE:
         return wrap(ALL)
     range_edges = everybody.width + position_error

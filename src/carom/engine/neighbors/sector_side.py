@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from carom.engine.system import System
 
-SECTOR = 0.88
-"""Side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/benchmarks)."""
+SECTOR = 0.88  # side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/benchmarks)
 
 ROUNDING_MARGIN = 2.0**-40
 """Part of a diameter that a sector is wider than that, to absorb the rounding of its faces."""

@@ -1,6 +1,4 @@
-"""Sectors: the paper's grid of cells, at least a diameter wide; a component looks into the 3^d around its
-own.
-"""
+"""Sectors: the paper's cells, at least a diameter wide; a component looks into the 3^d around its own."""
 
 from __future__ import annotations
 
@@ -19,8 +17,7 @@ from carom.engine.state import aligned, filled
 from carom.models.questions.motion import position
 from carom.models.questions.particles import NEVER
 
-PREFETCH_FROM = 50_000
-"""Components from which on it pays to ask for sectors ahead of time."""
+PREFETCH_FROM = 50_000  # components from which on it pays to ask for sectors ahead of time
 
 
 @answering(interface, prefetching)
@@ -179,9 +176,7 @@ class Sectors(NamedTuple):
 
 
 def make_sectors(n: int, edges, shape, capacity: int, slacks, extra_slack=None) -> Sectors:
-    """Return empty sectors: ``shape`` of them along the edges, ``capacity`` components in each at most, who
-    may be beyond its faces by ``slacks``, and each by something to ``extra_slack``.
-    """
+    """Return empty sectors, of ``capacity``, whose members may be beyond faces by their ``slacks``."""
     dimension = len(shape)
     cell_size = -(-(capacity + 1) // LANES) * LANES
     digits = np.stack(np.unravel_index(np.arange(3**dimension), (3,) * dimension), axis=1) - 1
@@ -215,15 +210,9 @@ def sector_of(sectors, i):
 
 @inner
 def neighbor_rows(sectors, i):
-    """Put the rows of sectors around component i into ``neighbor_cells``, each as the number of its first
-    sector.
+    """Put the first sectors of the 3^(d - 1) rows around i into ``neighbor_cells``; return how many.
 
-    Returns
-    -------
-    count : int
-        How many rows there are, 3^(d - 1).
-    below, place, above : int
-        The three sectors of each row.
+    Return also the three sectors (below, place, above) of each.
     """
     neighbor_cells = sectors.neighbor_cells
     neighbor_cells[0] = 0
@@ -245,9 +234,7 @@ def neighbor_rows(sectors, i):
 
 @inner
 def neighbor_rows_ahead(sectors, i, exit_face, cell):
-    """Put the numbers of the sectors that come into view when component i enters its sector ``cell`` through
-    a face into ``neighbor_cells``; return how many they are.
-    """
+    """Put the sectors in view when i enters ``cell`` by a face into ``neighbor_cells``; return how many."""
     neighbor_cells = sectors.neighbor_cells
     axis = exit_face >> 1
     below, above = steps_along(sectors, i, axis)
@@ -314,8 +301,7 @@ def remove_member(sectors, cell, i):
 def copy_members(sectors, boundary, cell, code, total):
     """Append the words of the first eight at most in a sector at ``total``; return how many are in it.
 
-    Eight are copied, whether so many are there or not: sectors hold a few each, and a loop over the right
-    number would be mispredicted at every one.
+    Eight are always copied: sectors hold a few each, and a loop over the right number would be mispredicted.
     """
     members = sectors.members
     copy_code(sectors, boundary, cell, np.int64(0), code, total)
@@ -350,9 +336,7 @@ def narrow(sectors):
 
 @inner
 def best_cell(sectors, i, axis, x, v):
-    """Return which sector along an axis component i would stay in longest with coordinate x and velocity v:
-    -1, 0 or 1 from its own.
-    """
+    """Return in which sector along an axis, -1, 0 or 1 from its own, i would stay longest."""
     up = np.int64(v > 0.0)
     sign = 2 * up - 1
     ahead = (sectors.sides[axis] * (unwrapped(sectors, i, axis) + up) - x) * sign
@@ -377,9 +361,7 @@ def move(sectors, i, axis, way):
 
 @inner
 def prefetch_ahead(sectors, state, i, step):
-    """Ask for the sectors that component i leaves and enters and those that come into view, or for who is in
-    them.
-    """
+    """Ask for the sectors that i leaves, enters and brings into view, or for who is in them."""
     exit_face = np.uint64(sectors.exit_face[i])
     old = np.int64(sector_of(sectors, i))
     new = old + sectors.moves[exit_face]
@@ -415,9 +397,7 @@ def prefetch_both(sectors, motion, boundary, state, i, ref, step):
 
 @inner
 def prefetch_after(sectors, motion, boundary, state, i, ref, step):
-    """Ask for the sectors around the one in which component i will be after its collision with the one that
-    ``ref`` names, as if they were of one mass; or for who is in them.
-    """
+    """Ask for the sectors, or members, around i after its collision with ``ref``, as if of one mass."""
     me, other = state.rows[i], state.rows[np.uint64(index(boundary, ref))]
     now = me.event_time
     rr = 0.0
@@ -456,10 +436,7 @@ def prefetch_sector(sectors, cell):
 
 @inner
 def prefetch_near(sectors, state, i, cell, code, step):
-    """Ask for one of the sectors around one near component i, or for who is in it.
-
-    Across a face of the box it is a wrong one: what is asked for in vain harms nobody.
-    """
+    """Ask for a sector near i, or its members; across a face it is a wrong one, which harms nobody."""
     neighbor_cells = min(max(cell + sectors.ways[code], 0), len(sectors.members) - 1)
     if step == 1:
         prefetch_sector(sectors, neighbor_cells)

@@ -14,14 +14,10 @@ from carom.engine.system import System
 class SizeClasses(NamedTuple):
     """Components by size: a factor of two a level."""
 
-    levels: np.ndarray
-    """Level of each component, (n,) int."""
-    reaches: list
-    """The largest bound in each."""
-    shapes: list
-    """Cells of each along each axis."""
-    members: float
-    """Components in a cell, in the fullest level."""
+    levels: np.ndarray  # level of each component, (n,) int
+    reaches: list  # the largest bound in each
+    shapes: list  # cells of each along each axis
+    members: float  # components in a cell, in the fullest level
 
 
 def spans_of(system: System, list_range: float) -> list[float]:

@@ -1,8 +1,7 @@
 """Bounds: spheres around reference points that the surfaces of components do not leave.
 
-A model of bounds gives their radii, the distance that each component may move inside its bound (its *skin*),
-the room of its list, and its level. There are three models, chosen by type: for one diameter, for several
-diameters, and for growing components.
+Three models, chosen by type (one diameter, several, growing ones), give their radii, how far each component
+may move inside (its *skin*), the room of its list, and its level.
 """
 
 from __future__ import annotations
@@ -18,50 +17,35 @@ from carom.compiling.simd import pack
 class EqualBounds(NamedTuple):
     """Bounds of components that are all of one diameter."""
 
-    square: float
-    """Square of the distance of reference points up to which two components are listed."""
-    skin: float
-    """Distance from its reference point that a component may reach [length]."""
-    capacity: int
-    """Neighbours a list can hold."""
+    square: float  # square of the distance of reference points up to which two components are listed
+    skin: float  # distance from its reference point that a component may reach [length]
+    capacity: int  # neighbours a list can hold
 
 
 class UnequalBounds(NamedTuple):
     """Bounds of components of several diameters."""
 
-    bounds: np.ndarray
-    """Radius of each bound, (n + 1,) float64 [length]."""
+    bounds: np.ndarray  # radius of each bound, (n + 1,) float64 [length]
     skins: np.ndarray
     """Distance from its reference point that a component may reach, (n + 1,) float64 [length]."""
-    starts: np.ndarray
-    """Where each list begins, and where the last one ends, (n + 1,) int64."""
-    size_classes: np.ndarray
-    """Level of each component, (n + 1,) uint8."""
-    grids: int
-    """How many levels there are."""
-    largest: np.ndarray
-    """The largest bound in each, (grids,) float64."""
+    starts: np.ndarray  # where each list begins, and where the last one ends, (n + 1,) int64
+    size_classes: np.ndarray  # level of each component, (n + 1,) uint8
+    grids: int  # how many levels there are
+    largest: np.ndarray  # the largest bound in each, (grids,) float64
 
 
 class GrowingBounds(NamedTuple):
     """Bounds of components that grow inside them."""
 
-    bounds: np.ndarray
-    """Radius of each bound, (n + 1,) float64 [length]."""
+    bounds: np.ndarray  # radius of each bound, (n + 1,) float64 [length]
     radii: np.ndarray
     """Radii of the components at the beginning of the epoch: the array of the cores themselves."""
-    rates: np.ndarray
-    """Rates at which they grow, theirs too."""
-    starts: np.ndarray
-    """Where each list begins, and where the last one ends, (n + 1,) int64."""
-    size_classes: np.ndarray
-    """Level of each component, (n + 1,) uint8."""
-    grids: int
-    """How many levels there are."""
-    largest: np.ndarray
-    """The largest bound in each, (grids,) float64."""
-    slack: float
-    """Part of the margin that is used."""
+    rates: np.ndarray  # rates at which they grow, theirs too
+    starts: np.ndarray  # where each list begins, and where the last one ends, (n + 1,) int64
+    size_classes: np.ndarray  # level of each component, (n + 1,) uint8
+    grids: int  # how many levels there are
+    largest: np.ndarray  # the largest bound in each, (grids,) float64
+    slack: float  # part of the margin that is used
 
 
 @required

@@ -1,11 +1,7 @@
 """Lists in a lattice that tilts (``carom.models.motions.shear``): distances over a window of tilts.
 
-Reference points keep their coordinates in the lattice, so that they move with the stream. A component flies
-straight relative to its own, and leaves its bound as in a box at rest. But the points themselves drift apart.
-So two components are listed if their points are near each other at *any* tilt of a window, and all lists are
-made anew before the tilt leaves it.
-
-In a box at rest there is None in the place of the window, and distances are those of the points.
+Points move with the stream and drift apart, so two are listed if theirs are near at *any* tilt of a window.
+Lists are made anew before the tilt leaves it. None in its place is a box at rest.
 """
 
 from __future__ import annotations
@@ -24,10 +20,8 @@ from carom.models.motions.shear import LISTED_STRAIN, Sheared, tilt_at
 class TiltWindow(NamedTuple):
     """The tilts that lists are made for."""
 
-    middle: np.ndarray
-    """Of the window, (1,) float64."""
-    half: float
-    """Half of its width."""
+    middle: np.ndarray  # of the window, (1,) float64
+    half: float  # half of its width
 
 
 def make_tilt_window(motion) -> TiltWindow | None:
@@ -111,8 +105,9 @@ def half_square(window, lists, to, since, axis):
 
 @inner
 def pull(window, lists, to, since, axis):
-    """Return what a coordinate of a way is multiplied with in its product with a move, in the middle of the
-    window, and by how much that is different elsewhere.
+    """Return the factor of a coordinate in the product of a way with a move, and its change in the window.
+
+    The factor is that of the middle of the window.
     """
     step = grid_difference(lists, to, since, axis)
     spread = 0.0

@@ -20,10 +20,7 @@ from carom.models.motions.shear import Shear
 
 
 def make_observers(system: System, pair: Any, velocities: np.ndarray, lossy: bool) -> Observers | None:
-    """Return everything that observes a scene with velocities (n, d), before anything has happened.
-
-    ``lossy`` says whether contacts may change the energy.
-    """
+    """Return what observes a scene, at the start; ``lossy`` if contacts may change the energy."""
     particles = system.particles
     made: list[Any] = []
     kinds = None if system.kinds is None else particles.with_ghost(system.kinds, np.int64)
@@ -44,10 +41,7 @@ def make_observers(system: System, pair: Any, velocities: np.ndarray, lossy: boo
 
 
 def owned(system: System, origin: float = 0.0) -> list[Own]:
-    """Return the user's own observers, as the engine tells them of events.
-
-    ``origin`` is when the counting of epochs began, since the start of the run.
-    """
+    """Return the user's observers as the engine tells them; ``origin`` is when epochs began."""
     if not system.observers:
         return []
     numbers = numbers_of(system.periodic, system.obstacle_models)

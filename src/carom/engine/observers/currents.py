@@ -1,15 +1,10 @@
 """The currents of momentum and heat, and their exact integrals over time: Helfand's moments.
 
-Between two collisions every current is constant, so that its integral is a sum over collisions. A collision
-adds the momentum and energy that it transfers over the distance of the two centres (E. Helfand, Phys. Rev.
-119, 1 (1960); B. J. Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). Currents that
-are not requested do not exist and cost nothing.
-
-All currents refer to the rest frame of the centre of mass.
-
-If pairs have steps, each component holds half of the energy of each of its pairs. The current of energy is
-then ``sum m v^2 v / 2 + sum u_i v_i``, in which ``u_i`` is what component i holds. The second part changes at
-collisions only. Hard cores hold no energy, and have None in this place.
+Their frame is that of the centre of mass. Between collisions currents are constant; a collision adds the
+momentum and energy that it transfers over the distance of the centres (E. Helfand, Phys. Rev. 119, 1 (1960);
+B. J. Alder, D. M. Gass and T. E. Wainwright, J. Chem. Phys. 53, 3813 (1970)). With steps each component holds
+half of the energy of its pairs, u_i, and the current of energy is ``sum m v^2 v / 2 + sum u_i v_i``; the
+second part changes at collisions only. Hard cores hold None.
 """
 
 from __future__ import annotations
@@ -126,9 +121,7 @@ class Currents(NamedTuple):
 
 
 def make_currents(masses, velocities, kinds, held=None) -> Currents:
-    """Return the currents of components (n,) with velocities (n, d) and species (n + 1,) or None, which hold
-    no energy yet.
-    """
+    """Return the currents of components with velocities (n, d) and species or None, without energy yet."""
     n, d = velocities.shape
     count = 0 if kinds is None else int(kinds.max()) + 1
     size = d * (d + 1) // 2 + d
@@ -159,9 +152,7 @@ def make_held(n: int, dimension: int, energies: np.ndarray) -> Held:
 
 
 def fill(currents, pairs: np.ndarray, steps: np.ndarray, velocities: np.ndarray) -> None:
-    """Let components hold the energies of pairs (m, 2) on their steps (m,), and move with velocities (n, d),
-    those that the run has at this moment.
-    """
+    """Let components hold the energies of pairs (m, 2) on their steps (m,), with the velocities of now."""
     held = currents.held
     shares = 0.5 * held.energies[steps]
     halves = np.zeros(len(held.halves))
@@ -228,9 +219,7 @@ def carry_held(held, flow, i, v):
 
 @inner
 def pass_over(held, flow, i, j, before, step, v, after, w, later):
-    """Record that i and j go from one step to another, and their velocities from v to ``after`` and from w to
-    ``later``.
-    """
+    """Record that i and j change step, and their velocities from v to ``after`` and w to ``later``."""
     if held is None:
         return
     mine, other = held.halves[i], held.halves[j]

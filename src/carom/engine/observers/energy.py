@@ -64,10 +64,7 @@ def drift_of(masses, velocities) -> np.ndarray:
 
 
 def make_balance(masses, velocities, still) -> Balance:
-    """Return the balance of components (n,) with velocities (n, d), before anything has changed.
-
-    ``still`` says for each axis whether the momentum along it is conserved.
-    """
+    """Return the balance before any change; ``still`` are the axes that conserve momentum."""
     drift = np.where(still, drift_of(masses, velocities), 0.0)
     energy = 0.5 * float(masses @ ((velocities - drift) ** 2).sum(axis=1))
     return Balance(drift, np.array([energy]), np.zeros(1), np.zeros(1))

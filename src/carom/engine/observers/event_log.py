@@ -15,18 +15,12 @@ from carom.models.questions.memory import ROOM
 class Log(NamedTuple):
     """A buffer of events."""
 
-    used: Annotated[np.ndarray, ROOM]
-    """How many entries are filled, (1,) int64."""
-    epoch: Annotated[np.ndarray, ROOM]
-    """Epoch of each event, int64."""
-    time: Annotated[np.ndarray, ROOM]
-    """Time within the epoch, float64."""
-    i: Annotated[np.ndarray, ROOM]
-    """The component of lower index, int32."""
-    ref: Annotated[np.ndarray, ROOM]
-    """The word of the other, or the code of an event of one component, int32."""
-    impulse: Annotated[np.ndarray, ROOM]
-    """Magnitude of momentum exchanged, float64."""
+    used: Annotated[np.ndarray, ROOM]  # how many entries are filled, (1,) int64
+    epoch: Annotated[np.ndarray, ROOM]  # epoch of each event, int64
+    time: Annotated[np.ndarray, ROOM]  # time within the epoch, float64
+    i: Annotated[np.ndarray, ROOM]  # the component of lower index, int32
+    ref: Annotated[np.ndarray, ROOM]  # the word of the other, or the code of an event of one component, int32
+    impulse: Annotated[np.ndarray, ROOM]  # magnitude of momentum exchanged, float64
 
     def is_full(self):
         return self.used[0] == len(self.time)

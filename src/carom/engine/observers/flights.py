@@ -80,10 +80,7 @@ class Flights(NamedTuple):
 
 
 def make_flights(n: int, kinds, inverse) -> Flights:
-    """Return empty histograms for n components of species (n + 1,) or None.
-
-    ``inverse`` is one over each mass, (n + 1,), where some components are pinned, or None.
-    """
+    """Return empty histograms; ``inverse`` are inverse masses (n + 1,) where some are pinned, or None."""
     count = 1 if kinds is None else int(kinds.max()) + 1
     return Flights(
         np.zeros(n + 1, np.int64) if kinds is None else kinds,

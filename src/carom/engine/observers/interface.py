@@ -1,8 +1,7 @@
 """What observers are told, each with a default that does nothing, and the one tuple that they are in.
 
-An observer is a ``NamedTuple`` of arrays, in the engine's unit of time. Most of the questions are asked by
-compiled code; :func:`at_rest` and :func:`limits` are asked from Python. Their fields say what a checkpoint
-keeps, and what goes on in an engine that replaces another (``carom.models.questions.memory``).
+An observer is a ``NamedTuple`` of arrays in the engine's unit of time, whose fields say what a checkpoint
+keeps (``carom.models.questions.memory``). Compiled code asks all but :func:`at_rest` and :func:`limits`.
 """
 
 from __future__ import annotations
@@ -19,10 +18,8 @@ from carom.models.questions.memory import arrays_in
 class Observers(NamedTuple):
     """An observer and those after it: a list that types can walk along, as that of obstacles."""
 
-    head: Any
-    """The first."""
-    tail: Any
-    """The rest, Observers or None."""
+    head: Any  # the first
+    tail: Any  # the rest, Observers or None
 
 
 def chained(observers: Iterable[Any]) -> Observers | None:
@@ -48,36 +45,26 @@ class PairEvent(NamedTuple):
 
     i: int | np.integer
     j: int | np.integer
-    ref: int
-    """The reference that names j and its image."""
-    now: float
-    """Time since the beginning of the epoch."""
+    ref: int  # the reference that names j and its image
+    now: float  # time since the beginning of the epoch
     rr: float
-    rv: float
-    """r.r and r.v of j relative to i, before the event."""
+    rv: float  # r.r and r.v of j relative to i, before the event
     a: float
-    b: float
-    """The velocities change by ``a r`` and ``-b r``."""
+    b: float  # the velocities change by ``a r`` and ``-b r``
     virial: float
-    kind: int | np.integer
-    """CORE, IN, OUT or BOUNCE."""
+    kind: int | np.integer  # CORE, IN, OUT or BOUNCE
     before: int
-    after: int
-    """The steps of the pair, zero where there are none."""
+    after: int  # the steps of the pair, zero where there are none
 
 
 class ObstacleEvent(NamedTuple):
     """A contact of a component with an obstacle or a wall."""
 
     i: int | np.integer
-    number: int
-    """The engine's number of the obstacle."""
-    now: float
-    """Time since the beginning of the epoch."""
-    momentum: float
-    """What the component gained along the normal."""
-    energy: float
-    """What it gained."""
+    number: int  # the engine's number of the obstacle
+    now: float  # time since the beginning of the epoch
+    momentum: float  # what the component gained along the normal
+    energy: float  # what it gained
 
 
 @optional
@@ -96,24 +83,18 @@ def after_pair(observer, model, state, event):
 def count_pair(observer, i, j, virial):
     """Add a collision of which its components and its virial are known, and nothing else.
 
-    An observer that answers this or :func:`record`, and no other question about events, can be used with
-    several workers, who count the events of a window in the order of time when it is over.
+    An observer of this or :func:`record` alone works with several workers, who count a window's events in
+    order at its end.
     """
     return
 
 
 @optional
 def record(observer, clock, i, ref, impulse):
-    """Write down an event that has happened at the time of the ``clock``.
+    """Write down an event at the time of the ``clock``: i, the lower index, and the momentum exchanged.
 
-    Parameters
-    ----------
-    i : int
-        The component of lower index.
-    ref : int
-        The word of the other, or the code of an event of one component (:mod:`carom.engine.constants`).
-    impulse : float
-        Magnitude of momentum exchanged.
+    ``ref`` is the word of the other, or the code of an event of one component
+    (:mod:`carom.engine.constants`).
     """
     return
 
@@ -162,10 +143,7 @@ def gain(observer, energy, now):
 
 @optional
 def at_epoch(observer, model, state, length):
-    """Observe the beginning of the next epoch, to which all components have been advanced.
-
-    Times that the observer holds are still those of the epoch that ends, ``length`` ago.
-    """
+    """Observe the next epoch's beginning; times held are still of the last, whose ``length`` is over."""
     return
 
 
@@ -177,18 +155,10 @@ def at_rest(observer, now, since):
 
 @optional
 def limits(observer, n, oldest):
-    """Return limits of arrays that a checkpoint keeps, {field: (low, high)}.
+    """Return limits of arrays that a checkpoint keeps, {field: (low, high)}, for ``n`` components.
 
-    Of all others real numbers are finite, and whole ones not negative.
-
-    Parameters
-    ----------
-    observer : NamedTuple
-        The observer.
-    n : int
-        Number of components.
-    oldest : float
-        A time in the epoch before which the run had not begun.
+    Others: real numbers are finite, whole ones not negative. ``oldest`` is a time in the epoch before the run
+    began.
     """
     return {}
 

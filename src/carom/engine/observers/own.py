@@ -19,28 +19,18 @@ from carom.models.questions.observer import Epoch, ObstacleEvent, PairEvent, at_
 class Own(NamedTuple):
     """An observer of the user's own, and room for what it is told."""
 
-    observer: Annotated[Any, GIVEN]
-    """The user's NamedTuple."""
+    observer: Annotated[Any, GIVEN]  # the user's NamedTuple
     origin: Annotated[np.ndarray, ORIGIN]
     """When the counting of epochs began, since the start of the run, (1,) float64."""
-    exponent: Annotated[int, UNIT]
-    """The engine's unit of time is two to this power of the scene's."""
-    places: np.ndarray
-    """Place of every obstacle in the scene's order, by the engine's number, int64."""
-    r: Annotated[np.ndarray, ROOM]
-    """(d,)"""
-    normal: Annotated[np.ndarray, ROOM]
-    """(d,)"""
-    x: Annotated[np.ndarray, ROOM]
-    """(2, d)"""
-    before: Annotated[np.ndarray, ROOM]
-    """(2, d)"""
-    after: Annotated[np.ndarray, ROOM]
-    """(2, d)"""
-    all_x: Annotated[np.ndarray, ROOM]
-    """(n, d), empty where nobody observes epochs."""
-    all_v: Annotated[np.ndarray, ROOM]
-    """(n, d), likewise."""
+    exponent: Annotated[int, UNIT]  # the engine's unit of time is two to this power of the scene's
+    places: np.ndarray  # place of every obstacle in the scene's order, by the engine's number, int64
+    r: Annotated[np.ndarray, ROOM]  # (d,)
+    normal: Annotated[np.ndarray, ROOM]  # (d,)
+    x: Annotated[np.ndarray, ROOM]  # (2, d)
+    before: Annotated[np.ndarray, ROOM]  # (2, d)
+    after: Annotated[np.ndarray, ROOM]  # (2, d)
+    all_x: Annotated[np.ndarray, ROOM]  # (n, d), empty where nobody observes epochs
+    all_v: Annotated[np.ndarray, ROOM]  # (n, d), likewise
 
     def before_pair(self, model, state, event):
         _write(self, state, event.i, self.before, 0)
@@ -101,10 +91,7 @@ class Own(NamedTuple):
 
 
 def make_own(observer, n: int, dimension: int, exponent: int, numbers: list[int], origin: float = 0.0) -> Own:
-    """Return what the engine tells of n components to an observer.
-
-    ``numbers`` are the engine's of each obstacle, in the scene's order.
-    """
+    """Return what the engine tells an observer of n components; ``numbers`` are those of obstacles."""
     places = np.full(max(numbers, default=-1) + 1, -1)
     places[numbers] = np.arange(len(numbers))
     rows = n if registry.answers(at_epoch, type(observer)) else 0

@@ -15,12 +15,9 @@ from carom.models.questions.memory import kept
 class BySpecies(NamedTuple):
     """What collisions add up to for every pair of species."""
 
-    kinds: np.ndarray
-    """Species, (n + 1,) int64: the array of the cores, where they have one."""
-    collisions: Annotated[np.ndarray, kept()]
-    """(K, K) int64, in the rows of the smaller index."""
-    virial: Annotated[np.ndarray, kept(-1)]
-    """(K, K) float64, likewise."""
+    kinds: np.ndarray  # species, (n + 1,) int64: the array of the cores, where they have one
+    collisions: Annotated[np.ndarray, kept()]  # (K, K) int64, in the rows of the smaller index
+    virial: Annotated[np.ndarray, kept(-1)]  # (K, K) float64, likewise
 
     def count_pair(self, i, j, virial):
         a = min(self.kinds[i], self.kinds[j])

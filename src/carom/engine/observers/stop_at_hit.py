@@ -15,10 +15,8 @@ from carom.engine.observers import interface
 class StopAtHit(NamedTuple):
     """A counter of contacts with some obstacles, in the chain for the length of a run alone."""
 
-    wanted: np.ndarray
-    """Whether contacts with each obstacle count, by the engine's numbers, bool."""
-    left: np.ndarray
-    """Contacts that are still to come, (1,) int64."""
+    wanted: np.ndarray  # whether contacts with each obstacle count, by the engine's numbers, bool
+    left: np.ndarray  # contacts that are still to come, (1,) int64
 
     def ends_run(self):
         return self.left[0] <= 0

@@ -1,8 +1,7 @@
 """Energy and pressure tensor of a sheared box (``carom.models.motions.shear``), exact between contacts.
 
-Of peculiar velocities u the sums ``M_ab = sum m u_a u_b`` change in flight, too, since u_0 falls by ``rate
-u_1`` a time: ``M_0b`` is linear in time, and ``M_00`` a parabola. So their integrals are sums over contacts,
-as that of the kinetic energy is elsewhere.
+Of peculiar velocities u ``M_ab = sum m u_a u_b`` changes in flight, as u_0 falls by ``rate u_1`` a time:
+``M_0b`` is linear in time, ``M_00`` a parabola. So their integrals are sums over contacts.
 """
 
 from __future__ import annotations
@@ -23,18 +22,13 @@ from carom.models.questions.memory import kept, parameter, present
 class StreamSums(NamedTuple):
     """Sums over the peculiar velocities of all components."""
 
-    rate: Annotated[float, parameter(-1)]
-    """Shear rate."""
-    moments: Annotated[np.ndarray, present(-2)]
-    """``sum m u_a u_b`` at the time ``since``, (d, d)."""
-    integral: Annotated[np.ndarray, kept(-1)]
-    """Its integral from the start of the run to ``since``, (d, d)."""
+    rate: Annotated[float, parameter(-1)]  # shear rate
+    moments: Annotated[np.ndarray, present(-2)]  # ``sum m u_a u_b`` at the time ``since``, (d, d)
+    integral: Annotated[np.ndarray, kept(-1)]  # its integral from the start of the run to ``since``, (d, d)
     virial: Annotated[np.ndarray, kept(-1)]
     """``sum r_a dp_b`` over contacts: r to the partner, dp what the partner gained, (d, d)."""
-    since: Annotated[np.ndarray, present(1)]
-    """Time of the last change, in the epoch, (1,)."""
-    r: Annotated[np.ndarray, present()]
-    """Vector to the partner of the last contact, (d,)."""
+    since: Annotated[np.ndarray, present(1)]  # time of the last change, in the epoch, (1,)
+    r: Annotated[np.ndarray, present()]  # vector to the partner of the last contact, (d,)
 
     def before_pair(self, model, state, event):
         fly(self, event.now)

@@ -1,9 +1,7 @@
 """Losses at contacts: a restitution, constant or by speed, and remedies against inelastic collapse.
 
-Inelastic components collide infinitely often in a finite time (inelastic collapse). There are two remedies.
-Either contacts below a speed are elastic, or a contact is elastic if one of the two had its last contact less
-than t_c ago. The second is the TC model, in which t_c is the duration of a contact of real grains (Luding and
-McNamara, Granular Matter 1 (1998) 113).
+Elastic are contacts below a speed, or less than t_c after the last of one of the two: the TC model, with the
+duration t_c of real contacts (Luding and McNamara, Granular Matter 1 (1998) 113).
 """
 
 from __future__ import annotations
@@ -101,16 +99,12 @@ class Loss:
 class Law(NamedTuple):
     """Restitution by speed, and the two remedies against inelastic collapse."""
 
-    restitution: float
-    """Restitution at the speed ``at_speed``."""
+    restitution: float  # restitution at the speed ``at_speed``
     at_speed: Annotated[float, parameter(-1)]
     """Speed at which the restitution is that; 0 if it does not depend on the speed."""
-    power: float
-    """Exponent of the speed."""
-    threshold: Annotated[float, parameter(-1)]
-    """Speed below which a contact is elastic."""
-    contact_time: Annotated[float, parameter(1)]
-    """A contact within this time after the last one is elastic."""
+    power: float  # exponent of the speed
+    threshold: Annotated[float, parameter(-1)]  # speed below which a contact is elastic
+    contact_time: Annotated[float, parameter(1)]  # a contact within this time after the last one is elastic
 
 
 def never_touched(particles: Particles) -> np.ndarray:

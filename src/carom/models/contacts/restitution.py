@@ -17,8 +17,7 @@ from carom.models.questions import contact
 from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
 
-CAUTIOUS = 1e-3
-"""Normal speed, in thermal speeds, below which contacts are elastic unless another is given."""
+CAUTIOUS = 1e-3  # normal speed, in thermal speeds, below which contacts are elastic unless another is given
 
 
 @dataclass(frozen=True)

@@ -1,13 +1,12 @@
 """Rough contacts: spins, a tangential restitution, and Coulomb's cone of friction.
 
-Walton, Int. J. Multiphase Flow 19 (1993) 343. Two particles i and j of radii R touch at a point. There the
-velocity of the surface of j relative to that of i is
+Walton, Int. J. Multiphase Flow 19 (1993) 343. Where i and j of radii R touch, the velocity of the surface of
+j relative to that of i, with the spins w and the unit vector k from i to j, is
 
     g = v_j - v_i - (R_i w_i + R_j w_j) x k
 
-with the spins w and the unit vector k from i to j. A contact replaces the normal part of g by -e times
-itself, as without spins, and the tangential part by -beta times itself, unless that takes a tangential
-impulse of more than ``friction`` times the normal one. Then it is that large, against the slip.
+A contact replaces its normal part by -e times itself and the tangential part by -beta times itself. The
+tangential impulse is at most ``friction`` times the normal one, against the slip.
 """
 
 from __future__ import annotations
@@ -152,24 +151,15 @@ def spin_axes(dimension: int) -> int:
 class Rubbing(NamedTuple):
     """Contacts that exchange momentum along the surfaces, too."""
 
-    restitution: float
-    """Normal speed after over normal speed before a contact."""
-    threshold: Annotated[float, parameter(-1)]
-    """Normal speed below which the normal part is elastic."""
-    spared: Annotated[np.ndarray, kept()]
-    """Number of contacts that were elastic for that reason, (1,) int64."""
-    tangential: float
-    """beta."""
-    friction: float
-    """Largest ratio of the tangential to the normal impulse."""
-    inertia: np.ndarray
-    """Moment of inertia over R^2, (n + 1,) [mass]."""
-    radii: np.ndarray
-    """(n + 1,) [length]."""
-    spins: Annotated[np.ndarray, kept(-1)]
-    """(n + 1, 1) in the plane, (n + 1, 3) in space [1 / time]."""
-    normal: Annotated[np.ndarray, ROOM]
-    """Room for the unit vector from one particle to the other, (3,)."""
+    restitution: float  # normal speed after over normal speed before a contact
+    threshold: Annotated[float, parameter(-1)]  # normal speed below which the normal part is elastic
+    spared: Annotated[np.ndarray, kept()]  # number of contacts that were elastic for that reason, (1,) int64
+    tangential: float  # beta
+    friction: float  # largest ratio of the tangential to the normal impulse
+    inertia: np.ndarray  # moment of inertia over R^2, (n + 1,) [mass]
+    radii: np.ndarray  # (n + 1,) [length]
+    spins: Annotated[np.ndarray, kept(-1)]  # (n + 1, 1) in the plane, (n + 1, 3) in space [1 / time]
+    normal: Annotated[np.ndarray, ROOM]  # room for the unit vector from one particle to the other, (3,)
     slip: Annotated[np.ndarray, ROOM]
     """Room for a velocity of the surfaces, which becomes the tangential impulse, (3,)."""
 
@@ -182,9 +172,7 @@ class Rubbing(NamedTuple):
 
 @inner
 def add_spin(impact, i, arm):
-    """Take the velocity of the surface of particle i due to its spin, at the ``arm`` from its centre along
-    the room's normal, from the room's slip.
-    """
+    """Take from the room's slip the surface velocity of particle i by its spin, ``arm`` along the normal."""
     w, k, slip = impact.spins[i], impact.normal, impact.slip
     if impact.spins.shape[1] == 1:
         slip[0] += arm * w[0] * k[1]
@@ -199,8 +187,7 @@ def add_spin(impact, i, arm):
 def slip_to_impulse(impact, tangential, friction, compliance, normal_impulse, dimension):
     """Replace the room's relative velocity of the surfaces by the tangential impulse on the second.
 
-    ``compliance``: sum of ``1 / m + R^2 / I`` of both [1 / mass]; ``tangential`` and ``friction`` as of
-    :class:`Rough`.
+    ``compliance`` is the sum of ``1 / m + R^2 / I`` of both [1 / mass]; the rest is as of :class:`Rough`.
     """
     k, slip = impact.normal, impact.slip
     along = 0.0

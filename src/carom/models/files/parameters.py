@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-LONGEST = 100
-"""Characters above which the digest of a text stands for the text."""
+LONGEST = 100  # characters above which the digest of a text stands for the text
 
 
 def class_and_parameters(value: Any) -> dict[str, Any]:
@@ -28,10 +27,7 @@ def class_and_parameters(value: Any) -> dict[str, Any]:
 
 
 def difference(before: Mapping[str, Any], value: Any) -> str | None:
-    """Return how a value differs from the one of which a file kept ``before``, or None.
-
-    A parameter that the file does not hold is not compared.
-    """
+    """Return how a value differs from that of a file's ``before``, where it has parameters; or None."""
     now = class_and_parameters(value)
     if before.get("class") != now["class"]:
         return f"of the class {before.get('class')}, and the value given is of the class {now['class']}"

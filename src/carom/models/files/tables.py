@@ -1,8 +1,6 @@
-"""Interactions, motions, impacts, drives, paths, obstacles and walls as tables for files.
+"""Interactions, motions, impacts, drives, paths, obstacles and walls from the tables of files.
 
-Their ``type`` says what each is.
-
-A value that a file can hold has ``to_table()`` (``files.to_tables``). What stands here makes it again.
+``type`` says what each is. A value that a file can hold has ``to_table()`` (``files.to_tables``).
 """
 
 from __future__ import annotations
@@ -43,8 +41,7 @@ KINDS: dict[str, dict[str, tuple[str, str]]] = {
 }
 """Module and class of what a file may name, by what it is for. Imported when a file does."""
 
-PARTS = {"shake": "path", "impact": "impact"}
-"""Fields that are tables themselves, and what these are for."""
+PARTS = {"shake": "path", "impact": "impact"}  # fields that are tables themselves, and what these are for
 
 SAID = {
     "path": {"pieces": "parabolas"},
@@ -52,19 +49,13 @@ SAID = {
 }
 """Items that say the type of a table without one."""
 
-UNSAID = {"path": "sine", "impact": "restitution"}
-"""The type of a table without such an item."""
+UNSAID = {"path": "sine", "impact": "restitution"}  # the type of a table without such an item
 
 
 def from_table(values: Any, what: str) -> Any:
-    """Return the value of ``carom.models.files.to_tables.to_table``.
+    """Return the value of a table that ``files.to_tables`` made; an impact may be a restitution alone.
 
-    Parameters
-    ----------
-    values : mapping
-        The table; of an impact also the number that is a restitution.
-    what : {"interaction", "motion", "impact", "drive", "path", "obstacle"}
-        What it is for.
+    ``what`` is "interaction", "motion", "impact", "drive", "path" or "obstacle".
     """
     if what == "impact" and isinstance(values, int | float):
         return as_impact(values)

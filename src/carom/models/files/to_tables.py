@@ -15,8 +15,7 @@ from carom.models.obstacles.named_walls import Wall
 from carom.models.obstacles.properties import Properties, properties_of
 from carom.models.questions.obstacle import Obstacle
 
-PROPERTIES = tuple(each.name for each in fields(Properties))
-"""Names of the properties of obstacles and walls."""
+PROPERTIES = tuple(each.name for each in fields(Properties))  # names of the properties of obstacles and walls
 
 
 def holds(value: Any) -> bool:

@@ -40,12 +40,9 @@ class Growing:
 class GrowingCores(NamedTuple):
     """Hard cores that touch at the sum of radii that grow."""
 
-    radii: Annotated[np.ndarray, present()]
-    """At the beginning of the epoch, (n + 1,) float64 [length]."""
-    rates: Annotated[np.ndarray, parameter(-1)]
-    """Radius gained a time, (n + 1,) float64."""
-    masses: np.ndarray
-    """(n + 1,) float64."""
+    radii: Annotated[np.ndarray, present()]  # at the beginning of the epoch, (n + 1,) float64 [length]
+    rates: Annotated[np.ndarray, parameter(-1)]  # radius gained a time, (n + 1,) float64
+    masses: np.ndarray  # (n + 1,) float64
 
     def interaction_time(self, i, j, rr, rv, vv, now):
         radii, rate = self.radii[i] + self.radii[j], self.rates[i] + self.rates[j]

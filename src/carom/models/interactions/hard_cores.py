@@ -72,12 +72,9 @@ def touching(kind: Any) -> Any:
 class EqualCores(NamedTuple):
     """Hard cores of one diameter and one mass."""
 
-    square: float
-    """Diameter squared [length^2]."""
-    core: float
-    """Radius [length]."""
-    weight: float
-    """Mass of each component."""
+    square: float  # diameter squared [length^2]
+    core: float  # radius [length]
+    weight: float  # mass of each component
 
     def jump(self, i, j, rr, rv, now):
         # The distance found, not the diameter: the energy is then kept to rounding even where c was not quite
@@ -101,10 +98,8 @@ class EqualCores(NamedTuple):
 class UnequalCores(NamedTuple):
     """Hard cores that touch at the sum of their radii."""
 
-    radii: np.ndarray
-    """(n + 1,) float64 [length]."""
-    masses: np.ndarray
-    """(n + 1,) float64."""
+    radii: np.ndarray  # (n + 1,) float64 [length]
+    masses: np.ndarray  # (n + 1,) float64
 
     def core_square(self, i, j, now):
         contact = self.radii[i] + self.radii[j]
@@ -117,16 +112,11 @@ class UnequalCores(NamedTuple):
 class SpeciesCores(NamedTuple):
     """Hard cores with a contact distance for every pair of species (non-additive)."""
 
-    kinds: np.ndarray
-    """Species, (n + 1,) int64."""
-    squares: np.ndarray
-    """Contact distances squared, (K * K,) float64 [length^2]."""
-    species: int
-    """K."""
-    radii: np.ndarray
-    """Radii at obstacles, (n + 1,) float64 [length]."""
-    masses: np.ndarray
-    """(n + 1,) float64."""
+    kinds: np.ndarray  # species, (n + 1,) int64
+    squares: np.ndarray  # contact distances squared, (K * K,) float64 [length^2]
+    species: int  # K
+    radii: np.ndarray  # radii at obstacles, (n + 1,) float64 [length]
+    masses: np.ndarray  # (n + 1,) float64
 
     def core_square(self, i, j, now):
         return self.squares[self.kinds[i] * self.species + self.kinds[j]]

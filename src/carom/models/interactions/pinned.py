@@ -1,8 +1,7 @@
-"""Pinned components: hard cores that stay where they are, as if their mass were infinite.
+"""Pinned components: hard cores that stay where they are, as if their mass were infinite. Two may overlap.
 
-They model a porous medium, a Lorentz gas of many scatterers, or a glass with some frozen particles. The
-engine finds them through sectors and lists like all components, so that a thousand of them cost no more than
-a thousand moving ones. Two pinned components may overlap.
+They model a porous medium, a Lorentz gas of many scatterers, or a glass with some frozen particles. Sectors
+and lists find them, so that a thousand cost no more than a thousand moving ones.
 """
 
 from __future__ import annotations
@@ -22,15 +21,7 @@ from carom.models.questions.particles import Particles, lanes
 
 
 def mask(given: Any, n: int) -> np.ndarray | None:
-    """Return which components are pinned, (n,) bool and read-only, or None where none is.
-
-    Parameters
-    ----------
-    given : None, (n,) array_like of bool, or array_like of ints
-        Which components are pinned: a bool for each, or their indices.
-    n : int
-        Number of components.
-    """
+    """Return which of ``n`` are pinned, (n,) bool, read-only, from bools or indices; None if none."""
     if given is None:
         return None
     values = np.asarray(given)
@@ -57,13 +48,7 @@ def mask(given: Any, n: int) -> np.ndarray | None:
 
 @dataclass(frozen=True, eq=False)
 class Pinned:
-    """Hard cores, some of which stay where they are.
-
-    Parameters
-    ----------
-    which : (n,) bool array
-        Which components stay.
-    """
+    """Hard cores, some of which stay where they are: ``which``, (n,) bool."""
 
     which: np.ndarray
 
@@ -91,12 +76,9 @@ class Pinned:
 class PinnedCores(NamedTuple):
     """Hard cores of which some have infinite mass."""
 
-    radii: np.ndarray
-    """(n + 1,) float64 [length]."""
-    inverse: np.ndarray
-    """One over the mass, 0 where a component is pinned, (n + 1,) float64."""
-    masses: np.ndarray
-    """(n + 1,) float64."""
+    radii: np.ndarray  # (n + 1,) float64 [length]
+    inverse: np.ndarray  # one over the mass, 0 where a component is pinned, (n + 1,) float64
+    masses: np.ndarray  # (n + 1,) float64
     impulse: Annotated[np.ndarray, kept(-1)]
     """Momentum that each component took up along the normals of its contacts, (n + 1,) float64."""
 

@@ -1,8 +1,7 @@
 """Range rules: units with circles around them, which act by a rule of the user when others come and go.
 
-These are Wieland's models of combat, which Lubachevsky's article names as a billiard (sec. 10). If a unit
-detects m of its own and n of the others within a radius, it takes course of action c(m, n), until another
-rule becomes applicable. The compiled model is in ``carom.models.interactions.units``.
+Wieland's models of combat, a billiard of Lubachevsky's article (sec. 10): a unit that detects m of its own
+and n others within a radius takes course of action c(m, n). Compiled: ``carom.models.interactions.units``.
 """
 
 from __future__ import annotations
@@ -309,8 +308,8 @@ def _tag(rule: Any) -> type:
 def _new_type(rule: Any) -> type:
     """Return a new type for a rule, of a name that follows from the rule's.
 
-    Compiled code on disk names the types of its arguments. Another process must find this one under its name:
-    a copy of it would be another type, for which the code is read from disk at every call.
+    Compiled code on disk names the types of its arguments: another process must find this one under its name.
+    For a copy the code would be read from disk at every call.
     """
     here = globals()
     origin = hashlib.sha256(f"{rule.__module__}.{rule.__qualname__}".encode()).hexdigest()[:16]

@@ -24,30 +24,14 @@ LARGEST = 1 << 20
 
 @dataclass(frozen=True)
 class RuleFile:
-    """Units whose rule stands in a Python file: what a scene file holds of ``carom.models.Ranges``.
+    """Units whose rule stands in a Python file: what a scene file holds of ``carom.models.Ranges``."""
 
-    Parameters
-    ----------
-    kinds : sequence of Kind, or of mappings with its fields
-        One for each species of the scene, in their order.
-    file : str
-        The Python file; a relative one is taken from the folder of the scene file.
-    rule : str
-        Name of the function ``rule(unit, event)`` in it.
-    seed : int
-        Of the random numbers that ``carom.models.draw`` gives to rules.
-    sha256 : str, optional
-        Of the file, in hexadecimal. If given, a file that was edited since is refused.
-    trust : bool
-        Whether its code may run; no file can say so.
-    """
-
-    kinds: Sequence[Kind]
-    file: str
-    rule: str
-    seed: int = 0
-    sha256: str | None = None
-    trust: bool = field(default=False, compare=False)
+    kinds: Sequence[Kind]  # one for each species, in their order
+    file: str  # relative to the folder of the scene file
+    rule: str  # name of the function ``rule(unit, event)``
+    seed: int = 0  # of ``carom.models.draw``
+    sha256: str | None = None  # hexadecimal; a file edited since is refused
+    trust: bool = field(default=False, compare=False)  # whether its code may run; no file can say so
 
     def __post_init__(self) -> None:
         given = self.kinds

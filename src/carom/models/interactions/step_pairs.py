@@ -1,11 +1,7 @@
-"""Pairs on steps: a pair potential that is constant between distances, as the engine compiles it.
+"""Pairs on steps: a potential constant between distances (Alder, Wainwright, J. Chem. Phys. 31 (1959) 459).
 
-A pair is on one *step* at a time: between two distances at which its energy changes. The step is stored with
-the pair and changes only at its own events. It is never derived from a distance, so that rounding cannot put
-a pair on the wrong side. The steps of a kind of pair are numbered from the outside inwards: crossing an inner
-distance adds 1, crossing an outer one subtracts 1.
-
-Alder and Wainwright, J. Chem. Phys. 31 (1959) 459.
+The *step* of a pair is stored, changes at its own events only, and is never derived from a distance: rounding
+cannot make it wrong. Numbers grow inwards: crossing an inner distance adds 1.
 """
 
 from __future__ import annotations

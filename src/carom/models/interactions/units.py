@@ -1,11 +1,8 @@
-"""Units that decide by rules, as the engine compiles them: circles, counters, and what a rule is handed.
+"""Units that decide by rules, as the engine compiles them (Lubachevsky (1991), sec. 10, after Wieland).
 
-The radii of all circles of all kinds are one sequence of distances. The step of a pair is the number of these
-that exceed its distance. The step and the kinds of both determine which unit is inside whose circle, also
-after a unit has changed its kind. Crossings exchange no momentum; they change counters and call rules.
-
-A rule reads and writes records in the scene's units. The velocity that it writes is that of the unit from
-then on. Lubachevsky (1991), sec. 10, after Wieland.
+The step of a pair is how many radii of all circles of all kinds exceed its distance: with both kinds it says
+who is inside whose circle. Crossings exchange no momentum: they change counters and call rules. A rule reads
+and writes records in the scene's units; the velocity that it writes is that of the unit from then on.
 """
 
 from __future__ import annotations
@@ -30,8 +27,7 @@ somebody in a circle was removed, or is of another kind now.
 
 NO_AGENT = -1
 
-SPEED, KIND, TIME, AIM = 1, 2, 3, 4
-"""What can be wrong with a rule's answer."""
+SPEED, KIND, TIME, AIM = 1, 2, 3, 4  # what can be wrong with a rule's answer
 
 COMPLAINTS = {
     SPEED: "a velocity that is no number below 1e152",
@@ -78,55 +74,37 @@ def event_type(dimension: int) -> np.dtype:
 class Units(NamedTuple):
     """What the engine compiles. Arrays of one row a unit have one more, for the ghost."""
 
-    rule: Any
-    """A value whose type says which rule is asked."""
+    rule: Any  # a value whose type says which rule is asked
     inner: np.ndarray
     """Square of the distance at which each step ends inwards, negative where it does not [length^2]."""
-    outer: np.ndarray
-    """Square of the distance at which it ends outwards, or infinity [length^2]."""
-    energy: Annotated[np.ndarray, parameter(-2)]
-    """Of a pair on each step: zero."""
+    outer: np.ndarray  # square of the distance at which it ends outwards, or infinity [length^2]
+    energy: Annotated[np.ndarray, parameter(-2)]  # of a pair on each step: zero
     events: Annotated[np.ndarray, kept()]
     """How many crossings there were from each step, of each kind, (steps, 4) int64."""
-    radii: np.ndarray
-    """Of the units at walls and obstacles [length]."""
+    radii: np.ndarray  # of the units at walls and obstacles [length]
     masses: np.ndarray
-    watch: np.ndarray
-    """Which circle of a kind ends the step inwards, or NOBODY, (kinds, steps) int64."""
-    kinds: Annotated[np.ndarray, kept()]
-    """Of each unit at present, int64."""
-    present: Annotated[np.ndarray, kept()]
-    """1, or 0 of units that are removed, int64."""
+    watch: np.ndarray  # which circle of a kind ends the step inwards, or NOBODY, (kinds, steps) int64
+    kinds: Annotated[np.ndarray, kept()]  # of each unit at present, int64
+    present: Annotated[np.ndarray, kept()]  # 1, or 0 of units that are removed, int64
     counts: Annotated[np.ndarray, kept()]
     """How many units of each kind are in each circle of each unit, (n + 1, circles, kinds) int64."""
-    memory: Annotated[np.ndarray, kept()]
-    """Numbers of the rule's own, (n + 1, m) float64."""
-    timers: Annotated[np.ndarray, MOMENT]
-    """When each unit is to be asked, in the epoch, or NEVER."""
-    targets: Annotated[np.ndarray, kept()]
-    """Whom each unit aims at, or NOBODY, int64."""
-    drawn: Annotated[np.ndarray, kept()]
-    """Random numbers that each has drawn, int64."""
+    memory: Annotated[np.ndarray, kept()]  # numbers of the rule's own, (n + 1, m) float64
+    timers: Annotated[np.ndarray, MOMENT]  # when each unit is to be asked, in the epoch, or NEVER
+    targets: Annotated[np.ndarray, kept()]  # whom each unit aims at, or NOBODY, int64
+    drawn: Annotated[np.ndarray, kept()]  # random numbers that each has drawn, int64
     news: Annotated[np.ndarray, kept()]
     """Who has changed in a circle of each unit that has not been told yet, or NOBODY, int64."""
-    queue: Annotated[np.ndarray, kept()]
-    """Who is to be told, int64."""
-    queued: Annotated[np.ndarray, kept()]
-    """How many these are, (1,) int64."""
-    asked: Annotated[np.ndarray, kept()]
-    """How often the rule was asked, by cause, (5,) int64."""
+    queue: Annotated[np.ndarray, kept()]  # who is to be told, int64
+    queued: Annotated[np.ndarray, kept()]  # how many these are, (1,) int64
+    asked: Annotated[np.ndarray, kept()]  # how often the rule was asked, by cause, (5,) int64
     fault: Annotated[np.ndarray, kept()]
     """What was wrong with the rule's first wrong answer, and for whom, (2,) int64."""
-    begun: Annotated[np.ndarray, kept()]
-    """Whether the units of each circle have been counted, (1,) int64."""
-    units: Annotated[Any, ROOM]
-    """What the rules of two units are handed, (2,) records."""
-    told: Annotated[Any, ROOM]
-    """What they are told of the event, (2,) records."""
+    begun: Annotated[np.ndarray, kept()]  # whether the units of each circle have been counted, (1,) int64
+    units: Annotated[Any, ROOM]  # what the rules of two units are handed, (2,) records
+    told: Annotated[Any, ROOM]  # what they are told of the event, (2,) records
     origin: Annotated[np.ndarray, ORIGIN]
     """When the counting of epochs began, since the start of the run, (1,) float64."""
-    speed: Annotated[float, UNIT]
-    """The engine's unit of speed in the scene's: a power of two."""
+    speed: Annotated[float, UNIT]  # the engine's unit of speed in the scene's: a power of two
     seed: int
 
     def step_time(self, i, j, step, rr, rv, vv, now):
@@ -256,10 +234,7 @@ def place_other(pair, slot, axis, r, v):
 def apply(pair, slot, i, v, now):
     """Do what the rule of unit i has decided: write its velocity into ``v``.
 
-    Returns
-    -------
-    was : int
-        The kind that it was of, if it is of another now, or removed; else NOBODY.
+    Return its former kind if it is of another now, or removed; else NOBODY.
     """
     unit = pair.units[slot]
     pair.asked[pair.told[slot].cause] += 1

@@ -192,8 +192,7 @@ def from_potential(
 MOST = 1000
 """Steps of one potential: more are slower than a force is."""
 
-FINE = 4096
-"""Points at which a potential is looked at for the distances where it passes an energy."""
+FINE = 4096  # points at which a potential is looked at for the distances where it passes an energy
 
 
 def _of_equal_volume(

@@ -1,8 +1,7 @@
 """Random numbers by counting: the k-th draw of a component is a function of seed, component and k.
 
-A run that draws them stays a value: a checkpoint holds how many each has drawn, and a replay draws the same.
 The hash is PCG's output permutation (Jarzynski and Olano, J. Comput. Graph. Tech. 9 (2020) 20), chained over
-the key. All products fit 63 bits, so that plain Python and compiled code agree.
+the key. Products fit 63 bits, so that plain Python agrees. A checkpoint holds how many each has drawn.
 """
 
 from __future__ import annotations
@@ -11,8 +10,7 @@ import math
 
 from carom.compiling.registry import inner
 
-WORD = 0xFFFFFFFF
-"""32 bits."""
+WORD = 0xFFFFFFFF  # 32 bits
 
 
 @inner

@@ -1,8 +1,7 @@
 """Contacts on parabolas, with fixed and with moving obstacles.
 
-The contact with a fixed plane is the root of a quadratic equation. The contact with a round or moving
-obstacle is a bracketed root (``mathematics.roots``), which is searched as long as the two can be near
-each other.
+With a fixed plane: the root of a quadratic equation. With what is round or moves: a bracketed root
+(``mathematics.roots``), searched as long as the two can be near each other.
 """
 
 from __future__ import annotations
@@ -33,26 +32,20 @@ HOP = 2.0**-48
 class Course(NamedTuple):
     """How a body is displaced: to and fro along a unit vector."""
 
-    path: Any
-    """Answers ``place`` and ``pace``."""
-    direction: tuple
-    """Unit vector."""
-    lowest: float
-    """The least that ``place`` returns [length]."""
-    highest: float
-    """The most [length]."""
-    bend: Annotated[float, parameter(-2)]
-    """Bound on the magnitude of the acceleration."""
-    period: Annotated[float, parameter(1)]
-    """After which the path repeats itself."""
+    path: Any  # answers ``place`` and ``pace``
+    direction: tuple  # unit vector
+    lowest: float  # the least that ``place`` returns [length]
+    highest: float  # the most [length]
+    bend: Annotated[float, parameter(-2)]  # bound on the magnitude of the acceleration
+    period: Annotated[float, parameter(1)]  # after which the path repeats itself
 
 
 @inner
 def first_landing(height, speed, acceleration):
     """Return the first time at which ``height + speed t + acceleration t^2 / 2`` is <= 0 and falling.
 
-    The forms of the roots keep their digits. A component that is inside by rounding and moves out lands when
-    it comes back, or at its turning point if it does not get out.
+    The roots keep their digits. What is inside by rounding and moves out lands when it is back, or at its
+    turning point.
     """
     if height <= 0.0 and (speed < 0.0 or (speed == 0.0 and acceleration < 0.0)):
         return 0.0
@@ -67,9 +60,7 @@ def first_landing(height, speed, acceleration):
 
 @inner
 def last_passing(height, speed, acceleration):
-    """Return the last time at which ``height + speed t + acceleration t^2 / 2``, which goes to infinity, is
-    <= 0; negative, if that is past.
-    """
+    """Return the last time at which ``height + speed t + acceleration t^2 / 2`` is <= 0; negative: past."""
     root = speed * speed - 2.0 * acceleration * height
     if root < 0.0:
         return -NEVER
@@ -81,10 +72,7 @@ def last_passing(height, speed, acceleration):
 
 @inner
 def leaving(x, v, g, low, high):
-    """Return the time until a coordinate leaves an interval, and at which end, 0 or 1.
-
-    It begins at ``x`` with the velocity ``v``, and its acceleration is ``g``.
-    """
+    """Return the time until ``x + v t + g t^2 / 2`` leaves an interval, and at which end, 0 or 1."""
     up = np.int64(v > 0.0 or (v == 0.0 and g > 0.0))
     root = v * v + 2.0 * g * ((high if up else low) - x)
     if root < 0.0:  # it turns round before, and leaves at the other end
@@ -99,18 +87,8 @@ def leaving(x, v, g, low, high):
 def time_to_moving(body, course, start, g, x, v, radius, growth):
     """Return the time until a component on a parabola touches a body that is displaced, or NEVER.
 
-    Parameters
-    ----------
-    body : model
-        The obstacle where it is not displaced.
-    course : Course
-        How it is displaced.
-    start : float
-        The time of the path now.
-    g : d floats
-        Acceleration of the component.
-    x, v, radius, growth
-        As of ``carom.models.questions.obstacle.encounter``.
+    ``body`` is where it is not displaced, ``course`` its displacement, ``start`` the time of the path now,
+    ``g`` the acceleration of the component; the rest as of ``carom.models.questions.obstacle.encounter``.
     """
 
 
@@ -120,8 +98,7 @@ class Lift(NamedTuple):
 
     course: Course
     start: float
-    slant: float
-    """Part of the displacement that is along the normal."""
+    slant: float  # part of the displacement that is along the normal
     height: float
     speed: float
     acceleration: float
@@ -198,15 +175,11 @@ class Gap(NamedTuple):
 
     course: Course
     start: float
-    side: float
-    """1 outside of a ball, -1 inside of a container."""
-    along: int
-    """An axis that does not count, or -1."""
+    side: float  # 1 outside of a ball, -1 inside of a container
+    along: int  # an axis that does not count, or -1
     center: Any
-    contact: float
-    """Distance of contact from the centre now [length]."""
-    growth: float
-    """Its rate."""
+    contact: float  # distance of contact from the centre now [length]
+    growth: float  # its rate
     g: tuple
     x: Any
     v: Any
@@ -250,8 +223,10 @@ def gap_at(curve, t):
 
 @inner
 def time_near(gap):
-    """Return the time from which on a component is out of reach for ever, or has left for certain what it is
-    in; negative, if it never is in reach. One that grows must be in a field: :func:`straight_growth`.
+    """Return the time from which on a component is out of reach for ever; negative if it never is in reach.
+
+    It may also have left for certain what it is in. One that grows must be in a field:
+    :func:`straight_growth`.
     """
     course = gap.course
     range_of_wall = gap.contact + max(abs(course.lowest), abs(course.highest))
@@ -304,8 +279,9 @@ def at_rest(g):
 
 @inner
 def straight_growth(g, along, growth):
-    """Return whether a component grows, and no field acts on it but along one axis: it has no last time near
-    what it may touch by growing, and the contact is the root of a quadratic equation.
+    """Return whether a component grows, in no field but along one axis: its contact is a quadratic's root.
+
+    It has no last time near what it may touch by growing.
     """
     across = 0.0
     for axis in range(len(g)):
@@ -336,9 +312,7 @@ def _(obstacle: Inside, g, x, v, radius, growth, now):
 
 @optional
 def landing_on_wall(walls, g, x, v, radius, growth):
-    """Return the time until a component on a parabola touches a wall of the box, and its number; as of
-    ``carom.models.questions.walls.soonest_wall``.
-    """
+    """Return when a component on a parabola touches a wall, and which: ``questions.walls.soonest_wall``."""
     return NEVER, np.int64(-1)
 
 

@@ -1,14 +1,11 @@
 """The next time at which a smooth function is <= 0 and falling, with a proof that none before it is missed.
 
-A *curve* is a ``NamedTuple`` for whose type three questions are answered: its value, its slope, and a bound
-K on its second derivative. From a value f > 0 and a slope s the function stays above ``f + s t - K t^2 / 2``,
-so it cannot reach zero before that parabola does. The search goes from one such root to the next. As soon as
-K proves that the slope keeps its sign, the root lies alone between two times, and that bracket is narrowed to
-two neighbouring doubles.
-
-Where the function is <= 0 but not falling (a contact that has just been processed), it cannot fall before
-``s / K``: the search goes on from there. It is the stable event that Bannerman et al. (J. Chem. Phys. 141
-(2014) 041101) ask for: "<= 0 and falling" covers contacts, grazes and overlaps by rounding alike.
+A *curve* is a ``NamedTuple`` that answers its value f, its slope s, and a bound K on its second derivative.
+From f > 0 it stays above ``f + s t - K t^2 / 2``: the search goes from one root of that to the next. Once K
+proves that the slope keeps its sign, the root is alone in a bracket, which is narrowed to two neighbouring
+doubles. Where f <= 0 but not falling (a contact just processed), it cannot fall before ``s / K``. "<= 0 and
+falling" is the stable event of Bannerman et al. (J. Chem. Phys. 141 (2014) 041101): it covers contacts,
+grazes and overlaps by rounding.
 """
 
 from __future__ import annotations
@@ -18,8 +15,7 @@ import numpy as np
 from carom.compiling.registry import inner, required
 from carom.models.questions.particles import NEVER
 
-WIDER = 4.0
-"""The next interval over which K is asked for is so many times as long as the last step."""
+WIDER = 4.0  # the next interval over which K is asked for is so many times as long as the last step
 
 SHORTEST = 2.0**-50
 """Part of the time searched by which a search goes on at least: two zeros nearer than that are one."""
@@ -37,27 +33,15 @@ def slope(curve, t):
 
 @required
 def curvature(curve, start, end):
-    """Return a bound on the magnitude of its second derivative between two times, finite between finite
-    ones.
-    """
+    """Return a bound on the second derivative's magnitude between two times, finite between finite ones."""
 
 
 @inner
 def next_fall(curve, limit):
-    """Return the first time from 0 to a limit at which a function is <= 0 and falling, or NEVER.
+    """Return the first time from 0 to a finite ``limit`` at which a curve is <= 0 and falling, or NEVER.
 
-    Parameters
-    ----------
-    curve : NamedTuple
-        Answers ``value``, ``slope`` and ``curvature``.
-    limit : float
-        How far to look; finite. The fewer zeros the function has, the more steps it takes to get there.
-
-    Returns
-    -------
-    t : float
-        0 where it is <= 0 and falling now. Else the function is > 0 at the double before t, or begins to fall
-        at t: no such time was passed, but for what values that are rounded cannot tell.
+    It is 0 where that is so now. Else the function is > 0 at the double before, or begins to fall there: none
+    is passed but for rounding of the values. The fewer zeros, the more steps to the limit.
     """
     t = 0.0
     window = limit
@@ -85,10 +69,9 @@ def next_fall(curve, limit):
 
 @inner
 def bracketed(curve, low, high, newton):
-    """Return the time at which a function that falls from ``low`` to ``high`` reaches zero.
+    """Return where a function that falls from ``low`` to ``high`` is <= 0, but > 0 at the double before.
 
-    The function is > 0 at the double before it, and <= 0 there. ``newton`` is how far from ``low`` the
-    tangent says it is.
+    ``newton`` is how far from ``low`` the tangent says it is.
     """
     t = low + newton
     for _ in range(8):  # quadratic from here: fewer are used

@@ -96,10 +96,8 @@ class Gravity:
 class Falling(NamedTuple):
     """Parabolas of one acceleration."""
 
-    g: Annotated[tuple, parameter(-2)]
-    """Acceleration along each axis."""
-    rest: Annotated[float, parameter(-1)]
-    """Least speed after a contact with a surface."""
+    g: Annotated[tuple, parameter(-2)]  # acceleration along each axis
+    rest: Annotated[float, parameter(-1)]  # least speed after a contact with a surface
 
     def position(self, axis, x, v, t):
         return x + (v + 0.5 * self.g[axis] * t) * t

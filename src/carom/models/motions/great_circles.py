@@ -1,13 +1,8 @@
-"""Great circles: components on a sphere in R^d, each on its great circle between two events.
+"""Great circles: components on a sphere in R^d around the middle of the box (the paper's sec. 10).
 
-The sphere has its centre in the middle of the box. A component keeps its position and velocity in R^d, with
-the velocity tangent to the sphere; relative to each other two components do not fly straight. The distance of
-a pair is that of R^d, along the chord. Two caps of angular diameter ``theta`` on the unit sphere touch where
-the chord of their centres is ``2 sin(theta / 2)``: hard spheres of this diameter whose centres ride on the
-sphere. Hard and growing cores, masses and contact laws are therefore used unchanged. The motion, the time of
-a meeting and the direction of the impulse are new.
-
-The paper names this billiard in section 10: Smith's search for optimal spherical codes.
+Positions and tangent velocities are of R^d, distances along chords: caps of angular diameter ``theta`` on the
+unit sphere are hard spheres of diameter ``2 sin(theta / 2)`` (Smith's codes), with cores and contact laws as
+usual.
 """
 
 from __future__ import annotations
@@ -133,10 +128,8 @@ class GreatCircles:
 class Circles(NamedTuple):
     """Motion on a sphere."""
 
-    center: tuple
-    """Centre of the sphere [length]."""
-    radius: float
-    """Radius of the sphere [length]."""
+    center: tuple  # centre of the sphere [length]
+    radius: float  # radius of the sphere [length]
 
     def carry(self, x, v, t, there, then):
         angular_speed = speed_of(v) / self.radius
@@ -194,8 +187,7 @@ HALF_TURN_HIGH, HALF_TURN_LOW = 1.57079632673412561417, 6.07710050650619224932e-
 def cosine_and_sine(angle):
     """Return cosine and sine of an ``angle`` by arithmetic alone, so that every machine has the same bits.
 
-    They are accurate to 1e-16 for angles up to 1e5. The polynomials are those of fdlibm (Sun Microsystems,
-    1993).
+    Accurate to 1e-16 for angles up to 1e5; polynomials of fdlibm (Sun Microsystems, 1993).
     """
     turns = np.rint(angle * (2.0 / math.pi))
     x = (angle - turns * HALF_TURN_HIGH) - turns * HALF_TURN_LOW
@@ -227,24 +219,15 @@ def speed_of(v):
 class Gap(NamedTuple):
     """The gap of two components: ``r.r - (contact + rate t)^2`` along their great circles."""
 
-    me: Any
-    """Old event of the one."""
-    other: Any
-    """Old event of the other."""
-    center: tuple
-    """Centre of the sphere [length]."""
-    mine: float
-    """Angular speed of the one [1 / time]."""
-    its: float
-    """Angular speed of the other [1 / time]."""
-    now: float
-    """Time since the beginning of the epoch."""
-    contact: float
-    """Distance of contact now [length]."""
-    rate: float
-    """Rate at which the distance of contact grows."""
-    bound: float
-    """Bound on the magnitude of the second derivative of the gap."""
+    me: Any  # old event of the one
+    other: Any  # old event of the other
+    center: tuple  # centre of the sphere [length]
+    mine: float  # angular speed of the one [1 / time]
+    its: float  # angular speed of the other [1 / time]
+    now: float  # time since the beginning of the epoch
+    contact: float  # distance of contact now [length]
+    rate: float  # rate at which the distance of contact grows
+    bound: float  # bound on the magnitude of the second derivative of the gap
 
     def value(self, t):
         me, other = self.me, self.other

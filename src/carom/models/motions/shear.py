@@ -1,10 +1,8 @@
 """Uniform shear: a periodic lattice that tilts with the flow (Lees and Edwards, J. Phys. C 5 (1972) 1921).
 
-The stream is along axis 0 and grows along axis 1. The engine keeps coordinates along the axes of the tilted
-lattice, and *peculiar* velocities, those relative to the stream. In these the box is an ordinary torus: who
-crosses a face keeps its velocity, and no image moves. With the tilt s, the strain since the lattice was
-rectangular, the coordinates are ``y_0 = x_0 - s x_1`` and ``y_a = x_a``. The velocities are ``u_0 = v_0 -
-rate x_1`` and ``u_a = v_a``.
+The stream is along axis 0 and grows along axis 1. With the tilt s, the strain since the lattice was
+rectangular, ``y_0 = x_0 - s x_1``, and *peculiar* velocities have ``u_0 = v_0 - rate x_1``; other axes stay.
+In these the box is a torus: who crosses a face keeps its velocity.
 """
 
 from __future__ import annotations
@@ -27,8 +25,7 @@ from carom.models.questions.particles import Particles
 LONGEST_STRAIN = 0.125
 """Strain of an epoch, at most: sectors are wide enough for the tilt at its end."""
 
-LISTED_STRAIN = 0.25
-"""Strain for which neighbour lists are made."""
+LISTED_STRAIN = 0.25  # strain for which neighbour lists are made
 
 
 @dataclass(frozen=True)
@@ -113,9 +110,7 @@ class Shear:
 
 
 def start_tilt(motion: Any, box: Sequence[float]) -> float:
-    """Return the tilt of a lattice at the start, less whole boxes: at most half of the ratio of its edges,
-    and 0 where the ``motion`` is no shear.
-    """
+    """Return the tilt at the start less whole boxes, at most half of the edges' ratio; 0 without shear."""
     if not isinstance(motion, Shear):
         return 0.0
     ratio = box[0] / box[1]

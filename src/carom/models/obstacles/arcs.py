@@ -134,14 +134,10 @@ class Bow(NamedTuple):
 
     center: tuple
     radius: float
-    middle: tuple
-    """Unit vector from the center to the middle of the arc."""
-    cosine_limit: float
-    """Cosine of the angle between the middle and an end."""
-    ends: tuple
-    """Coordinates of the first end, then of the second."""
-    anchor: tuple
-    """Between its least and its largest coordinates [length]."""
+    middle: tuple  # unit vector from the center to the middle of the arc
+    cosine_limit: float  # cosine of the angle between the middle and an end
+    ends: tuple  # coordinates of the first end, then of the second
+    anchor: tuple  # between its least and its largest coordinates [length]
 
     def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""

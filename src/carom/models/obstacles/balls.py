@@ -83,8 +83,7 @@ class Ball(Properties):
 class SolidBall(NamedTuple):
     """A solid ball, which stands in every image of the box."""
 
-    center: Any
-    """d floats."""
+    center: Any  # d floats
     radius: float
 
     def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -70,10 +70,8 @@ class Cuboid(Body):
 class Block(NamedTuple):
     """All places within a distance of a block."""
 
-    anchor: tuple
-    """Its middle [length]."""
-    round: float
-    """The distance [length]."""
+    anchor: tuple  # its middle [length]
+    round: float  # the distance [length]
     low: tuple
     high: tuple
 

@@ -26,10 +26,8 @@ than rounding leaves of a place.
 class Cushions(NamedTuple):
     """Hard walls at 0 and at the edge along the axes that are not periodic."""
 
-    edges: tuple
-    """Edges of the box [length]."""
-    walled: tuple
-    """1 for an axis with walls, 0 for a periodic one."""
+    edges: tuple  # edges of the box [length]
+    walled: tuple  # 1 for an axis with walls, 0 for a periodic one
 
     def soonest_wall(self, x, v, radius, growth):
         best = NEVER
@@ -56,14 +54,10 @@ class Cushions(NamedTuple):
 class Faces(NamedTuple):
     """Hard walls where no obstacle stands for one."""
 
-    lows: tuple
-    """Where the lower wall of each axis stands, or would [length]."""
-    highs: tuple
-    """The same of the upper walls."""
-    lower: tuple
-    """1 for an axis with a lower wall, else 0."""
-    upper: tuple
-    """The same of the upper walls."""
+    lows: tuple  # where the lower wall of each axis stands, or would [length]
+    highs: tuple  # the same of the upper walls
+    lower: tuple  # 1 for an axis with a lower wall, else 0
+    upper: tuple  # the same of the upper walls
 
     def soonest_wall(self, x, v, radius, growth):
         best = NEVER
@@ -89,8 +83,7 @@ class Yielding(NamedTuple):
     """Walls, in the plane of some of which an obstacle lies: it is met first where both are met at once."""
 
     walls: Faces
-    behind: Faces
-    """The same, but those walls stand back by a hair."""
+    behind: Faces  # the same, but those walls stand back by a hair
 
     def soonest_wall(self, x, v, radius, growth):
         return soonest_wall(self.walls, x, v, radius, growth)
@@ -108,13 +101,8 @@ def cushions(
 ) -> Any:
     """Return what the engine compiles for the walls of a box, or None where there are none.
 
-    Parameters
-    ----------
-    box, periodic
-        Edges [length], and which axes are periodic.
-    replaced, yielding : collections of (int, int)
-        Walls for which an obstacle stands, and in whose plane one lies: axis, and 0 for the lower wall, 1 for
-        the upper one.
+    An obstacle stands for the walls ``replaced``, and lies in the plane of those ``yielding``: (axis, 0 for
+    the lower wall or 1 for the upper one).
     """
     edges, walled = tuple(map(float, box)), {*sides(periodic)} - {*replaced}
     if not walled:

@@ -21,23 +21,19 @@ MOST_ENTRIES = 256
 class Cells(NamedTuple):
     """A grid of cells over the box, and the obstacles in each: those that come into it."""
 
-    shape: tuple[int, ...]
-    """Cells along each axis."""
-    sides: tuple[float, ...]
-    """Sides of a cell [length]."""
-    starts: np.ndarray
-    """Where the obstacles of each cell begin, (cells + 1,) int64."""
-    members: np.ndarray
-    """Obstacles, cell after cell, int32."""
+    shape: tuple[int, ...]  # cells along each axis
+    sides: tuple[float, ...]  # sides of a cell [length]
+    starts: np.ndarray  # where the obstacles of each cell begin, (cells + 1,) int64
+    members: np.ndarray  # obstacles, cell after cell, int32
     shifts: np.ndarray
     """Boxes from the cell to where that obstacle comes into an image of it, (entries, d) int32."""
 
 
 def crowded(kind: Any) -> Any:
-    """Let a type of models be kept in arrays where there are many of them: a class decorator.
+    """Let a type of models be kept in arrays where there are many: a class decorator.
 
-    The type of many, ``Crowd``, has the same fields, each an array of one number or row a model. The method
-    ``extent`` of the class is its: it returns the least and the largest coordinates of each, (k, d) [length].
+    ``Crowd``, the type of many, has an array for each field. ``extent`` of the class becomes its: the least
+    and largest coordinates of each, (k, d) [length].
     """
     many = cast(Any, namedtuple)("Crowd", kind._fields, module=kind.__module__)
     many.__qualname__ = f"{kind.__qualname__}.Crowd"
@@ -63,17 +59,10 @@ def together(models: Sequence[Any]) -> Any:
 
 
 def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: Sequence[bool]) -> Cells:
-    """Return cells of obstacles.
+    """Return cells of obstacles with least and largest coordinates ``low`` and ``high``, (k, d) [length].
 
-    Parameters
-    ----------
-    low, high : (k, d) arrays
-        The least and the largest coordinates of each, grown by the radius of a particle whose center is
-        looked up [length].
-    box : sequence of d floats
-        Edges [length].
-    periodic : sequence of d bools
-        Which axes are periodic. Along the others, a place beyond the box is in the last cell.
+    These are grown by the radius of a particle whose center is looked up. Along axes that are not periodic, a
+    place beyond the box is in the last cell.
     """
     edges, wraps = np.array(box, np.float64), np.array(periodic)
     dimension, hair = len(edges), ROUNDING_MARGIN * float(np.max(box))

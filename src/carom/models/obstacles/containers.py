@@ -179,10 +179,8 @@ class CylindricalContainer(Properties):
 class Inside(NamedTuple):
     """The inside of a sphere, or of a cylinder along an axis, is free."""
 
-    axis: int
-    """The coordinate along which a cylinder extends, -1 for a sphere."""
-    center: tuple
-    """The center, or a point on the axis."""
+    axis: int  # the coordinate along which a cylinder extends, -1 for a sphere
+    center: tuple  # the center, or a point on the axis
     radius: float
 
     def encounter(self, x, v, radius, growth):

@@ -1,8 +1,7 @@
 """Convex bodies with rounded edges: segments and capped cylinders, boxes, triangles, in any dimension.
 
-A body says which of its points is closest to a place. The distance of a component in straight flight from a
-convex body is a convex function of time. So Newton's method from the present never passes the first contact:
-it reaches it, to the last bit, or finds that the component passes by.
+A body says which of its points is closest. Its distance from a straight flight is convex in time, so Newton's
+method from now never passes the first contact: it reaches the last bit, or finds a miss.
 """
 
 from __future__ import annotations

@@ -28,11 +28,9 @@ from carom.models.questions.obstacle import is_periodic
 from carom.models.questions.particles import Particles
 from carom.units import TimeUnit
 
-ONE = TimeUnit()
-"""The scene's own unit of time."""
+ONE = TimeUnit()  # the scene's own unit of time
 
-UNIT = 2.0**-50
-"""How much the length of a unit vector may differ from 1 by rounding."""
+UNIT = 2.0**-50  # how much the length of a unit vector may differ from 1 by rounding
 
 
 @dataclass(frozen=True)
@@ -40,30 +38,18 @@ class Dressed:
     """A shape with a motion along a line, and a surface that loses energy or has a temperature.
 
     :func:`dressed` makes it of an obstacle with keywords; :func:`Shaken`, :func:`Surface` and :func:`Thermal`
-    of one that has none, such as the user's own.
-
-    Parameters
-    ----------
-    obstacle : obstacle
-        The shape, where it is not displaced.
-    direction, path : d floats, Path
-        Direction of the motion, a vector of any length but zero, and the displacement as a function of time.
-    loss : Loss or Restitution, optional
-        What a contact loses, in the frame of the surface. A component leaves the surface so fast that it
-        flies for half of ``contact_time``, or at least at ``restitution * elastic_below``. A resting
-        component makes such small hops.
-    kT, seed : float, int
-        Temperature of the gas of which a component seems to come [energy], and seed of the random numbers;
-        every component has its own stream. The normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of
-        effusion; speeds along the surface are Maxwell's. Both are in the frame of the surface.
+    of one that has none, such as the user's own. In the frame of a lossy surface a component leaves so fast
+    that it flies for half of ``contact_time``, or at ``restitution * elastic_below`` at least: small hops of
+    what rests. From a hot one the normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of effusion, the
+    others are Maxwell's.
     """
 
-    obstacle: Any
-    direction: tuple[float, ...] | None = None
-    path: Any = None
-    loss: Loss | Restitution | None = None
-    kT: float | None = None
-    seed: int = 0
+    obstacle: Any  # where it is not displaced
+    direction: tuple[float, ...] | None = None  # of the motion, any vector but zero
+    path: Any = None  # displacement over time
+    loss: Loss | Restitution | None = None  # of a contact
+    kT: float | None = None  # of the gas behind the surface [energy]
+    seed: int = 0  # every component has its own stream
 
     def __post_init__(self) -> None:
         if self.path is not None:
@@ -101,10 +87,7 @@ class Dressed:
         return np.multiply.outer((self.path.lowest, self.path.highest), self.direction)
 
     def gap(self, positions, radii, box, periodic, times=0.0, unit=ONE):
-        """Return the distance of each component's surface from the obstacle, (n,) [length].
-
-        It is where it is at ``times`` since the start, a number or (n,), in a unit of time.
-        """
+        """Return the distance of each surface from the obstacle at ``times``, (n,) [length]."""
         away: Any = 0.0
         if self.path is not None:
             path, period = self.path.model(unit), Fraction(float(unit.to_kernel(self.path.period, 1)))
@@ -134,9 +117,7 @@ class Dressed:
                 )
 
     def spread(self) -> Any:
-        """Return the widths of all places that the obstacle passes, (d,) [length]; None if it has no such
-        answer, and does not move.
-        """
+        """Return the widths of all places passed, (d,) [length]; None if it rests and has no answer."""
         shape = getattr(self.obstacle, "spread", None)
         if self.path is None:
             return None if shape is None else shape()
@@ -150,10 +131,7 @@ class Dressed:
         return not along and hasattr(self.obstacle, "glides") and self.obstacle.glides(axis)
 
     def confines(self, normal: Sequence[float]) -> tuple[float, float] | None:
-        """Return the least and the greatest offset of the plane that confines components, or None.
-
-        ``normal`` is the unit normal of that plane.
-        """
+        """Return the least and greatest offset of the plane (unit ``normal``) that confines, or None."""
         confines = getattr(self.obstacle, "confines", None)
         offsets = None if confines is None else confines(normal)
         if offsets is None or self.path is None:
@@ -175,10 +153,9 @@ class Dressed:
         return replace(self, loss=self.loss.at(speed)) if isinstance(self.loss, Restitution) else self
 
     def drawing_apart(self, before: Sequence[Any], given: Sequence[Any]) -> Dressed:
-        """Return a hot obstacle with a seed that none of the obstacles ``before`` it has.
+        """Return a hot obstacle with a seed that none of those ``before`` it has, else two would throw alike.
 
-        That is its own where possible, and else one that no obstacle of all those ``given`` has. Otherwise
-        two surfaces would throw a component with the same random numbers.
+        Its own where possible, otherwise one that no obstacle ``given`` has.
         """
         used_seeds = _seeds(before)
         if self.kT is None or self.seed not in used_seeds:

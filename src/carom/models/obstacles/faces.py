@@ -27,8 +27,7 @@ from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.wall_names import place_of, sides, wall_name
 
-PROBES = 256
-"""Places on a wall at which it is asked whether an obstacle of the user's own lies there."""
+PROBES = 256  # places on a wall at which it is asked whether an obstacle of the user's own lies there
 
 GOLDEN = 0.6180339887498949
 """Multiples of its powers, without their whole part, are spread evenly: they are the probes' coordinates."""

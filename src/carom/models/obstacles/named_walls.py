@@ -15,8 +15,7 @@ from carom.models.obstacles.properties import Properties, properties_of
 from carom.models.obstacles.wall_names import axis_names, sides, wall_name
 from carom.texts import axis_name, counted
 
-Walls = bool | str | Sequence[str] | Mapping[str, "Wall"]
-"""What the keyword ``walls`` takes."""
+Walls = bool | str | Sequence[str] | Mapping[str, "Wall"]  # what the keyword ``walls`` takes
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)

@@ -17,10 +17,8 @@ from carom.errors import InputError
 class HalfPlane(NamedTuple):
     """Everything behind a line is solid."""
 
-    point: tuple[float, float]
-    """On the line [length]."""
-    normal: tuple[float, float]
-    """Unit vector to the free side."""
+    point: tuple[float, float]  # on the line [length]
+    normal: tuple[float, float]  # unit vector to the free side
 
 
 class Disk(NamedTuple):
@@ -41,17 +39,14 @@ class Line(NamedTuple):
     """A line along an axis."""
 
     axis: int
-    offset: float
-    """The other coordinate [length]."""
+    offset: float  # the other coordinate [length]
 
 
 class Hull(NamedTuple):
     """In the plane and in space: all places within a distance of the convex hull of points are solid."""
 
-    corners: tuple[tuple[float, ...], ...]
-    """The points, in any order [length]."""
-    radius: float = 0.0
-    """The distance [length]."""
+    corners: tuple[tuple[float, ...], ...]  # the points, in any order [length]
+    radius: float = 0.0  # the distance [length]
 
 
 class Arc(NamedTuple):
@@ -59,19 +54,15 @@ class Arc(NamedTuple):
 
     center: tuple[float, ...]
     radius: float
-    start: float
-    """Angle from the first axis [radians]."""
-    angle: float
-    """How far it goes from there, counterclockwise [radians]."""
+    start: float  # angle from the first axis [radians]
+    angle: float  # how far it goes from there, counterclockwise [radians]
 
 
 class SolidBehind(NamedTuple):
     """In space: everything behind a plane is solid."""
 
-    point: tuple[float, ...]
-    """On the plane [length]."""
-    normal: tuple[float, ...]
-    """Unit vector to the free side."""
+    point: tuple[float, ...]  # on the plane [length]
+    normal: tuple[float, ...]  # unit vector to the free side
 
 
 class SolidSphere(NamedTuple):
@@ -96,8 +87,7 @@ class HollowCylinder(NamedTuple):
     radius: float
 
 
-PLANE: tuple[type, ...] = (HalfPlane, Disk, Circle, Line, Hull, Arc)
-"""Shapes that ``outline`` may return."""
+PLANE: tuple[type, ...] = (HalfPlane, Disk, Circle, Line, Hull, Arc)  # shapes that ``outline`` may return
 
 SPACE: tuple[type, ...] = (SolidBehind, SolidSphere, HollowSphere, HollowCylinder, Hull)
 """Shapes that ``surface`` may return."""
@@ -129,10 +119,7 @@ def of_all(obstacles: Sequence[Any], box: Any, periodic: Sequence[bool]) -> list
 
 
 def images(center: Sequence[float], box: Sequence[float], periodic: Sequence[bool]) -> np.ndarray:
-    """Return how far the images of an obstacle around ``center`` lie from it, (m, d) [length].
-
-    They are those in the box and in its neighbours along periodic axes.
-    """
+    """Return offsets, (m, d) [length], of images around ``center`` in the box and along periodic axes."""
     edges = np.array(box, dtype=float)
     home = np.where(periodic, np.floor(np.array(center) / edges), 0.0)
     turns = itertools.product(*[(-1, 0, 1) if repeats else (0,) for repeats in periodic])

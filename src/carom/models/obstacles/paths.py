@@ -29,11 +29,10 @@ from carom.units import TimeUnit
 
 @runtime_checkable
 class Path(Protocol):
-    """A path as users write it.
+    """A path as users write it. Its bounds must hold, so that no contact is missed.
 
-    The bounds ensure that no contact is missed, so they must hold. Displacements stay between ``lowest`` and
-    ``highest``, and accelerations within ``acceleration``. The path repeats after ``period``, which is longer
-    than the run if it does not repeat.
+    Displacements stay between ``lowest`` and ``highest``, accelerations within ``acceleration``. ``period``
+    is longer than the run if nothing repeats.
     """
 
     @property
@@ -85,8 +84,7 @@ def pace(path, t):
 class Still(NamedTuple):
     """No displacement."""
 
-    still: bool = True
-    """Always true: Numba has no empty tuples of a class."""
+    still: bool = True  # always true: Numba has no empty tuples of a class
 
     def place(self, t):
         return 0.0
@@ -158,12 +156,9 @@ class Sine:
 class Swing(NamedTuple):
     """``amplitude sin(frequency t + phase)``."""
 
-    amplitude: float
-    """Largest displacement [length]."""
-    frequency: Annotated[float, parameter(-1)]
-    """Angular frequency."""
-    phase: float
-    """Phase at time zero, in radians."""
+    amplitude: float  # largest displacement [length]
+    frequency: Annotated[float, parameter(-1)]  # angular frequency
+    phase: float  # phase at time zero, in radians
 
     def place(self, t):
         return self.amplitude * math.sin(self.frequency * t + self.phase)
@@ -285,12 +280,9 @@ class Arcs(NamedTuple):
 
     times: Annotated[np.ndarray, parameter(1)]
     """Time at which each piece begins, and the end, (k + 1,) float64."""
-    places: np.ndarray
-    """Displacement at the beginning of each piece, (k,) float64 [length]."""
-    speeds: Annotated[np.ndarray, parameter(-1)]
-    """Speed at the beginning of each piece, (k,) float64."""
-    bends: Annotated[np.ndarray, parameter(-2)]
-    """Acceleration of each piece, (k,) float64."""
+    places: np.ndarray  # displacement at the beginning of each piece, (k,) float64 [length]
+    speeds: Annotated[np.ndarray, parameter(-1)]  # speed at the beginning of each piece, (k,) float64
+    bends: Annotated[np.ndarray, parameter(-2)]  # acceleration of each piece, (k,) float64
 
     def place(self, t):
         t = t % self.times[-1]

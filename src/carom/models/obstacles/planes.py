@@ -20,8 +20,7 @@ from carom.models.questions import obstacle
 from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
-UNIT = 2.0**-50
-"""How much a coordinate of a unit vector may be off by rounding."""
+UNIT = 2.0**-50  # how much a coordinate of a unit vector may be off by rounding
 
 
 @dataclass(frozen=True, repr=False)
@@ -123,10 +122,8 @@ def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
 class HalfSpace(NamedTuple):
     """The half space ``normal . x >= offset`` is free."""
 
-    normal: tuple
-    """Unit vector into the free side."""
-    offset: float
-    """Distance from the origin along the normal [length]."""
+    normal: tuple  # unit vector into the free side
+    offset: float  # distance from the origin along the normal [length]
 
     def encounter(self, x, v, radius, growth):
         height = -self.offset - radius

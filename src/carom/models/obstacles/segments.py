@@ -79,15 +79,11 @@ class Segment(Body):
 class Stick(NamedTuple):
     """All places within a distance of a segment."""
 
-    anchor: tuple
-    """Its middle [length]."""
-    round: float
-    """The distance [length]."""
+    anchor: tuple  # its middle [length]
+    round: float  # the distance [length]
     start: tuple
-    along: tuple
-    """From start to end [length]."""
-    square: float
-    """Length squared [length^2]."""
+    along: tuple  # from start to end [length]
+    square: float  # length squared [length^2]
 
     def extent(self: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return the least and the largest coordinates of each, (k, d) [length]."""

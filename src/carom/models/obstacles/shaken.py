@@ -22,24 +22,16 @@ from carom.models.questions.particles import Particles
 class Displaced(NamedTuple):
     """A body that is displaced along a course."""
 
-    body: Any
-    """Model of the obstacle without displacement."""
-    course: Course
-    """The motion along the line."""
-    free: tuple
-    """Acceleration of a component without field: zeros."""
-    rest: Annotated[float, parameter(-1)]
-    """Least speed, relative to the body, after a contact."""
+    body: Any  # model of the obstacle without displacement
+    course: Course  # the motion along the line
+    free: tuple  # acceleration of a component without field: zeros
+    rest: Annotated[float, parameter(-1)]  # least speed, relative to the body, after a contact
     begin: Annotated[np.ndarray, present(1)]
     """Time of the path when the counting of epochs began, (1,) float64."""
-    phase: Annotated[np.ndarray, present(1)]
-    """The same at the beginning of this epoch, (1,) float64."""
-    epochs: Annotated[np.ndarray, present()]
-    """Epochs counted, (1,) int64."""
-    away: Annotated[np.ndarray, ROOM]
-    """Displacement at the contact that is asked about, (1,) float64."""
-    shifted: Annotated[np.ndarray, ROOM]
-    """Room for a position, (d,)."""
+    phase: Annotated[np.ndarray, present(1)]  # the same at the beginning of this epoch, (1,) float64
+    epochs: Annotated[np.ndarray, present()]  # epochs counted, (1,) int64
+    away: Annotated[np.ndarray, ROOM]  # displacement at the contact that is asked about, (1,) float64
+    shifted: Annotated[np.ndarray, ROOM]  # room for a position, (d,)
 
     def shift_epoch(self, duration):
         # Products and remainders are exact: the phase does not drift, however many epochs there are.

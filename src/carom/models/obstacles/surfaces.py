@@ -74,12 +74,9 @@ class Lossy(NamedTuple):
 class RoughSurface(NamedTuple):
     """A surface that exchanges momentum along itself, too (``carom.engine.rubbing``)."""
 
-    body: Lossy
-    """What it does along the normal."""
-    tangential: float
-    """beta."""
-    friction: float
-    """Largest ratio of the tangential to the normal impulse."""
+    body: Lossy  # what it does along the normal
+    tangential: float  # beta
+    friction: float  # largest ratio of the tangential to the normal impulse
 
     @property
     def spared(self) -> np.ndarray:
@@ -91,14 +88,10 @@ class RoughSurface(NamedTuple):
 class Thermostat(NamedTuple):
     """A body that throws components back with the speeds of a temperature."""
 
-    body: Any
-    """Model of the obstacle."""
-    kT: Annotated[float, parameter(-2)]
-    """Temperature."""
-    seed: int
-    """Seed of the random numbers."""
-    drawn: Annotated[np.ndarray, kept()]
-    """Numbers that each component has drawn, (n + 1,) int64."""
+    body: Any  # model of the obstacle
+    kT: Annotated[float, parameter(-2)]  # temperature
+    seed: int  # seed of the random numbers
+    drawn: Annotated[np.ndarray, kept()]  # numbers that each component has drawn, (n + 1,) int64
 
     def recoil(self, motion, i, mass, x, v, normal, growth, now):
         hot = math.sqrt(self.kT / mass)

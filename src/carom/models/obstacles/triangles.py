@@ -71,15 +71,11 @@ class Triangle(Body):
 class Facet(NamedTuple):
     """All places within a distance of a triangle."""
 
-    anchor: tuple
-    """Between its least and its largest coordinates [length]."""
-    round: float
-    """The distance [length]."""
+    anchor: tuple  # between its least and its largest coordinates [length]
+    round: float  # the distance [length]
     corner: tuple
-    u: tuple
-    """From the first corner to the second [length]."""
-    v: tuple
-    """From the first corner to the third [length]."""
+    u: tuple  # from the first corner to the second [length]
+    v: tuple  # from the first corner to the third [length]
     uu: float
     uv: float
     vv: float

@@ -24,20 +24,9 @@ SOURCES: dict[str, Callable[[Particles], Any]] = {
 class Prepared:
     """Something that is made for a model when its particles are known.
 
-    Parameters
-    ----------
-    make : callable
-        Called with the value and the particles.
-    each : bool
-        Whether it is an array of one value a particle.
-    remembers : bool
-        Whether the model writes into it.
-    times : bool
-        Whether it holds times of the epoch.
-    size : str, optional
-        The field that holds the number of its items.
-    power : int
-        It has the dimension ``time**power``, which an annotation says.
+    ``make`` is called with the value and the particles. The other fields: whether it is an array of one value
+    a particle (``each``), is written into by the model (``remembers``), holds times of the epoch (``times``);
+    the field with the number of its items (``size``); its dimension ``time**power``.
     """
 
     @property

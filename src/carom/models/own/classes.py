@@ -30,8 +30,7 @@ from carom.units import TimeUnit
 MISSPELT = 0.85
 """How alike a method's name and that of one that is asked are at least, where one is meant for the other."""
 
-OF_INTERACTIONS = ("radii", "masses")
-"""What every interaction has, for obstacles and for elastic contacts."""
+OF_INTERACTIONS = ("radii", "masses")  # what every interaction has, for obstacles and for elastic contacts
 
 OF_STEPS = ("energy", "events")
 """What an interaction with steps has: the energy of a pair on each, and the number of events on each."""
@@ -44,16 +43,11 @@ class Own(NamedTuple):
     """What the decorator knows of a class."""
 
     kind: Kind
-    meanings: dict[str, Meaning]
-    """Of the fields."""
-    parts: dict[str, Prepared]
-    """The arrays beside them."""
-    constants: dict[str, Any]
-    """Numbers of the class that its compiled methods read."""
-    compiled: Any
-    """The type that the engine compiles."""
-    methods: tuple[Any, ...]
-    """The functions that are compiled."""
+    meanings: dict[str, Meaning]  # of the fields
+    parts: dict[str, Prepared]  # the arrays beside them
+    constants: dict[str, Any]  # numbers of the class that its compiled methods read
+    compiled: Any  # the type that the engine compiles
+    methods: tuple[Any, ...]  # the functions that are compiled
 
 
 def kind_of(value: Any) -> Kind | None:
@@ -63,17 +57,7 @@ def kind_of(value: Any) -> Kind | None:
 
 
 def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
-    """Return a class as a frozen dataclass, with the type that the engine compiles for it.
-
-    Parameters
-    ----------
-    cls : type
-        The class as it is written.
-    kind : Kind
-        What it is.
-    names : mapping
-        Names that its annotations may use, besides those of its module.
-    """
+    """Return a class as a frozen dataclass with its compiled type; ``names`` are for its annotations."""
     if not isinstance(cls, type):
         raise InputError(f"own.{kind.decorator} decorates a class, found {cls!r}.")
     if kind is INTERACTION and any(hasattr(cls, name) for name in STEPPED.required):
@@ -307,17 +291,7 @@ def _age(
 
 
 def model_of(value: Any, particles: Particles | None, unit: TimeUnit | None) -> Any:
-    """Return the model that the engine compiles for a value of one's own.
-
-    Parameters
-    ----------
-    value : object
-        Of a class with one of the decorators.
-    particles : Particles or None
-        The particles, where there are any.
-    unit : TimeUnit or None
-        The engine's unit of time; None leaves quantities as they are.
-    """
+    """Return what the engine compiles for an own value; without ``unit`` quantities stay as they are."""
     cls = type(value)
     if "_own" not in vars(cls):
         base = next(each for each in cls.__mro__ if "_own" in vars(each))

@@ -22,12 +22,9 @@ from carom.units import TimeUnit
 class Meaning:
     """What the annotation of a field says."""
 
-    word: str
-    """What the field is."""
-    power: int = 0
-    """Its dimension is ``time**power``."""
-    text: str = ""
-    """The same as a sentence."""
+    word: str  # what the field is
+    power: int = 0  # its dimension is ``time**power``
+    text: str = ""  # the same as a sentence
 
 
 Array = Annotated[Any, Meaning("array", 0, "An array of numbers.")]
@@ -44,15 +41,7 @@ KNOWN = {float: "number", int: "integer", bool: "boolean", str: "text", tuple: "
 
 
 def meanings(cls: type, names: Mapping[str, Any]) -> dict[str, Meaning]:
-    """Return what each field that a class annotates is.
-
-    Parameters
-    ----------
-    cls : type
-        The class.
-    names : mapping
-        What is known by name where the class is defined, besides its module.
-    """
+    """Return what each annotated field of a class is; ``names`` are known besides its module's."""
     try:
         annotations = inspect.get_annotations(cls, eval_str=True, locals=dict(names))
     except Exception as error:

@@ -14,30 +14,15 @@ from carom.models.questions import contact, interaction, memory, motion, observe
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """A kind of model.
+    """A kind of model."""
 
-    Attributes
-    ----------
-    name : str
-        What messages call it.
-    questions : dict of str to function
-        The methods that are compiled, and what the engine asks for each.
-    required : tuple of str
-        Those that a class must have.
-    asked : dict of str to tuple of str
-        What else the class must have, which Carom asks in Python: the parameters of methods, none of facts.
-    ghost : bool
-        Whether its arrays have an item for the ghost.
-    converted : bool
-        Whether its quantities are in the engine's unit of time.
-    """
-
-    name: str
-    questions: dict[str, Any]
-    required: tuple[str, ...]
+    name: str  # in messages
+    questions: dict[str, Any]  # methods that are compiled, and what the engine asks for each
+    required: tuple[str, ...]  # those that a class must have
     asked: dict[str, tuple[str, ...]] = field(default_factory=dict)
-    ghost: bool = False
-    converted: bool = True
+    """By Carom in Python: parameters of methods, none of facts."""
+    ghost: bool = False  # its arrays have an item for the ghost
+    converted: bool = True  # to the engine's unit of time
 
     @property
     def decorator(self) -> str:

@@ -27,40 +27,24 @@ MOST_ROLLBACKS = 6
 SPINS_SHARED, SPINS_OWN = 64, 4096
 """Refusals after which a thread lets others go first: where they share cores, and where each has its own."""
 
-EVENTS = 0.7
-"""Events of a part for each collision of a particle there, about."""
+EVENTS = 0.7  # events of a part for each collision of a particle there, about
 
 MORE, LEAST_ROOM = 1.5, 4096
 """Room for collisions in a window, over those that a part should have, and in addition."""
 
-EXTRA_CAPACITY = 4
-"""For how many more each list and each cell has room, where all have the same."""
+EXTRA_CAPACITY = 4  # for how many more each list and each cell has room, where all have the same
 
-COMMITS_IN_A_ROW = 16
-"""Windows kept in a row after which parts may be further ahead of each other again."""
+COMMITS_IN_A_ROW = 16  # windows kept in a row after which parts may be further ahead of each other again
 
 
 @dataclass
 class Executive:
-    """Workers for one run.
+    """Workers for one run."""
 
-    Attributes
-    ----------
-    run_state : RunState
-        What runs. Between two windows its arrays hold the true state.
-    workers : int
-        How many threads.
-    settings : Settings
-        How long windows are, how far parts may be ahead of each other, and whether one worker goes on where
-        it is faster.
-    timings : Timings
-        Where the time went.
-    """
-
-    run_state: RunState
-    workers: int
+    run_state: RunState  # between two windows its arrays hold the true state
+    workers: int  # threads
     settings: Settings = field(default_factory=Settings)
-    timings: Timings = field(default_factory=Timings)
+    timings: Timings = field(default_factory=Timings)  # where the time went
 
     def __post_init__(self) -> None:
         wanted, least = self.settings.collisions, self.settings.least
@@ -99,12 +83,7 @@ class Executive:
     def window(self, stop: tuple[np.int64, float], target: int) -> bool:
         """Run one window, if the run can and it is faster; False if the plain cycle is to go on.
 
-        Parameters
-        ----------
-        stop : tuple
-            Epoch and offset where the run has to end.
-        target : int
-            Number of the collision at which it has to end; windows stay short of it.
+        It ends at ``stop``, an epoch and offset, and stays short of collision number ``target``.
         """
         run_state = self.run_state
         before, self._several = self._several, self._pace is None or self._pace.first()

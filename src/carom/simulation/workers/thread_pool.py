@@ -14,13 +14,7 @@ def cores() -> int:
 
 
 class ThreadPool:
-    """A fixed number of threads.
-
-    Parameters
-    ----------
-    workers : int
-        How many.
-    """
+    """A fixed number of threads."""
 
     def __init__(self, workers: int):
         self.workers = workers
@@ -33,9 +27,9 @@ class ThreadPool:
     ) -> list[Any]:
         """Call ``step(k, *arguments)`` for every worker k, each in its thread, and return what they return.
 
-        The first time they go one after the other, in this thread: that is when the step is compiled. They do
-        not where they need each other: such a step has been compiled before. It comes with ``halt``, which
-        makes all end soon, and is called where one fails or is interrupted.
+        The first time they go one after the other in this thread, which compiles the step; not where they
+        need each other: such a step is compiled before, and comes with ``halt``, which makes all end soon
+        where one fails.
         """
         if self._pool is None or (halt is None and step.__name__ not in self._seen):
             self._seen.add(step.__name__)

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-LEAST_PER_WINDOW = 0.1
-"""Collisions for each particle below which a stretch is not worth a window."""
+LEAST_PER_WINDOW = 0.1  # collisions for each particle below which a stretch is not worth a window
 
-LOOKAHEAD = 8.0
-"""Widths of a bucket, of a few cycles each, that a part may be ahead of another."""
+LOOKAHEAD = 8.0  # widths of a bucket, of a few cycles each, that a part may be ahead of another
 
 MANY = 100_000
 """Components below which that is less, in proportion: more often something comes late then."""
@@ -16,53 +14,25 @@ MANY = 100_000
 
 @dataclass
 class Timings:
-    """Where the time of a run in windows went, and what came of it.
+    """Where the time of a run in windows went [s], and what came of it."""
 
-    Attributes
-    ----------
-    windows, repeats : int
-        Windows that were kept, and that were run again.
-    collisions : int
-        Collisions in windows that were kept.
-    wall : float
-        Wall time in windows [s].
-    save_state, run, merge, epochs, rolled_back : float
-        Of it: keeping the state that a window begins with, running, adding up, going over into the next
-        epoch, and windows that were run again.
-    busy : float
-        CPU time of all workers together in ``run`` [s].
-    """
-
-    windows: int = 0
-    repeats: int = 0
-    collisions: int = 0
-    wall: float = 0.0
-    save_state: float = 0.0
+    windows: int = 0  # kept
+    repeats: int = 0  # run again
+    collisions: int = 0  # in windows that were kept
+    wall: float = 0.0  # in windows
+    save_state: float = 0.0  # keeping what a window begins with
     run: float = 0.0
-    merge: float = 0.0
-    epochs: float = 0.0
-    rolled_back: float = 0.0
-    busy: float = 0.0
+    merge: float = 0.0  # adding up
+    epochs: float = 0.0  # going over into the next
+    rolled_back: float = 0.0  # windows that were run again
+    busy: float = 0.0  # CPU time of all workers in ``run``
 
 
 @dataclass
 class Settings:
-    """How long windows are, how far parts may be ahead of each other, and whether there must be any.
+    """How long windows are, how far parts may be ahead, and whether there must be any; None: as measured."""
 
-    Attributes
-    ----------
-    collisions : float or None
-        Collisions a particle that a window should hold, or None for what was measured to be good.
-    lookahead : float or None
-        Widths of a bucket that a part may be ahead of another at a border, or None for what was measured to
-        be good. It becomes half as much where a window is lost by it.
-    least : float
-        Collisions a particle below which a stretch is left to the plain cycle.
-    compare : bool
-        Whether the plain cycle is timed now and then, and goes on where it is faster.
-    """
-
-    collisions: float | None = None
-    lookahead: float | None = None
-    least: float = LEAST_PER_WINDOW
-    compare: bool = True
+    collisions: float | None = None  # a particle, in a window
+    lookahead: float | None = None  # widths of a bucket at a border; halved where it loses a window
+    least: float = LEAST_PER_WINDOW  # a particle, below which the plain cycle runs
+    compare: bool = True  # time the plain cycle now and then

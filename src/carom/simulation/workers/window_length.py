@@ -14,17 +14,13 @@ if TYPE_CHECKING:
 LENGTH = 8.0
 """Collisions a particle that a window holds at most: all is lost where it must be run again."""
 
-FIRST, SMALLEST = 0.5, 0.25
-"""Part of this in the first windows, and where windows are often lost."""
+FIRST, SMALLEST = 0.5, 0.25  # part of this in the first windows, and where windows are often lost
 
-COMMITS_IN_A_ROW = 8
-"""Windows kept in a row after which they become twice as long."""
+COMMITS_IN_A_ROW = 8  # windows kept in a row after which they become twice as long
 
-FEWEST = 32
-"""Collisions below which it never pays."""
+FEWEST = 32  # collisions below which it never pays
 
-SEEN = 0.1
-"""Collisions a particle from which a rate follows."""
+SEEN = 0.1  # collisions a particle from which a rate follows
 
 GUESSED = 0.25
 """How long the first window is, in proportion: disks placed at random collide more often at first."""
@@ -37,30 +33,14 @@ by the last time.
 
 @dataclass
 class WindowLength:
-    """The lengths of a team's windows.
-
-    Attributes
-    ----------
-    run_state : RunState
-        What runs.
-    held : float
-        Collisions a particle that a window should hold, at most.
-    least : float
-        Collisions a particle below which a stretch is left to the plain cycle.
-    share : float
-        Part of ``held`` that the next window should hold.
-    length : float
-        Length of the next window [engine's time], 0 before the first.
-    failed : int
-        Windows in a row that were lost.
-    """
+    """The lengths of a team's windows."""
 
     run_state: RunState
-    held: float
-    least: float
-    share: float = FIRST
-    length: float = 0.0
-    failed: int = 0
+    held: float  # collisions a particle in a window at most
+    least: float  # below which a stretch is left to the plain cycle
+    share: float = FIRST  # part of ``held`` for the next window
+    length: float = 0.0  # of the next [engine's time], 0 before the first
+    failed: int = 0  # windows in a row that were lost
 
     def __post_init__(self) -> None:
         self._known = 0.0  # rate of a particle, as it was found last
@@ -93,15 +73,7 @@ class WindowLength:
         return collision_rate(scene.packing_fraction, scene.dimension, scene.diameter, speed)
 
     def end(self, start: float, last: float, target: int) -> float | None:
-        """Return when a window from ``start`` ends, at ``last`` the latest; None if it is not worth one.
-
-        Parameters
-        ----------
-        start, last : float
-            Within the epoch [engine's time].
-        target : int
-            Number of the collision at which the run ends; windows stay short of it.
-        """
+        """Return when a window from ``start`` ends, by ``last`` and short of collision ``target``."""
         run_state = self.run_state
         rate = self.rate()
         if self.failed == 0:
