@@ -74,9 +74,9 @@ class Lists(NamedTuple):
 
     def transit_time(self, motion, boundary, state, i, now):
         me = state.rows[i]
-        found_capacity, rate = skin(self.bounds, i, now)
+        slack, rate = skin(self.bounds, i, now)
         rr = 0.0
-        b = found_capacity * rate
+        b = slack * rate
         a = -rate * rate
         for axis in range(len(self.grid_step)):
             r = from_reference(motion, self, boundary, me, self.reference[i], axis, now)
@@ -86,8 +86,8 @@ class Lists(NamedTuple):
             a += v * v
         if a == 0.0 and rate == 0.0:
             return NEVER
-        # The outward root of |r + v t| = room - rate t, in the form that cancels for neither sign of b.
-        c = max(found_capacity * found_capacity - rr, 0.0)
+        # The outward root of |r + v t| = slack - rate t, in the form that cancels for neither sign of b.
+        c = max(slack * slack - rr, 0.0)
         root = np.sqrt(max(b * b + a * c, 0.0))
         if b > 0.0:
             return now + c / (b + root)
