@@ -82,6 +82,15 @@ def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
     assert found.shape == tuple(int(edge / side) for edge in scene.box)
 
 
+@pytest.mark.parametrize(
+    ("dimension", "packing_fraction", "listed"), [(2, 0.54, 10), (2, 0.55, 8), (2, 0.7, 8), (3, 0.49, 14)]
+)
+def test_lists_are_as_long_as_runs_fastest(dimension, packing_fraction, listed, unscheduled):
+    scene = carom.Scene.crystal(dimension=dimension, cells=10, packing_fraction=packing_fraction)
+    shell = carom.Simulation(scene, tuning=carom.Tuning(neighbors="lists"))._state.scheme.list_range
+    assert 2.0**dimension * packing_fraction * shell**dimension - 1.0 == pytest.approx(listed, rel=1e-6)
+
+
 @pytest.mark.usefixtures("unscheduled")
 def test_a_box_in_whose_images_a_collision_takes_seconds_is_refused_with_what_it_costs():
     # 3^12 sectors are searched at each crossing, some 500 crossings for a collision: 2.7 s by estimate.
