@@ -20,8 +20,8 @@ with twelve, and lists are renewed less often.
 """
 
 DENSE_DISKS, OF_DENSE_DISKS = 0.55, 8
-"""Packing fraction of equal disks from which on lists of another length run faster, by 3 to 8 %: most fill one
-register of eight. At .55 both lengths are as fast, at .45 the shorter one is 3 % slower.
+"""Packing fraction of equal disks from which on lists of another length run faster, by 3 to 8 %: most fill
+one register of eight. At .55 both lengths are as fast, at .45 the shorter one is 3 % slower.
 """
 
 SMALLEST_MARGIN = 0.05
