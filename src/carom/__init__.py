@@ -139,8 +139,11 @@ def __getattr__(name: str) -> Any:
         return getattr(importlib.import_module(_LAZY[name]), name)
     if name in _MODULES:
         return importlib.import_module(_MODULES[name])
-    meant = f"; take {_MEANT[name]}" if name in _MEANT else ""
-    raise AttributeError(f"module 'carom' has no attribute {name!r}{meant}")
+    from carom.meant import nearest
+
+    alike = nearest(name, __all__)
+    hint = f"; take {_MEANT[name]}" if name in _MEANT else f"; did you mean {alike}" if alike else ""
+    raise AttributeError(f"module 'carom' has no attribute {name!r}{hint}")
 
 
 def __dir__() -> list[str]:
