@@ -86,6 +86,19 @@ def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
         stretches.estimate(sim, Pressure(), [stretches.tally(sim)])
 
 
+def test_a_stretch_that_grows_has_its_mean_packing_fraction_and_its_heat_is_its_work(plain):
+    n, eta, growth, duration = 16, 0.2, 4e-3, 20.0
+    sim = carom.Simulation(carom.Scene.random(n, eta, seed=1), kT=1.0, seed=2, growth=growth)
+    result = sim.measure(Pressure(), time=duration, blocks=16)
+    _, kT, fractions, _ = along(eta, n, growth, duration)
+    assert result.packing_fraction == pytest.approx(fractions.mean(), rel=1e-4)
+    assert "Diameters grow" in result.note
+    # Six other seeds heat by 7 to 14 % more: so few particles, and so fast a growth.
+    assert sim.kT - 1.0 == pytest.approx(kT[-1] - 1.0, rel=0.2)
+    with pytest.raises(InputError, match="how diameters grew"):
+        stretches.estimate(sim, Pressure(), [stretches.tally(sim)])
+
+
 def cooling_blocks(count, rng):
     """Blocks of an ideal story: kT falls by e^-6, 40 collisions each, Z = 3, n = 10, d = 3."""
     kT = np.exp(-6 * np.arange(count) / count)
