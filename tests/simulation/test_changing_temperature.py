@@ -87,14 +87,20 @@ def test_slow_growth_measures_the_equation_of_state_along_the_stretch():
 
 
 def test_a_stretch_that_grows_has_its_mean_packing_fraction_and_its_heat_is_its_work(plain):
-    n, eta, growth, duration = 16, 0.2, 4e-3, 20.0
-    sim = carom.Simulation(carom.Scene.random(n, eta, seed=1), kT=1.0, seed=2, growth=growth)
+    n, eta, growth, duration = 16, 0.2, 4e-3, 10.0
+    sim = carom.Simulation(
+        carom.Scene.random(n, eta, seed=1),
+        kT=1.0,
+        seed=2,
+        growth=growth,
+        tuning=carom.Tuning(neighbors="sectors"),
+    )
     result = sim.measure(Pressure(), time=duration, blocks=16)
     _, kT, fractions, _ = along(eta, n, growth, duration)
     assert result.packing_fraction == pytest.approx(fractions.mean(), rel=1e-4)
     assert "Diameters grow" in result.note
-    # Six other seeds heat by 7 to 14 % more: so few particles, and so fast a growth.
-    assert sim.kT - 1.0 == pytest.approx(kT[-1] - 1.0, rel=0.2)
+    # Six seeds heat by 7 to 14 % more in twice the time: so few particles, and so fast a growth.
+    assert sim.kT - 1.0 == pytest.approx(kT[-1] - 1.0, rel=0.25)
     with pytest.raises(InputError, match="how diameters grew"):
         stretches.estimate(sim, Pressure(), [stretches.tally(sim)])
 
