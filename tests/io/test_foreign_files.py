@@ -208,6 +208,16 @@ def test_a_data_file_is_a_start_with_or_without_sizes(tmp_path, style, between, 
         carom.Scene.from_file(path, diameter=2.2)
 
 
+@pytest.mark.parametrize(
+    ("style", "between", "after"), [("sphere", "1 0.5 2.0", ""), ("dipole", "1 0.5", " 0 0.6 0.8")]
+)
+def test_images_of_a_data_file_stand_behind_all_that_its_style_has(tmp_path, style, between, after):
+    rows = [f"{i} {between} {xyz}{after} {i} 0 -1" for i, xyz in PLACED.items()]
+    (tmp_path / "a.data").write_bytes(data(f" # {style}", rows))
+    (frame,), _ = read(tmp_path / "a.data")
+    np.testing.assert_array_equal(frame.images, [[i, 0, -1] for i in sorted(PLACED)])
+
+
 def test_the_density_of_a_point_in_a_data_file_is_its_mass(tmp_path):
     path = tmp_path / "a.data"
     path.write_bytes(data(" # sphere", [f"{i} 1 {0.5 * (i % 2)} 2.5 {xyz}" for i, xyz in PLACED.items()]))
