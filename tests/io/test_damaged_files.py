@@ -312,6 +312,18 @@ def test_gsd_of_more_particles_than_bytes_is_refused_at_once(tmp_path):
     assert carom.io.read(path).n == 13
 
 
+def test_gsd_of_another_program_may_not_announce_more_particles_in_a_later_frame(tmp_path):
+    import gsd.hoomd as hoomd
+
+    with hoomd.open(str(tmp_path / "a.gsd"), "w") as file:
+        for n in (2, 3, 100_000):
+            frame = hoomd.Frame()
+            frame.particles.N, frame.configuration.box = n, [4.0] * 3 + [0.0] * 3
+            file.append(frame)
+    with pytest.raises(FileError, match="frame 2 announces 100000 particles"):
+        carom.io.open(tmp_path / "a.gsd")
+
+
 def test_a_text_file_of_holes_is_refused_at_once(tmp_path):
     path = tmp_path / "a.extxyz"
     for head in (b"", b"3\n", write(path, make_frames(3, count=1)).read_bytes(), b"9" * 18 + b"\n"):

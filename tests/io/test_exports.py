@@ -58,6 +58,18 @@ def test_a_lammps_data_file_holds_the_last_frame_with_its_masses(tmp_path, dimen
     np.testing.assert_allclose(moving[:, 1 : 1 + dimension], frames[-1].velocities, rtol=1e-8)
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize(("name", "head"), [("a.data", "Velocities\n\n"), ("a.lammpstrj", " omegaz\n")])
+def test_files_of_lammps_have_the_spins_behind_the_velocities_or_at_the_end(tmp_path, dimension, name, head):
+    """In the plane they turn about the third axis."""
+    (frame,) = frames_of(dimension, count=1)
+    spins = np.random.default_rng(1).normal(size=(frame.n, 2 * dimension - 3))
+    path, _ = exported(tmp_path, name, [dataclasses.replace(frame, spins=spins)])
+    rows = np.array([line.split() for line in path.read_text().split(head)[1].splitlines()], float)
+    np.testing.assert_allclose(rows[:, -spins.shape[1] :], spins, rtol=1e-8)
+    assert (rows[:, -3:] != 0.0).sum() == spins.size
+
+
 def test_dcd_and_pdb_hold_unwrapped_positions(tmp_path):
     frames = frames_of(3)
     pdb, _ = exported(tmp_path, "a.pdb", frames)

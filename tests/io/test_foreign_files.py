@@ -94,6 +94,14 @@ def test_a_dump_is_found_by_its_name_or_its_first_line_and_particles_by_their_id
     assert told.endswith("(LAMMPS dump): assumed a mass of 1; no velocities; left out c_pe.")
 
 
+def test_types_that_are_numbers_are_in_the_order_of_their_values(tmp_path):
+    path = dump(tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i + 1} {10 - KINDS[i]} {wrapped(i, k)}")
+    for frame in read(path, diameter={"9": 0.5, "10": 1.0})[0]:
+        assert frame.species_names == ("9", "10")
+        np.testing.assert_array_equal(frame.species, 1 - KINDS)
+        np.testing.assert_array_equal(frame.diameters, SIZES)
+
+
 def test_a_dump_that_says_the_time_has_it_and_others_have_that_of_their_steps(tmp_path):
     path = dump(tmp_path / "a.dump", "id type x y z", lambda i, k: f"{i + 1} 1 {wrapped(i, k)}")
     assert [frame.time for frame in read(path)[0]] == [0.0, 1000.0, 2000.0]
@@ -169,6 +177,20 @@ def test_the_number_of_particles_may_change(tmp_path):
     assert [frame.n for frame in read(tmp_path / "a.dump")[0]] == [20, 27]
 
 
+def test_who_is_in_a_later_frame_alone_was_not_followed_there(tmp_path):
+    """Unwrapped coordinates of another particle are no displacement."""
+
+    def rows(first):
+        return lambda i, k: f"{i + first} 1 {words(at(k)[i])}"
+
+    texts = [
+        dump(tmp_path / "a.dump", "id type xu yu zu", rows(first), count=1).read_text() for first in (1, 1, 2)
+    ]
+    (tmp_path / "a.dump").write_text("".join(texts))
+    frames, _ = read(tmp_path / "a.dump")
+    assert [frame.images is None for frame in frames] == [False, False, True]
+
+
 def data(style, rows, *, comment="made at 300 \xb0K", ends="\n"):
     """Return a data file of four particles as bytes in Windows' encoding."""
     head = f"{comment}\n\n4 atoms\n2 atom types\n\n-2 2 xlo xhi\n-2 2 ylo yhi\n0 4 zlo zhi\n"
@@ -206,6 +228,16 @@ def test_a_data_file_is_a_start_with_or_without_sizes(tmp_path, style, between, 
     assert scene.diameters[1] == (0.5 if "sphere" in style else 1.5)
     with pytest.warns(CaromWarning), pytest.raises(OverlapError):
         carom.Scene.from_file(path, diameter=2.2)
+
+
+@pytest.mark.parametrize(
+    ("style", "between", "after"), [("sphere", "1 0.5 2.0", ""), ("dipole", "1 0.5", " 0 0.6 0.8")]
+)
+def test_images_of_a_data_file_stand_behind_all_that_its_style_has(tmp_path, style, between, after):
+    rows = [f"{i} {between} {xyz}{after} {i} 0 -1" for i, xyz in PLACED.items()]
+    (tmp_path / "a.data").write_bytes(data(f" # {style}", rows))
+    (frame,), _ = read(tmp_path / "a.data")
+    np.testing.assert_array_equal(frame.images, [[i, 0, -1] for i in sorted(PLACED)])
 
 
 def test_the_density_of_a_point_in_a_data_file_is_its_mass(tmp_path):

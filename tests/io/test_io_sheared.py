@@ -7,7 +7,7 @@ import warnings
 import gsd.hoomd as hoomd
 import numpy as np
 import pytest
-from helpers.frames import make_frames, write
+from helpers.frames import frames_of, make_frames, write
 
 import carom
 from carom.bridges.embedding import embed
@@ -62,6 +62,15 @@ def test_a_sheared_frame_comes_back_from_every_format(tmp_path, d, tilt, name):
         if name != "a.data":  # which has no image counts
             unwrapped = frame.positions + frame.images @ cell[:d, :d]
             np.testing.assert_allclose(one.unwrapped, unwrapped, rtol=0, atol=off + 1e-13)
+
+
+@pytest.mark.parametrize("name", ["a.extxyz", "a.h5md", "a.gsd"])
+def test_a_sheared_mixture_has_its_tilt_and_its_names(tmp_path, name):
+    frames, names = [dataclasses.replace(frame, tilt=0.25) for frame in frames_of(2, periodic=True)], []
+    for found in carom.io.read(write(tmp_path / name, frames), ":"):
+        names.append(found.species_names)
+        assert found.tilt == 0.25
+    assert names == [("small", "big")] * 3
 
 
 @both

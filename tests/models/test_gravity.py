@@ -12,6 +12,7 @@ from helpers.round_things import around_a_ball
 import carom
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
+from carom.models.files.tables import from_table
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.dressing import Shaken
 from carom.models.obstacles.paths import Sine
@@ -212,6 +213,22 @@ shake = { amplitude = 0.3, period = 2.0 }
         SceneFile.from_toml('[scene]\nmotion = { type = "warp" }')
     with pytest.raises(InputError, match="A gravity needs g"):
         SceneFile.from_toml('[scene]\nmotion = { type = "gravity" }')
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"contact_time": 0.1},
+        {"elastic_below": 0.1, "at_speed": 2.0},
+        {"contact_time": 0.1, "at_speed": 2.0, "power": 0.5},
+    ],
+)
+def test_a_law_of_losses_is_the_same_from_a_file(given):
+    law = Loss(0.8, **given)
+    assert law.to_table() == {"type": "loss", "restitution": 0.8, **given} | (
+        {"power": law.power} if "at_speed" in given else {}
+    )
+    assert from_table(law.to_table(), "impact") == law
 
 
 def test_the_conditions_hold():

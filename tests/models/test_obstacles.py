@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 from helpers.plain import plain_python
 
+from carom.engine.obstacles import make_obstacles, numbers_of
 from carom.errors import InputError, OverlapError
 from carom.models.files.tables import obstacle_from_table
 from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles import (
+    Arc,
     Ball,
     CylindricalContainer,
     Obstacle,
@@ -51,6 +53,21 @@ def test_a_ball_is_met_under_its_nearest_image():
 def test_containers_are_met_from_inside():
     assert gap(SphericalContainer((2, 2, 2), 3.0), (2, 4, 2)) == 0.5
     assert gap(CylindricalContainer(2, (2, 2, 0), 3.0), (2, 4, 99)) == 0.5
+
+
+def test_the_number_of_an_obstacle_leads_to_it_among_those_of_its_kind():
+    """Three kinds of one or two each: the second arc is asked third, and has the number of its place then."""
+    given = (
+        Arc((1.0, 1.0), 0.5), Plane((0.0, 1.0), 0.0), Ball((3.0, 3.0), 0.5), Arc((1.0, 3.0), 0.5, 0.0, 90.0),
+        Ball((3.0, 1.0), 0.25), Plane((0.0, -1.0), -4.0),
+    )  # fmt: skip
+    models = [each.model() for each in given]
+    chain, found = make_obstacles(2, None, models).chain, {}
+    while chain is not None:
+        found |= dict(enumerate(chain.head, chain.number))
+        chain = chain.tail
+    assert [found[number] for number in numbers_of((True, True), models)] == models
+    assert numbers_of((True, False), models)[:2] == [2, 3]
 
 
 def test_walls_come_axis_after_axis_lower_first():

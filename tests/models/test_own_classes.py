@@ -22,6 +22,7 @@ from carom.models.questions.interaction import core_square, interaction_time, ju
 from carom.models.questions.motion import exit_time, position, velocity
 from carom.models.questions.observer import PairEvent, at_pair
 from carom.models.questions.obstacle import encounter, outward
+from carom.simulation.system_of_scene import prepare
 from carom.units import TimeUnit
 
 FLUID = carom.Scene.random(60, 0.3, 2, seed=1)
@@ -252,6 +253,14 @@ BITS = {
     ),
 }
 TIRED, *_ = BITS["cores that tire, in a bath, between a floor and a roof on a path"]
+
+
+@pytest.mark.parametrize("name", ["radii", "diameters", "masses", "species"])
+def test_arrays_of_a_scene_are_those_that_a_class_asks_for(name):
+    scene = carom.Scene([[1.0, 1.0], [3.0, 3.0]], 5.0, diameter=[1.0, 0.5], mass=[2.0, 3.0], species=[1, 0])
+    found = own.per_particle(name).made(None, prepare(scene, np.zeros((2, 2))).particles)
+    wanted = {"radii": 0.5 * scene.diameters, "diameters": scene.diameters, "masses": scene.masses}
+    assert found.tolist() == wanted.get(name, scene.species).tolist()
 
 
 def assert_same(one, other):

@@ -10,6 +10,8 @@ from helpers.marks import slow
 
 import carom
 from carom.models import Ball, Rough, Sine, SphericalContainer, Wall
+from carom.scene_file.scene_file import SceneFile
+from carom.scene_file.sections import SceneSpec
 
 EXACT = 64 * np.finfo(float).eps
 """Roundings of one contact: some twenty products and sums, of numbers up to three times as large."""
@@ -296,6 +298,18 @@ def test_files_hold_spins_to_the_last_bit_and_a_run_goes_on_from_them(d, suffix,
     assert np.array_equal(carom.io.from_ase(last.to_ase()).spins, last.spins)
     table = last.to_pandas()
     assert ("w" if d == 2 else "wz") in table
+
+
+@pytest.mark.parametrize("given", [
+    {"tangential": 1.0}, {"tangential": 1.0, "friction": 0.3}, {"inertia": 0.4},
+    {"restitution": 0.9, "elastic_below": 0.1, "tangential": -0.5}, {"inertia": (0.4, 0.5)},
+])  # fmt: skip
+def test_rough_contacts_of_a_scene_file_stay_rough_where_nothing_is_lost_along_the_normal(given):
+    law = Rough(**given)
+    plan = SceneFile(scene=SceneSpec(n=2, dimension=2, packing_fraction=0.2, impact=law))
+    assert plan.scene.impact == law
+    assert SceneFile.from_toml(plan.to_toml()).build_scene().impact == law
+    assert SceneFile(scene=SceneSpec(impact=carom.models.Restitution(1.0))).scene.impact is None
 
 
 def test_rescaling_scales_spins_with_velocities():

@@ -163,6 +163,13 @@ def test_the_long_time_tail_of_the_velocity_autocorrelation_is_that_of_mode_coup
     assert ratios[first] > mean + 2.0 * min(errors.values())
 
 
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_the_non_gaussian_parameter_is_that_of_its_dimension(d):
+    square, fourth = np.random.default_rng(d).uniform(1.0, 2.0, (2, 32))
+    found = _non_gaussian(square, fourth, d).mean
+    assert found == pytest.approx(d * fourth.mean() / ((d + 2) * square.mean() ** 2) - 1.0)
+
+
 def test_error_bars_of_the_non_gaussian_parameter_cover_what_is_zero():
     """Displacements of 50 components, each Gaussian. <r^4> and <r^2>^2 scatter together, which a linear error
     has to know: with half of the coefficient bars are half as wide again."""

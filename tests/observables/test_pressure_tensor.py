@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import carom
+from carom.block import Block, MomentumFlux
 from carom.errors import InputError
-from carom.models import Ball, Gravity, SquareWell
+from carom.models import Ball, Gravity, Shear, SquareWell
 from carom.models.drives import Andersen
+from carom.observables.pressure_tensor import StreamTensor
 
 ROUNDING = 1e-10
 """Sums of some thousand products, relative to the pressure."""
@@ -86,3 +88,25 @@ def test_it_is_refused_where_events_do_not_tell_it(change, settings, says):
     scene = carom.Scene([[2.0, 5.0], [6.0, 5.0]], (8.0, 8.0)).replace(**change)
     with pytest.raises(InputError, match=says):
         carom.Simulation(scene, **settings).measure(carom.PressureTensor(), time=1.0)
+
+
+@pytest.mark.parametrize("d", [2, 3, 4])
+def test_a_sheared_box_has_the_tensor_viscosity_and_normal_stresses_of_its_blocks(d):
+    """Any numbers will do for sums. Of three particles, the center of mass takes a third of the motion."""
+    rng = np.random.default_rng(d)
+    durations, sums = rng.uniform(1.0, 2.0, 16), rng.uniform(1.0, 2.0, (16, 2, d, d))
+    scene = carom.Scene(np.linspace(1.0, 4.0, 3)[:, None] * np.ones(d), (5.0,) * d, motion=Shear(0.5))
+    stretch = StreamTensor(scene)
+    for time, (carried, handed_over) in zip(durations, sums, strict=True):
+        stretch.add(None, Block(time, 1, 99.0, momentum_flux=MomentumFlux(carried, handed_over)))
+    found = stretch.result()
+    kinetic, collisional = sums.sum(axis=0) * np.array([1.5, 1.0])[:, None, None] / 5.0**d / durations.sum()
+    assert found.kinetic == pytest.approx(kinetic)
+    assert found.collisional == pytest.approx(collisional)
+    assert found.tensor == pytest.approx(kinetic + collisional)
+    along = np.diag(kinetic + collisional)
+    assert found.pressure.mean == pytest.approx(along.mean())
+    assert found.viscosity.mean == pytest.approx(-2.0 * found.tensor[1, 0])
+    assert [each.mean for each in found.normal_stresses] == pytest.approx(
+        along[: min(d, 3) - 1] - along[1 : min(d, 3)]
+    )

@@ -102,6 +102,17 @@ def test_many_blocks_are_drawn_as_means_that_keep_the_mean():
     assert mean == pytest.approx(result.Z.mean, rel=1e-12)
 
 
+def test_the_running_mean_is_one_over_time_where_blocks_differ_in_length():
+    rng = np.random.default_rng(1)
+    data = [Block(float(t), 9, 30.0 + 20.0 * float(t > 1.0)) for t in rng.choice([1.0, 4.0], 64)]
+    result = Pressure.estimate(data, n=50, dimension=3, volume=100.0, diameter=1.0, kT=1.0)
+    lines = plots.pressure(result, equations={}).axes[0].lines
+    time, running = next(line for line in lines if "running" in line.get_label()).get_data()
+    durations, virials = np.transpose([(each.duration, each.virial) for each in data])
+    np.testing.assert_allclose(time, np.cumsum(durations))
+    np.testing.assert_allclose(running, 1.0 + np.cumsum(virials) / time / 150.0, rtol=1e-12)
+
+
 def test_a_pressure_of_infinite_error_is_drawn_without_a_band():
     one = Pressure.estimate([Block(1.0, 0, 0.0)] * 4, n=1, dimension=3, volume=2.0, diameter=1.0, kT=1.0)
     assert len(plots.pressure(one).axes[0].lines) >= 2
@@ -182,6 +193,24 @@ def test_near_spheres_are_drawn_over_far_ones():
     assert picture[2] > picture[0]
     near, far = (rendered(frame([x], (10.0, 10.0, 10.0)), camera)[middle].mean() for x in pair)
     assert far > near
+
+
+def test_rods_between_walls_are_drawn_once_each_where_they_are():
+    figure = plots.snapshot(frame([[0.5], [2.0], [3.5]], (4.0,), periodic=False))
+    (rods,) = (c for c in figure.axes[0].collections if isinstance(c, PolyCollection))
+    ends = sorted((path.vertices[:, 0].min(), path.vertices[:, 0].max()) for path in rods.get_paths())
+    assert ends == [(0.0, 1.0), (1.5, 2.5), (3.0, 4.0)]
+
+
+@pytest.mark.parametrize("tilt", [0.25, -0.25])
+def test_copies_of_a_disk_of_a_sheared_box_stand_in_its_tilted_lattice(tilt):
+    one = dataclasses.replace(frame([[2.0, 3.875]], (5.0, 4.0)), tilt=tilt)
+    centres = [
+        c.get_offsets() for c in plots.snapshot(one).axes[0].collections if isinstance(c, EllipseCollection)
+    ]
+    copies, here = centres
+    assert here.tolist() == [[2.0, 3.875]]
+    assert copies.tolist() == [[2.0 - 4.0 * tilt, -0.125]]
 
 
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4, 6])

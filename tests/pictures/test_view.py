@@ -543,6 +543,10 @@ def test_flights_between_the_records_of_a_replay_are_the_run_at_any_time(log):
     contacts = unpacked(records["contacts"], "<f8")
     assert len(contacts) == 400
     assert len(times) == data["n"] + 2 * 400
+    # A second shows half of a mean free time, and the end half a second of none.
+    free_time = contacts[-1] * data["n"] / (2.0 * 400)
+    assert records["pace"] == pytest.approx(0.5 * free_time)
+    assert records["end"] == pytest.approx(contacts[-1] + 0.5 * free_time)
     box = np.array(data["box"])
     run = Replay(log)
     for time in np.linspace(0.0, contacts[-1], 7):

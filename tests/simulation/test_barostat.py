@@ -10,6 +10,7 @@ from carom.errors import InputError
 from carom.models import Ball, Gravity, SquareWell
 from carom.models.drives import Langevin
 from carom.observables.statistics import blocking
+from carom.simulation.barostat import volume_sums
 from carom.theory import pieprzyk
 
 SLOW = pytest.mark.slow
@@ -101,6 +102,20 @@ def test_moves_of_the_volume_have_the_same_bits_however_the_run_is_cut(plain, tm
     assert whole.scene.box == tuple(frames[-1].box) != tuple(frames[0].box)
     assert whole.statistics.energy_drift < 1e-13
     assert whole.statistics.worst_overlap < 1e-12
+
+
+def test_particles_whose_engine_has_another_unit_of_time_have_the_same_boxes_and_sums(plain):
+    """Speeds 2^30 times as large are beyond what the engine computes in the unit of the scene."""
+    fast, found = 2.0**30, []
+    for speed in (1.0, fast):
+        sim = at_pressure(rods(2, 4.0), 1.5 * speed**2, interval=0.7 / speed, step=1.0, kT=2.0 * speed**2)
+        sim.run(time=21.0 / speed)
+        sums = volume_sums(sim._state)
+        scaled = sums.volume * speed, sums.inverse * speed, sums.virial / speed
+        found.append((sim.scene.box, sim.statistics.volume_moves_accepted, *scaled))
+    assert sim._state.unit.exponent != 0
+    assert found[0] == found[1]
+    assert found[0][1] > 5
 
 
 @pytest.mark.parametrize("d", [1, 2, 3, 4])

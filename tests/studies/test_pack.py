@@ -8,12 +8,14 @@ import signal
 import numpy as np
 import pytest
 from helpers.commands import carom as command, refused
+from helpers.frames import frame_of
 from helpers.marks import slow
 
 import carom
 from carom import Species, io
 from carom.errors import FileError, InputError, OverlapError
 from carom.studies.packings.compression import points
+from carom.studies.packings.packing import parted
 
 DENSEST = {1: 1.0, 2: 0.9069, 3: 0.74049, 4: 0.61686, 5: 0.46526}
 """Densest known packing fractions, rounded up."""
@@ -225,6 +227,13 @@ def test_the_command_writes_a_folder_that_other_programs_read(tmp_path):
 def test_impossible_compressions_are_refused(arguments, word):
     with pytest.raises(InputError, match=word):
         carom.pack(points(10, 2), **arguments)
+
+
+def test_what_overlaps_a_wall_shrinks_by_the_part_of_its_radius_that_is_inside():
+    frame, shrunk = parted(frame_of([[0.24, 1.0], [2.0, 2.0]], (4.0, 4.0), [0.5, 1.0], periodic=False), ())
+    assert shrunk == pytest.approx(0.04, rel=1e-12)
+    np.testing.assert_allclose(frame.diameters, [0.48, 0.96], rtol=1e-12)
+    assert 0.5 * frame.diameters[0] <= 0.24
 
 
 def test_one_sphere_is_no_packing():

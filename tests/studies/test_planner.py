@@ -3,6 +3,7 @@
 Forty plans, run: ``pytest -m slow -s tests/studies/test_planner.py`` (some four CPU minutes).
 """
 
+import dataclasses
 import json
 import math
 import statistics
@@ -16,6 +17,7 @@ from typer.testing import CliRunner
 
 import carom
 from carom import cli, theory
+from carom.cli.plan import _show as show
 from carom.errors import FileError, InputError
 from carom.observables.statistics import blocking
 from carom.scene_file.commands import PlanSpec
@@ -25,7 +27,7 @@ from carom.studies.planner import measures
 from carom.studies.planner.choice import LEAST, Costs, afford, cheapest, design, filled, on_cores
 from carom.studies.planner.diffusion import DiffusionMethod
 from carom.studies.planner.measures import Blocks, estimates
-from carom.studies.planner.plan import load
+from carom.studies.planner.plan import Size, load
 from carom.studies.planner.pressure import PressureMethod
 from carom.studies.planner.sizes import residual, sizes
 from carom.studies.planner.system import System, of_scene
@@ -266,6 +268,15 @@ def test_a_plan_names_all_that_a_run_needs(planned):
     for word in ("N ", "equilibration", "length", "replicas", "estimator", "sampling", "promised", "cost"):
         assert word in planned.words()
     assert len(str(planned).splitlines()) == 3
+
+
+def test_a_plan_is_printed_with_its_size_and_three_on_each_side(planned, capsys):
+    around = tuple(Size(n, 1e-3, 2.0) for n in (11, 12, 13, 14, 64, 95, 96, 97, 98))
+    show(dataclasses.replace(planned, sizes=around))
+    table = capsys.readouterr().out.split("Other sizes")[1]
+    assert [int(row.split()[0]) for row in table.splitlines() if row.strip()[:1].isdigit()] == [
+        12, 13, 14, 64, 95, 96, 97,
+    ]  # fmt: skip
 
 
 def test_a_plan_is_run_in_a_folder_and_goes_on_there(planned, tmp_path):

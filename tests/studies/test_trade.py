@@ -16,7 +16,7 @@ import carom
 from carom import theory
 from carom.errors import InputError
 from carom.reference import NaiveSystem
-from carom.studies.accuracy import measures as trade_measures
+from carom.studies.accuracy import measures as trade_measures, rows as trade_rows
 from carom.studies.accuracy.diffusion import EinsteinSlope, looks
 from carom.studies.accuracy.methods import engine, naive, oracle, stepping
 from carom.studies.accuracy.picture import LOOKS, pareto, picture
@@ -182,6 +182,29 @@ def test_the_picture_has_the_error_of_each_bias_and_both_errors_of_each_size():
         [row.relative_error_1s for row in sizes],
         [-row.finite_size_bias for row in sizes],
     ]
+
+
+def test_a_row_has_the_bias_of_each_quantity_with_the_errors_of_both():
+    spent = {"collisions_per_second": 1e6, "cpu_seconds": 4.0}
+    unknown = ("bytes_per_particle", "worst_overlap", "order", "position", "error_1")
+    found = {
+        "method": "steps", "algorithm": "time-driven", "n": 64, "energy_drift": 0.0, "momentum_drift": 0.0,
+        "order_kept": False, "position_kept": False, "back": [None] * 3, **dict.fromkeys(unknown),
+        "Z": [3.3, 0.03], "count": [3.2, 0.04], "D": [0.3, 0.006],
+    }  # fmt: skip
+    made = trade_rows.row({"result": found, "provenance": spent}, {64: (3.0, [0.25, 0.0025])})
+    assert (made.z_bias, made.z_error) == pytest.approx((0.1, 0.01))
+    assert (made.contact_bias, made.contact_error) == pytest.approx((0.1, 0.02))
+    assert (made.diffusion_bias, made.diffusion_error) == pytest.approx((0.2, math.hypot(0.02, 0.01)))
+    assert (made.z_cost, made.diffusion_cost) == pytest.approx((2.0 * 0.03 / 3.3, 2.0 * 0.02))
+    assert (
+        trade_rows.row({"result": found, "provenance": spent}, {64: (3.0, [0.3, 0.006])}).diffusion_error
+        == 0.02
+    )
+    of_size = {"n": 64, "Z": [2.0, 0.02], "bias": -0.005, "corrected": 0.001}
+    sized = trade_rows.size_row({"result": of_size, "provenance": spent})
+    assert (sized.relative_error_1s, sized.corrected_error) == pytest.approx((0.02, 0.01))
+    assert sized.break_even == pytest.approx(16.0)  # seconds after which 0.02 has become 0.005
 
 
 def test_a_small_scene_has_the_same_density_and_room_for_stepping():

@@ -347,6 +347,14 @@ def test_disks_of_two_sizes_follow_the_printed_form_of_jenkins_and_mancini():
     assert theory.jenkins_mancini(eta, x, sigma) == pytest.approx(printed, rel=1e-14)
 
 
+def test_contact_values_of_two_theories_of_spheres_have_the_same_first_order():
+    """That is exact: what is left is of the order of the packing fraction times it."""
+    eta, x, sigma = 1e-5, [0.2, 0.5, 0.3], [1.0, 0.2, 0.7]
+    first = (theory.santos_yuste_lopez_de_haro_contact_value(eta, x, sigma, 3) - 1.0) / eta
+    assert first == pytest.approx((theory.bmcsl_contact_value(eta, x, sigma) - 1.0) / eta, rel=10.0 * eta)
+    assert np.ptp(first) > 1.0
+
+
 @pytest.mark.parametrize("dimension", [1, 2, 3, 4, 5, 6])
 def test_mixtures_have_the_exact_second_virial_coefficient(dimension):
     x, sigma = [0.2, 0.5, 0.3], [1.0, 0.4, 0.7]
