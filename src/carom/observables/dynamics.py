@@ -97,8 +97,8 @@ class Dynamics(OfFrames):
     the center of mass stays in the displacements.
 
     Where the box changes, a particle moves from one frame to the next by the change of its coordinates in
-    edges, times the mean of the edges of both: what a barostat takes along with the box is no displacement,
-    and image counts never multiply another frame's edge, which would add a displacement that grows with time
+    edges, times the mean of the edges of both frames. So what a barostat takes along is no displacement. Nor
+    do image counts multiply the edge of another frame, which would add a displacement that grows with time
     (S. von Bülow, J. T. Bullerjahn and G. Hummer, J. Chem. Phys. 153, 021101 (2020)).
 
     Examples
