@@ -84,6 +84,17 @@ def test_the_first_contact_is_found_and_none_before_it(dimension, k, growth):
     assert met > 1
 
 
+@pytest.mark.parametrize("start", [-350.0, -100.0, -10.0, 0.0, 80.0, 200.0, 350.0])
+@pytest.mark.parametrize("angle", [20.0, 100.0, 200.0, 300.0])
+def test_the_extent_of_an_arc_is_that_of_all_its_points(start, angle):
+    low, high = Arc((5.0, 4.0), 2.0, start, angle).extent()
+    on = np.radians(np.linspace(start, start + angle, 10_001))
+    points = np.array([5.0, 4.0]) + 2.0 * np.stack([np.cos(on), np.sin(on)], axis=1)
+    # Between two points the arc rises by 2 (1 - cos h), with h of at most 3e-4.
+    np.testing.assert_allclose(low, points.min(axis=0), atol=1e-7)
+    np.testing.assert_allclose(high, points.max(axis=0), atol=1e-7)
+
+
 @pytest.mark.slow
 def test_a_sphere_in_an_arc_goes_round_by_whispering():
     # A component in a whole circle, from inside: chords of one length, for ever.

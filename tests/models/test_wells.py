@@ -19,7 +19,7 @@ from carom.engine.pair_steps import read_steps
 from carom.errors import InputError, OverlapError
 from carom.io.events import read_events
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains, from_potential, rings
-from carom.observables.steps import heat_capacity
+from carom.observables.steps import StepSums, heat_capacity
 from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
 from carom.scene_file.scene_file import SceneFile
@@ -194,6 +194,22 @@ def test_g_jumps_by_the_exponential_of_the_energy_and_gives_the_pressure_of_the_
     assert abs(sums.compressibility_factor() - z.mean) < 6.0 * z.error + finite
     assert pressure.kT == pytest.approx(sums.kT, rel=1e-9)
     assert not pressure.note
+
+
+def test_both_sides_of_a_step_have_the_error_of_their_own_events():
+    """Of the outer end of a well: 400 pairs come from outside, 900 from inside."""
+    events = np.array([[100, 300, 0, 0], [16, 0, 500, 400]])
+    sums = StepSums(
+        time=2.0, kT_time=3.0, n=10, dimension=3, volume=20.0, mass=0.5, inner=np.array([1.5, 1.0]),
+        outer=np.array([math.inf, 1.5]), energies=np.array([0.0, -1.0]), pairs=np.zeros(2, int),
+        events=events,
+    )  # fmt: skip
+    well, core = sums.sides()
+    rate = 45.0 / 20.0 * 4.0 * math.pi * 1.5**2 * math.sqrt(1.5 / (0.5 * math.pi)) * 2.0
+    assert (well.outside, well.inside) == pytest.approx((400.0 / rate, 900.0 / rate))
+    assert (well.outside_error, well.inside_error) == pytest.approx((20.0 / rate, 30.0 / rate))
+    assert (core.inside, core.inside_error) == (0.0, 0.0)
+    assert core.outside_error == pytest.approx(4.0 * 1.5**2 / rate)
 
 
 def test_ends_of_ideal_chains_are_apart_as_links_of_free_joints_are():

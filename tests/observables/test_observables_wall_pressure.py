@@ -91,6 +91,8 @@ def test_areas_of_walls_belong_to_their_axes():
         [[2.0, 2.0, 2.0]], (4.0, 7.0, 4.0), walls="xz",
         obstacles=(CylindricalContainer(1, (2.0, 0.0, 2.0), 1.8),),
     )  # fmt: skip
+    floor = scene.replace(obstacles=(Plane((0.0, 0.0, 1.0), 0.0, "floor"),))  # it stands for the wall
+    assert estimate(WallPressure("floor"), floor, blocks([1.0] * 5)[0]).area == 15.0
     area = 2 * math.pi * 1.8 * 7.0
     assert estimate(WallPressure("cylinder"), tube, blocks([1.0] * 5)[0]).area == pytest.approx(area)
 

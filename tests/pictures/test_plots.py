@@ -71,6 +71,13 @@ def test_no_equation_of_the_fluid_is_drawn_for_what_is_no_fluid_of_equal_spheres
     assert list(dashed(plots.pressure(estimate(2, eta=0.69)))) == ["Henderson", "Padé of ten virials"]
 
 
+def test_an_equation_of_the_solid_is_drawn_at_its_own_finite_n():
+    crystal = dataclasses.replace(estimate(3, eta=0.6), solid=True)
+    drawn = dashed(plots.pressure(crystal, equations={"Almarza": theory.almarza}))
+    infinite = theory.almarza(0.6)
+    assert drawn["Almarza"] == pytest.approx(1.0 + (infinite - 1.0) * (1.0 - 1.0 / crystal.n), rel=1e-12)
+
+
 def test_the_axis_of_time_claims_no_unit_that_its_numbers_do_not_have():
     axes = plots.pressure(estimate(3, blocks=30)).axes[0]
     assert axes.get_xlim()[1] == 30.0  # as in the scene, whatever its diameter and temperature

@@ -133,6 +133,12 @@ def test_bonds_and_rattlers_of_a_packing_are_those_of_its_network():
     np.testing.assert_allclose(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1), 1.0, rtol=1e-6)
 
 
+def test_a_contact_with_a_wall_has_no_partner_on_the_page():
+    network = packing_network(frame_of([[0.5, 0.5], [1.5, 0.5]], (2.0, 1.0), periodic=False))
+    pairs = unpacked(viewdata.of_network(network)["pairs"], "<i4").reshape(-1, 2)
+    assert sorted(map(tuple, pairs.tolist())) == [(0, -1)] * 3 + [(0, 1)] + [(1, -1)] * 3
+
+
 def test_of_more_frames_than_fit_evenly_spaced_ones_are_kept(monkeypatch):
     monkeypatch.setattr(viewdata, "MOST_PLACES", 7 * 4)
     data = viewdata.of_frames(frames_of(2, count=10), ())

@@ -95,6 +95,15 @@ def test_overlaps_of_two_pinned_ones_are_none():
 
 
 @pytest.mark.usefixtures("unscheduled")
+def test_a_pinned_one_may_be_inside_an_obstacle_and_others_may_not():
+    sim = carom.Simulation(in_a_row(2, pinned=[0], obstacles=[Ball((6.0, 6.0), 1.0)]), seed=1)
+    put(sim, 0, [6.0, 6.25])
+    assert sim.statistics.worst_overlap == 0.0
+    put(sim, 1, [6.0, 7.25])
+    assert sim.statistics.worst_overlap == pytest.approx(0.25, rel=1e-12)
+
+
+@pytest.mark.usefixtures("unscheduled")
 def test_single_precision_is_no_overlap():
     scene = in_a_row(2)
     sim = carom.Simulation(scene, seed=1, tuning=carom.Tuning(precision="single"))

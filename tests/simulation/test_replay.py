@@ -53,6 +53,19 @@ def assert_rebuilt(dimension, n, scene, settings, tmp_path, collisions):
     assert_same_frame(replay(path, time=frames[7].time), frames[7])
 
 
+def test_a_collision_at_the_time_that_is_asked_for_has_happened(plain, tmp_path):
+    path = tmp_path / "events.h5"
+    scene = carom.Scene([[1.0], [4.0]], 8.0, velocities=[[1.0], [-1.0]])
+    with carom.Simulation(scene, event_log=path) as sim:
+        sim.run(time=2.0)
+    run = Replay(path)
+    run.advance_to(np.nextafter(1.0, 0.0))
+    assert run.collisions == 0
+    run.advance_to(1.0)
+    assert run.collisions == 1
+    assert run.frame().velocities.tolist() == [[-1.0], [1.0]]
+
+
 def test_a_tie_of_two_images_is_told_apart(tmp_path):
     path = tmp_path / "events.h5"
     velocities = [[1.0, 0.0], [-1.0, 0.0]]

@@ -10,6 +10,7 @@ from helpers.frames import write
 
 import carom
 from carom.errors import InputError
+from carom.frame import Frame
 from carom.models import Gravity, SquareWell, Wall
 from carom.observables.partial_rdf import partial_rdf
 from carom.observables.statistics import blocking
@@ -142,6 +143,28 @@ def test_a_sweep_that_exchanges_equal_sizes_changes_no_bit(plain, monkeypatch):
     swapped.run(time=0.5)
     assert swapped.statistics.swaps_accepted == 16
     assert same(quiet, swapped)
+
+
+def test_g_of_sizes_is_that_of_the_sizes_of_each_frame():
+    """The largest is species 0, whoever has its diameter now."""
+    rng, edge = np.random.default_rng(1), 8.0
+    sizes = np.array([0.5] * 12 + [1.0] * 8)
+    places = np.stack(np.meshgrid(*[np.arange(5) * 1.6] * 2), -1).reshape(-1, 2)[:20]
+    scene = carom.Scene(places, edge, diameter=sizes)
+    frames, named = [], []
+    for _ in range(3):
+        order, moved = rng.permutation(20), places + rng.uniform(0.0, 0.3, (20, 2))  # nobody touches
+        frame = Frame(0.0, 0, moved, 0.0 * moved, (edge, edge), sizes[order], np.ones(20))
+        frames.append(frame)
+        order = np.argsort(-frame.diameters, kind="stable")
+        named.append(Frame(0.0, 0, moved[order], 0.0 * moved, (edge, edge), sizes[::-1].copy(), np.ones(20),
+                           species=np.array([0] * 8 + [1] * 12)))  # fmt: skip
+    found = partial_rdf(scene, lambda: frames)
+    assert list(found) == ["0-0", "0-1", "1-1"]
+    for a, b in ((0, 0), (0, 1), (1, 1)):
+        alone = carom.RDF(pair=(a, b)).over(named)
+        assert found[f"{a}-{b}"].counts.tolist() == alone.counts.tolist()
+        assert alone.counts.sum() > 0
 
 
 def test_diameters_that_differ_by_more_than_within_are_not_exchanged(plain):

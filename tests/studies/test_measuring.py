@@ -206,6 +206,7 @@ def test_a_run_that_is_replaced_loses_what_was_measured_from_it_and_no_file_of_t
     short = {"collisions_per_particle": 30, "equilibration": 5, "frames": 2, "pictures": False}
     carom.run(scene, tmp_path / "run", **short)
     assert typed("measure", tmp_path / "run", "order", "crystal").exit_code == 0
+    assert (tmp_path / "run" / "order.csv").is_file()
     (tmp_path / "run" / "profile.csv").write_text("mine")
     (tmp_path / "run" / "crystal.csv").write_text("mine")
     carom.run(scene, tmp_path / "run", overwrite=True, **short)

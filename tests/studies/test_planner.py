@@ -161,6 +161,15 @@ def test_the_residual_bias_falls_with_n_and_rises_with_density():
         assert residual(dense, 256) / dense.z() > residual(dilute, 256) / dilute.z()
 
 
+def test_collisions_of_two_species_are_counted_once(plain):
+    species = [carom.Species(count=4), carom.Species(count=4, diameter=1.4, mass=3.0)]
+    sim = Simulation(carom.Scene.random(species=species, packing_fraction=0.2, dimension=2, seed=1), seed=2)
+    blocks = Blocks(sim)
+    sim.run(collisions=40)
+    assert blocks._count().sum() == 40
+    assert blocks._count()[0, 1] > 0
+
+
 @pytest.mark.slow
 def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
     # Exact for every N: sixteen spheres, two masses, two sizes.

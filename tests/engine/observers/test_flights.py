@@ -13,6 +13,7 @@ from carom.models.drives import Andersen
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.dressing import Thermal
+from carom.observables.flights import FlightSums, flights_of
 from carom.simulation import flying, stretches
 from carom.simulation.run_state import RunState
 
@@ -95,6 +96,21 @@ def test_the_return_probability_is_counted_by_hand(found, tmp_path):
     # Who is caged returns often; light spheres more often, because a heavy one hardly moves meanwhile.
     assert 0.01 < result.return_probability[0] < 0.5
     assert result.return_probability_error[0] < 0.1 * result.return_probability[0]
+
+
+def test_every_distribution_has_bins_of_its_own_width():
+    rng = np.random.default_rng(1)
+    blocks = [
+        FlightSums(*rng.integers(1, 9, (2, 1, 256)), rng.integers(1, 9, (1, 1, 256)), np.full((1, 3), 2000.0),
+                   np.full((1, 1, 2), 2000.0), np.full((1, 2), 9.0))
+        for _ in range(4)
+    ]  # fmt: skip
+    found = flights_of(blocks, [1.0] * 4, np.array([5]), np.array([0.5, 2.0, 3.0]))
+    every = (found.free_time[0], found.free_path[0], found.normal_speed[0, 0])
+    for each, width, name in zip(every, (0.5, 2.0, 3.0), ("times", "paths", "speeds"), strict=True):
+        assert each.edges == pytest.approx(width * np.arange(256))
+        counts = sum(getattr(block, name).reshape(256) for block in blocks)
+        assert each.density == pytest.approx(counts[:-1] / (8000.0 * width))
 
 
 RULES = Ranges([Kind("a", circles=[1.5])], lambda unit, event: None)
