@@ -125,7 +125,7 @@ def test_sums_of_two_workers_go_on_in_another_unit_of_time_as_those_of_one(scene
         refits.assert_alike(one, other, SCALE)
     executive.close()
     # As long as ever, whatever the unit was before: else there are thousands.
-    assert 10 < executive.timings.windows < 100
+    assert 10 < executive.timings.windows < 300
 
 
 def latest_times(name, sim):
