@@ -29,13 +29,7 @@ GONE = {
 
 @dataclass(frozen=True)
 class Spec(Declared):
-    """Base of specifications: frozen dataclasses whose fields have checks.
-
-    Raises
-    ------
-    InputError
-        If a value is refused by its check; a field that is None is not checked.
-    """
+    """Base of specifications: declared values that are sections of a file, options and arguments."""
 
     study: ClassVar[str] = ""
     """What the folder of a study says that it holds."""

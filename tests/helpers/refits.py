@@ -391,6 +391,12 @@ def held(sim):
     return found
 
 
+def species_between_walls():
+    """Enough for two workers, in lists."""
+    species = [carom.Species(count=3000), carom.Species(count=3000, diameter=1.4)]
+    return carom.Scene.random(species=species, packing_fraction=0.5, walls="y", seed=1)
+
+
 def scaled(value, exponents):
     """A number times a power of two; whole numbers as they are."""
     return np.ldexp(value, np.asarray(exponents, np.int32)) if np.any(exponents) else np.array(value)

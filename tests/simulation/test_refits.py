@@ -106,12 +106,7 @@ def equal_spheres():
     return carom.Scene.crystal(cells=12, packing_fraction=0.3)
 
 
-def species_between_walls():
-    species = [carom.Species(count=3000), carom.Species(count=3000, diameter=1.4)]
-    return carom.Scene.random(species=species, packing_fraction=0.5, walls="y", seed=1)
-
-
-@pytest.mark.parametrize("scene", [equal_spheres, slow(species_between_walls)])
+@pytest.mark.parametrize("scene", [equal_spheres, slow(refits.species_between_walls)])
 def test_sums_of_two_workers_go_on_in_another_unit_of_time_as_those_of_one(scene):
     one, other = (carom.Simulation(scene(), kT=4.0**scale, seed=3) for scale in (0, SCALE))
     settings = Settings(collisions=0.5, least=0.0, compare=False)

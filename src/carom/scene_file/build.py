@@ -14,8 +14,7 @@ from carom import seeds, sizes
 from carom.errors import InputError
 from carom.scene import lattices
 from carom.scene.scene import Scene
-
-MODELS = ("interaction", "motion", "impact", "drive")  # keys whose values are models
+from carom.scene.storage import MODELS
 
 
 def build(asked: Any, seed: Any, kT: float | None = None) -> Scene:

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from carom.declared import described, fields_of, integer, number, option, positive, switch, word
+from carom.declared import SEED, described, fields_of, integer, number, option, positive, switch, word
 from carom.errors import InputError
 from carom.scene_file import fields
 from carom.scene_file.fields import FORMATS, LATTICES
@@ -322,7 +322,7 @@ class RunSpec(Spec):
         SYSTEM,
         ("--kT",),
     )
-    seed: int = option(integer(low=0, high=2**63 - 1), "Seed of all random numbers.", default=1)
+    seed: int = option(SEED, "Seed of all random numbers.", default=1)
     equilibration: float = option(
         number(low=0, high=MOST_COLLISIONS),
         "Collisions per particle before anything is measured.",

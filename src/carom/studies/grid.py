@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from os import PathLike
 from typing import Annotated, Any, ClassVar, Self
 
-from carom.declared import Opt, integer, number, option, several, word
+from carom.declared import SEED, Opt, integer, number, option, several, word
 from carom.errors import InputError
 from carom.spec import Spec, integers_of, numbers_of
 from carom.version import __version__
@@ -92,7 +92,7 @@ class SceneGrid(Spec):
         None, "Relative error at every point, all replicas together.", LENGTH
     )
     equilibration: Length = 1000.0
-    seed: int = option(integer(low=0, high=2**63 - 1), "Seed of all random numbers.", SYSTEM, default=1)
+    seed: int = option(SEED, "Seed of all random numbers.", SYSTEM, default=1)
     lattice: str = option(
         word("auto", "none", "fcc", "triangular", "cubic", "dn"),
         "How runs start: auto, none (random), fcc, triangular, cubic or dn; auto is random up to the "

@@ -309,13 +309,7 @@ def test_ctrl_c_leaves_a_true_state(monkeypatch):
 
 @pytest.mark.slow
 def test_mixtures_between_walls_have_the_same_bits():
-    scene = carom.Scene.random(
-        species=[carom.Species(count=3000), carom.Species(count=3000, diameter=1.4)],
-        packing_fraction=0.5,
-        walls="y",
-        seed=1,
-    )
-    alone, together, _ = assert_workers_change_no_bit(scene, 2, 0.5)
+    alone, together, _ = assert_workers_change_no_bit(refits.species_between_walls(), 2, 0.5)
     np.testing.assert_array_equal(
         mechanics.virial_by_species(alone._state), mechanics.virial_by_species(together._state)
     )

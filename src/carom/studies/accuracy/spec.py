@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from carom.declared import described, integer, number, option
+from carom.declared import SEED, described, number, option
 from carom.errors import InputError
 from carom.spec import Spec
 
@@ -73,7 +73,7 @@ class TradeSpec(Spec):
         "more.",
         default=8.0,
     )
-    seed: int = option(integer(low=0, high=2**63 - 1), "Seed of all random numbers.", default=1)
+    seed: int = option(SEED, "Seed of all random numbers.", default=1)
     scene: Mapping[str, Any] = option(None, "Keys of a scene.", flags=None, factory=dict)
 
     def complete(self) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from carom.declared import described, integer, needed, number, option
+from carom.declared import SEED, described, integer, needed, number, option
 from carom.errors import InputError
 from carom.spec import Spec
 
@@ -61,9 +61,7 @@ class CodeSpec(Spec):
     n: int = needed(integer(low=2, high=MOST), "Number of points, 2 to 1000.", flags=None)
     dimension: int = option(integer(low=2, high=12), "Dimension of the space around the sphere.", default=3)
     tries: int = option(integer(low=1, high=10**6), "Number of random starts.", default=40)
-    seed: int = option(
-        integer(low=0, high=2**63 - 1), "Seed of the first try; each further one has the next.", default=1
-    )
+    seed: int = option(SEED, "Seed of the first try; each further one has the next.", default=1)
     agree: int | None = option(
         integer(low=2), "End as soon as so many tries have led to the best code. By default, all tries run."
     )

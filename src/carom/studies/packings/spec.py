@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from carom.declared import described, integer, number, option, said, switch, word
+from carom.declared import SEED, described, integer, number, option, said, switch, word
 from carom.errors import InputError
 from carom.scene_file.commands import Beside
 from carom.spec import tables_of
@@ -70,7 +70,7 @@ class PackSpec(Beside):
         integer(low=1, high=10**6), "Number of packings; by default one, from seed.", SEEDS
     )
     seed: int = option(
-        integer(low=0, high=2**63 - 1),
+        SEED,
         "Seed of random numbers; each further packing has the next.",
         default=1,
     )
