@@ -118,7 +118,7 @@ def test_pressure_and_energy_are_slopes_of_one_free_energy():
         return 0.5 * (ends[1] - ends[0]) * nodes + 0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0])
 
     def point(density, beta):
-        kT, z, u = measured(fluid(density), 1.0 / beta, 400_000)
+        kT, z, u = measured(fluid(density), 1.0 / beta, 1_200_000)
         return 1.0 / kT, z, u
 
     by_density = by_beta = error = 0.0
@@ -135,7 +135,7 @@ def test_pressure_and_energy_are_slopes_of_one_free_energy():
             _, _, (u, u_error) = point(density, beta)
             by_beta += sign * half * weight * u
             error += (half * weight * u_error) ** 2
-    assert math.sqrt(error) < 0.015 * abs(by_beta)
+    assert math.sqrt(error) < 0.01 * abs(by_beta)
     # Four errors; and 1 % for kT, which is some 1 % off the wanted, and corrected to a tenth of that.
     assert abs(by_density - by_beta) < 4.0 * math.sqrt(error) + 0.01 * abs(by_beta)
 
@@ -169,9 +169,9 @@ def test_the_pressure_at_the_critical_point_is_the_published_one():
     """
     sim = fluid(0.3079, cells=5)
     sim.rescale(1.35)
-    kT, (z, z_error), _ = measured(sim, 1.2172, 3_000_000, rounds=10)
+    kT, (z, z_error), _ = measured(sim, 1.2172, 8_000_000, rounds=10)
     assert abs(kT - 1.2172) < 0.02
     expected = math.exp(3.5211 - 7.1939 / kT) / (0.3079 * kT)
     # Their fit holds on the coexistence line; a hundredth of kT off, curvature is some per cent of it.
     assert abs(z - expected) < 4.0 * z_error + 0.03 * expected
-    assert 4.0 * z_error + 0.03 * expected < 0.13 * expected
+    assert 4.0 * z_error + 0.03 * expected < 0.12 * expected

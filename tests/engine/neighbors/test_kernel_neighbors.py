@@ -129,17 +129,17 @@ def test_a_component_stays_in_its_sector_a_little_beyond_it(dimension, n, mixed,
     contact = 0.5 * scene.diameters
     assert (sides - (most + contact[:, None])[:, None] - (most + contact[:, None])[None] >= 0.0).all()
     outside = 0
-    for _ in range(6):
+    for _ in range(10):
         for sim in (loose, strict):
             go(sim, 2 * n)
             check_sectors(sim)
         place = np.floor(present(loose)[0] / sides).astype(int) % np.array(sectors.shape)
         outside += int((place != sectors.cell[:n]).any(axis=1).sum())
-    assert outside > n // 2
+    assert outside > n
     # The same collisions, found with fewer crossings.
     for sim in (loose, strict):
-        sim.run(collisions_per_particle=5)
-    assert loose.statistics.transits < 0.75 * strict.statistics.transits
+        sim.run(collisions_per_particle=20)
+    assert loose.statistics.transits < 0.7 * strict.statistics.transits
 
 
 @pytest.mark.usefixtures("both_ways")
