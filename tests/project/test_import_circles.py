@@ -15,6 +15,7 @@ import pytest
 import carom
 
 PACKAGE = Path(carom.__file__).parent
+ROOT = Path(__file__).parents[2]
 
 
 def modules() -> dict[str, Path]:
@@ -55,7 +56,7 @@ def walked(tree: ast.AST) -> Iterator[ast.AST]:
 
 def upwards(name: str, others: set[str]) -> set[str]:
     """Return those of the modules that one calls although they are above it, as pyproject.toml says."""
-    settings = tomllib.loads((PACKAGE.parents[1] / "pyproject.toml").read_text(encoding="utf-8"))
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     calls = [
         line.split(" -> ") for line in settings["tool"]["importlinter"]["contracts"][0]["ignore_imports"]
     ]
