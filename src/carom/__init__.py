@@ -139,10 +139,12 @@ def __getattr__(name: str) -> Any:
         return getattr(importlib.import_module(_LAZY[name]), name)
     if name in _MODULES:
         return importlib.import_module(_MODULES[name])
+    from carom import models
     from carom.meant import nearest
 
-    alike = nearest(name, __all__)
-    hint = f"; take {_MEANT[name]}" if name in _MEANT else f"; did you mean {alike}" if alike else ""
+    shelves = {each: f"models.{each}" for each in models.__all__} | {each: each for each in __all__}
+    alike = nearest(name, shelves)
+    hint = f"; take {_MEANT[name]}" if name in _MEANT else f"; did you mean {shelves[alike]}" if alike else ""
     raise AttributeError(f"module 'carom' has no attribute {name!r}{hint}")
 
 

@@ -527,6 +527,7 @@ def test_a_class_with_a_fault_is_refused_where_it_is_decorated(body, words):
         (lambda: Charged([1.0], [1.0], wide=1), "wide of Charged must be a boolean, found 1."),
         (lambda: own.per_particle("colour"), "per_particle() takes one of radii, diameters, masses, species"),
         (lambda: own.memory("0"), "memory() starts with a number, found the string '0'."),
+        (lambda: own.memory(0, ("a", "b")), "memory() takes how many items it has"),
         (lambda: own.interaction(3), "own.interaction decorates a class, found 3."),
         (lambda: FLUID.replace(interaction=Cores), "found the class Cores, not a value of it"),
         (lambda: FLUID.replace(motion=Cores(1.0)), "found Cores, which is made with own.interaction."),

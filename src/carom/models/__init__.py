@@ -110,7 +110,11 @@ __all__ = list(_SHELF)
 def __getattr__(name: str) -> Any:
     if name in _SHELF:
         return getattr(importlib.import_module(f"carom.models.{_SHELF[name]}"), name)
-    raise AttributeError(f"module 'carom.models' has no attribute {name!r}")
+    from carom.meant import nearest
+
+    alike = nearest(name, __all__)
+    hint = f"; did you mean {alike}" if alike else ""
+    raise AttributeError(f"module 'carom.models' has no attribute {name!r}{hint}")
 
 
 def __dir__() -> list[str]:

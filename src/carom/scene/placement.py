@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from carom.arithmetic import power
-from carom.densities import sphere_volume
+from carom.densities import CLOSEST_PACKING, sphere_volume
 from carom.errors import InputError
 from carom.scene.overlaps import MANY, Room
 from carom.scene.species import Contacts
@@ -101,7 +101,8 @@ def random_positions(
             limit = growth_limit(dimension)
         raise InputError(
             f"Spheres are placed at random up to packing fraction {limit:.3g} in {dimension} "
-            f"dimension{'s' * (dimension > 1)}, found {fraction:.6g}. Start from a lattice and equilibrate."
+            f"dimension{'s' * (dimension > 1)}, found {fraction:.6g}. Start from a lattice, Scene.crystal "
+            f"(equal ones go up to {CLOSEST_PACKING.get(dimension, 1.0):.3g}), and equilibrate."
         )
     if dimension == 1 and contacts.additive and not room.obstacles:
         return _rods(room, contacts, rng)

@@ -148,7 +148,7 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
     Raises
     ------
     InputError
-        If ``start`` is no number.
+        If ``start`` is no number, or ``size`` is none of these.
 
     Notes
     -----
@@ -159,6 +159,14 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
         return Prepared(start, remembers=True, times=times)
     if isinstance(start, bool) or not isinstance(start, int | float):
         raise InputError(f"memory() starts with a number, found {checks.describe(start)}.")
+    lengths = size if isinstance(size, tuple) else (size,)
+    if not (
+        size is None or isinstance(size, str) or all(isinstance(each, int | np.integer) for each in lengths)
+    ):
+        raise InputError(
+            "memory() takes how many items it has: an int, a tuple of them, or the name of one field "
+            f"that holds an int; found {checks.describe(size)}."
+        )
     kind = np.float64 if isinstance(start, float) else np.int64
 
     def make(value: Any, particles: Any) -> np.ndarray:
