@@ -64,7 +64,7 @@ def test_public_names_can_be_had_and_are_listed():
     assert set(carom.__all__) <= set(dir(carom))
     for name in carom.__all__:
         assert getattr(carom, name) is not None
-    with pytest.raises(AttributeError, match="has no attribute 'Gravty'; did you mean models.Gravity"):
+    with pytest.raises(AttributeError, match=r"has no attribute 'Gravty'; did you mean models\.Gravity"):
         carom.Gravty  # noqa: B018
     with pytest.raises(AttributeError, match="has no attribute 'Gravty'; did you mean Gravity"):
         carom.models.Gravty  # noqa: B018
