@@ -169,6 +169,20 @@ def test_contact_value_of_reference_histograms_is_the_one_that_z_implies(rho):
     assert fitted.error < 2e-3 * fitted.mean
 
 
+def test_the_contact_value_of_a_crystal_is_the_one_that_z_implies_or_none():
+    # Pairs by shells of .02 in an fcc crystal of 500 spheres at packing fraction .6: 600 frames of six runs,
+    # whose collisions say 6.050(1) at contact. A parabola down to half is 5.988.
+    counts = [267132, 272450, 264677, 244186, 211510, 172655, 131987, 94181, 62136]
+    counts += [37509, 21427, 11079, 5321, 2520, 1165, 1073, 1828, 3670]
+    edges = 1.0 + 0.02 * np.arange(19)
+    ideal = 600 * 0.5 * 499 * 4 / 3 * math.pi * np.diff(edges**3) * 0.6 / (math.pi / 6)
+    fitted = contact_value(np.array([counts]), ideal, edges, 3)
+    assert abs(fitted.mean - 6.05) < 2 * fitted.error
+    assert fitted.error < 0.02
+    coarse = [np.add.reduceat(each, range(0, 18, 3)) for each in (counts, ideal)]
+    assert contact_value(coarse[0][None], coarse[1], edges[::3], 3) is None
+
+
 def test_g_does_not_depend_on_the_unit_of_length():
     small = list(tonks_frames(30, 0.5, 20, 4))
     large = [frame(4.0 * f.positions, [4.0 * f.box[0]], 4.0) for f in small]
