@@ -8,7 +8,7 @@ from carom.engine import cycle
 from carom.engine.boundary import SectorImage
 from carom.engine.constants import NEEDS_NEIGHBORS
 from carom.engine.neighbors.points import coordinate_bits
-from carom.engine.neighbors.skins import EqualBounds, list_range_sq, size_class, skin, start
+from carom.engine.neighbors.skins import EqualBounds, list_range_sq, size_class, skin_at, start
 
 
 def present(sim):
@@ -63,7 +63,7 @@ def check_lists(sim):
         free = np.full(n, 0.5 * (sim._state.scheme.list_range - sim.scene.diameter))
         np.testing.assert_allclose(reach, sim._state.scheme.list_range**2, rtol=1e-15)
     else:
-        free = np.array([skin(lists.bounds, i, now)[0] for i in range(n)])
+        free = np.array([skin_at(lists.bounds, i, now)[0] for i in range(n)])
     assert (np.sqrt((x**2).sum(axis=1)) <= free + hair).all()
     if sim._state.system.rates is None:
         # Two who are not listed cannot touch before one of them leaves, and each is there until it leaves.

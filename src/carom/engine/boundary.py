@@ -10,16 +10,72 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.registry import answering, inner, required
 
 
+@required
+def index(boundary, ref):
+    """Return the component that a word names."""
+
+
+@required
+def index_bits(boundary):
+    """Return how many low bits of a word are not the component's index."""
+
+
+@required
+def lasting(boundary):
+    """Return whether a word stays valid when its component, or the one that uses it, changes sector."""
+
+
+@required
+def mirror(boundary, i, ref):
+    """Return the word under which the component named by ``ref`` sees component ``i``."""
+
+
+@required
+def separation(boundary, i, ref, axis, dx):
+    """Return the coordinate of the image ``ref`` relative to i, from the difference ``dx`` of coordinates."""
+
+
+@required
+def in_box(boundary, i, axis, x):
+    """Return a coordinate of i in the box in which it flies, where rounding at a face may decide otherwise.
+
+    Where a component may fly through all of a box before it is looked at again, it is the box of its sector.
+    """
+
+
+ASKED = index, index_bits, lasting, mirror, separation, in_box
+
+
+@answering(*ASKED)
 class NearestImage(NamedTuple):
     """A periodic box in which no component can meet two images of another before one changes sector."""
 
     edges: tuple  # edges of the box [length]
     inverse: tuple  # their inverses
 
+    def index(self, ref):
+        return ref
 
+    def index_bits(self):
+        return 0
+
+    def lasting(self):
+        return True
+
+    def mirror(self, i, ref):
+        return i
+
+    def separation(self, i, ref, axis, dx):
+        return dx - self.edges[axis] * np.rint(dx * self.inverse[axis])
+
+    def in_box(self, i, axis, x):
+        return x - np.floor(x * self.inverse[axis]) * self.edges[axis]
+
+
+@answering(*ASKED)
 class SectorImage(NamedTuple):
     """A periodic box with fewer than four sectors along an edge: the image is the one seen in the sector."""
 
@@ -32,7 +88,32 @@ class SectorImage(NamedTuple):
     """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
     bits: int  # bits of a word that hold the neighbouring sector
 
+    def index(self, ref):
+        return np.int64(ref) >> self.bits
 
+    def index_bits(self):
+        return self.bits
+
+    def lasting(self):
+        return False
+
+    def mirror(self, i, ref):
+        code = ref & ((1 << self.bits) - 1)
+        return (i << self.bits) | (len(self.digits) - 1 - code)
+
+    def separation(self, i, ref, axis, dx):
+        ref = np.int64(ref)
+        j = np.uint64(ref >> self.bits)
+        code = np.uint64(ref & ((1 << self.bits) - 1))
+        sectors = self.cell[i, axis] + self.digits[code, axis] - self.cell[j, axis]
+        turns = self.wraps[i, axis] - self.wraps[j, axis]
+        return dx + self.edges[axis] * (np.rint(sectors / self.shape[axis]) + turns)
+
+    def in_box(self, i, axis, x):
+        return x - self.wraps[i, axis] * self.edges[axis] if self.inverse[axis] > 0.0 else x
+
+
+@answering(*ASKED)
 class SteppedImage(NamedTuple):
     """A :class:`NearestImage` whose words name steps of pairs (:mod:`carom.engine.pair_steps`)."""
 
@@ -40,109 +121,14 @@ class SteppedImage(NamedTuple):
     inverse: tuple  # their inverses
     bits: int  # low bits of a word that hold the step
 
+    index = SectorImage.index
+    index_bits = SectorImage.index_bits
+    lasting = NearestImage.lasting
+    separation = NearestImage.separation
+    in_box = NearestImage.in_box
 
-@required
-def index(boundary, ref):
-    """Return the component that a word names."""
-
-
-@index.register
-def _(boundary: NearestImage, ref):
-    return ref
-
-
-@index.register
-def _(boundary: SectorImage | SteppedImage, ref):
-    return np.int64(ref) >> boundary.bits
-
-
-@required
-def index_bits(boundary):
-    """Return how many low bits of a word are not the component's index."""
-
-
-@index_bits.register
-def _(boundary: NearestImage):
-    return 0
-
-
-@index_bits.register
-def _(boundary: SectorImage | SteppedImage):
-    return boundary.bits
-
-
-@required
-def lasting(boundary):
-    """Return whether a word stays valid when its component, or the one that uses it, changes sector."""
-
-
-@lasting.register
-def _(boundary: NearestImage | SteppedImage):
-    return True
-
-
-@lasting.register
-def _(boundary: SectorImage):
-    return False
-
-
-@required
-def mirror(boundary, i, ref):
-    """Return the word under which the component named by ``ref`` sees component ``i``."""
-
-
-@mirror.register
-def _(boundary: NearestImage, i, ref):
-    return i
-
-
-@mirror.register
-def _(boundary: SectorImage, i, ref):
-    code = ref & ((1 << boundary.bits) - 1)
-    return (i << boundary.bits) | (len(boundary.digits) - 1 - code)
-
-
-@mirror.register
-def _(boundary: SteppedImage, i, ref):
-    return (i << boundary.bits) | (np.int64(ref) & ((np.int64(1) << boundary.bits) - 1))
-
-
-@required
-def separation(boundary, i, ref, axis, dx):
-    """Return the coordinate of the image ``ref`` relative to i, from the difference ``dx`` of coordinates."""
-
-
-@separation.register
-def _(boundary: NearestImage | SteppedImage, i, ref, axis, dx):
-    return dx - boundary.edges[axis] * np.rint(dx * boundary.inverse[axis])
-
-
-@separation.register
-def _(boundary: SectorImage, i, ref, axis, dx):
-    ref = np.int64(ref)
-    j = np.uint64(ref >> boundary.bits)
-    code = np.uint64(ref & ((1 << boundary.bits) - 1))
-    sectors = boundary.cell[i, axis] + boundary.digits[code, axis] - boundary.cell[j, axis]
-    turns = boundary.wraps[i, axis] - boundary.wraps[j, axis]
-    return dx + boundary.edges[axis] * (np.rint(sectors / boundary.shape[axis]) + turns)
-
-
-@required
-def in_box(boundary, i, axis, x):
-    """Return a coordinate of i in the box in which it flies, where rounding at a face may decide otherwise.
-
-    Where a component may fly through all of a box before it is looked at again, it is the box of its sector.
-    """
-
-
-@in_box.register
-def _(boundary: NearestImage | SteppedImage, i, axis, x):
-    return x - np.floor(x * boundary.inverse[axis]) * boundary.edges[axis]
-
-
-@in_box.register
-def _(boundary: SectorImage, i, axis, x):
-    return x - boundary.wraps[i, axis] * boundary.edges[axis] if boundary.inverse[axis] > 0.0 else x
+    def mirror(self, i, ref):
+        return (i << self.bits) | (np.int64(ref) & ((np.int64(1) << self.bits) - 1))
 
 
 @inner

@@ -24,13 +24,13 @@ from carom.engine.neighbors.points import bits, coordinate_bits
 from carom.engine.neighbors.prefetch import HUGE, leaves_first, prefetch_members, prefetch_own
 from carom.engine.neighbors.skins import (
     EqualBounds,
+    class_count,
     list_range_sq,
     list_range_sq_found,
     max_range_sq,
     pack_bounds,
     size_class,
-    size_classes,
-    skin,
+    skin_at,
     start,
 )
 from carom.engine.neighbors.tilt_window import (
@@ -74,7 +74,7 @@ class Lists(NamedTuple):
 
     def transit_time(self, motion, boundary, state, i, now):
         me = state.rows[i]
-        slack, rate = skin(self.bounds, i, now)
+        slack, rate = skin_at(self.bounds, i, now)
         rr = 0.0
         b = slack * rate
         a = -rate * rate
@@ -320,7 +320,7 @@ def gather_cells(lists, i, point, moved, old):
     """
     total = np.uint64(0)
     own_class = size_class(lists.bounds, i)
-    for other in range(np.uint64(size_classes(lists.bounds))):
+    for other in range(np.uint64(class_count(lists.bounds))):
         half, count = cells_near(
             lists, own_class, other, point, max_range_sq(lists.bounds, i, other), moved, old
         )
@@ -399,7 +399,7 @@ def prefetch_cells(lists, motion, state, i, step):
         prefetch_listed(lists, lists.reference, i)
     own_class, old = size_class(lists.bounds, i), lists.reference[i]
     point = reference_of(lists, motion, state, i, state.crossing_time[i])
-    for other in range(np.uint64(size_classes(lists.bounds))):
+    for other in range(np.uint64(class_count(lists.bounds))):
         half, count = cells_near(
             lists, own_class, other, point, max_range_sq(lists.bounds, i, other), True, old
         )

@@ -10,10 +10,63 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import required
+from carom.compiling.registry import answering, required
 from carom.compiling.simd import pack
 
 
+@required
+def list_range_sq(bounds, i, j):
+    """Return the squared distance of reference points up to which i and j are listed."""
+
+
+@required
+def pack_bounds(bounds, found, k, sizes):
+    """Put the bounds of eight of those found, from the k-th on, side by side into ``sizes``."""
+
+
+@required
+def list_range_sq_found(bounds, i, k, sizes):
+    """Return ``list_range_sq`` of i and the k-th of those whose ``sizes`` are side by side."""
+
+
+@required
+def skin_at(bounds, i, now):
+    """Return how far from its reference point component i may be, and how fast that shrinks."""
+
+
+@required
+def start(bounds, i):
+    """Return where the list of component i begins; that of i + 1 begins where its room ends."""
+
+
+@required
+def size_class(bounds, i):
+    """Return the level of component i."""
+
+
+@required
+def max_range_sq(bounds, i, size_class):
+    """Return the largest of the distances of ``list_range_sq`` between i and those of a level, squared."""
+
+
+@required
+def class_count(bounds):
+    """Return how many levels there are."""
+
+
+ASKED = (
+    list_range_sq,
+    pack_bounds,
+    list_range_sq_found,
+    skin_at,
+    start,
+    size_class,
+    max_range_sq,
+    class_count,
+)
+
+
+@answering(*ASKED)
 class EqualBounds(NamedTuple):
     """Bounds of components that are all of one diameter."""
 
@@ -21,7 +74,32 @@ class EqualBounds(NamedTuple):
     skin: float  # distance from its reference point that a component may reach [length]
     capacity: int  # neighbours a list can hold
 
+    def list_range_sq(self, i, j):
+        return self.square
 
+    def pack_bounds(self, found, k, sizes):
+        return None
+
+    def list_range_sq_found(self, i, k, sizes):
+        return self.square
+
+    def skin_at(self, i, now):
+        return self.skin, 0.0
+
+    def start(self, i):
+        return i * np.uint64(self.capacity)
+
+    def size_class(self, i):
+        return np.uint64(0)
+
+    def max_range_sq(self, i, size_class):
+        return self.square
+
+    def class_count(self):
+        return 1
+
+
+@answering(*ASKED)
 class UnequalBounds(NamedTuple):
     """Bounds of components of several diameters."""
 
@@ -33,7 +111,35 @@ class UnequalBounds(NamedTuple):
     grids: int  # how many levels there are
     largest: np.ndarray  # the largest bound in each, (grids,) float64
 
+    def list_range_sq(self, i, j):
+        both = self.bounds[i] + self.bounds[j]
+        return both * both
 
+    def pack_bounds(self, found, k, sizes):
+        pack(self.bounds, found, k, np.int64(0), sizes, k)
+
+    def list_range_sq_found(self, i, k, sizes):
+        both = self.bounds[i] + sizes[k]
+        return both * both
+
+    def skin_at(self, i, now):
+        return self.skins[i], 0.0
+
+    def start(self, i):
+        return np.uint64(self.starts[i])
+
+    def size_class(self, i):
+        return np.uint64(self.size_classes[i])
+
+    def max_range_sq(self, i, size_class):
+        both = self.bounds[i] + self.largest[size_class]
+        return both * both
+
+    def class_count(self):
+        return self.grids
+
+
+@answering(*ASKED)
 class GrowingBounds(NamedTuple):
     """Bounds of components that grow inside them."""
 
@@ -47,131 +153,14 @@ class GrowingBounds(NamedTuple):
     largest: np.ndarray  # the largest bound in each, (grids,) float64
     slack: float  # part of the margin that is used
 
+    def skin_at(self, i, now):
+        left = self.bounds[i] - self.radii[i] - self.rates[i] * now
+        return max(left, 0.0) * self.slack, self.rates[i]
 
-@required
-def list_range_sq(bounds, i, j):
-    """Return the squared distance of reference points up to which i and j are listed."""
-
-
-@list_range_sq.register
-def _(bounds: EqualBounds, i, j):
-    return bounds.square
-
-
-@list_range_sq.register
-def _(bounds: UnequalBounds | GrowingBounds, i, j):
-    both = bounds.bounds[i] + bounds.bounds[j]
-    return both * both
-
-
-@required
-def pack_bounds(bounds, found, k, sizes):
-    """Put the bounds of eight of those found, from the k-th on, side by side into ``sizes``."""
-
-
-@pack_bounds.register
-def _(bounds: EqualBounds, found, k, sizes):
-    return None
-
-
-@pack_bounds.register
-def _(bounds: UnequalBounds | GrowingBounds, found, k, sizes):
-    pack(bounds.bounds, found, k, np.int64(0), sizes, k)
-
-
-@required
-def list_range_sq_found(bounds, i, k, sizes):
-    """Return ``list_range_sq`` of i and the k-th of those whose ``sizes`` are side by side."""
-
-
-@list_range_sq_found.register
-def _(bounds: EqualBounds, i, k, sizes):
-    return bounds.square
-
-
-@list_range_sq_found.register
-def _(bounds: UnequalBounds | GrowingBounds, i, k, sizes):
-    both = bounds.bounds[i] + sizes[k]
-    return both * both
-
-
-@required
-def skin(bounds, i, now):
-    """Return how far from its reference point component i may be, and how fast that shrinks."""
-
-
-@skin.register
-def _(bounds: EqualBounds, i, now):
-    return bounds.skin, 0.0
-
-
-@skin.register
-def _(bounds: UnequalBounds, i, now):
-    return bounds.skins[i], 0.0
-
-
-@skin.register
-def _(bounds: GrowingBounds, i, now):
-    left = bounds.bounds[i] - bounds.radii[i] - bounds.rates[i] * now
-    return max(left, 0.0) * bounds.slack, bounds.rates[i]
-
-
-@required
-def start(bounds, i):
-    """Return where the list of component i begins; that of i + 1 begins where its room ends."""
-
-
-@start.register
-def _(bounds: EqualBounds, i):
-    return i * np.uint64(bounds.capacity)
-
-
-@start.register
-def _(bounds: UnequalBounds | GrowingBounds, i):
-    return np.uint64(bounds.starts[i])
-
-
-@required
-def size_class(bounds, i):
-    """Return the level of component i."""
-
-
-@size_class.register
-def _(bounds: EqualBounds, i):
-    return np.uint64(0)
-
-
-@size_class.register
-def _(bounds: UnequalBounds | GrowingBounds, i):
-    return np.uint64(bounds.size_classes[i])
-
-
-@required
-def max_range_sq(bounds, i, size_class):
-    """Return the largest of the distances of ``list_range_sq`` between i and those of a level, squared."""
-
-
-@max_range_sq.register
-def _(bounds: EqualBounds, i, size_class):
-    return bounds.square
-
-
-@max_range_sq.register
-def _(bounds: UnequalBounds | GrowingBounds, i, size_class):
-    both = bounds.bounds[i] + bounds.largest[size_class]
-    return both * both
-
-
-@required
-def size_classes(bounds):
-    """Return how many levels there are."""
-
-
-@size_classes.register
-def _(bounds: EqualBounds):
-    return 1
-
-
-@size_classes.register
-def _(bounds: UnequalBounds | GrowingBounds):
-    return bounds.grids
+    list_range_sq = UnequalBounds.list_range_sq
+    pack_bounds = UnequalBounds.pack_bounds
+    list_range_sq_found = UnequalBounds.list_range_sq_found
+    start = UnequalBounds.start
+    size_class = UnequalBounds.size_class
+    max_range_sq = UnequalBounds.max_range_sq
+    class_count = UnequalBounds.class_count
