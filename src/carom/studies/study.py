@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 
 S = TypeVar("S", bound=Spec)
 
+REGISTERED: dict[str, type[Study[Any]]] = {}
+"""The studies that were imported, by what their folders say that they are: those of one's own as well."""
+
 
 @dataclass(frozen=True)
 class Look:
@@ -116,6 +119,11 @@ class Study(Result, Generic[S]):
     """Whether a task keeps its state from time to time, and goes on from there."""
     anytime: ClassVar[bool] = False
     """Whether what is known after Ctrl-C is a result of its own, which the command prints and writes."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "Spec" in vars(cls):
+            REGISTERED[cls.Spec.study] = cls
 
     @staticmethod
     def measure(task: Task, look: Look) -> dict[str, Any]:
