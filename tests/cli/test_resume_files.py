@@ -88,7 +88,7 @@ def test_a_run_with_walls_an_obstacle_species_and_a_log_goes_on(whole, out):
         # What the folder held when it was stopped: collisions of pairs, and all hits of walls and the ball.
         assert len(read_events(out / "events.h5").i) == sim.collisions + hits
     (out / "log").unlink()
-    result = carom.resume(out, progress=lambda stage, fraction: stages.append(stage))
+    result = carom.resume(out, progress=lambda fraction, stage: stages.append(stage))
     assert began(out) == before, "the run did not go on, but started again"
     assert "Equilibrating" not in stages
     assert result.new

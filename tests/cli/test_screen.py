@@ -100,9 +100,9 @@ def test_a_table_without_rows_is_its_title_and_its_notes():
 def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(monkeypatch, capsys):
     monkeypatch.setattr(heartbeat, "EVERY", 0.05)
     with screen.watched() as progress:
-        progress("Compiling", 0.0)
+        progress(0.0, "Compiling")
         time.sleep(0.2)
-        progress("Measuring", 0.25)
+        progress(0.25, "Measuring")
         time.sleep(0.2)
     out, err = capsys.readouterr()
     assert out == ""

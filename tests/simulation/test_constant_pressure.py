@@ -224,7 +224,7 @@ def finished(plain, tmp_path):
     plan = SceneFile.from_toml(TOML)
     carom.run(plan, tmp_path / "whole")
 
-    def killed(stage, fraction):
+    def killed(fraction, stage):
         if stage == "Measuring" and fraction > 0.6:
             raise Killed
 

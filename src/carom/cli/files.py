@@ -44,7 +44,7 @@ def export(
             source,
             target,
             overwrite=overwrite,
-            progress=lambda done, total: progress("Converting", done / total),
+            progress=lambda done, total: progress(done / total, "Converting"),
             **lacking(diameter, box),
         )
     typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
@@ -134,7 +134,7 @@ def movie(
     with watched() as progress:
         count = made(
             trajectory, target, fps=fps, size=size, color=color,
-            progress=lambda done, total: progress("Drawing frames", done / total),
+            progress=lambda done, total: progress(done / total, "Drawing frames"),
         )  # fmt: skip
     typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from carom.cli import screen
 from carom.cli.heartbeat import quiet, say
 from carom.cli.meant import Command
 from carom.cli.options import Json, Quiet, argument, number_of, of_fields, option, shared, takes
@@ -214,25 +215,19 @@ def show(study: Study[Any], as_json: bool) -> None:
 @contextlib.contextmanager
 def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[Any], None] | None]]:
     """Show a bar and the table so far while the body runs; without a terminal, print a line now and then."""
-    if quiet():
-        yield (lambda fraction, text: None), None
-        return
-    if not sys.stderr.isatty():
-        from carom.cli.heartbeat import Heartbeat
-
+    if quiet() or not sys.stderr.isatty():
         first = f"Compiling if need be, and the first {unit}"
-        with Heartbeat(first).beating() as heart:
-            yield (lambda fraction, text: heart.tell(text if fraction else first, fraction)), None
+        with screen.watched(first) as line:
+            yield (lambda fraction, text: line(fraction, text if fraction else first)), None
         return
     from rich.console import Group
     from rich.live import Live
     from rich.progress import Progress
 
-    from carom.cli.screen import columns
     from carom.cli.tables import Screen
     from carom.notebook import advance
 
-    bar = Progress(*columns())
+    bar = Progress(*screen.columns())
     # The bar moves to and fro until the first task is done, because the total time is not known before.
     bar.add_task(f"First {unit}", total=None)
     with Live(bar, console=Screen(stderr=True), transient=True, refresh_per_second=4) as live:

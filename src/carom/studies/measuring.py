@@ -202,7 +202,7 @@ QUANTITIES = {
 def measure(
     frames: Iterable[Frame] | str | os.PathLike[str],
     *quantities: Any,
-    progress: Callable[[str, float], object] | None = None,
+    progress: Callable[[float, str], object] | None = None,
 ) -> dict[str, Any]:
     """Measure several quantities in one pass over the frames of a run, a packing or a file.
 
@@ -216,7 +216,7 @@ def measure(
         frames, such as ``carom.RDF(width=0.05)``. Without any, all that apply: the order in two and three
         dimensions, crystallinity in three, the profile along an axis with walls or gravity.
     progress : callable, optional
-        Called as ``progress(stage, fraction)`` after each frame.
+        Called as ``progress(fraction, text)`` after each frame.
 
     Returns
     -------
@@ -264,7 +264,7 @@ def measure(
                     reasons[name] = _clause(error)
                     del underway[name]
             if progress is not None:
-                progress("Measuring", (k + 1) / total if total else 0.0)
+                progress((k + 1) / total if total else 0.0, "Measuring")
     if not times:
         raise InputError("There is no frame to measure.")
     found: dict[str, Any] = {}

@@ -122,7 +122,7 @@ class _Parts:
         return otherwise
 
 
-def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None]) -> dict[str, Any]:
+def write(folder: RunFolder, facts: Facts, report: Callable[[float, str], None]) -> dict[str, Any]:
     """Write g(r), the pictures, the times and the summary, in this order, and return the summary.
 
     An error of the program in one of its parts, or an overlap, is raised when all others are written.
@@ -142,7 +142,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
     none: list[dict[str, Any]] = []
     compared = parts.of("theory", lambda: beside_theory.compared(facts.sim.scene, phase, volume), none)
     if facts.plan.run.pictures:
-        report("Drawing", 0.0)
+        report(0.0, "Drawing")
         parts.of(
             "pictures",
             lambda: _draw(folder, facts, pressure, distributions, beside_theory.lines(compared)),
@@ -157,7 +157,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
         warnings.warn(sentence, CaromWarning, stacklevel=3)
     if parts.fault is not None:
         raise parts.fault
-    report("Done", 1.0)
+    report(1.0, "Done")
     return summary
 
 
@@ -217,7 +217,7 @@ def without_rdf(scene: Scene, frames: bool, barostat: bool = False) -> str | Non
 
 
 def _write_distributions(
-    folder: RunFolder, facts: Facts, report: Callable[[str, float], None]
+    folder: RunFolder, facts: Facts, report: Callable[[float, str], None]
 ) -> dict[str, RDFResult]:
     """Write g(r), and return it as :func:`_distributions`."""
     distributions = _distributions(facts, report)
@@ -230,12 +230,12 @@ def _write_distributions(
     return distributions
 
 
-def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[str, RDFResult]:
+def _distributions(facts: Facts, report: Callable[[float, str], None]) -> dict[str, RDFResult]:
     """Return g(r), named "", or that of each pair of species of a mixture."""
     scene, sim = facts.sim.scene, facts.sim
     if facts.without:
         # The final state replaces the missing frames.
-        report("Computing g(r)", 0.0)
+        report(0.0, "Computing g(r)")
         return (
             {"": RDF().over([sim.frame()])}
             if is_equal(scene)
@@ -248,7 +248,7 @@ def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[s
 
         def frames() -> Iterator[Frame]:
             for k, frame in enumerate(reader):
-                report("Computing g(r)", k / len(reader))
+                report(k / len(reader), "Computing g(r)")
                 yield frame
 
         return {"": RDF().over(frames())} if is_equal(scene) else partial_rdf(scene, frames)
