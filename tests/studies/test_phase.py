@@ -36,7 +36,17 @@ CRYSTAL, GONE = 0.15, 2.0
         (2, 0.70, "triangular", GONE, "coexistence", [], "side by side"),
         (2, 0.71, "random", CRYSTAL, "coexistence", [], "side by side"),
         (2, 0.75, "triangular", CRYSTAL, "solid", [], "crystal or a glass"),
-        (2, 0.65, "random", GONE, "fluid", ["Henderson", "Padé of ten virials"], "1.5 %"),
+        (2, 0.6, "random", GONE, "fluid", ["Henderson", "Padé of ten virials"], ""),
+        (2, 0.65, "random", GONE, "fluid", [], "end at packing fraction 0.6"),
+        (
+            3,
+            0.58,
+            "random",
+            GONE,
+            "fluid",
+            ["Carnahan-Starling"],
+            "Pieprzyk et al. end at packing fraction 0.55",
+        ),
         (1, 0.70, "cubic", CRYSTAL, "fluid", ["Tonks (exact)"], ""),
     ],
 )

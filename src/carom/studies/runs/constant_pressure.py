@@ -11,7 +11,7 @@ from carom.observables.volume import Volume, VolumeResult
 from carom.simulation import stretches
 from carom.simulation.barostat import VolumeMoves
 from carom.simulation.simulation import Simulation
-from carom.studies.phase import Phase, finite_size_shift
+from carom.studies.phase import Phase, finite_size_shift, usual_equation
 
 
 class MeanBox(NamedTuple):
@@ -50,9 +50,11 @@ def shift(box: MeanBox, phase: Phase, equation: theory.Equation) -> float:
 
 def infinite(Z: Estimate, box: MeanBox, phase: Phase | None) -> Estimate | None:
     """Return Z of infinitely many particles; None where no theory gives the correction."""
-    if phase is None or not phase.equations:
+    if phase is None or (phase.name != "fluid" and not phase.equations):
         return None
-    *_, best = phase.equations.values()
+    best = usual_equation(box.dimension, phase.name)
+    if best is None:
+        return None
     return Z.scaled(1.0, offset=-shift(box, phase, best))
 
 
