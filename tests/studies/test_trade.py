@@ -192,19 +192,21 @@ def test_a_row_has_the_bias_of_each_quantity_with_the_errors_of_both():
         "order_kept": False, "position_kept": False, "back": [None] * 3, **dict.fromkeys(unknown),
         "Z": [3.3, 0.03], "count": [3.2, 0.04], "D": [0.3, 0.006],
     }  # fmt: skip
-    made = trade_rows.row({"result": found, "provenance": spent}, {64: (3.0, [0.25, 0.0025])})
+    task = {"method": {"kind": "time-driven", "step": 0.1, "single": False}}
+    record = {"task": task, "result": found, "provenance": spent}
+    made = trade_rows.row(record, {64: (3.0, [0.25, 0.0025])})
     assert (made.z_bias, made.z_error) == pytest.approx((0.1, 0.01))
     assert (made.contact_bias, made.contact_error) == pytest.approx((0.1, 0.02))
     assert (made.diffusion_bias, made.diffusion_error) == pytest.approx((0.2, math.hypot(0.02, 0.01)))
     assert (made.z_cost, made.diffusion_cost) == pytest.approx((2.0 * 0.03 / 3.3, 2.0 * 0.02))
-    assert (
-        trade_rows.row({"result": found, "provenance": spent}, {64: (3.0, [0.3, 0.006])}).diffusion_error
-        == 0.02
-    )
+    assert trade_rows.row(record, {64: (3.0, [0.3, 0.006])}).diffusion_error == 0.02
+    assert made.choice.startswith("for no Z to better than 0.1;")  # ten standard errors
+    assert "no bias is seen" in trade_rows.row(record, {64: (3.25, [0.3, 0.006])}).choice
     of_size = {"n": 64, "Z": [2.0, 0.02], "bias": -0.005, "corrected": 0.001}
     sized = trade_rows.size_row({"result": of_size, "provenance": spent})
     assert (sized.relative_error_1s, sized.corrected_error) == pytest.approx((0.02, 0.01))
     assert sized.break_even == pytest.approx(16.0)  # seconds after which 0.02 has become 0.005
+    assert sized.choice.startswith("for errors of Z above 0.005,")
 
 
 def test_a_small_scene_has_the_same_density_and_room_for_stepping():
@@ -326,7 +328,7 @@ def test_the_tables_hold_what_was_found(finished, tmp_path):
     study.report(tmp_path / "report.html")
     page = (tmp_path / "report.html").read_text()
     titles = [table.title for table in study.tables()]
-    assert len(titles) == 6
+    assert len(titles) == 7
     assert all(title.partition(";")[0] in page for title in titles)
 
 

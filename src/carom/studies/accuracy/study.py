@@ -29,6 +29,7 @@ VIEWS: dict[str, tuple[str, ...]] = {
         "method", "horizon_order", "horizon_position", "error_1", "back_5", "back_10", "back_20",
     ),
     "Bias, relative, ± standard error": ("method", "z_bias", "contact_bias", "diffusion_bias"),
+    "When to choose it": ("method", "choice"),
     "Relative error after one CPU second": ("method", "n_speed", "z_cost", "diffusion_cost", "diffusion"),
 }  # fmt: skip
 """Columns of the rows of methods that are shown together."""
@@ -114,7 +115,7 @@ class Trade(Study[TradeSpec]):
         return self.tables()[0]
 
     def tables(self) -> list[Table]:
-        """Return what is shown: the rows of methods in four views, sizes, intervals of sampling."""
+        """Return what is shown: the rows of methods in five views, sizes, intervals of sampling."""
         views = [Table(Row, self.rows, title, only=names) for title, names in VIEWS.items()]
         return [*views, self.sizes, self.sampling]
 
