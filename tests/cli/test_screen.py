@@ -120,7 +120,7 @@ def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeyp
     @friendly
     def command():
         time.sleep(0.2)
-        with study.watched("runs"):
+        with study.watched("the first runs"):
             time.sleep(0.2)
         time.sleep(0.2)
 

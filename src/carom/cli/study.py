@@ -95,7 +95,7 @@ def carry_out(
     described = functools.cache(lambda: describe(study, out))
     reserve(study, out)
     try:
-        with watched(study.unit) as (bar, look), compiling_told():
+        with watched(study.first) as (bar, look), compiling_told():
 
             def progress(fraction: float, text: str) -> None:
                 described()  # before the first task, and after the folder was found to be free
@@ -213,12 +213,12 @@ def show(study: Study[Any], as_json: bool) -> None:
 
 
 @contextlib.contextmanager
-def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[Any], None] | None]]:
+def watched(first: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[Any], None] | None]]:
     """Show a bar and the table so far while the body runs; without a terminal, print a line now and then."""
     if quiet() or not sys.stderr.isatty():
-        first = f"Compiling if need be, and the first {unit}"
-        with screen.watched(first) as line:
-            yield (lambda fraction, text: line(fraction, text if fraction else first)), None
+        said = f"Compiling if need be, and {first}"
+        with screen.watched(said) as line:
+            yield (lambda fraction, text: line(fraction, text if fraction else said)), None
         return
     from rich.console import Group
     from rich.live import Live
@@ -229,7 +229,7 @@ def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[
 
     bar = Progress(*screen.columns())
     # The bar moves to and fro until the first task is done, because the total time is not known before.
-    bar.add_task(f"First {unit}", total=None)
+    bar.add_task(f"{first[0].upper()}{first[1:]}", total=None)
     with Live(bar, console=Screen(stderr=True), transient=True, refresh_per_second=4) as live:
 
         def progress(fraction: float, text: str) -> None:

@@ -21,6 +21,11 @@ class GridStudy(Study[G], Generic[G]):
         """Return the work of a task [collisions]."""
         return collisions(task)
 
+    @property
+    def first(self) -> str:
+        """What is said before the first task is done: the longest begins."""
+        return f"{super().first}, of {max(map(collisions, self.tasks)):.2g} collisions at most"
+
     def place(self, task: Task) -> str:
         """Return where a task is, in words."""
         return f"at packing fraction {task['scene']['packing_fraction']:g} with n = {task['scene']['n']}"

@@ -135,6 +135,11 @@ class Study(Result, Generic[S]):
         """Return the work of a task, in any unit."""
         return 1.0
 
+    @property
+    def first(self) -> str:
+        """What is said before the first task is done: what one is, and perhaps what it costs."""
+        return f"the first {self.unit}"
+
     def enough(self, records: Sequence[Record]) -> int | None:
         """Return how many of the first records make all further tasks needless; None if all are needed.
 
