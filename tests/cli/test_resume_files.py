@@ -15,7 +15,8 @@ from carom.io.hdf5 import Input
 from carom.models.obstacles.balls import Ball
 from carom.scene_file.scene_file import SceneFile, SceneSpec
 from carom.simulation.simulation import Simulation
-from carom.studies.runs import beside_theory, report
+from carom.studies import phase as phases
+from carom.studies.runs import report
 from carom.studies.runs.folder import RunFolder
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*GSD knows no walls")
@@ -248,7 +249,7 @@ def test_a_summary_is_written_without_what_cannot_be_computed(tmp_path, monkeypa
     def unknown(scene):
         raise InputError("No virial coefficients are known.")
 
-    monkeypatch.setattr(beside_theory, "_mixture_theory", unknown)
+    monkeypatch.setattr(phases, "_mixture_theory", unknown)
     monkeypatch.setattr(report, "_obstacles", lambda facts: [1 / 0])
     plan = full_run.plan(equilibration=5, measured=50, frames=2, without=("gsd",))
     with pytest.warns(CaromWarning) as told, pytest.raises(ZeroDivisionError):

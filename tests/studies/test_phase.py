@@ -14,9 +14,16 @@ from carom.frame import Frame
 from carom.observables import Pressure
 from carom.observables.drift import moved
 from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.phase import expected, finite_size_shift, phase_of
+from carom.studies.phase import (
+    _theory,
+    compared,
+    expected,
+    finite_size_shift,
+    lines,
+    of_infinite_size,
+    phase_of,
+)
 from carom.studies.planner.system import System
-from carom.studies.runs.beside_theory import _theory, compared, lines, of_infinite_size
 from carom.studies.runs.report import _phase
 
 CRYSTAL, GONE = 0.15, 2.0

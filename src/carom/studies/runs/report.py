@@ -50,10 +50,9 @@ from carom.simulation.equipartition import Thermometer
 from carom.simulation.mechanics import Statistics
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
-from carom.studies.phase import Phase, phase_of
-from carom.studies.runs import beside_theory, constant_pressure
-from carom.studies.runs.beside_theory import finite
-from carom.studies.runs.constant_pressure import MeanBox
+from carom.studies import phase as phases
+from carom.studies.phase import MeanBox, Phase, finite, phase_of
+from carom.studies.runs import constant_pressure
 from carom.studies.runs.folder import RunFolder
 from carom.version import __version__
 
@@ -140,12 +139,12 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[float, str], None])
         reason = None if distributions else " ".join(parts.remarks[-1:]) or None
     phase = parts.of("phase", lambda: _phase(facts, volume), None)
     none: list[dict[str, Any]] = []
-    compared = parts.of("theory", lambda: beside_theory.compared(facts.sim.scene, phase, volume), none)
+    compared = parts.of("theory", lambda: phases.compared(facts.sim.scene, phase, volume), none)
     if facts.plan.run.pictures:
         report(0.0, "Drawing")
         parts.of(
             "pictures",
-            lambda: _draw(folder, facts, pressure, distributions, beside_theory.lines(compared)),
+            lambda: _draw(folder, facts, pressure, distributions, phases.lines(compared)),
             None,
         )
     summary = _summary(facts, pressure, volume, energy, distributions, reason, phase, compared, parts)
@@ -308,7 +307,7 @@ def _summary(
     if volume is not None and moves is not None:
         given = constant_pressure.numbers(volume, moves, scene.diameter)
     infinite = parts.of(
-        "Z of infinite size", lambda: beside_theory.of_infinite_size(pressure, phase, volume, given), None
+        "Z of infinite size", lambda: phases.of_infinite_size(pressure, phase, volume, given), None
     )
     none: list[dict[str, Any]] = []
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
@@ -365,7 +364,7 @@ def _summary(
         "barostat": None if moves is None else constant_pressure.settings(moves),
         "spared_contacts": sim.statistics.spared_contacts,
         "phase": None if phase is None else phase.name,
-        "phase_note": None if phase is None else beside_theory.note(phase, scene),
+        "phase_note": None if phase is None else phases.note(phase, scene),
         "theory": compared,
         "energy_drift": finite(drift),
         "momentum_drift": finite(statistics.momentum_drift),
