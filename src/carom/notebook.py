@@ -80,9 +80,9 @@ def by_fraction(shown: Shown) -> Callable[[float], object]:
     return lambda fraction: shown(fraction)
 
 
-def by_stage(shown: Shown) -> Callable[[str, float], object]:
-    """Return a progress callable that takes a stage and the fraction of it that is done."""
-    return lambda stage, fraction: shown(fraction, stage)
+def by_text(shown: Shown) -> Callable[[float, str], object]:
+    """Return a progress callable that takes the fraction done and a text."""
+    return shown
 
 
 def by_count(shown: Shown) -> Callable[[int, int], object]:

@@ -16,10 +16,10 @@ import math
 import time as clock
 
 import numpy as np
+from lammps_spheres import LammpsSpheres
 
 import carom
 from carom import theory
-from carom.opponents.lammps import LammpsSpheres
 from carom.opponents.pseudo_hard import PseudoHardSpheres
 
 METHODS = {"lammps": LammpsSpheres, "verlet": PseudoHardSpheres}

@@ -151,14 +151,16 @@ def test_what_is_unknown_or_damaged_is_one_sentence(tmp_path, monkeypatch, name,
 
 
 def test_a_study_of_ones_own_is_told_as_far_as_its_folder_tells(tmp_path):
-    with Folder(tmp_path).begun({"study": "mean free path", "version": carom.__version__}, {"ratio": [1, 2]}):
+    with Folder(tmp_path).begun(
+        {"study": "a study that nobody imports", "version": carom.__version__}, {"ratio": [1, 2]}
+    ):
         pass
     found = json.loads(typed("info", tmp_path, "--json").stdout)
     assert (found["kind"], found["study"], found["ratio"], found["done"]) == (
-        "a study", "mean free path", [1, 2], 0,
+        "a study", "a study that nobody imports", [1, 2], 0,
     )  # fmt: skip
     for command in ("resume", "view"):
-        assert "mean free path" in refused(command, tmp_path)
+        assert "a study that nobody imports" in refused(command, tmp_path)
 
 
 def test_a_damaged_folder_is_one_sentence(folder, tmp_path):

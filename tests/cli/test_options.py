@@ -543,8 +543,8 @@ def test_a_quiet_command_shows_no_progress(command, monkeypatch, capsys):
     parsed = COMMANDS[command].make_context(command, ["--quiet", *NEEDED.get(command, [])])
     try:
         assert "quiet" not in parsed.params
-        with heartbeat.starting(), screen.watched() as progress, study.watched("runs") as (told, _):
-            progress("Measuring", 0.5)
+        with heartbeat.starting(), screen.watched() as progress, study.watched("the first runs") as (told, _):
+            progress(0.5, "Measuring")
             told(0.5, "1 of 2 runs")
             time.sleep(0.1)
         assert capsys.readouterr().err == ""

@@ -41,7 +41,7 @@ def stopped(reference, tmp_path):
     scene, _ = reference
     out = tmp_path / "stopped"
 
-    def impatient(stage, fraction):
+    def impatient(fraction, stage):
         if stage == "Measuring" and fraction > 0.4:
             os.kill(os.getpid(), signal.SIGINT)
 
@@ -55,7 +55,7 @@ def test_ctrl_c_in_any_phase_costs_nothing(reference, tmp_path, stage):
     scene, whole = reference
     out, later = tmp_path / "run", []
 
-    def impatient(now, fraction):
+    def impatient(fraction, now):
         if now == stage and fraction > 0.3:
             os.kill(os.getpid(), signal.SIGINT)
 
@@ -63,7 +63,7 @@ def test_ctrl_c_in_any_phase_costs_nothing(reference, tmp_path, stage):
         carom.run(SceneFile.load(scene), out, progress=impatient)
     assert not (out / "summary.json").exists()
     before = began(out)
-    carom.resume(out, progress=lambda now, fraction: later.append(now))
+    carom.resume(out, progress=lambda fraction, now: later.append(now))
     assert began(out) == before, "the run did not go on, but started again"
     assert ("Equilibrating" in later) == (stage == "Equilibrating")
     assert_same_run(whole, out)
@@ -82,7 +82,7 @@ def test_a_run_stopped_again_and_again_ends_with_the_same_bits(reference, tmp_pa
     out, dice = tmp_path / "run", random.Random(11)
     stops = 0
 
-    def sometimes(stage, fraction):
+    def sometimes(fraction, stage):
         if stage in ("Equilibrating", "Measuring") and dice.random() < 0.1:
             os.kill(os.getpid(), signal.SIGINT)
 
@@ -108,7 +108,7 @@ def test_sampling_and_progress_change_no_bit(reference, tmp_path):
     text = scene.read_text().replace("frames = 64", "frames = 16")
     seen = []
     carom.run(
-        SceneFile.from_toml(text), tmp_path / "run", progress=lambda stage, fraction: seen.append(stage)
+        SceneFile.from_toml(text), tmp_path / "run", progress=lambda fraction, stage: seen.append(stage)
     )
     assert {"Compiling", "Equilibrating", "Measuring", "Computing g(r)", "Done"} <= {*seen}
     few, many = (io.read(folder / "trajectory.h5md", ":") for folder in (tmp_path / "run", whole))

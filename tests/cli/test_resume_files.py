@@ -15,7 +15,8 @@ from carom.io.hdf5 import Input
 from carom.models.obstacles.balls import Ball
 from carom.scene_file.scene_file import SceneFile, SceneSpec
 from carom.simulation.simulation import Simulation
-from carom.studies.runs import beside_theory, report
+from carom.studies import phase as phases
+from carom.studies.runs import report
 from carom.studies.runs.folder import RunFolder
 
 pytestmark = pytest.mark.filterwarnings("ignore:.*GSD knows no walls")
@@ -88,7 +89,7 @@ def test_a_run_with_walls_an_obstacle_species_and_a_log_goes_on(whole, out):
         # What the folder held when it was stopped: collisions of pairs, and all hits of walls and the ball.
         assert len(read_events(out / "events.h5").i) == sim.collisions + hits
     (out / "log").unlink()
-    result = carom.resume(out, progress=lambda stage, fraction: stages.append(stage))
+    result = carom.resume(out, progress=lambda fraction, stage: stages.append(stage))
     assert began(out) == before, "the run did not go on, but started again"
     assert "Equilibrating" not in stages
     assert result.new
@@ -248,7 +249,7 @@ def test_a_summary_is_written_without_what_cannot_be_computed(tmp_path, monkeypa
     def unknown(scene):
         raise InputError("No virial coefficients are known.")
 
-    monkeypatch.setattr(beside_theory, "_mixture_theory", unknown)
+    monkeypatch.setattr(phases, "_mixture_theory", unknown)
     monkeypatch.setattr(report, "_obstacles", lambda facts: [1 / 0])
     plan = full_run.plan(equilibration=5, measured=50, frames=2, without=("gsd",))
     with pytest.warns(CaromWarning) as told, pytest.raises(ZeroDivisionError):

@@ -17,7 +17,7 @@ from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
 from carom.pictures import plots
 from carom.pictures.plots import partial_rdf as draw
 from carom.scene_file.scene_file import SceneFile
-from carom.studies.runs.beside_theory import _mixture_theory
+from carom.studies.phase import _mixture_theory
 
 BINARY = """
 [scene]

@@ -60,7 +60,7 @@ def test_a_precise_run_stopped_again_and_again_ends_with_the_same_bits(finished,
     out = tmp_path / "run"
     moments = [("Pilot", 0.0), ("Pilot", 0.4), ("Measuring", 0.1), ("Measuring", 0.6), ("Measuring", 0.95)]
 
-    def stop(stage, fraction):
+    def stop(fraction, stage):
         if moments and stage == moments[0][0] and fraction >= moments[0][1]:
             moments.pop(0)
             os.kill(os.getpid(), signal.SIGINT)
@@ -98,7 +98,7 @@ def test_seconds_of_earlier_sessions_count_for_the_wall_time(tmp_path, monkeypat
     monkeypatch.setattr(compile_listeners, "running", lambda: running() + ahead[0])
     plan = PRECISE.replace("3e-3", "1e-9\nwalltime = 20.0").replace("frames = 20", "frames = 200")
 
-    def stop(stage, fraction):
+    def stop(fraction, stage):
         if stage == "Measuring" and fraction > 0.01:  # with two frames
             ahead[0] = 30.0
             os.kill(os.getpid(), signal.SIGINT)

@@ -100,9 +100,9 @@ def test_a_table_without_rows_is_its_title_and_its_notes():
 def test_where_nobody_watches_a_terminal_a_line_says_now_and_then_what_goes_on(monkeypatch, capsys):
     monkeypatch.setattr(heartbeat, "EVERY", 0.05)
     with screen.watched() as progress:
-        progress("Compiling", 0.0)
+        progress(0.0, "Compiling")
         time.sleep(0.2)
-        progress("Measuring", 0.25)
+        progress(0.25, "Measuring")
         time.sleep(0.2)
     out, err = capsys.readouterr()
     assert out == ""
@@ -120,7 +120,7 @@ def test_a_command_in_a_pipe_speaks_from_its_imports_to_its_last_picture(monkeyp
     @friendly
     def command():
         time.sleep(0.2)
-        with study.watched("runs"):
+        with study.watched("the first runs"):
             time.sleep(0.2)
         time.sleep(0.2)
 

@@ -46,7 +46,7 @@ if __name__ == "__main__":
     whole = carom.run(plan, f"{sys.argv[1]}/whole")
     asked = []
 
-    def stop(stage, fraction):
+    def stop(fraction, stage):
         if stage == "Measuring" and fraction > 0.4 and not asked:
             asked.append(fraction)
             os.kill(os.getpid(), signal.SIGINT)

@@ -76,7 +76,7 @@ def plan(*, equilibration=200, measured=1000, frames=16, without=()):
 def stopped(given: SceneFile, out: Path, stage: str = "Measuring", after: float = 0.5) -> Path:
     """Begin a run and press Ctrl-C when so much of a stage is done."""
 
-    def impatient(now, fraction):
+    def impatient(fraction, now):
         if now == stage and fraction > after:
             os.kill(os.getpid(), signal.SIGINT)
 

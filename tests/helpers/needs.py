@@ -24,9 +24,9 @@ def mpiexec():
 
 @cache
 def _lammps():
-    from carom.opponents import lammps
+    from benchmarks.lammps_spheres import available
 
-    return lammps.available()
+    return available()
 
 
 def _idle():

@@ -251,7 +251,7 @@ def test_a_run_without_frames_goes_on_from_a_packed_checkpoint_bit_for_bit(tmp_p
         warnings.simplefilter("ignore", carom.errors.CaromWarning)
         whole = carom.run(small, tmp_path / "whole")
 
-        def stop(stage, part):
+        def stop(part, stage):
             if stage == "Measuring" and part > 0.5:
                 raise KeyboardInterrupt
 

@@ -202,7 +202,7 @@ from pathlib import Path
 plan = SceneFile.load("scene.toml").trusted()
 whole = carom.run(plan, "whole")
 
-def stop(stage, fraction):
+def stop(fraction, stage):
     if stage == "Measuring" and fraction > 0.3:
         import signal
         signal.raise_signal(signal.SIGINT)

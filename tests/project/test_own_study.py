@@ -13,6 +13,9 @@ from types import SimpleNamespace
 import pytest
 from helpers.commands import WAIT, in_this_process
 
+import carom
+from carom.studies.info import info
+
 PAGE = Path(__file__).parents[2] / "docs" / "studies.md"
 (SCRIPT,) = (
     block
@@ -82,6 +85,10 @@ def test_the_script_has_folder_resume_table_picture_page_and_command(there, run)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "Mean free path" in page
     assert "python mean_free_path.py study.toml" in page
+    # A study is known by its folder where its class was imported.
+    for known in (carom.load(folder), carom.resume(folder)):
+        assert (type(known).__name__, len(known.table)) == ("Paths", 4)
+    assert info(folder).state == "finished"
     code, printed, errors = run("--ratio", "1", "--seed", "2")
     assert code == 2
     assert "seed was 1 and is 2 now" in errors

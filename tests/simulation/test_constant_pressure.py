@@ -16,9 +16,8 @@ from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.barostat import VolumeMoves, volume_sums
 from carom.simulation.until_precise import merged
-from carom.studies.phase import phase_of
+from carom.studies.phase import MeanBox, phase_of, shift
 from carom.studies.runs import constant_pressure
-from carom.studies.runs.constant_pressure import MeanBox
 from carom.studies.runs.stretch import Stretch
 
 SLOW = pytest.mark.slow
@@ -105,9 +104,9 @@ def test_the_shift_of_z_at_constant_pressure_is_exact_for_rods_to_order_one_over
     length = mean_length(n, p)
     eta = n / length
     phase = phase_of(MeanBox(n, 1, eta), "random", 9.0)
-    shift = constant_pressure.shift(MeanBox(n, 1, eta), phase, theory.tonks)
-    assert shift == pytest.approx(1.0 / n, rel=1e-6)
-    assert abs(p * length / n - theory.tonks(eta) - shift) < 10.0 / n**2
+    more = shift(MeanBox(n, 1, eta), phase, theory.tonks)
+    assert more == pytest.approx(1.0 / n, rel=1e-6)
+    assert abs(p * length / n - theory.tonks(eta) - more) < 10.0 / n**2
 
 
 def test_blocks_add_up_to_the_whole_however_the_run_is_cut(plain):
@@ -224,7 +223,7 @@ def finished(plain, tmp_path):
     plan = SceneFile.from_toml(TOML)
     carom.run(plan, tmp_path / "whole")
 
-    def killed(stage, fraction):
+    def killed(fraction, stage):
         if stage == "Measuring" and fraction > 0.6:
             raise Killed
 

@@ -4,7 +4,10 @@ import pytest
 
 from carom.errors import InputError
 from carom.studies.coefficients.spec import TransportSpec
+from carom.studies.coefficients.study import Transport
 from carom.studies.eos.spec import StudySpec
+from carom.studies.eos.study import EquationOfState
+from carom.studies.flow.study import ShearFlow
 
 MIXED = "species.a = { count = 30 }\nspecies.b = { count = 10, diameter = 0.5 }\n"
 
@@ -62,3 +65,15 @@ def test_the_words_of_a_task_are_those_from_which_its_stream_follows():
         "initial": "random", "n": 40, "packing_fraction": 0.2, "dimension": 3, "kT": 2.0, "mass": 4.0,
         "diameter": 1.0,
     }  # fmt: skip
+
+
+def test_a_sheared_run_has_a_time_and_no_number_of_collisions():
+    study = ShearFlow(ShearFlow.Spec(packing_fraction=(0.1,), n=(100,), rate=(0.5, 2.0), strains=10.0))
+    assert study.first == "the first runs, of 2e+03 particles times time at most"
+
+
+@pytest.mark.parametrize("kind", [EquationOfState, Transport])
+def test_a_study_says_what_its_longest_run_costs_before_it_begins(kind):
+    given = {"n": (40, 100), "collisions_per_particle": 100.0, "equilibration": 20.0}
+    study = kind(kind.Spec(packing_fraction=(0.1,), **given))
+    assert study.first == "the first runs, of 6e+03 collisions at most"

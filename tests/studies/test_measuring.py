@@ -86,7 +86,7 @@ def test_frames_are_read_once_and_may_come_from_anywhere(fluid):
 
 def test_progress_goes_to_its_end(fluid):
     seen = []
-    carom.measure(fluid, "rdf", progress=lambda stage, part: seen.append(part))
+    carom.measure(fluid, "rdf", progress=lambda part, stage: seen.append(part))
     assert seen == sorted(seen)
     assert (len(seen), seen[-1]) == (FRAMES, 1.0)
 

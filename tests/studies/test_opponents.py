@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from benchmarks.lammps_spheres import LammpsSpheres
 from helpers.marks import slow
 from helpers.naive.stepping import SteppedSystem
 
 import carom
-from carom.opponents import lammps
 from carom.opponents.pairs import PairList
 from carom.opponents.pseudo_hard import CUT, PseudoHardSpheres
 from carom.opponents.stepping import Stepper
@@ -151,7 +151,7 @@ def test_lammps_moves_pseudo_hard_spheres_as_carom_does():
     scene, _ = melted(carom.Scene.crystal(cells=3, density=0.5), 1)
     ours, theirs = (
         make(scene.positions, scene.velocities, scene.box, step=1e-3)
-        for make in (PseudoHardSpheres, lammps.LammpsSpheres)
+        for make in (PseudoHardSpheres, LammpsSpheres)
     )
     assert ours.energy == pytest.approx(theirs.energy, rel=64 * EPS)
     for system in (ours, theirs):

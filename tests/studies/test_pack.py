@@ -147,7 +147,7 @@ def test_ctrl_c_leaves_what_there_is_and_a_resumed_packing_has_the_same_bits(tmp
     whole = carom.pack(start, out=tmp_path / "whole", **asked)
     calls = []
 
-    def press(stage, fraction):
+    def press(fraction, stage):
         calls.append(fraction)
         if len(calls) == 12:
             os.kill(os.getpid(), signal.SIGINT)

@@ -14,9 +14,16 @@ from carom.frame import Frame
 from carom.observables import Pressure
 from carom.observables.drift import moved
 from carom.studies.coefficients.spec import TransportSpec
-from carom.studies.phase import expected, finite_size_shift, phase_of
+from carom.studies.phase import (
+    _theory,
+    compared,
+    expected,
+    finite_size_shift,
+    lines,
+    of_infinite_size,
+    phase_of,
+)
 from carom.studies.planner.system import System
-from carom.studies.runs.beside_theory import _theory, compared, lines, of_infinite_size
 from carom.studies.runs.report import _phase
 
 CRYSTAL, GONE = 0.15, 2.0
@@ -36,7 +43,17 @@ CRYSTAL, GONE = 0.15, 2.0
         (2, 0.70, "triangular", GONE, "coexistence", [], "side by side"),
         (2, 0.71, "random", CRYSTAL, "coexistence", [], "side by side"),
         (2, 0.75, "triangular", CRYSTAL, "solid", [], "crystal or a glass"),
-        (2, 0.65, "random", GONE, "fluid", ["Henderson", "Padé of ten virials"], "1.5 %"),
+        (2, 0.6, "random", GONE, "fluid", ["Henderson", "Padé of ten virials"], ""),
+        (2, 0.65, "random", GONE, "fluid", [], "end at packing fraction 0.6"),
+        (
+            3,
+            0.58,
+            "random",
+            GONE,
+            "fluid",
+            ["Carnahan-Starling"],
+            "Pieprzyk et al. end at packing fraction 0.55",
+        ),
         (1, 0.70, "cubic", CRYSTAL, "fluid", ["Tonks (exact)"], ""),
     ],
 )

@@ -20,8 +20,9 @@ from carom.studies import executors
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
 from carom.studies.folder import Folder
+from carom.studies.kind_of_studies import STUDIES
 from carom.studies.places import OWN, of_the_user, title
-from carom.studies.saved import STUDIES, load
+from carom.studies.saved import load
 
 INTO = {
     "run": ("a run", ["--n", "32", "--overwrite"]),

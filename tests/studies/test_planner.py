@@ -288,6 +288,12 @@ def test_a_plan_is_printed_with_its_size_and_three_on_each_side(planned, capsys)
     ]  # fmt: skip
 
 
+def test_the_row_of_the_size_that_is_run_has_the_cost_of_the_plan(planned):
+    (row,) = (each for each in planned.sizes if each.n == planned.design.n)
+    assert row.cpu_seconds == planned.cpu_seconds
+    assert min(each.cpu_seconds for each in planned.sizes) > 0.9 * LEAST
+
+
 def test_a_plan_is_run_in_a_folder_and_goes_on_there(planned, tmp_path):
     planned.save(tmp_path)
     again = load(tmp_path)

@@ -182,23 +182,26 @@ def test_diffusion_costs_more_in_a_larger_box_whose_slope_is_taken_later():
         assert more == pytest.approx(method.shift(n, 0.7, 0.2) ** 2 * 5.0 * n / 1000)
 
 
-def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(monkeypatch):
-    """D of N spheres at rest together is smaller by 1 / N, which is exact and leaves no bias."""
+@pytest.mark.parametrize("species", [0, 1])
+def test_the_possible_bias_of_diffusion_is_a_part_of_the_shift_by_the_box_alone(monkeypatch, species):
+    """D of N spheres at rest together is smaller by about 1 / N, which is exact and leaves no bias."""
     n, density, one = 64, 0.5, Coefficient(0.3, 0.01, 100.0, 1.0, 100)
+    own = (1.0 + 1.0 / n, 1.0 + 3.0 / n)[species]
     point = SimpleNamespace(
         n=n,
         volume=n / density,
         kT=1.0,
         mean_mass=1.0,
-        at_rest=lambda species: n / (n - 1.0),
+        at_rest=lambda k: (1.0 + 1.0 / n, 1.0 + 3.0 / n)[k],
         shear_viscosity=lambda: one,
-        self_diffusion=lambda species: [one] * 2,
+        self_diffusion=lambda k: [Coefficient(0.3 * (1.0 + k), 0.01, 100.0, 1.0, 100)] * 2,
     )
     monkeypatch.setattr(diffusion, "Point", lambda records: point)
-    method = diffusion.DiffusionMethod(System(density * math.pi / 6.0))
+    half = [{"fraction": 0.5, "diameter": 1.0, "mass": mass} for mass in (0.5, 1.5)]
+    method = diffusion.DiffusionMethod(System(density * math.pi / 6.0, scene={"species": half}), str(species))
     value, bias, said = method.reached([], "velocity")
     shift = theory.diffusion_shift(n, density, one.mean, self_diffusion=value.mean)
-    assert value.mean - shift == pytest.approx(one.mean * n / (n - 1.0), rel=1e-9)
+    assert value.mean - shift == pytest.approx(one.mean * (1.0 + species) * own, rel=1e-9)
     assert bias == pytest.approx(diffusion.missed(n) * shift, rel=1e-9)
     assert not said
 

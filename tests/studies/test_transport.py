@@ -568,7 +568,7 @@ def test_a_study_without_a_terminal_says_how_far_it_is(capsys, monkeypatch):
     from carom.cli import heartbeat, study
 
     monkeypatch.setattr(heartbeat, "EVERY", 0.01)
-    with study.watched("runs") as (progress, _):
+    with study.watched("the first runs") as (progress, _):
         progress(0.25, "1 of 4 runs")
         time.sleep(0.2)
     assert "1 of 4 runs, 25 %" in capsys.readouterr().err

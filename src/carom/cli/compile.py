@@ -44,7 +44,7 @@ def compile_(
     works: list[Work] = [(path.name, partial(_run, path)) for path in scenes] if scenes else _usual()
     with watched() as progress, compiling_told(), tempfile.TemporaryDirectory() as folder:
         for k, (name, work) in enumerate(works):
-            progress(name, k / len(works))
+            progress(k / len(works), name)
             work(Path(folder) / f"{k}")
     print(f"Compiled: {', '.join(name for name, _ in works)}.")
 

@@ -44,7 +44,7 @@ def export(
             source,
             target,
             overwrite=overwrite,
-            progress=lambda done, total: progress("Converting", done / total),
+            progress=lambda done, total: progress(done / total, "Converting"),
             **lacking(diameter, box),
         )
     typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
@@ -79,20 +79,22 @@ def view(
     """
     from carom.errors import InputError
     from carom.pictures.view import is_page, rules_beside, view as shown
-    from carom.studies.places import kind_of
-    from carom.studies.saved import load
+    from carom.studies.kinds import kind_at
 
     if out is not None and out.suffix.lower() not in (".html", ".htm"):
         # With --overwrite a page could otherwise replace the trajectory that it shows.
         raise InputError(f"{out} has the suffix '{out.suffix}'; expected .html.")
-    study = kind_of(source) == "a study"
-    name = "report.html" if study else "view.html"
+    kind = kind_at(source)
+    study = kind if kind is not None and kind.report else None
+    name = "view.html" if study is None else "report.html"
     page = out or (source / name if source.is_dir() else source.with_suffix(".html"))
     refuse_to_replace(page, overwrite=overwrite or is_page(page))
-    if study:
+    if study is not None:
         if collisions is not None:
-            raise InputError(f"--collisions is of an event log, and {source} holds a study; leave it out.")
-        load(source).report(page)
+            raise InputError(
+                f"--collisions is of an event log, and {source} holds {study.name}; leave it out."
+            )
+        study.load(source).report(page)
     else:
         shown(source, page, collisions=collisions, interaction=rules_beside(source) if trust_code else None)
     typer.echo(visible(f"{page}: {page.stat().st_size / 1e6:.1f} MB"))
@@ -132,7 +134,7 @@ def movie(
     with watched() as progress:
         count = made(
             trajectory, target, fps=fps, size=size, color=color,
-            progress=lambda done, total: progress("Drawing frames", done / total),
+            progress=lambda done, total: progress(done / total, "Drawing frames"),
         )  # fmt: skip
     typer.echo(visible(f"{target}: {count} frame{'s' if count != 1 else ''}"))
 

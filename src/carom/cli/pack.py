@@ -69,6 +69,6 @@ def pack(
     if go_on and overwrite:
         raise InputError("--resume and --overwrite contradict each other; give one of them.")
     with watched() as progress, compiling_told():
-        progress("Preparing", 0.0)
+        progress(0.0, "Preparing")
         found = compressed(asked, start, out, overwrite, go_on, progress)
     packed(found.to_dict(), out, as_json)

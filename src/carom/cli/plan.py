@@ -65,9 +65,6 @@ def plan(
     with watched() as progress, compiling_told():
         from carom.studies.planner import plan as planner
 
-        def shown(part: float, text: str) -> None:
-            progress(text, part)
-
         kinds = tables_of("--species", *FORMS)(species) if species else None
         given = {**given, "cores": number_of(given["cores"])}
         target = given.pop("target")
@@ -82,7 +79,7 @@ def plan(
                     folder.mkdir(parents=True, exist_ok=True)
             found = planner.plan(
                 target, packing_fraction=packing_fraction, dimension=dimension, species=kinds, scene=scene,
-                **given, progress=shown,
+                **given, progress=progress,
             )  # fmt: skip
             if folder is not None:
                 found.save(folder)
@@ -93,7 +90,7 @@ def plan(
             print(json.dumps(found.to_dict(), indent=2, allow_nan=False))
         return
     with watched() as progress, compiling_told():
-        outcome = found.run(out=folder, progress=lambda part, text: progress(text, part))
+        outcome = found.run(out=folder, progress=progress)
     assert folder is not None
     reached(outcome, folder, as_json)
 

@@ -126,11 +126,12 @@ def resume(
     carom resume fluid --json
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import packed, predicted, reached, results, staged, watched
+    from carom.cli.screen import packed, predicted, reached, results, watched
     from carom.cli.study import carry_out
     from carom.studies.places import kind_of
 
-    if folder.is_dir() and kind_of(folder) == "a study":
+    kind = kind_of(folder) if folder.is_dir() else None
+    if kind == "a study":
         from carom.studies.saved import load
 
         report = (folder / "report.html").exists()
@@ -139,21 +140,18 @@ def resume(
         )
         return
     with watched() as progress, compiling_told():
-        from carom.studies.packings.packing import Packing
-        from carom.studies.planner.outcome import Outcome
-        from carom.studies.runs.result import RunResult
         from carom.studies.saved import resume as go_on
 
         found = go_on(
             folder,
-            progress=staged(progress),
+            progress=progress,
             predicted=predicted,
             cores=number_of(cores),
             trust_code=trust_code,
         )
-    if isinstance(found, Packing):
+    if kind == "a packing":
         packed(found.to_dict(), folder, as_json)
-    elif isinstance(found, RunResult):
-        results(found, as_json)
-    elif isinstance(found, Outcome):
+    elif kind == "a plan":
         reached(found, folder, as_json)
+    else:
+        results(found, as_json)

@@ -62,16 +62,16 @@ def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ..
 
 
 @contextlib.contextmanager
-def watched() -> Iterator[Callable[[str, float], None]]:
+def watched(first: str = "Starting") -> Iterator[Callable[[float, str], None]]:
     """Show a progress bar while the body runs; without a terminal, print a line now and then."""
     if quiet():
-        yield lambda stage, fraction: None
+        yield lambda fraction, text: None
         return
     if not sys.stderr.isatty():
         from carom.cli.heartbeat import Heartbeat
 
-        with Heartbeat("Starting").beating() as heart:
-            yield lambda stage, fraction: heart.tell(stage, None if stage in UNMEASURED else fraction)
+        with Heartbeat(first).beating() as heart:
+            yield lambda fraction, text: heart.tell(text, None if text in UNMEASURED else fraction)
         return
     from rich.progress import Progress
 
@@ -79,30 +79,18 @@ def watched() -> Iterator[Callable[[str, float], None]]:
     from carom.notebook import advance
 
     with Progress(*columns("{task.description:<14}"), console=Screen(stderr=True), transient=True) as bar:
-        task = bar.add_task("Starting", total=None)
+        task = bar.add_task(first, total=None)
         present = ""
 
-        def progress(stage: str, fraction: float) -> None:
+        def progress(fraction: float, text: str) -> None:
             nonlocal present
-            if stage != present:
-                present = stage
-                advance(bar, None, stage)  # first: a reset draws the bar, and must not draw 0 % of what ended
+            if text != present:
+                present = text
+                advance(bar, None, text)  # first: a reset draws the bar, and must not draw 0 % of what ended
                 bar.reset(task)
-            advance(bar, None if stage in UNMEASURED else fraction, stage)
+            advance(bar, None if text in UNMEASURED else fraction, text)
 
         yield progress
-
-
-def staged(progress: Callable[[str, float], None]) -> Callable[..., None]:
-    """Return a function that shows whatever a run, a packing, a study or a plan tells of its progress."""
-
-    def told(one: Any, other: Any) -> None:
-        if isinstance(one, str):
-            progress(one, other)
-        else:  # of a study or a plan: the fraction first
-            progress(other, one)
-
-    return told
 
 
 def predicted(prediction: Prediction) -> None:

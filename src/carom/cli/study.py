@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from carom.cli import screen
 from carom.cli.heartbeat import quiet, say
 from carom.cli.meant import Command
 from carom.cli.options import Json, Quiet, argument, number_of, of_fields, option, shared, takes
@@ -94,7 +95,7 @@ def carry_out(
     described = functools.cache(lambda: describe(study, out))
     reserve(study, out)
     try:
-        with watched(study.unit) as (bar, look), compiling_told():
+        with watched(study.first) as (bar, look), compiling_told():
 
             def progress(fraction: float, text: str) -> None:
                 described()  # before the first task, and after the folder was found to be free
@@ -212,29 +213,23 @@ def show(study: Study[Any], as_json: bool) -> None:
 
 
 @contextlib.contextmanager
-def watched(unit: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[Any], None] | None]]:
+def watched(first: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[Any], None] | None]]:
     """Show a bar and the table so far while the body runs; without a terminal, print a line now and then."""
-    if quiet():
-        yield (lambda fraction, text: None), None
-        return
-    if not sys.stderr.isatty():
-        from carom.cli.heartbeat import Heartbeat
-
-        first = f"Compiling if need be, and the first {unit}"
-        with Heartbeat(first).beating() as heart:
-            yield (lambda fraction, text: heart.tell(text if fraction else first, fraction)), None
+    if quiet() or not sys.stderr.isatty():
+        said = f"Compiling if need be, and {first}"
+        with screen.watched(said) as line:
+            yield (lambda fraction, text: line(fraction, text if fraction else said)), None
         return
     from rich.console import Group
     from rich.live import Live
     from rich.progress import Progress
 
-    from carom.cli.screen import columns
     from carom.cli.tables import Screen
     from carom.notebook import advance
 
-    bar = Progress(*columns())
+    bar = Progress(*screen.columns())
     # The bar moves to and fro until the first task is done, because the total time is not known before.
-    bar.add_task(f"First {unit}", total=None)
+    bar.add_task(f"{first[0].upper()}{first[1:]}", total=None)
     with Live(bar, console=Screen(stderr=True), transient=True, refresh_per_second=4) as live:
 
         def progress(fraction: float, text: str) -> None:

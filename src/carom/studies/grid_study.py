@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from carom.studies.folder import Record, Task
 from carom.studies.grid import SceneGrid, collisions
@@ -16,10 +16,17 @@ G = TypeVar("G", bound=SceneGrid)
 class GridStudy(Study[G], Generic[G]):
     """A study of a grid: where its tasks are, and what they cost."""
 
+    unit_of_cost: ClassVar[str] = "collisions"
+
     @staticmethod
     def cost(task: Task) -> float:
         """Return the work of a task [collisions]."""
         return collisions(task)
+
+    @property
+    def first(self) -> str:
+        """What is said before the first task is done: the longest begins."""
+        return f"{super().first}, of {max(map(self.cost, self.tasks)):.2g} {self.unit_of_cost} at most"
 
     def place(self, task: Task) -> str:
         """Return where a task is, in words."""

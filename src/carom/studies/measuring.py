@@ -31,7 +31,7 @@ from carom.scene import temperature
 from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
-from carom.studies.places import kind_of
+from carom.studies.kinds import kind_at
 from carom.theory import ball_volume
 
 PRODUCTS = 5e7
@@ -202,7 +202,7 @@ QUANTITIES = {
 def measure(
     frames: Iterable[Frame] | str | os.PathLike[str],
     *quantities: Any,
-    progress: Callable[[str, float], object] | None = None,
+    progress: Callable[[float, str], object] | None = None,
 ) -> dict[str, Any]:
     """Measure several quantities in one pass over the frames of a run, a packing or a file.
 
@@ -216,7 +216,7 @@ def measure(
         frames, such as ``carom.RDF(width=0.05)``. Without any, all that apply: the order in two and three
         dimensions, crystallinity in three, the profile along an axis with walls or gravity.
     progress : callable, optional
-        Called as ``progress(stage, fraction)`` after each frame.
+        Called as ``progress(fraction, text)`` after each frame.
 
     Returns
     -------
@@ -264,7 +264,7 @@ def measure(
                     reasons[name] = _clause(error)
                     del underway[name]
             if progress is not None:
-                progress("Measuring", (k + 1) / total if total else 0.0)
+                progress((k + 1) / total if total else 0.0, "Measuring")
     if not times:
         raise InputError("There is no frame to measure.")
     found: dict[str, Any] = {}
@@ -310,7 +310,8 @@ def _opened(frames: Any) -> Iterator[tuple[Iterable[Any], int, Path | None, bool
     if isinstance(frames, str | os.PathLike):
         where = Path(frames)
         with open_reader(where) as reader:
-            if where.is_dir() and kind_of(where) == "a packing" and len(reader):
+            kind = kind_at(where) if where.is_dir() else None
+            if kind is not None and kind.grows and len(reader):
                 yield [reader[-1]], 1, where, False
             else:
                 yield reader, len(reader), where, reader.foreign
@@ -331,10 +332,11 @@ def _known(frame: Frame, path: Path | None, foreign: bool) -> _System:
     if path is None or foreign:
         return _System(frame, decides=foreign)
     folder = path if path.is_dir() else path.parent
-    if kind_of(folder) != "a run" or not (folder / "scene.toml").is_file():
+    kind = kind_at(folder)
+    if kind is None or kind.scene is None or not (folder / kind.scene).is_file():
         return _System(frame)
     try:
-        plan = SceneFile.load(folder / "scene.toml").scene
+        plan = SceneFile.load(folder / kind.scene).scene
         given = {
             name: value
             for name in ("contact", "obstacles", "walls", "motion", "drive", "pinned", "interaction")

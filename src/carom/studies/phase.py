@@ -1,18 +1,29 @@
-"""The phase of a run, and the equations of state to compare it with."""
+"""The phase of a run, and theory beside its numbers: Z by equations of state, and Z of infinite size."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
 
 from carom import theory
-from carom.errors import InputError
+from carom.errors import CaromError, CaromWarning, InputError
+from carom.models import model_checks
+from carom.observables import Estimate, PressureResult
 from carom.observables.drift import STUCK
+from carom.observables.pressure import finite_size_doubt
+from carom.observables.volume import VolumeResult
+from carom.scene.fields import is_elastic, is_usual
+from carom.scene.scene import Scene
 from carom.theory import Equation
 
-ACCURATE_DISKS = 0.6
-"""Packing fraction up to which the equations of state of disks are accurate to 1e-3."""
+ENDS = {"Henderson": 0.6, "Padé of ten virials": 0.6, "Pieprzyk et al.": 0.55}
+"""Packing fractions up to which results are compared with equations of state of the fluid. Those of disks are
+1.5 % off at 0.67; Z of spheres by the series has a maximum at 0.57."""
 
 
 class Phase(NamedTuple):
@@ -51,9 +62,8 @@ def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
             note = (
                 "The particles still are near where they began: it may be no fluid yet. Equilibrate longer."
             )
-        elif d == 2 and eta > ACCURATE_DISKS:
-            note = f"Equations of state of disks fail slowly beyond {ACCURATE_DISKS}: by 1.5 % at 0.67."
-        return Phase("fluid", theory.equations(d), note)
+        shown, ends = _in_range(d, eta)
+        return Phase("fluid", shown, note or ends)
     beyond = f"Packing fraction {eta:.4g} is beyond freezing ({freezing:g})"
     if d == 2 and eta < melting:
         return Phase(
@@ -63,11 +73,9 @@ def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
             "equation of state holds.",
         )
     if not stays:
-        return Phase(
-            "fluid",
-            theory.equations(d),
-            f"{beyond}: a metastable fluid, if it did not freeze; the equations are those of the fluid.",
-        )
+        shown, ends = _in_range(d, eta)
+        note = f"{beyond}: a metastable fluid, if it did not freeze; the equations are those of the fluid."
+        return Phase("fluid", shown, f"{note} {ends}".rstrip())
     if d == 3 and initial in ("fcc", "dn"):
         return Phase(
             "solid",
@@ -80,6 +88,21 @@ def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
         f"{beyond}, and the particles are where they began: a crystal or a glass, of which no equation "
         "of state is known here.",
     )
+
+
+def _in_range(dimension: int, eta: float) -> tuple[dict[str, Equation], str]:
+    """Return the equations of state of the fluid that hold there, and which ones end before."""
+    found = theory.equations(dimension)
+    gone = [name for name in found if eta > ENDS.get(name, 1.0)]
+    if not gone:
+        return found, ""
+    said = f"{' and '.join(gone)} end at packing fraction {ENDS[gone[0]]:g}, so the result stands without."
+    return {name: equation for name, equation in found.items() if name not in gone}, said
+
+
+def end(dimension: int) -> float:
+    """Return the packing fraction up to which a fluid is compared with its best equation of state."""
+    return ENDS.get(next(reversed(theory.equations(dimension)), ""), 1.0)
 
 
 def expected(packing_fraction: float, dimension: int, initial: str, *, mixture: bool = False) -> str:
@@ -124,3 +147,140 @@ def finite_size_shift(phase: str, packing_fraction: float, n: int, equation: Equ
         return float(law(packing_fraction, n, equation))
     except InputError:
         return math.nan
+
+
+class MeanBox(NamedTuple):
+    """The box of the mean volume."""
+
+    n: int
+    dimension: int
+    packing_fraction: float
+
+    @classmethod
+    def of(cls, found: VolumeResult) -> MeanBox:
+        """Return that of a measured volume."""
+        return cls(found.n, found.dimension, found.packing_fraction.mean)
+
+
+def shift(box: MeanBox, phase: Phase, equation: Equation) -> float:
+    """Return Z of n particles at constant pressure less that of infinitely many, by theory."""
+    eta, n = box.packing_fraction, box.n
+    return finite_size_shift(phase.name, eta, n, equation) + float(
+        theory.constant_pressure_shift(eta, n, equation)
+    )
+
+
+def infinite(Z: Estimate, box: MeanBox, phase: Phase | None) -> Estimate | None:
+    """Return Z of infinitely many particles; None where no theory gives the correction."""
+    if phase is None or (phase.name != "fluid" and not phase.equations):
+        return None
+    best = usual_equation(box.dimension, phase.name)
+    if best is None:
+        return None
+    return Z.scaled(1.0, offset=-shift(box, phase, best))
+
+
+def compared(scene: Scene, phase: Phase | None, volume: VolumeResult | None = None) -> list[dict[str, Any]]:
+    """Return Z by every theory that holds for the scene in this phase."""
+    if volume is not None:
+        return [] if phase is None else _theory(MeanBox.of(volume), phase)
+    return _mixture_theory(scene) if phase is None else _theory(scene, phase)
+
+
+def lines(rows: list[dict[str, Any]]) -> dict[str, float]:
+    """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
+    values = {row["name"]: row["Z"] for row in rows}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def note(phase: Phase, scene: Scene) -> str | None:
+    """Return the caveats on the phase and on the size of the box."""
+    small = ""
+    if phase.name == "fluid":
+        small = finite_size_doubt(scene.packing_fraction, scene.n, scene.dimension)
+    return " ".join(filter(None, (phase.note, small))) or None
+
+
+def of_infinite_size(
+    pressure: PressureResult | None,
+    phase: Phase | None,
+    volume: VolumeResult | None = None,
+    given: Mapping[str, Estimate] = MappingProxyType({}),
+) -> Estimate | None:
+    """Return Z of infinitely many particles, or None where no theory gives the correction."""
+    if volume is not None:
+        return infinite(given["Z"], MeanBox.of(volume), phase)
+    if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", CaromWarning)  # the note on the phase has the same text
+            return pressure.infinite_size()
+    except InputError:
+        return None
+
+
+def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
+    """Return Z by the equations of state of the phase, for infinitely many particles and for n."""
+    n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
+    rows: list[dict[str, Any]] = []
+    for name, equation in phase.equations.items():
+        try:
+            large = float(equation(eta))
+            if isinstance(scene, MeanBox):
+                value, contact = large + shift(scene, phase, equation), math.nan
+            else:
+                value = large + finite_size_shift(phase.name, eta, n, equation)
+                contact = float(theory.contact_value(value, eta, dimension, n)) if n > 1 else math.nan
+        except CaromError:
+            continue
+        if math.isnan(value):
+            continue
+        rows.append(
+            {
+                "name": name,
+                "Z": finite(value),
+                "Z_infinite": finite(large),
+                "contact_value": finite(contact),
+            }
+        )
+    return rows
+
+
+def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
+    """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
+    usual = all(is_usual(scene, kind) for kind in model_checks.USUAL) and scene.pinned is None
+    if scene.walls or scene.obstacles or scene.contact is not None or not is_elastic(scene) or not usual:
+        return []
+    d, eta = scene.dimension, scene.packing_fraction
+    diameters, counts = np.unique(scene.diameters, return_counts=True)
+    fractions = counts / scene.n
+    equations: dict[str, Callable[[], Any]] = {}
+    if d == 3:
+        equations["BMCSL"] = lambda: theory.bmcsl(eta, fractions, diameters)
+    # It rests on an equation of equal particles, which holds up to their freezing only.
+    if eta < theory.FREEZING.get(d, 1.0):
+        equations["Santos-Yuste-Lopez de Haro"] = lambda: theory.santos_yuste_lopez_de_haro(
+            eta, fractions, diameters, d
+        )
+    rows: list[dict[str, Any]] = []
+    for name, equation in equations.items():
+        try:
+            value = float(equation())
+        except CaromError:
+            continue
+        # The effect of N on Z of a mixture is left out; it is small where N is large.
+        rows.append(
+            {
+                "name": f"{name}, infinite N",
+                "Z": finite(value),
+                "Z_infinite": finite(value),
+                "contact_value": None,
+            }
+        )
+    return rows
+
+
+def finite(value: float) -> float | None:
+    """Return a value as JSON has it: None for NaN and infinity."""
+    return float(value) if math.isfinite(value) else None

@@ -2,39 +2,19 @@
 
 from __future__ import annotations
 
-import csv
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import checkpoint, records
-from carom.io.trajectory import open_reader
-from carom.models.files.tables import obstacle_from_table
-from carom.results import KINDS, loaded
+from carom.results import KINDS as RESULT_KINDS, loaded
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
-from carom.studies.accuracy.study import Trade
 from carom.studies.codes.code import FORMAT as A_CODE, load as load_code
-from carom.studies.codes.study import Codes
-from carom.studies.coefficients.study import Transport
-from carom.studies.eos.study import EquationOfState
-from carom.studies.flow.study import ShearFlow
-from carom.studies.folder import SETTINGS, Folder
-from carom.studies.packings.compression import PackingFolder, holds_packing
-from carom.studies.packings.pack import resume_packing
-from carom.studies.packings.packing import HISTORY, Packing
-from carom.studies.packings.study import Packings
-from carom.studies.places import kind_of
-from carom.studies.planner.plan import load as load_plan
-from carom.studies.runs.execution import resume as resume_run
-from carom.studies.runs.folder import RunFolder
-from carom.studies.runs.result import RunResult
-from carom.studies.runs.summary import read_summary
-from carom.studies.study import Study
+from carom.studies.kinds import KINDS, RESULTS, kind_at
+from carom.studies.packings.compression import holds_packing
 
 KNOWN = (
     "a scene file (.toml), a checkpoint (.h5), the folder of a run, packing, study or plan, or a result that "
@@ -143,96 +123,19 @@ def resume(
     True
     """
     where = Path(folder)
-    if holds_packing(where):
-        return resume_packing(where, progress=progress)
-    kind = kind_of(where) if where.is_dir() else None
-    if kind == "a plan":
-        return load_plan(where).run(out=where, cores=cores, progress=progress)
-    if kind == "a study":
-        return _study(where).run(out=where, cores=cores, progress=progress)
-    return resume_run(
-        where,
-        progress=progress,
-        predicted=predicted,
-        cores=1 if cores is None else cores,
-        trust_code=trust_code,
+    holds_packing(where)  # refuses a packing and a run in one folder
+    kind = kind_at(where) if where.is_dir() else None
+    return (kind or KINDS["a run"]).resume(
+        where, cores=cores, trust_code=trust_code, progress=progress, predicted=predicted
     )
 
 
 def _of_folder(folder: Path) -> Any:
     """Return what a folder holds."""
-    kind = kind_of(folder)
-    if kind == "a packing":
-        return _packing(PackingFolder(folder))
-    if kind == "a plan":
-        return load_plan(folder)
-    if kind == "a study":
-        return _study(folder)
-    run = RunFolder(folder)
-    if kind == "a run" or run.summary.is_file():
-        if not run.summary.is_file():
-            raise FileError(f"{folder} holds a run that is not finished; `carom resume {folder}` goes on.")
-        return RunResult(folder, read_summary(run.summary))
-    raise FileError(f"{folder} is a folder without results of Carom; expected {KNOWN}.")
-
-
-STUDIES: dict[str, type[Study[Any]]] = {
-    kind.Spec.study: kind for kind in (EquationOfState, Transport, ShearFlow, Codes, Packings, Trade)
-}
-"""The studies by what their folders say that they are."""
-
-
-def _study(folder: Path) -> Study[Any]:
-    """Return the study in a folder."""
-    found = Folder(folder).read()
-    if found is None:
-        raise FileError(f"{folder} holds no study ({SETTINGS} is missing); name another folder.")
-    kind = STUDIES.get(str(found["settings"].get("study")))
+    kind = kind_at(folder)
     if kind is None:
-        raise FileError(
-            f"{folder} holds a study of another program ({found['settings'].get('study')!r}); load it there."
-        )
+        raise FileError(f"{folder} is a folder without results of Carom; expected {KNOWN}.")
     return kind.load(folder)
-
-
-_SUMMARY = records.table(
-    {
-        "n": records.integer(low=1),
-        "note": records.text,
-        "seed": records.integer(),
-        "shrunk": records.number(low=0.0),
-        "obstacles": records.listed(records.anything),
-    }
-)
-
-
-def _packing(folder: PackingFolder) -> Packing:
-    """Return the packing in a folder."""
-    if not folder.summary.is_file():
-        raise FileError(
-            f"{folder.path} holds a packing that is not finished; `carom resume {folder.path}` goes on."
-        )
-    found = records.read_json(folder.summary, _SUMMARY, "the summary of a packing", "pack again")
-    with open_reader(folder.path) as reader:
-        frame = reader[-1]
-    try:
-        obstacles = tuple(obstacle_from_table(table) for table in found["obstacles"])
-    except InputError as error:
-        raise FileError(f"{folder.summary}: {error}") from None
-    return Packing(
-        frame, _history(folder.path / "history.csv"), found["note"], found["seed"], found["shrunk"], obstacles
-    )
-
-
-def _history(path: Path) -> np.ndarray:
-    """Return the record of a compression from its table."""
-    names = HISTORY.names or ()
-    try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [tuple(float(row[name]) for name in names) for row in csv.DictReader(file)]
-        return np.array(rows, HISTORY)
-    except (OSError, KeyError, ValueError, TypeError) as error:
-        raise FileError(f"{path} is not the history of a packing ({error}); pack again.") from None
 
 
 def _of_json(path: Path) -> Any:
@@ -240,8 +143,8 @@ def _of_json(path: Path) -> Any:
     found = records.read_json(path, records.mapping(records.anything), "a file of Carom", "name another file")
     if found.get("format") == A_CODE:
         return load_code(path)
-    if path.name in ("summary.json", SETTINGS):
+    if path.name in RESULTS:
         return _of_folder(path.parent)
-    if isinstance(found.get("kind"), str) and found["kind"] in KINDS:
+    if isinstance(found.get("kind"), str) and found["kind"] in RESULT_KINDS:
         return loaded(path)
     raise InputError(f"{path} is a JSON file of none of these: {KNOWN}.")

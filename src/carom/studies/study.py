@@ -26,7 +26,7 @@ import numpy as np
 
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io.records import listed
-from carom.notebook import watchable
+from carom.notebook import by_text, watchable
 from carom.paths import write_text
 from carom.results import Result, plain
 from carom.spec import Spec
@@ -43,6 +43,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 S = TypeVar("S", bound=Spec)
+
+REGISTERED: dict[str, type[Study[Any]]] = {}
+"""The studies that were imported, by what their folders say that they are: those of one's own as well."""
 
 
 @dataclass(frozen=True)
@@ -117,6 +120,11 @@ class Study(Result, Generic[S]):
     anytime: ClassVar[bool] = False
     """Whether what is known after Ctrl-C is a result of its own, which the command prints and writes."""
 
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        if "Spec" in vars(cls):
+            REGISTERED[cls.Spec.study] = cls
+
     @staticmethod
     def measure(task: Task, look: Look) -> dict[str, Any]:
         """Return the result of a task, as JSON values; what is not reproducible is under ``timings``."""
@@ -126,6 +134,11 @@ class Study(Result, Generic[S]):
     def cost(task: Task) -> float:
         """Return the work of a task, in any unit."""
         return 1.0
+
+    @property
+    def first(self) -> str:
+        """What is said before the first task is done: what one is, and perhaps what it costs."""
+        return f"the first {self.unit}"
 
     def enough(self, records: Sequence[Record]) -> int | None:
         """Return how many of the first records make all further tasks needless; None if all are needed.
@@ -290,7 +303,7 @@ class Study(Result, Generic[S]):
     def _made(cls, values: Mapping[str, Any]) -> Self:
         return cls(cls.Spec.of_words(values["study"]), tuple(listed(unsealed)(values["records"], "records")))
 
-    @watchable("Study", lambda shown: shown)
+    @watchable("Study", by_text)
     def run(
         self,
         *,

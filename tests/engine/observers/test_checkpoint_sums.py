@@ -134,7 +134,7 @@ def test_a_packing_between_walls_of_several_species_goes_on(tmp_path, stretches)
     assert len(whole.history) > stretches
     seen = []
 
-    def impatient(stage, fraction):
+    def impatient(fraction, stage):
         seen.append(fraction)
         if len(seen) == stretches:
             os.kill(os.getpid(), signal.SIGINT)

@@ -212,7 +212,8 @@ def theory_of(scene: Scene) -> tuple[str, theory.Equation] | None:
     """Return the phase of a scene that began as a crystal, and its equation of state; None without one."""
     state = phase.expected(scene.packing_fraction, scene.dimension, "crystal")
     equation = phase.usual_equation(scene.dimension, state)
-    return None if equation is None else (state, equation)
+    ends = state == "fluid" and scene.packing_fraction > phase.end(scene.dimension)
+    return None if equation is None or ends else (state, equation)
 
 
 def expected_pressure(scene: Scene) -> float | None:

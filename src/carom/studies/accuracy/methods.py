@@ -95,20 +95,10 @@ def oracle(digits: int = 50) -> Method:
     )
 
 
-def naive() -> Method:
-    """Return the naive algorithm in doubles."""
-    return Method(
-        "float64 naive",
-        "naive",
-        lambda scene, _: _Naive(_system(scene, scene.velocities, arithmetic="float")),
-        fast=False,
-    )
-
-
-def stepping(fraction: float, mean_free_time: float, *, single: bool = False) -> Method:
+def stepping(fraction: float, mean_free_time: float) -> Method:
     """Return time-driven stepping with a step of that fraction of the mean free time [time]."""
     return Method(
-        f"step {fraction:g}" + (", float32" if single else ""),
+        f"step {fraction:g}",
         "time-driven",
         lambda scene, logged: _Stepping(
             Stepper(
@@ -118,7 +108,6 @@ def stepping(fraction: float, mean_free_time: float, *, single: bool = False) ->
                 step=fraction * mean_free_time,
                 diameter=scene.diameter,
                 mass=scene.mass,
-                single=single,
                 skin=UNTUNED if logged else None,
             ),
             logged,
@@ -126,18 +115,15 @@ def stepping(fraction: float, mean_free_time: float, *, single: bool = False) ->
     )
 
 
-def pseudo_hard(step: float, mean_free_time: float, *, lammps: bool = False) -> Method:
-    """Return pseudo hard spheres by velocity Verlet, by Carom or by LAMMPS.
+def pseudo_hard(step: float, mean_free_time: float) -> Method:
+    """Return pseudo hard spheres by velocity Verlet.
 
     The time step is in units of sigma sqrt(m / epsilon). They have no collisions; their count is the expected
     number of collisions of hard spheres in the same time.
     """
 
     def start(scene: Scene, logged: bool) -> Motion:
-        make: Any = PseudoHardSpheres
-        if lammps:
-            from carom.opponents.lammps import LammpsSpheres as make
-        system = make(
+        system = PseudoHardSpheres(
             scene.positions,
             scene.velocities,
             scene.box,
@@ -145,11 +131,11 @@ def pseudo_hard(step: float, mean_free_time: float, *, lammps: bool = False) -> 
             kT=temperature(scene, np.asarray(scene.velocities)),
             diameter=scene.diameter,
             mass=scene.mass,
-            **({"skin": UNTUNED} if logged else {}),
+            skin=UNTUNED if logged else None,
         )
         return _PseudoHard(system, 0.5 * scene.n / mean_free_time)
 
-    return Method(f"{'LAMMPS' if lammps else 'Mie 50-49'}, step {step:g}", "pseudo-hard", start)
+    return Method(f"Mie 50-49, step {step:g}", "pseudo-hard", start)
 
 
 @dataclass

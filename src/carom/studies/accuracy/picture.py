@@ -27,7 +27,6 @@ LOOKS = {
 
 SIDES = {
     "float64": ("right", (-6, -3)),
-    "LAMMPS": ("right", (-6, -3)),
     "Mie 50-49": ("center", (0, 8)),
 }
 """Alignment and shift of a method's name, where it is not to the right of its slowest point."""

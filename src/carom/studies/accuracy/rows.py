@@ -24,6 +24,12 @@ def _small(head: str) -> Column:
     return Column(head, ".1e", missing="-")
 
 
+Choice = Annotated[str, Column("choose it", left=True)]
+
+CLEAR = 3.0
+"""Standard errors from which a bias counts as measured."""
+
+
 @dataclass(frozen=True)
 class Row:
     """The figures of one method; nan where none was measured.
@@ -61,6 +67,8 @@ class Row:
         D at the same N, with the standard error.
     z_cost, diffusion_cost : float
         Relative statistical error of Z and of D after one CPU second, without the bias.
+    choice : str
+        When to choose the method.
     """
 
     method: Annotated[str, Column("", left=True)]
@@ -88,6 +96,21 @@ class Row:
     diffusion_error: float
     z_cost: Annotated[float, _small("error of Z")]
     diffusion_cost: Annotated[float, _small("of D")]
+    choice: Choice
+
+
+def _choice(task: dict[str, Any], bias: float, error: float) -> str:
+    """Return when to choose a method, from the words of its task and its relative bias of Z."""
+    method = task["method"]
+    if method["kind"] == "event-driven":
+        if method["precision"] == "double":
+            return "for every measurement: what is wrong is rounding"
+        return "for means of large systems, where memory is short; its trajectories are lost sooner"
+    if method["kind"] == "naive":
+        return "never to measure: it is what the others are checked with"
+    if abs(bias) > CLEAR * error:
+        return f"for no Z to better than {abs(bias):.1g}; a shorter step costs in proportion"
+    return "where motion between collisions must be stepped; no bias is seen within the error"
 
 
 def row(record: dict[str, Any], references: dict[int, tuple[float, list[float]]]) -> Row:
@@ -134,6 +157,7 @@ def row(record: dict[str, Any], references: dict[int, tuple[float, list[float]]]
         diffusion_error=math.hypot(relative, known),
         z_cost=error / abs(mine) * math.sqrt(spent["cpu_seconds"]),
         diffusion_cost=relative * math.sqrt(spent["cpu_seconds"]),
+        choice=_choice(record["task"], mine / z - 1.0, error / z),
     )
 
 
@@ -156,6 +180,8 @@ class SizeRow:
         The same after the correction to leading order, measured against theory, and its standard error.
     break_even : float
         CPU seconds after which the uncorrected bias is larger than the statistical error.
+    choice : str
+        When to choose this number.
     """
 
     n: Annotated[int, Column("N")]
@@ -167,6 +193,7 @@ class SizeRow:
     corrected_bias: Annotated[float, Column("corrected", _with("corrected_error"), missing="-")]
     corrected_error: float
     break_even: Annotated[float, Column("equal after [s]", ".3g", missing="-")]
+    choice: Choice
 
 
 def size_row(record: dict[str, Any]) -> SizeRow:
@@ -175,6 +202,10 @@ def size_row(record: dict[str, Any]) -> SizeRow:
     (z, error), bias, corrected = found["Z"], found["bias"], found["corrected"]
     relative = error / abs(z)
     after_1s = relative * math.sqrt(spent["cpu_seconds"])
+    even = (after_1s / bias) ** 2 if bias else math.nan
+    choice = (
+        f"for errors of Z above {abs(bias):.1g}, or corrected to infinite size" if bias else "as you like"
+    )
     return SizeRow(
         n=found["n"],
         collisions_per_second=spent["collisions_per_second"],
@@ -184,7 +215,8 @@ def size_row(record: dict[str, Any]) -> SizeRow:
         finite_size_bias=math.nan if bias is None else bias,
         corrected_bias=math.nan if corrected is None else corrected,
         corrected_error=relative,
-        break_even=(after_1s / bias) ** 2 if bias else math.nan,
+        break_even=even,
+        choice=choice,
     )
 
 
@@ -203,6 +235,8 @@ class SamplingRow:
         Mean relative error of g in bins of 0.02 diameters, up to two diameters.
     cpu_seconds : float
         For the run, the frames and g(r) together.
+    choice : str
+        When to choose this interval.
     """
 
     interval: Annotated[float, Column("mean free times", "g")]
@@ -210,6 +244,21 @@ class SamplingRow:
     contact_error: Annotated[float, _small("error of g(σ+)")]
     g_error: Annotated[float, _small("of g(r)")]
     cpu_seconds: Annotated[float, Column("CPU [s]", ".2f")]
+    choice: Choice
+
+
+FRESH, SELDOM = 1.0, 3.0
+"""Intervals from which a frame hardly resembles the one before, and up to which frames are many [mean free
+times]."""
+
+
+def _interval(interval: float) -> str:
+    """Return when to choose an interval."""
+    if interval < FRESH:
+        return "where time is dear and frames cost nothing: they resemble each other"
+    if interval <= SELDOM:
+        return "by default: each frame tells something new"
+    return "where the disk is short: fewer frames, larger error"
 
 
 def sampling_row(record: dict[str, Any]) -> SamplingRow:
@@ -221,4 +270,5 @@ def sampling_row(record: dict[str, Any]) -> SamplingRow:
         math.nan if contact is None else contact,
         found["g_error"],
         record["provenance"]["cpu_seconds"],
+        _interval(found["interval"]),
     )

@@ -55,10 +55,10 @@ class TradeSpec(Spec):
     )
     about: ClassVar[str] = """Compare methods by speed and accuracy, on this machine.
 
-    The engine, the naive algorithm in 50 digits and in doubles, compiled time-driven stepping, and pseudo
-    hard spheres (Mie 50-49; by LAMMPS, too, where it is installed) move the same spheres. The folder then
-    holds study.toml, a result file for each row in tasks/, trade.csv, sizes.csv, sampling.csv and trade.png.
-    The same command continues a comparison that was stopped.
+    The engine, the naive algorithm in 50 digits, compiled time-driven stepping, and pseudo hard spheres (Mie
+    50-49) move the same spheres. The folder then holds study.toml, a result file for each row in tasks/,
+    trade.csv, sizes.csv, sampling.csv and trade.png. The same command continues a comparison that was
+    stopped.
 
     [bold]Examples[/bold]
 
@@ -118,25 +118,21 @@ class TradeSpec(Spec):
         shared, d = self.settings(), int(self.scene["dimension"])
         rows: list[dict[str, Any]] = [
             {"row": "reference"},
-            *({"row": "method", "method": words} for words in methods(d)),
+            *({"row": "method", "method": words} for words in methods()),
             *({"row": "size", "cells": cells} for cells in sizes(d)),
             *({"row": "interval", "interval": interval} for interval in INTERVALS),
         ]
         return [{**shared, **row} for row in rows]
 
 
-def methods(dimension: int) -> list[dict[str, Any]]:
+def methods() -> list[dict[str, Any]]:
     """Return the methods to compare, as plain values."""
-    soft = [{"kind": "pseudo-hard", "step": step, "lammps": False} for step in VERLET]
     return [
         ENGINE,
         {"kind": "event-driven", "precision": "single"},
         {"kind": "naive", "digits": 50},
-        {"kind": "naive", "digits": None},
-        *({"kind": "time-driven", "step": step, "single": False} for step in STEPS),
-        *({"kind": "time-driven", "step": step, "single": True} for step in STEPS[:2]),
-        *soft,
-        *({**each, "lammps": True} for each in soft if dimension == 3),
+        *({"kind": "time-driven", "step": step} for step in STEPS),
+        *({"kind": "pseudo-hard", "step": step} for step in VERLET),
     ]
 
 

@@ -29,6 +29,7 @@ VIEWS: dict[str, tuple[str, ...]] = {
         "method", "horizon_order", "horizon_position", "error_1", "back_5", "back_10", "back_20",
     ),
     "Bias, relative, ± standard error": ("method", "z_bias", "contact_bias", "diffusion_bias"),
+    "When to choose it": ("method", "choice"),
     "Relative error after one CPU second": ("method", "n_speed", "z_cost", "diffusion_cost", "diffusion"),
 }  # fmt: skip
 """Columns of the rows of methods that are shown together."""
@@ -68,17 +69,13 @@ class Trade(Study[TradeSpec]):
     def place(self, task: Task) -> str:
         """Return what a ``task`` is, in words."""
         given = {**task, **task.get("method", {})}
-        names = ("kind", "precision", "digits", "step", "lammps", "cells", "interval")
+        names = ("kind", "precision", "digits", "step", "cells", "interval")
         words = [f"{name} {given[name]}" for name in names if given.get(name)]
         return f"of {', '.join([task['row'], *words])}"
 
     def _of(self, kind: str) -> list[Record]:
         """Return the finished rows of a kind."""
-        return [
-            record
-            for record in self.records
-            if record["task"]["row"] == kind and "missing" not in record["result"]
-        ]
+        return [record for record in self.records if record["task"]["row"] == kind]
 
     @property
     def _reference(self) -> dict[str, Any] | None:
@@ -114,29 +111,25 @@ class Trade(Study[TradeSpec]):
         return self.tables()[0]
 
     def tables(self) -> list[Table]:
-        """Return what is shown: the rows of methods in four views, sizes, intervals of sampling."""
+        """Return what is shown: the rows of methods in five views, sizes, intervals of sampling."""
         views = [Table(Row, self.rows, title, only=names) for title, names in VIEWS.items()]
         return [*views, self.sizes, self.sampling]
 
     def sentences(self) -> list[str]:
-        """Return the scenes, the horizon by theory, and which methods could not be measured."""
-        said, found = [], self._reference
-        if found is not None:
-            h = found["horizon"]
-            exponent = h["published_to_one"]
-            known = "" if exponent is None else f" (published exponent: {exponent:.1f})"
-            said = [
-                f"Speed: {found['scene']}.",
-                f"Trajectories: {found['small']}.",
-                f"Theory for doubles, ln(1/eps) / λ times the collision rate: {h['to_one']:.1f} collisions a "
-                f"particle to 1 σ{known}, {h['to_apart']:.1f} to 0.001 σ; λ = {h['lyapunov']:.3g}, rate "
-                f"{h['rate']:.3g}.",
-            ]
-        missing = [r["result"] for r in self.records if "missing" in r["result"]]
-        if missing:
-            names = ", ".join(each["method"] for each in missing)
-            said.append(f"Left out: {names} ({missing[0]['missing']}).")
-        return said
+        """Return the scenes, and the horizon by theory."""
+        found = self._reference
+        if found is None:
+            return []
+        h = found["horizon"]
+        exponent = h["published_to_one"]
+        known = "" if exponent is None else f" (published exponent: {exponent:.1f})"
+        return [
+            f"Speed: {found['scene']}.",
+            f"Trajectories: {found['small']}.",
+            f"Theory for doubles, ln(1/eps) / λ times the collision rate: {h['to_one']:.1f} collisions a "
+            f"particle to 1 σ{known}, {h['to_apart']:.1f} to 0.001 σ; λ = {h['lyapunov']:.3g}, rate "
+            f"{h['rate']:.3g}.",
+        ]
 
     def more(self) -> dict[str, Any]:
         """Return the other tables, and how long trajectories can be followed."""

@@ -28,7 +28,7 @@ from carom.studies.accuracy.measures import (
     speed,
     true_track,
 )
-from carom.studies.accuracy.methods import Method, engine, naive, oracle, pseudo_hard, stepping
+from carom.studies.accuracy.methods import Method, engine, oracle, pseudo_hard, stepping
 from carom.studies.accuracy.scenes import medium_scene, small_scene
 from carom.studies.accuracy.statistics import known, sampling, size
 from carom.studies.folder import Task, canonical
@@ -82,11 +82,6 @@ def compared(task: Task, look: Callable[..., object]) -> dict[str, Any]:
             "horizon": _horizon(small, tracks),
         }
     method = method_of(task["method"], mean_free_time)
-    if task["method"].get("lammps"):
-        from carom.opponents.lammps import available
-
-        if not available():
-            return {"method": method.name, "missing": "LAMMPS cannot be loaded"}
     followings = [(start, track) for (start, _), track in zip(starts, tracks, strict=True)]
     return _measured(method, scene if method.fast else small, followings, mean_free_time, seconds, look)
 
@@ -98,10 +93,10 @@ def method_of(words: Mapping[str, Any], mean_free_time: float) -> Method:
         single = words["precision"] == "single"
         return engine("float32", precision="single") if single else engine()
     if kind == "naive":
-        return naive() if words["digits"] is None else oracle(words["digits"])
+        return oracle(words["digits"])
     if kind == "time-driven":
-        return stepping(words["step"], mean_free_time, single=words["single"])
-    return pseudo_hard(words["step"], mean_free_time, lammps=words["lammps"])
+        return stepping(words["step"], mean_free_time)
+    return pseudo_hard(words["step"], mean_free_time)
 
 
 # What all rows need is made once in a process: a comparison that goes on makes it anew, with the same bits.

@@ -15,7 +15,7 @@ from carom.models.interactions.tables import from_table
 from carom.pictures import paper
 from carom.scene import description
 from carom.studies.eos.table import Row, compared
-from carom.studies.phase import finite_size_shift, usual_equation
+from carom.studies.phase import ENDS, finite_size_shift, usual_equation
 from carom.theory import Equation
 
 if TYPE_CHECKING:
@@ -202,8 +202,9 @@ def _curves(
         if state == "solid":
             shown = _crystals(dimension) if equations and len(species) == 1 else {}
         low = 0.0 if state == "fluid" else min(etas)
-        eta = np.linspace(low if low or not pressure else 1e-9, max(etas), CURVE)
+        within = np.linspace(low if low or not pressure else 1e-9, max(etas), CURVE)
         for (name, equation), style in zip(shown.items(), STYLES * len(shown), strict=False):
+            eta = within if state == "solid" else within[within <= ENDS.get(name, 1.0)]
             try:
                 z = np.array([float(equation(float(e))) for e in eta])
             except InputError:

@@ -20,6 +20,7 @@ from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.table import Row, row
 from carom.studies.grid import SCENE
 from carom.studies.grid_study import GridStudy
+from carom.studies.phase import end
 from carom.table import Column, Table, error
 from carom.texts import counted
 from carom.theory import Equation
@@ -74,6 +75,9 @@ class EquationOfState(GridStudy[StudySpec]):
             for each in rows
             if each.remarks
         ]
+        last = end(self.spec.dimension)
+        if self.equation is None and any(r.phase == "fluid" and r.packing_fraction > last for r in rows):
+            units += f" The equation of state of the fluid ends at {last:g}: no theory beyond."
         return Table(Row, rows, notes=[units, *remarks], flagged=lambda each: not each.equilibrated)
 
     @property

@@ -11,7 +11,7 @@ from carom.errors import InputError
 from carom.observables import drift
 from carom.observables.quantiles import chi_squared_tail
 from carom.studies.folder import Record
-from carom.studies.phase import expected, finite_size_shift, usual_equation
+from carom.studies.phase import end, expected, finite_size_shift, usual_equation
 from carom.table import Column, error
 from carom.theory import Equation
 
@@ -151,7 +151,8 @@ def row(records: Sequence[Record], equation: Equation | None = None) -> Row:
     chosen, beside = equation, equation is not None or compared(records[0])
     if chosen is None and beside:
         chosen = usual_equation(d, state, first["species"])
-    known = _value(chosen, eta)
+    plain = equation is None and len(first["species"]) == 1 and state == "fluid"
+    known = math.nan if plain and round(eta, 9) > end(d) else _value(chosen, eta)
     if state == "solid" and beside:
         # For a crystal the correction follows from its own Z.
         infinite = 1.0 + (z - 1.0) * n / (n - 1.0)

@@ -96,6 +96,7 @@ class ShearFlow(GridStudy[ShearSpec]):
 
     Spec: ClassVar[type[ShearSpec]] = ShearSpec
     name: ClassVar[str] = "shear"
+    unit_of_cost: ClassVar[str] = "particles times time"
     measure = staticmethod(measure)
 
     @staticmethod

@@ -60,7 +60,7 @@ POINT = 1e-6
 CHECKPOINT_EVERY = 10.0
 """Seconds between checkpoints."""
 
-Progress = Callable[[str, float], object]
+Progress = Callable[[float, str], object]
 
 
 class Stage(NamedTuple):
@@ -355,7 +355,7 @@ class Compression:
                 done = math.log(pressure) / math.log(until)
             if self.limit is not None:
                 done = max(done, collisions / self.limit)
-        self.progress("Packing", min(done, 1.0))
+        self.progress(min(done, 1.0), "Packing")
 
     def packing(self, note: str = "") -> Packing:
         """Return the packing so far; ``note`` says why it ended, if the compression does not."""

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 from carom import checks
 from carom.errors import InputError
 from carom.io import records
-from carom.notebook import watchable
+from carom.notebook import by_text, watchable
 from carom.paths import writing
 from carom.results import Result, html_of
 from carom.scene_file.commands import PlanSpec
@@ -130,7 +130,7 @@ class RunPlan(Result):
         """How often frames are taken."""
         return method(self.system, self.target).sampling
 
-    @watchable("Running", lambda shown: shown)
+    @watchable("Running", by_text)
     def run(
         self,
         *,
@@ -394,7 +394,7 @@ def method(system: System, target: Target) -> Any:
 
 
 @documented(PlanSpec, hidden=("pilot",))
-@watchable("Planning", lambda shown: shown)
+@watchable("Planning", by_text)
 def plan(
     target: str | Target | None = None,
     *,
@@ -505,7 +505,7 @@ def plan(
         target=goal, system=system, value=value, estimator=found.estimator,
         ratios={name: float(f"{v / best:.3g}") for name, v in found.variances.items()},
         design=last, cores=cores, walltime=walltime, seed=seed,
-        sizes=tuple(_size(each, error) for each in candidates),
+        sizes=tuple(_size(filled(each, limit), error, last) for each in candidates),
         pilot_seconds=clock.thread_time() - began,
     )  # fmt: skip
 
@@ -520,9 +520,9 @@ def _timed(costs: Costs, again: Costs) -> Costs:
     )
 
 
-def _size(costs: Costs, error: float) -> Size:
-    """Return the cost of an error at one size."""
-    found = design(costs, error)
+def _size(costs: Costs, error: float, chosen: Design) -> Size:
+    """Return the cost of an error at one size; of the size that is run, that of its design."""
+    found = chosen if costs.n == chosen.n else design(costs, error)
     return Size(costs.n, costs.bias, math.inf if found is None else found.cpu_seconds)
 
 

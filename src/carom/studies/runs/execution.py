@@ -10,7 +10,7 @@ from typing import Any
 
 from carom.errors import CaromError, FileError, InputError
 from carom.io import checkpoint
-from carom.notebook import by_stage, watchable
+from carom.notebook import by_text, watchable
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import RunSpec
@@ -28,7 +28,7 @@ from carom.studies.signals import stoppable
 
 
 @documented(RunSpec)
-@watchable("Running", by_stage)
+@watchable("Running", by_text)
 def run(
     scene: Scene | SceneFile | str | PathLike[str] | None = None,
     out: str | PathLike[str] = "carom-run",
@@ -64,7 +64,7 @@ def run(
     overwrite : bool
         Whether a run that the folder holds may be replaced.
     progress : callable, optional
-        Called as ``progress(stage, fraction)``; does not affect the results. True shows a bar.
+        Called as ``progress(fraction, stage)``; does not affect the results. True shows a bar.
     predicted : callable, optional
         Called with a prediction of the time that is left, if there is a relative error to reach.
 
@@ -118,7 +118,7 @@ def run(
     return RunResult(folder.path, summary, new=True)
 
 
-@watchable("Running", by_stage)
+@watchable("Running", by_text)
 def resume(
     out: str | PathLike[str],
     *,

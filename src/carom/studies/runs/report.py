@@ -50,10 +50,9 @@ from carom.simulation.equipartition import Thermometer
 from carom.simulation.mechanics import Statistics
 from carom.simulation.relaxation import mean_square_displacement
 from carom.simulation.simulation import Simulation
-from carom.studies.phase import Phase, phase_of
-from carom.studies.runs import beside_theory, constant_pressure
-from carom.studies.runs.beside_theory import finite
-from carom.studies.runs.constant_pressure import MeanBox
+from carom.studies import phase as phases
+from carom.studies.phase import MeanBox, Phase, finite, phase_of
+from carom.studies.runs import constant_pressure
 from carom.studies.runs.folder import RunFolder
 from carom.version import __version__
 
@@ -122,7 +121,7 @@ class _Parts:
         return otherwise
 
 
-def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None]) -> dict[str, Any]:
+def write(folder: RunFolder, facts: Facts, report: Callable[[float, str], None]) -> dict[str, Any]:
     """Write g(r), the pictures, the times and the summary, in this order, and return the summary.
 
     An error of the program in one of its parts, or an overlap, is raised when all others are written.
@@ -140,12 +139,12 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
         reason = None if distributions else " ".join(parts.remarks[-1:]) or None
     phase = parts.of("phase", lambda: _phase(facts, volume), None)
     none: list[dict[str, Any]] = []
-    compared = parts.of("theory", lambda: beside_theory.compared(facts.sim.scene, phase, volume), none)
+    compared = parts.of("theory", lambda: phases.compared(facts.sim.scene, phase, volume), none)
     if facts.plan.run.pictures:
-        report("Drawing", 0.0)
+        report(0.0, "Drawing")
         parts.of(
             "pictures",
-            lambda: _draw(folder, facts, pressure, distributions, beside_theory.lines(compared)),
+            lambda: _draw(folder, facts, pressure, distributions, phases.lines(compared)),
             None,
         )
     summary = _summary(facts, pressure, volume, energy, distributions, reason, phase, compared, parts)
@@ -157,7 +156,7 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[str, float], None])
         warnings.warn(sentence, CaromWarning, stacklevel=3)
     if parts.fault is not None:
         raise parts.fault
-    report("Done", 1.0)
+    report(1.0, "Done")
     return summary
 
 
@@ -217,7 +216,7 @@ def without_rdf(scene: Scene, frames: bool, barostat: bool = False) -> str | Non
 
 
 def _write_distributions(
-    folder: RunFolder, facts: Facts, report: Callable[[str, float], None]
+    folder: RunFolder, facts: Facts, report: Callable[[float, str], None]
 ) -> dict[str, RDFResult]:
     """Write g(r), and return it as :func:`_distributions`."""
     distributions = _distributions(facts, report)
@@ -230,12 +229,12 @@ def _write_distributions(
     return distributions
 
 
-def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[str, RDFResult]:
+def _distributions(facts: Facts, report: Callable[[float, str], None]) -> dict[str, RDFResult]:
     """Return g(r), named "", or that of each pair of species of a mixture."""
     scene, sim = facts.sim.scene, facts.sim
     if facts.without:
         # The final state replaces the missing frames.
-        report("Computing g(r)", 0.0)
+        report(0.0, "Computing g(r)")
         return (
             {"": RDF().over([sim.frame()])}
             if is_equal(scene)
@@ -248,7 +247,7 @@ def _distributions(facts: Facts, report: Callable[[str, float], None]) -> dict[s
 
         def frames() -> Iterator[Frame]:
             for k, frame in enumerate(reader):
-                report("Computing g(r)", k / len(reader))
+                report(k / len(reader), "Computing g(r)")
                 yield frame
 
         return {"": RDF().over(frames())} if is_equal(scene) else partial_rdf(scene, frames)
@@ -308,7 +307,7 @@ def _summary(
     if volume is not None and moves is not None:
         given = constant_pressure.numbers(volume, moves, scene.diameter)
     infinite = parts.of(
-        "Z of infinite size", lambda: beside_theory.of_infinite_size(pressure, phase, volume, given), None
+        "Z of infinite size", lambda: phases.of_infinite_size(pressure, phase, volume, given), None
     )
     none: list[dict[str, Any]] = []
     borne = parts.of("pressure on walls and obstacles", lambda: _obstacles(facts), none)
@@ -365,7 +364,7 @@ def _summary(
         "barostat": None if moves is None else constant_pressure.settings(moves),
         "spared_contacts": sim.statistics.spared_contacts,
         "phase": None if phase is None else phase.name,
-        "phase_note": None if phase is None else beside_theory.note(phase, scene),
+        "phase_note": None if phase is None else phases.note(phase, scene),
         "theory": compared,
         "energy_drift": finite(drift),
         "momentum_drift": finite(statistics.momentum_drift),

@@ -47,7 +47,7 @@ QUICK, SLOW = 0.02, 0.06
 KEPT = tuple(each.name for each in fields(Stretch))
 """Names of the fields of :class:`Stretch` that a checkpoint keeps."""
 
-Progress = Callable[[str, float], object]
+Progress = Callable[[float, str], object]
 """Called with the name of the stage and its finished fraction."""
 
 Predicted = Callable[[Prediction], object]
@@ -81,7 +81,7 @@ class Run:
 
     def from_the_start(self) -> dict[str, Any]:
         """Run from the initial state, replace an older run in the folder, and return the summary."""
-        self._report("Preparing", 0.0)
+        self._report(0.0, "Preparing")
         plan = self.plan
         scene = plan.build_scene()
         kT = plan.run.kT if scene.velocities is None else None
@@ -120,7 +120,7 @@ class Run:
 
     def from_checkpoint(self, notes: dict[str, Any]) -> dict[str, Any]:
         """Continue from a checkpoint; return the summary."""
-        self._report("Preparing", 0.0)
+        self._report(0.0, "Preparing")
         with self.folder.owned():
             # All verification comes before any change of a file.
             check_unedited(self.folder.scene, self.plan)
@@ -129,7 +129,7 @@ class Run:
             self.formats = tuple(notes["written"])
             self.written = Written(self.folder, self.formats, notes["written"])
             keep = self.stretch.written
-            sources = self.written.sources(keep, lambda part: self._report("Verifying", part))
+            sources = self.written.sources(keep, lambda part: self._report(part, "Verifying"))
             log = self.folder.events if self.plan.run.event_log else None
             own = self.plan.scene.own()
             self.sim = Simulation.load(self.folder.checkpoint, event_log=log, cores=self.cores, **own)
@@ -156,7 +156,7 @@ class Run:
 
     def _compile(self) -> None:
         """Predict the first events; this compiles, for some seconds in which Ctrl-C cannot be deferred."""
-        self._report("Compiling", 0.0)
+        self._report(0.0, "Compiling")
         self.sim.run(time=0.0)
         self.sim.frame()
 
@@ -188,7 +188,7 @@ class Run:
         sim, target = self.sim, round(self.plan.run.equilibration * self.sim.scene.n / 2)
 
         def look(_: float) -> None:
-            self._report("Equilibrating", sim.collisions / target)
+            self._report(sim.collisions / target, "Equilibrating")
             self._look()
 
         look(0.0) if target else self._look()
@@ -291,7 +291,7 @@ class Run:
         stretch = self.stretch
         stage = "Pilot" if stretch.pilot else "Measuring"
         while stretch.measured < stretch.segments and not self._late():
-            self._report(stage, (stretch.measured + stretch.part / PARTS) / stretch.segments)
+            self._report((stretch.measured + stretch.part / PARTS) / stretch.segments, stage)
             self._look()
             count, seconds = min(parts, PARTS - stretch.part), self.sim._state.seconds
             self.sim.run(time=count * (stretch.step / PARTS))
@@ -309,7 +309,7 @@ class Run:
                 if not stretch.pilot and stretch.measured % stretch.per_frame == 0:
                     self._write()
         self._look()
-        self._report(stage, 1.0)
+        self._report(1.0, stage)
 
     def _write(self) -> None:
         frame = self.sim.frame()
@@ -351,9 +351,9 @@ class Run:
     def _interrupted(self) -> Interrupted:
         return Interrupted(f"Stopped; `carom resume {self.folder.path}` goes on.")
 
-    def _report(self, stage: str, fraction: float) -> None:
+    def _report(self, fraction: float, text: str) -> None:
         if self._progress is not None:
-            self._progress(stage, min(max(fraction, 0.0), 1.0))
+            self._progress(min(max(fraction, 0.0), 1.0), text)
 
     def _look(self) -> None:
         """Stop after a signal, and save the state from time to time."""

@@ -1,0 +1,182 @@
+"""A kind of folders of results, and what ``carom info`` says of one."""
+
+from __future__ import annotations
+
+import json
+import math
+import shlex
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from carom.arithmetic import power
+from carom.errors import FileError, InputError
+from carom.frame import Frame
+from carom.io import checkpoint
+from carom.io.formats import Reader
+from carom.io.trajectory import FRAMES, open_reader
+from carom.models.interactions.rule_files import RuleFile
+from carom.scene.description import particles
+from carom.scene_file.scene_file import SceneFile
+from carom.texts import axis_name
+from carom.theory import ball_volume
+
+MOST_LINES = 3
+"""Lines of the text of a result that are shown."""
+
+
+def typed(command: str, path: Path) -> str:
+    """Return a command with a path, as it is typed."""
+    return f"{command} {shlex.quote(str(path))}"
+
+
+@dataclass
+class Info:
+    """What lies at a path."""
+
+    path: Path
+    kind: str  # "a run", "a trajectory (h5md)", ...
+    state: str = ""  # whether it is finished, or how far it is; empty for what never runs
+    values: dict[str, Any] = field(default_factory=dict)  # numbers and texts by name, as JSON has them
+    lines: list[tuple[str, str]] = field(default_factory=list)  # what is shown of them: a name and a text
+    next: str = ""  # a command to type next, or a line of Python
+
+    def add(self, name: str, text: str, **values: Any) -> None:
+        """Add a line, and the values in it; by default the text is the value."""
+        self.lines.append((name, text))
+        self.values |= values or {name: text}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as JSON has it."""
+        return {"path": str(self.path), "kind": self.kind, "state": self.state, **self.values,
+                "next": self.next}  # fmt: skip
+
+    def __str__(self) -> str:
+        head = f"{self.path}: {self.kind}" + (f", {self.state}" if self.state else "")
+        lines = [(name, text) for name, text in [*self.lines, ("next", self.next)] if text]
+        width = max(len(name) for name, _ in lines)
+        shown = [f"{name:<{width}}  {text}" for name, text in lines]
+        return "\n".join([head, *shown])
+
+    def system(self, n: int, dimension: int, system: str | None, eta: float | None) -> None:
+        """Add particles, dimension and packing fraction."""
+        what = system or particles(dimension, n)
+        text = f"{n} {what} in {dimension} dimension{'s' if dimension > 1 else ''}"
+        values: dict[str, Any] = {"n": n, "dimension": dimension}
+        if eta is not None and math.isfinite(eta):
+            text += f", packing fraction {eta:.6g}"
+            values["packing_fraction"] = eta
+        self.add("particles", text, **values)
+
+    def box(self, box: list[float], periodic: tuple[bool, ...] | None, tilt: float | None = None) -> None:
+        """Add the edges of the box, its tilt, and which axes have walls."""
+        self.lines = [line for line in self.lines if line[0] != "box"]  # frames know more than a checkpoint
+        text = " x ".join(f"{edge:.6g}" for edge in box)
+        values: dict[str, Any] = {"box": box}
+        if periodic is not None:
+            walls = [axis_name(k) for k, wraps in enumerate(periodic) if not wraps]
+            text += f", walls along {', '.join(walls)}" if walls else ", periodic"
+            values["periodic"] = [bool(each) for each in periodic]
+        if tilt is not None:
+            text += f", tilt {tilt:.6g}"
+            values["tilt"] = tilt
+        self.add("box", text, **values)
+
+    def frame(self, frame: Frame) -> None:
+        """Add the system of a frame, if it is not known yet, and the box."""
+        if "n" not in self.values:
+            d = frame.dimension
+            filled = ball_volume(d) * float(np.sum(power(frame.diameters, d)))
+            self.system(frame.n, d, None, filled / math.prod(frame.box))
+        self.box(list(frame.box), frame.periodic, frame.tilt)
+
+    def frames(self, reader: Reader) -> None:
+        """Add the system of the first frame, if it is not known yet, and number and times of frames."""
+        count = len(reader)
+        if not count:
+            self.add("frames", "none", frames=0)
+            return
+        first, last = reader[0], reader[-1]
+        self.frame(first)
+        text = f"{count}"
+        if first.time != last.time:
+            text += f", times {first.time:.6g} to {last.time:.6g}"
+        self.add("frames", text, frames=count, times=[first.time, last.time])
+
+    def trajectory(self, folder: Path, *, torn: bool = False) -> None:
+        """Add box and frames of the trajectory in a folder, if it has one."""
+        if not any((folder / name).is_file() for name in FRAMES):
+            self.add("frames", "none", frames=0)
+            return
+        with open_reader(folder, torn=torn) as reader:
+            self.frames(reader)
+
+    def kept(self, path: Path) -> None:
+        """Add the system of a checkpoint."""
+        arrays, attributes = checkpoint.load(path)
+        try:
+            n, d = arrays["scene.positions"].shape
+            scene = json.loads(attributes["scene"])
+            box = [float(edge) for edge in scene["box"]]
+        except (KeyError, TypeError, ValueError) as error:
+            raise FileError(f"{path} is not the checkpoint of a simulation: {error!r}.") from None
+        self.system(n, d, None, None)
+        self.box(box, None)
+
+    def scene(self, path: Path, *, run: bool) -> None:
+        """Add what a scene file says."""
+        plan = SceneFile.load(path)
+        spec = plan.scene
+        n, d, eta = spec.n, spec.dimension, spec.packing_fraction
+        if n is None or (d is None and spec.box is None) or spec.lattice or spec.file:
+            try:
+                scene = plan.build_scene()
+                n, d, eta = scene.n, scene.dimension, scene.packing_fraction
+            except InputError:
+                if not isinstance(spec.interaction, RuleFile):  # whose code does not run here
+                    raise
+        elif d is None:
+            d = len(spec.box or ()) or None
+        if n is not None and d is not None:
+            self.system(n, d, None, eta)
+        if spec.density is not None:
+            self.add("density", f"{spec.density:g}", density=spec.density)
+        if not run:
+            return
+        asked = plan.run
+        if asked.relative_error is not None:
+            length = f"relative error {asked.relative_error:g}"
+        elif asked.time is not None:
+            length = f"time {asked.time:g}"
+        else:
+            length = f"{asked.collisions_per_particle:g} collisions per particle"
+        names = ("seed", "collisions_per_particle", "time", "relative_error")
+        self.add("run", f"{length}, seed {asked.seed}", **{name: getattr(asked, name) for name in names})
+
+
+class Kind:
+    """What can be done with a folder of one kind of results; a kind is one subclass, in a file of its own."""
+
+    name: ClassVar[str]  # as in :data:`carom.studies.places.OWN`
+    results: ClassVar[tuple[str, ...]] = ("summary.json",)
+    """Files of results, for which ``carom info`` and ``carom.load`` take the folder."""
+    report: ClassVar[bool] = False
+    """Whether ``carom view`` shows its page of tables and pictures, and no frames."""
+    grows: ClassVar[bool] = False
+    """Whether diameters differ from frame to frame, so that only the last frame is measured."""
+    scene: ClassVar[str | None] = None
+    """The file that says what the frames are of."""
+
+    def load(self, folder: Path) -> Any:
+        """Return the results in a folder."""
+        raise NotImplementedError
+
+    def resume(self, folder: Path, **how: Any) -> Any:
+        """Continue what was stopped; ``how`` are the arguments of :func:`carom.resume`."""
+        raise NotImplementedError
+
+    def info(self, folder: Path) -> Info:
+        """Return what ``carom info`` says of a folder."""
+        raise NotImplementedError

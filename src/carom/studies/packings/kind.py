@@ -1,0 +1,84 @@
+"""The folder of a packing."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from carom.errors import FileError, InputError
+from carom.io import records
+from carom.io.trajectory import open_reader
+from carom.models.files.tables import obstacle_from_table
+from carom.studies.kind import Info, Kind, typed
+from carom.studies.packings.compression import PackingFolder
+from carom.studies.packings.pack import resume_packing
+from carom.studies.packings.packing import HISTORY, Packing
+
+_SUMMARY = records.table(
+    {
+        "n": records.integer(low=1),
+        "note": records.text,
+        "seed": records.integer(),
+        "shrunk": records.number(low=0.0),
+        "obstacles": records.listed(records.anything),
+    }
+)
+
+
+class OfPacking(Kind):
+    """A packing."""
+
+    name = "a packing"
+    grows = True
+
+    def load(self, folder: Path) -> Packing:
+        """Return a packing that is finished."""
+        summary = PackingFolder(folder).summary
+        if not summary.is_file():
+            raise FileError(
+                f"{folder} holds a packing that is not finished; `carom resume {folder}` goes on."
+            )
+        found = records.read_json(summary, _SUMMARY, "the summary of a packing", "pack again")
+        with open_reader(folder) as reader:
+            frame = reader[-1]
+        try:
+            obstacles = tuple(obstacle_from_table(table) for table in found["obstacles"])
+        except InputError as error:
+            raise FileError(f"{summary}: {error}") from None
+        history = _history(folder / "history.csv")
+        return Packing(frame, history, found["note"], found["seed"], found["shrunk"], obstacles)
+
+    def resume(self, folder: Path, *, progress: Any = None, **_: Any) -> Packing:
+        """Continue a packing."""
+        return resume_packing(folder, progress=progress)
+
+    def info(self, folder: Path) -> Info:
+        """Return the packing, or how far it is."""
+        files = PackingFolder(folder)
+        if files.summary.is_file():
+            packing = self.load(folder)
+            found = Info(folder, self.name, "finished", next=typed("carom view", folder))
+            found.frame(packing.frame)
+            words = packing.to_dict()
+            text = f"packing fraction {packing.packing_fraction:.6g}, {packing.note}"
+            found.add("result", text, packing_fraction=packing.packing_fraction, Z=words["Z"],
+                      note=packing.note, jamming_fraction=words.get("jamming_fraction"))  # fmt: skip
+            return found
+        found = Info(folder, self.name, "not finished", next=typed("carom resume", folder))
+        if files.checkpoint.is_file():
+            found.kept(files.checkpoint)
+        return found
+
+
+def _history(path: Path) -> np.ndarray:
+    """Return the record of a compression from its table."""
+    names = HISTORY.names or ()
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            rows = [tuple(float(row[name]) for name in names) for row in csv.DictReader(file)]
+        return np.array(rows, HISTORY)
+    except (OSError, KeyError, ValueError, TypeError) as error:
+        raise FileError(f"{path} is not the history of a packing ({error}); pack again.") from None
