@@ -1,7 +1,10 @@
 """Convex bodies with rounded edges: segments and capped cylinders, boxes, triangles, in any dimension.
 
-A body says which of its points is closest. Its distance from a straight flight is convex in time, so Newton's
-method from now never passes the first contact: it reaches the last bit, or finds a miss.
+A body says which of its points is closest. All of it lies behind the plane through that point across the
+line to it, at every other time too: what has not come to that plane has not touched the body. So the search
+goes from the contact with one plane to that with the next, which are known in closed form on parabolas and
+bracketed where the body moves. In straight flight that is Newton's method. It never passes the first contact:
+it reaches the last bit, or finds a miss.
 """
 
 from __future__ import annotations
@@ -13,14 +16,16 @@ from typing import Any
 
 import numpy as np
 
-from carom.compiling.registry import required
+from carom.compiling.registry import answers, required
 from carom.errors import InputError
 from carom.models import fields
+from carom.models.mathematics.parabolas import first_landing, time_to_moving, time_to_plane
 from carom.models.obstacles.cells import in_every_image
 from carom.models.obstacles.outlines import Hull, images
 from carom.models.obstacles.properties import Properties
-from carom.models.questions.obstacle import encounter, outward
+from carom.models.questions.obstacle import closest, encounter, fall, outward, rounding
 from carom.models.questions.particles import NEVER
+from carom.models.questions.path import place
 from carom.texts import axis_name
 
 STEPS = 200
@@ -28,7 +33,7 @@ STEPS = 200
 
 
 @required
-def closest(body, x, v, t, axis):
+def closest_ahead(body, x, v, t, axis):
     """Return a coordinate of the point of a body's skeleton that is closest to ``x + v t``."""
 
 
@@ -39,7 +44,7 @@ def first_touch(body, x, v, radius, growth):
         rr = 0.0
         rv = 0.0
         for axis in range(len(body.anchor)):
-            r = x[axis] + v[axis] * t - closest(body, x, v, t, axis)
+            r = x[axis] + v[axis] * t - closest_ahead(body, x, v, t, axis)
             rr += r * r
             rv += r * v[axis]
         distance = np.sqrt(rr)
@@ -59,17 +64,76 @@ def first_touch(body, x, v, radius, growth):
 def away(body, x, axis):
     """Return a coordinate of the unit vector from a convex body to x: the answer of ``outward``."""
     rr = 0.0
-    for k in range(len(body.anchor)):
-        r = x[k] - closest(body, x, x, 0.0, k)
+    for k in range(len(x)):
+        r = x[k] - closest(body, x, k)
         rr += r * r
-    return (x[axis] - closest(body, x, x, 0.0, axis)) / np.sqrt(rr)
+    return (x[axis] - closest(body, x, axis)) / np.sqrt(rr)
+
+
+def touch_on_parabola(body, course, start, g, x, v, radius, growth):
+    """Return the time until a sphere on a parabola touches a convex body: the answer of ``time_to_moving``.
+
+    The body rests where ``course`` is None.
+    """
+    there = np.empty(len(x))  # relative to the body
+    limit = NEVER
+    if course is not None:
+        moves = growth != 0.0
+        for axis in range(len(x)):
+            moves = moves or v[axis] != 0.0 or g[axis] != 0.0
+        limit = NEVER if moves else course.period
+    t = 0.0
+    while t <= limit and t < NEVER:
+        shift = 0.0 if course is None else place(course.path, start + t)
+        rr = 0.0
+        for axis in range(len(x)):
+            there[axis] = x[axis] + (v[axis] + 0.5 * g[axis] * t) * t
+            if course is not None:
+                there[axis] -= course.direction[axis] * shift
+        speed = 0.0
+        acceleration = 0.0
+        slant = 0.0
+        for axis in range(len(x)):
+            r = there[axis] - closest(body, there, axis)
+            rr += r * r
+            speed += r * (v[axis] + g[axis] * t)
+            acceleration += r * g[axis]
+            if course is not None:
+                slant += r * course.direction[axis]
+        distance = np.sqrt(rr)
+        height = distance - rounding(body) - radius - growth * t
+        speed = speed / distance - growth
+        acceleration /= distance
+        if course is None:
+            step = first_landing(height, speed, acceleration)
+        else:
+            slant /= distance
+            step = time_to_plane(course, start + t, slant, height + slant * shift, speed, acceleration)
+        if t + step == t:
+            return t
+        t += step
+    return NEVER
+
+
+def fall_on(body, g, x, v, radius, growth, now):
+    """Return the same for a body at rest: the answer of ``fall``."""
+    return touch_on_parabola(body, None, 0.0, g, x, v, radius, growth)
 
 
 def convex(kind: Any) -> Any:
-    """Let a type of models that answers ``closest`` be one of convex bodies: a class decorator."""
+    """Let a type of models that answers ``closest_ahead`` be one of convex bodies: a class decorator."""
     encounter.register(kind)(first_touch)
-    outward.register(kind)(away)
+    _meet(kind)
+    rounding.register(kind)(lambda body: body.round)
+    closest.register(kind)(lambda body, x, axis: closest_ahead(body, x, x, 0.0, axis))
     return in_every_image(kind)
+
+
+def _meet(kind: Any) -> None:
+    """Let a type that answers ``closest`` answer all else that follows from it, where it does not yet."""
+    for question, answer in ((outward, away), (fall, fall_on), (time_to_moving, touch_on_parabola)):
+        if not answers(question, kind):
+            question.register(kind)(answer)
 
 
 class Body(Properties, ABC):
@@ -104,9 +168,9 @@ class Body(Properties, ABC):
         for turn in itertools.product(*[(-1, 0, 1) if repeats else (0,) for repeats in periodic]):
             # The anchor may lie in another box.
             home = np.floor(np.array(body.anchor) / box) * np.where(periodic, 1.0, 0.0)
-            for k, place in enumerate(positions + (home + np.array(turn)) * np.array(box)):
-                x = tuple(place.tolist())
-                r = [x[axis] - closest(body, x, x, 0.0, axis) for axis in range(d)]
+            for k, each in enumerate(positions + (home + np.array(turn)) * np.array(box)):
+                x = tuple(each.tolist())
+                r = [x[axis] - closest(body, x, axis) for axis in range(d)]
                 nearest[k] = min(nearest[k], float(np.linalg.norm(r)))
         return nearest - self.radius - radii
 

@@ -20,12 +20,13 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.contacts.rough import Rough
 from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.obstacles.outlines import shapes
-from carom.models.obstacles.paths import check_path, place
+from carom.models.obstacles.paths import check_path
 from carom.models.obstacles.properties import Properties, properties_of
 from carom.models.obstacles.shaken import displaced
 from carom.models.obstacles.surfaces import hot, lossy
 from carom.models.questions.obstacle import is_periodic
 from carom.models.questions.particles import Particles
+from carom.models.questions.path import place
 from carom.units import TimeUnit
 
 ONE = TimeUnit()  # the scene's own unit of time
