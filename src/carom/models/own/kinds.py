@@ -113,6 +113,8 @@ IMPACT = Kind(
 OBSTACLE = Kind(
     "obstacle",
     _named(
+        obstacle.closest,
+        obstacle.rounding,
         obstacle.encounter,
         obstacle.outward,
         obstacle.is_periodic,
