@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.compiling.registry import answers, required
+from carom.compiling.registry import answers, inner, required
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.parabolas import first_landing, time_to_moving, time_to_plane
@@ -74,11 +74,9 @@ def away(body, x, axis):
     return (x[axis] - closest(body, x, axis)) / np.sqrt(rr)
 
 
-def touch_on_parabola(body, course, start, g, x, v, radius, growth):
-    """Return the time until a sphere on a parabola touches a convex body: the answer of ``time_to_moving``.
-
-    The body rests where ``course`` is None.
-    """
+@inner
+def plane_after_plane(body, course, start, g, x, v, radius, growth):
+    """Return when a sphere on a parabola touches a convex body, which rests where ``course`` is None."""
     there = np.empty(len(x))  # relative to the body
     limit = NEVER
     if course is not None:
@@ -120,16 +118,21 @@ def touch_on_parabola(body, course, start, g, x, v, radius, growth):
 
 
 def fall_on(body, g, x, v, radius, growth, now):
-    """Return the same for a body at rest: the answer of ``fall``."""
-    return touch_on_parabola(body, None, 0.0, g, x, v, radius, growth)
+    """Return the time until a sphere on a parabola touches a convex body: the answer of ``fall``."""
+    return plane_after_plane(body, None, 0.0, g, x, v, radius, growth)
+
+
+def fall_on_moving(body, course, start, g, x, v, radius, growth):
+    """Return the same for a body that is displaced: the answer of ``time_to_moving``."""
+    return plane_after_plane(body, course, start, g, x, v, radius, growth)
 
 
 def fly_to(body, x, v, radius, growth):
     """Return the same in straight flight, of a body that says only what is closest to a place."""
-    return touch_on_parabola(body, None, 0.0, np.zeros(len(x)), x, v, radius, growth)
+    return plane_after_plane(body, None, 0.0, np.zeros(len(x)), x, v, radius, growth)
 
 
-FOLLOWS = {encounter: fly_to, outward: away, fall: fall_on, time_to_moving: touch_on_parabola}
+FOLLOWS = {encounter: fly_to, outward: away, fall: fall_on, time_to_moving: fall_on_moving}
 """What a convex body answers that knows its closest point and its rounding."""
 
 
