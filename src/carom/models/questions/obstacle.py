@@ -89,7 +89,10 @@ def outward(obstacle, x, axis):
 
 @required
 def closest(obstacle, x, axis):
-    """Return a coordinate of the point of a convex obstacle that is closest to x, (d,)."""
+    """Return a coordinate of the point of a convex obstacle that is closest to x, (d,).
+
+    Distance, contacts on all flights, normal and pictures of a class of one's own follow from it.
+    """
 
 
 @optional
