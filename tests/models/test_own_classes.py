@@ -16,12 +16,12 @@ from carom.compiling.dispatch import entry
 from carom.errors import FileError, InputError, OverlapError
 from carom.models import Andersen, Gravity, Loss, Plane, Sine, SquareWell, own
 from carom.models.drives import kick, next_time
-from carom.models.obstacles.paths import pace, place
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, interaction_time, jump
 from carom.models.questions.motion import exit_time, position, velocity
 from carom.models.questions.observer import PairEvent, at_pair
 from carom.models.questions.obstacle import encounter, outward
+from carom.models.questions.path import pace, place
 from carom.simulation.system_of_scene import prepare
 from carom.units import TimeUnit
 

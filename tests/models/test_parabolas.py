@@ -21,12 +21,13 @@ from carom.models.obstacles.balls import SolidBall
 from carom.models.obstacles.box_walls import Cushions, Faces
 from carom.models.obstacles.containers import Inside
 from carom.models.obstacles.dressing import Shaken, Surface, Thermal, dressed
-from carom.models.obstacles.paths import Parabolas, Sine, pace, place
+from carom.models.obstacles.paths import Parabolas, Sine
 from carom.models.obstacles.planes import HalfSpace, Plane
 from carom.models.questions.memory import copy_state, shift_epoch
 from carom.models.questions.motion import position
 from carom.models.questions.obstacle import arrival, encounter, fall, meeting, outward, recoil, surface_speed
 from carom.models.questions.particles import NEVER, Particles
+from carom.models.questions.path import pace, place
 from carom.models.questions.walls import wall_meeting
 from carom.scene.fields import standing
 from carom.scene.storage import from_arrays, to_arrays

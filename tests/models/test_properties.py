@@ -105,9 +105,9 @@ def test_what_is_impossible_is_one_sentence(make, given, says):
 
 
 def test_only_what_can_move_is_shaken():
-    segment = Segment((1.0, 1.0), (2.0, 2.0), shake=PATH, direction=(0.0, 1.0))
-    with pytest.raises(InputError, match=r"shake moves planes, balls, containers and walls.*found Segment"):
-        carom.Scene([[5.0, 5.0]], 9.0, obstacles=[segment])
+    arc = Arc((3.0, 3.0), 1.0, shake=PATH, direction=(0.0, 1.0))
+    with pytest.raises(InputError, match=r"shake moves all obstacles but arcs.*found Arc"):
+        carom.Scene([[5.0, 5.0]], 9.0, obstacles=[arc])
     with pytest.raises(InputError, match="direction of shake must have 2 coordinates"):
         carom.Scene([[5.0, 5.0]], 9.0, obstacles=[Ball((2.0, 2.0), 0.5, shake=PATH, direction=(1.0,))])
     with pytest.raises(InputError, match="direction of shake must not be zero"):

@@ -18,8 +18,9 @@ from carom.models.mathematics.contact import first_contact
 from carom.models.motions.gravity import Gravity
 from carom.models.motions.great_circles import GreatCircles
 from carom.models.obstacles.dressing import Shaken, Surface, Thermal
-from carom.models.obstacles.paths import Sine, pace, place
+from carom.models.obstacles.paths import Sine
 from carom.models.questions.motion import carry, meeting_time, position, velocity
+from carom.models.questions.path import pace, place
 from carom.simulation import own_models
 from carom.simulation.explanation import explain
 

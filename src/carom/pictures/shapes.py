@@ -14,13 +14,8 @@ import numpy as np
 
 from carom.errors import InputError
 from carom.models.obstacles import outlines
+from carom.models.obstacles.outlines import ROUND
 from carom.models.questions.obstacle import Obstacle
-
-ROUND = 96
-"""Segments of a circle."""
-
-DIRECTIONS = 150
-"""Points of a sphere: of the rounded corners of solids in space."""
 
 SHARP = 0.9
 """Two facets whose normals have a smaller product meet in an edge that is drawn."""
@@ -98,8 +93,7 @@ def border(hull: outlines.Hull) -> np.ndarray:
     """Return the corners (k, 2) of a hull in the plane, in order; two if it is a line [length]."""
     corners = np.array(hull.corners)[:, :2]
     if hull.radius > 0.0:
-        turns = np.linspace(0.0, 2.0 * math.pi, ROUND, endpoint=False)
-        corners = _around(corners, hull.radius, np.stack([np.cos(turns), np.sin(turns)], axis=1))
+        corners = _around(corners, hull.radius)
     return corners if len(corners) < 3 else corners[_convex(corners).vertices]
 
 
@@ -116,9 +110,10 @@ def _convex(points: np.ndarray) -> Any:
         ) from None
 
 
-def _around(corners: np.ndarray, radius: float, directions: np.ndarray) -> np.ndarray:
+def _around(corners: np.ndarray, radius: float) -> np.ndarray:
     """Return points in all directions around each corner."""
-    return (corners[:, None] + radius * directions).reshape(-1, corners.shape[1])
+    d = corners.shape[1]
+    return (corners[:, None] + radius * outlines.directions(d)).reshape(-1, d)
 
 
 def _hull_in_plane(shape: outlines.Hull) -> tuple[list[np.ndarray], list[np.ndarray]]:
@@ -131,12 +126,7 @@ def _hull(shape: outlines.Hull) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Return the faces (k, 3) and the edges (2, 3) of a hull in space."""
     corners = np.array(shape.corners)
     if shape.radius > 0.0:
-        # Points on a spiral from pole to pole are spread evenly.
-        heights = np.linspace(-1.0, 1.0, DIRECTIONS)
-        turns = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(DIRECTIONS)
-        across = np.sqrt(1.0 - heights**2)
-        directions = np.stack([across * np.cos(turns), across * np.sin(turns), heights], axis=1)
-        corners = _around(corners, shape.radius, directions)
+        corners = _around(corners, shape.radius)
     elif len(corners) < 4:
         if len(corners) < 3:
             return [], [corners]

@@ -253,8 +253,8 @@ def check_meetings(system: System, scene: Scene) -> None:
             raise InputError(f"growth is not defined where {value.name} moves or loses energy; leave it out.")
         if bends and not _falls(each):
             raise InputError(
-                f"{value.name} is met in straight flight only: give {type(each).__name__} a method fall "
-                "(docs/models.md)."
+                f"{value.name} is met in straight flight only: give {type(each).__name__} a method "
+                "closest, or fall (docs/models.md)."
             )
 
 

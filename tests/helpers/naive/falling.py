@@ -35,6 +35,10 @@ class Floor(NamedTuple):
     period: Any = 1
     restitution: Any = 1
 
+    def over(self, context: Any, radius: Any) -> _Plane:
+        """Return it with the numbers of an arithmetic, for particles of a radius."""
+        return _Plane(context, self, radius)
+
 
 class Event(NamedTuple):
     """The state just after an event.
@@ -60,7 +64,7 @@ def fall(
     positions: Sequence[Sequence[Any]],
     velocities: Sequence[Sequence[Any]],
     g: Sequence[Any],
-    floors: Sequence[Floor],
+    floors: Sequence[Any],
     *,
     box: Sequence[Any] = (),
     diameter: Any = 1,
@@ -76,8 +80,8 @@ def fall(
         At the start.
     g : d numbers
         Acceleration of all particles.
-    floors : sequence of Floor
-        The planes that they fall on.
+    floors : sequence of Floor or helpers.naive.bodies.Solid
+        What they fall on.
     box : d numbers, optional
         Edge of each axis that is periodic, and 0 for the others; by default no axis is periodic.
     diameter : number
@@ -105,7 +109,7 @@ def fall(
     field = [number(each) for each in g]
     edges = [number(each) for each in box] or [number(0)] * len(field)
     size, kept, soon = number(diameter), number(restitution), number(contact_time)
-    planes = [_Plane(context, floor, size / 2) for floor in floors]
+    planes = [floor.over(context, size / 2) for floor in floors]
     n, d, now = len(x), len(field), number(0)
     recent: dict[Any, Any] = {}
     met: Any = None
@@ -135,7 +139,7 @@ def fall(
             plane = planes[j - n]
             early = soon > 0 and now - recent.get((i, j), -math.inf) < soon
             recent[i, j] = now
-            plane.throw(v[i], now, early)
+            plane.throw(v[i], now, early, x[i])
         else:
             early = soon > 0 and now - max(recent.get(i, -math.inf), recent.get(j, -math.inf)) < soon
             recent[i] = recent[j] = now
@@ -182,7 +186,7 @@ class _Plane:
         self._turn = 2 * context.pi / number(floor.period)
         self._period, self._kept = float(floor.period), number(floor.restitution)
 
-    def throw(self, v: list[Any], now: Any, early: bool) -> None:
+    def throw(self, v: list[Any], now: Any, early: bool, x: list[Any]) -> None:
         """Replace a velocity by the one after the contact."""
         surface = self._amplitude * self._turn * self._context.cos(self._turn * now)
         approach = surface - sum(a * b for a, b in zip(self._normal, v, strict=True))

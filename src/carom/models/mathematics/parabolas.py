@@ -10,23 +10,32 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, inner, optional, required
+from carom.compiling.registry import answering, inner, required
 from carom.models.mathematics import roots
 from carom.models.mathematics.roots import next_fall
-from carom.models.obstacles.balls import SolidBall
-from carom.models.obstacles.box_walls import Cushions, Faces, Yielding
-from carom.models.obstacles.containers import Inside
-from carom.models.obstacles.paths import Still, pace, place
-from carom.models.obstacles.planes import HalfSpace
+from carom.models.questions import path
 from carom.models.questions.memory import parameter
-from carom.models.questions.obstacle import encounter, fall
 from carom.models.questions.particles import NEVER
+from carom.models.questions.path import pace, place
 
 SURE = 1.0 + 2.0**-30
 """A contact that comes for certain within a time is looked for so much longer, to allow for rounding."""
 
 HOP = 2.0**-48
 """Part of the longest edge to which what rests on a surface is thrown at least: 32 roundings of a place."""
+
+
+@answering(path)
+class Still(NamedTuple):
+    """No displacement."""
+
+    still: bool = True  # always true: Numba has no empty tuples of a class
+
+    def place(self, t):
+        return 0.0
+
+    def pace(self, t):
+        return 0.0
 
 
 class Course(NamedTuple):
@@ -115,24 +124,12 @@ class Lift(NamedTuple):
 
 
 @inner
-def height_above(body, g, x, v, radius, growth):
-    """Return height above a plane, its rate and its acceleration."""
-    height = -body.offset - radius
-    speed = -growth
-    acceleration = 0.0
-    for axis in range(len(body.normal)):
-        height += body.normal[axis] * x[axis]
-        speed += body.normal[axis] * v[axis]
-        acceleration += body.normal[axis] * g[axis]
-    return height, speed, acceleration
+def time_to_plane(course, start, slant, height, speed, acceleration):
+    """Return the time until a component with a height above a plane touches it as it is displaced, or NEVER.
 
-
-@time_to_moving.register
-def _(body: HalfSpace, course, start, g, x, v, radius, growth):
-    height, speed, acceleration = height_above(body, g, x, v, radius, growth)
-    slant = 0.0
-    for axis in range(len(body.normal)):
-        slant += body.normal[axis] * course.direction[axis]
+    ``height`` is that above the plane where this is not displaced, ``slant`` the part of the displacement
+    that is along the normal.
+    """
     low = min(slant * course.lowest, slant * course.highest)
     high = max(slant * course.lowest, slant * course.highest)
     curve = Lift(course, start, slant, height, speed, acceleration)
@@ -260,17 +257,6 @@ def first_touch(gap):
     return next_fall(gap, SURE * limit) if 0.0 <= limit < NEVER else NEVER
 
 
-@time_to_moving.register
-def _(body: SolidBall, course, start, g, x, v, radius, growth):
-    return first_touch(Gap(course, start, 1.0, -1, body.center, body.radius + radius, growth, g, x, v))
-
-
-@time_to_moving.register
-def _(body: Inside, course, start, g, x, v, radius, growth):
-    free_radius = body.radius - radius
-    return first_touch(Gap(course, start, -1.0, body.axis, body.center, free_radius, -growth, g, x, v))
-
-
 @inner
 def at_rest(g):
     """Return the course of what does not move."""
@@ -288,66 +274,3 @@ def straight_growth(g, along, growth):
         if axis != along:
             across += abs(g[axis])
     return growth != 0.0 and across == 0.0
-
-
-@fall.register
-def _(obstacle: HalfSpace, g, x, v, radius, growth, now):
-    height, speed, acceleration = height_above(obstacle, g, x, v, radius, growth)
-    return first_landing(height, speed, acceleration)
-
-
-@fall.register
-def _(obstacle: SolidBall, g, x, v, radius, growth, now):
-    if straight_growth(g, -1, growth):
-        return encounter(obstacle, x, v, radius, growth)
-    return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
-
-
-@fall.register
-def _(obstacle: Inside, g, x, v, radius, growth, now):
-    if straight_growth(g, obstacle.axis, growth):
-        return encounter(obstacle, x, v, radius, growth)
-    return time_to_moving(obstacle, at_rest(g), 0.0, g, x, v, radius, growth)
-
-
-@optional
-def landing_on_wall(walls, g, x, v, radius, growth):
-    """Return when a component on a parabola touches a wall, and which: ``questions.walls.soonest_wall``."""
-    return NEVER, np.int64(-1)
-
-
-@landing_on_wall.register
-def _(walls: Cushions, g, x, v, radius, growth):
-    best = NEVER
-    number = np.int64(-1)
-    for axis in range(len(walls.edges)):
-        if walls.walled[axis] != 0:
-            low = first_landing(x[axis] - radius, v[axis] - growth, g[axis])
-            high = first_landing(walls.edges[axis] - x[axis] - radius, -v[axis] - growth, -g[axis])
-            if min(low, high) < best:
-                best = min(low, high)
-                number = np.int64(2 * axis + (high < low))
-    return best, number
-
-
-@landing_on_wall.register
-def _(walls: Faces, g, x, v, radius, growth):
-    best = NEVER
-    number = np.int64(-1)
-    for axis in range(len(walls.lows)):
-        if walls.lower[axis] != 0:
-            t = first_landing(x[axis] - walls.lows[axis] - radius, v[axis] - growth, g[axis])
-            if t < best:
-                best = t
-                number = np.int64(2 * axis)
-        if walls.upper[axis] != 0:
-            t = first_landing(walls.highs[axis] - x[axis] - radius, -v[axis] - growth, -g[axis])
-            if t < best:
-                best = t
-                number = np.int64(2 * axis + 1)
-    return best, number
-
-
-@landing_on_wall.register
-def _(walls: Yielding, g, x, v, radius, growth):
-    return landing_on_wall(walls.walls, g, x, v, radius, growth)

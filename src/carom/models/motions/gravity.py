@@ -12,11 +12,12 @@ from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.double_double import exact_product, exact_sum, with_product
-from carom.models.mathematics.parabolas import HOP, landing_on_wall, leaving
+from carom.models.mathematics.parabolas import HOP, leaving
 from carom.models.questions import motion, obstacle, walls
 from carom.models.questions.memory import parameter
 from carom.models.questions.obstacle import fall
 from carom.models.questions.particles import Particles
+from carom.models.questions.walls import landing_on_wall
 
 
 @dataclass(frozen=True)

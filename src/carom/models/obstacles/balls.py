@@ -11,11 +11,14 @@ import numpy as np
 from carom.compiling.registry import answering
 from carom.densities import sphere_area
 from carom.models import fields
+from carom.models.mathematics import parabolas
 from carom.models.mathematics.contact import MOST_DIAMETERS
+from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
 from carom.models.obstacles.cells import crowded
 from carom.models.obstacles.outlines import Disk, SolidSphere, images
 from carom.models.obstacles.properties import Properties
 from carom.models.questions import obstacle
+from carom.models.questions.obstacle import encounter
 from carom.models.questions.particles import NEVER
 
 
@@ -78,7 +81,7 @@ class Ball(Properties):
         return [SolidSphere(tuple(place.tolist()), self.radius) for place in places]
 
 
-@answering(obstacle)
+@answering(obstacle, parabolas)
 @crowded
 class SolidBall(NamedTuple):
     """A solid ball, which stands in every image of the box."""
@@ -110,6 +113,14 @@ class SolidBall(NamedTuple):
                 break
             start = max(t - 2.0 * contact / np.sqrt(a), 0.0)  # with the digits that are lost from so far away
         return max(t, 0.0)
+
+    def fall(self, g, x, v, radius, growth, now):
+        if straight_growth(g, -1, growth):
+            return encounter(self, x, v, radius, growth)
+        return time_to_moving(self, at_rest(g), 0.0, g, x, v, radius, growth)
+
+    def time_to_moving(self, course, start, g, x, v, radius, growth):
+        return first_touch(Gap(course, start, 1.0, -1, self.center, self.radius + radius, growth, g, x, v))
 
     def outward(self, x, axis):
         rr = 0.0

@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import answering
+from carom.models.mathematics.parabolas import first_landing
 from carom.models.obstacles.wall_names import sides
 from carom.models.questions import walls
 from carom.models.questions.particles import NEVER
-from carom.models.questions.walls import soonest_wall, wall_meeting, wall_normal
+from carom.models.questions.walls import landing_on_wall, soonest_wall, wall_meeting, wall_normal
 
 ROUNDING_MARGIN = 2.0**-40
 """Part of the longest edge by which a wall stands back where it is compared with what lies in its plane: more
@@ -49,6 +50,18 @@ class Cushions(NamedTuple):
                     number = 2 * axis + upper
         return best, number
 
+    def landing_on_wall(self, g, x, v, radius, growth):
+        best = NEVER
+        number = np.int64(-1)
+        for axis in range(len(self.edges)):
+            if self.walled[axis] != 0:
+                low = first_landing(x[axis] - radius, v[axis] - growth, g[axis])
+                high = first_landing(self.edges[axis] - x[axis] - radius, -v[axis] - growth, -g[axis])
+                if min(low, high) < best:
+                    best = min(low, high)
+                    number = np.int64(2 * axis + (high < low))
+        return best, number
+
 
 @answering(walls)
 class Faces(NamedTuple):
@@ -77,6 +90,22 @@ class Faces(NamedTuple):
                     number = np.int64(2 * axis + 1)
         return best, number
 
+    def landing_on_wall(self, g, x, v, radius, growth):
+        best = NEVER
+        number = np.int64(-1)
+        for axis in range(len(self.lows)):
+            if self.lower[axis] != 0:
+                t = first_landing(x[axis] - self.lows[axis] - radius, v[axis] - growth, g[axis])
+                if t < best:
+                    best = t
+                    number = np.int64(2 * axis)
+            if self.upper[axis] != 0:
+                t = first_landing(self.highs[axis] - x[axis] - radius, -v[axis] - growth, -g[axis])
+                if t < best:
+                    best = t
+                    number = np.int64(2 * axis + 1)
+        return best, number
+
 
 @answering(walls)
 class Yielding(NamedTuple):
@@ -87,6 +116,9 @@ class Yielding(NamedTuple):
 
     def soonest_wall(self, x, v, radius, growth):
         return soonest_wall(self.walls, x, v, radius, growth)
+
+    def landing_on_wall(self, g, x, v, radius, growth):
+        return landing_on_wall(self.walls, g, x, v, radius, growth)
 
     def yields(self, motion, x, v, radius, growth, t):
         time_behind, _ = wall_meeting(motion, self.behind, x, v, radius, growth)

@@ -13,10 +13,13 @@ from carom.compiling.registry import answering
 from carom.densities import sphere_area
 from carom.errors import InputError
 from carom.models import fields
+from carom.models.mathematics import parabolas
 from carom.models.mathematics.contact import exit_sphere
+from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
 from carom.models.obstacles.outlines import Circle, HollowCylinder, HollowSphere, Line
 from carom.models.obstacles.properties import Properties
 from carom.models.questions import obstacle
+from carom.models.questions.obstacle import encounter
 from carom.texts import axis_name
 
 
@@ -175,7 +178,7 @@ class CylindricalContainer(Properties):
         return [HollowCylinder(self.axis, tuple(self.center), self.radius)]
 
 
-@answering(obstacle)
+@answering(obstacle, parabolas)
 class Inside(NamedTuple):
     """The inside of a sphere, or of a cylinder along an axis, is free."""
 
@@ -195,6 +198,15 @@ class Inside(NamedTuple):
                 b += r * v[axis]
                 a += v[axis] * v[axis]
         return exit_sphere(c, b, a)
+
+    def fall(self, g, x, v, radius, growth, now):
+        if straight_growth(g, self.axis, growth):
+            return encounter(self, x, v, radius, growth)
+        return time_to_moving(self, at_rest(g), 0.0, g, x, v, radius, growth)
+
+    def time_to_moving(self, course, start, g, x, v, radius, growth):
+        free_radius = self.radius - radius
+        return first_touch(Gap(course, start, -1.0, self.axis, self.center, free_radius, -growth, g, x, v))
 
     def outward(self, x, axis):
         if axis == self.axis:

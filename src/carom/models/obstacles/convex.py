@@ -1,7 +1,10 @@
 """Convex bodies with rounded edges: segments and capped cylinders, boxes, triangles, in any dimension.
 
-A body says which of its points is closest. Its distance from a straight flight is convex in time, so Newton's
-method from now never passes the first contact: it reaches the last bit, or finds a miss.
+A body says which of its points is closest. All of it lies behind the plane through that point across the
+line to it, at every other time too: what has not come to that plane has not touched the body. So the search
+goes from the contact with one plane to that with the next, which are known in closed form on parabolas and
+bracketed where the body moves. In straight flight that is Newton's method. It never passes the first contact:
+it reaches the last bit, or finds a miss.
 """
 
 from __future__ import annotations
@@ -13,22 +16,28 @@ from typing import Any
 
 import numpy as np
 
-from carom.compiling.registry import required
+from carom.compiling.registry import answers, inner, required
 from carom.errors import InputError
 from carom.models import fields
+from carom.models.mathematics.parabolas import first_landing, time_to_moving, time_to_plane
 from carom.models.obstacles.cells import in_every_image
-from carom.models.obstacles.outlines import Hull, images
+from carom.models.obstacles.outlines import Hull, directions, images
 from carom.models.obstacles.properties import Properties
-from carom.models.questions.obstacle import encounter, outward
+from carom.models.questions.obstacle import anchor, closest, encounter, fall, is_periodic, outward, rounding
 from carom.models.questions.particles import NEVER
+from carom.models.questions.path import place
 from carom.texts import axis_name
 
 STEPS = 200
 """Steps of Newton's method at most. A contact takes five; a graze, at which each step halves the way, 60."""
 
 
+FAR = 2.0**20
+"""Boxes from which a body is looked at for its corners."""
+
+
 @required
-def closest(body, x, v, t, axis):
+def closest_ahead(body, x, v, t, axis):
     """Return a coordinate of the point of a body's skeleton that is closest to ``x + v t``."""
 
 
@@ -39,7 +48,7 @@ def first_touch(body, x, v, radius, growth):
         rr = 0.0
         rv = 0.0
         for axis in range(len(body.anchor)):
-            r = x[axis] + v[axis] * t - closest(body, x, v, t, axis)
+            r = x[axis] + v[axis] * t - closest_ahead(body, x, v, t, axis)
             rr += r * r
             rv += r * v[axis]
         distance = np.sqrt(rr)
@@ -59,17 +68,122 @@ def first_touch(body, x, v, radius, growth):
 def away(body, x, axis):
     """Return a coordinate of the unit vector from a convex body to x: the answer of ``outward``."""
     rr = 0.0
-    for k in range(len(body.anchor)):
-        r = x[k] - closest(body, x, x, 0.0, k)
+    for k in range(len(x)):
+        r = x[k] - closest(body, x, k)
         rr += r * r
-    return (x[axis] - closest(body, x, x, 0.0, axis)) / np.sqrt(rr)
+    return (x[axis] - closest(body, x, axis)) / np.sqrt(rr)
+
+
+@inner
+def plane_after_plane(body, course, start, g, x, v, radius, growth):
+    """Return when a sphere on a parabola touches a convex body, which rests where ``course`` is None."""
+    there = np.empty(len(x))  # relative to the body
+    limit = NEVER
+    if course is not None:
+        moves = growth != 0.0
+        for axis in range(len(x)):
+            moves = moves or v[axis] != 0.0 or g[axis] != 0.0
+        limit = NEVER if moves else course.period
+    t = 0.0
+    while t <= limit and t < NEVER:
+        shift = 0.0 if course is None else place(course.path, start + t)
+        rr = 0.0
+        for axis in range(len(x)):
+            there[axis] = x[axis] + (v[axis] + 0.5 * g[axis] * t) * t
+            if course is not None:
+                there[axis] -= course.direction[axis] * shift
+        speed = 0.0
+        acceleration = 0.0
+        slant = 0.0
+        for axis in range(len(x)):
+            r = there[axis] - closest(body, there, axis)
+            rr += r * r
+            speed += r * (v[axis] + g[axis] * t)
+            acceleration += r * g[axis]
+            if course is not None:
+                slant += r * course.direction[axis]
+        distance = np.sqrt(rr)
+        height = distance - rounding(body) - radius - growth * t
+        speed = speed / distance - growth
+        acceleration /= distance
+        if course is None:
+            step = first_landing(height, speed, acceleration)
+        else:
+            slant /= distance
+            step = time_to_plane(course, start + t, slant, height + slant * shift, speed, acceleration)
+        if t + step == t:
+            return t
+        t += step
+    return NEVER
+
+
+def fall_on(body, g, x, v, radius, growth, now):
+    """Return the time until a sphere on a parabola touches a convex body: the answer of ``fall``."""
+    return plane_after_plane(body, None, 0.0, g, x, v, radius, growth)
+
+
+def fall_on_moving(body, course, start, g, x, v, radius, growth):
+    """Return the same for a body that is displaced: the answer of ``time_to_moving``."""
+    return plane_after_plane(body, course, start, g, x, v, radius, growth)
+
+
+def fly_to(body, x, v, radius, growth):
+    """Return the same in straight flight, of a body that says only what is closest to a place."""
+    return plane_after_plane(body, None, 0.0, np.zeros(len(x)), x, v, radius, growth)
+
+
+FOLLOWS = {encounter: fly_to, outward: away, fall: fall_on, time_to_moving: fall_on_moving}
+"""What a convex body answers that knows its closest point and its rounding."""
+
+
+def round_about(kind: Any) -> Any:
+    """Let a type of models that answers ``closest`` answer all that follows from it, if it does not yet."""
+    for question, answer in FOLLOWS.items():
+        if not answers(question, kind):
+            question.register(kind)(answer)
+    return kind
 
 
 def convex(kind: Any) -> Any:
-    """Let a type of models that answers ``closest`` be one of convex bodies: a class decorator."""
+    """Let a type of models that answers ``closest_ahead`` be one of convex bodies: a class decorator."""
     encounter.register(kind)(first_touch)
-    outward.register(kind)(away)
-    return in_every_image(kind)
+    rounding.register(kind)(lambda body: body.round)
+    closest.register(kind)(lambda body, x, axis: closest_ahead(body, x, x, 0.0, axis))
+    return in_every_image(round_about(kind))
+
+
+def gap_of(value: Any, positions: Any, radii: Any, box: Any, periodic: Any) -> np.ndarray:
+    """Return the distance of each surface from the nearest image of what says its closest point [length]."""
+    body, d = value.model(), len(box)
+    repeats = np.logical_and(periodic, is_periodic(body))
+    # The anchor may lie in another box.
+    home = [np.floor(anchor(body, axis) / box[axis]) if repeats[axis] else 0.0 for axis in range(d)]
+    nearest = np.full(len(positions), np.inf)
+    for turn in itertools.product(*[(-1, 0, 1) if wraps else (0,) for wraps in repeats]):
+        for k, each in enumerate(positions + (home + np.array(turn)) * np.array(box)):
+            x = tuple(each.tolist())
+            r = [x[axis] - closest(body, x, axis) for axis in range(d)]
+            nearest[k] = min(nearest[k], float(np.linalg.norm(r)))
+    return nearest - rounding(body) - radii
+
+
+def outline_of(value: Any, box: Sequence[float], periodic: Sequence[bool]) -> list[Hull]:
+    """Return the shapes to draw of what says its closest point: a hull of points seen from far away."""
+    body, d, edges = value.model(), len(box), np.array(box, dtype=float)
+    center = 0.5 * edges
+    found = {
+        tuple(closest(body, tuple((center + FAR * edges.max() * each).tolist()), axis) for axis in range(d))
+        for each in directions(d)
+    }
+    corners = np.unique(np.round(np.array([*found]) / edges.max(), 9), axis=0) * edges.max()
+    rank = np.linalg.matrix_rank(corners - corners[0], tol=1e-6 * edges.max())
+    if rank == 1:
+        corners = corners[[0, -1]]  # they are sorted
+    elif len(corners) > rank + 1 and rank < d and rounding(body) == 0.0:
+        return []  # a flat sheet of many corners is no hull
+    repeats = [wraps and bool(is_periodic(body)) for wraps in periodic]
+    shifts = images(corners.mean(axis=0), box, repeats)
+    return [Hull(tuple(map(tuple, (corners + shift).tolist())), float(rounding(body))) for shift in shifts]
 
 
 class Body(Properties, ABC):
@@ -98,27 +212,20 @@ class Body(Properties, ABC):
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each surface from the nearest image of the body, (n,) [length]."""
-        body = self.model()
-        d = len(box)
-        nearest = np.full(len(positions), np.inf)
-        for turn in itertools.product(*[(-1, 0, 1) if repeats else (0,) for repeats in periodic]):
-            # The anchor may lie in another box.
-            home = np.floor(np.array(body.anchor) / box) * np.where(periodic, 1.0, 0.0)
-            for k, place in enumerate(positions + (home + np.array(turn)) * np.array(box)):
-                x = tuple(place.tolist())
-                r = [x[axis] - closest(body, x, x, 0.0, axis) for axis in range(d)]
-                nearest[k] = min(nearest[k], float(np.linalg.norm(r)))
-        return nearest - self.radius - radii
+        return gap_of(self, positions, radii, box, periodic)
 
-    def spread(self) -> np.ndarray:
+    def widths(self) -> np.ndarray:
         """Return the widths of the body, (d,) [length]."""
         return np.ptp(self.corners(), axis=0) + 2.0 * self.radius
 
+    def spread(self) -> np.ndarray:
+        """Return the widths of the body along axes on which they tell its images apart, (d,) [length]."""
+        return self.widths()
+
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the body has another dimension, or is wider than half of a periodic box."""
-        corners = self.corners()
-        fields.check_dimensions(tuple(corners[0]), box, f"corners of {self.name}")
-        widths = np.ptp(corners, axis=0) + 2.0 * self.radius
+        fields.check_dimensions(tuple(self.corners()[0]), box, f"corners of {self.name}")
+        widths = self.widths()
         for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):
             if repeats and not widths[axis] <= 0.5 * edge:
                 raise InputError(

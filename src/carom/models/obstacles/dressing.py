@@ -20,12 +20,13 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.contacts.rough import Rough
 from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.obstacles.outlines import shapes
-from carom.models.obstacles.paths import check_path, place
+from carom.models.obstacles.paths import check_path
 from carom.models.obstacles.properties import Properties, properties_of
 from carom.models.obstacles.shaken import displaced
 from carom.models.obstacles.surfaces import hot, lossy
 from carom.models.questions.obstacle import is_periodic
 from carom.models.questions.particles import Particles
+from carom.models.questions.path import place
 from carom.units import TimeUnit
 
 ONE = TimeUnit()  # the scene's own unit of time
@@ -105,8 +106,8 @@ class Dressed:
         model = self.obstacle.model()
         if not registry.answers(time_to_moving, type(model)):
             raise InputError(
-                "shake moves planes, balls, containers and walls, and obstacles that answer time_to_moving; "
-                f"found {type(self.obstacle).__name__}."
+                "shake moves all obstacles but arcs, and those of one's own that answer closest or "
+                f"time_to_moving; found {type(self.obstacle).__name__}."
             )
         far = max(abs(self.path.lowest), abs(self.path.highest))
         for edge, wraps in zip(box, periodic, strict=True):
@@ -121,7 +122,8 @@ class Dressed:
         shape = getattr(self.obstacle, "spread", None)
         if self.path is None:
             return None if shape is None else shape()
-        width = 2.0 * getattr(self.obstacle, "radius", 0.0) if shape is None else shape()
+        wide = getattr(self.obstacle, "widths", shape)  # sides of a block that face each other have moved
+        width = 2.0 * getattr(self.obstacle, "radius", 0.0) if wide is None else wide()
         far = max(abs(self.path.lowest), abs(self.path.highest))
         return width + 2.0 * far * np.abs(np.array(self.direction))
 

@@ -6,12 +6,19 @@ Both are optional methods of an obstacle, ``outline(box, periodic)`` and ``surfa
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.errors import InputError
+
+ROUND = 96
+"""Segments of a circle."""
+
+DIRECTIONS = 150
+"""Points of a sphere: of the rounded corners of solids in space."""
 
 
 class HalfPlane(NamedTuple):
@@ -124,3 +131,17 @@ def images(center: Sequence[float], box: Sequence[float], periodic: Sequence[boo
     home = np.where(periodic, np.floor(np.array(center) / edges), 0.0)
     turns = itertools.product(*[(-1, 0, 1) if repeats else (0,) for repeats in periodic])
     return (np.array(list(turns)) - home) * edges
+
+
+def directions(d: int) -> np.ndarray:
+    """Return unit vectors, (m, d), all around in the plane or in space, else along the axes."""
+    if d == 2:
+        turns = np.linspace(0.0, 2.0 * math.pi, ROUND, endpoint=False)
+        return np.stack([np.cos(turns), np.sin(turns)], axis=1)
+    if d != 3:
+        return np.concatenate([np.eye(d), -np.eye(d)])
+    # Points on a spiral from pole to pole are spread evenly.
+    heights = np.linspace(-1.0, 1.0, DIRECTIONS)
+    turns = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(DIRECTIONS)
+    across = np.sqrt(1.0 - heights**2)
+    return np.stack([across * np.cos(turns), across * np.sin(turns), heights], axis=1)

@@ -21,8 +21,9 @@ from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering, required
+from carom.compiling.registry import answering
 from carom.errors import InputError
+from carom.models.questions import path
 from carom.models.questions.memory import parameter
 from carom.units import TimeUnit
 
@@ -68,29 +69,6 @@ def check_path(path: Any) -> None:
             "A path must have finite bounds: lowest <= highest, acceleration, and a period > 0 (longer "
             f"than the run, where it does not repeat itself); found {bounds}."
         )
-
-
-@required
-def place(path, t):
-    """Return the displacement at a time since the start of the run, reduced by whole periods [length]."""
-
-
-@required
-def pace(path, t):
-    """Return the velocity at that time: the derivative of :func:`place`."""
-
-
-@answering(pace, place)
-class Still(NamedTuple):
-    """No displacement."""
-
-    still: bool = True  # always true: Numba has no empty tuples of a class
-
-    def place(self, t):
-        return 0.0
-
-    def pace(self, t):
-        return 0.0
 
 
 @dataclass(frozen=True)
@@ -152,7 +130,7 @@ class Sine:
         return Swing(self.amplitude, 2.0 * math.pi / period, 2.0 * math.pi * self.phase)
 
 
-@answering(pace, place)
+@answering(path)
 class Swing(NamedTuple):
     """``amplitude sin(frequency t + phase)``."""
 
@@ -274,7 +252,7 @@ class Parabolas:
         )
 
 
-@answering(pace, place)
+@answering(path)
 class Arcs(NamedTuple):
     """Pieces of parabolas."""
 

@@ -10,9 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from carom import checks
-from carom.compiling.registry import answering
+from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models import fields
+from carom.models.mathematics import parabolas
+from carom.models.mathematics.parabolas import first_landing, time_to_plane
 from carom.models.obstacles.outlines import HalfPlane, SolidBehind
 from carom.models.obstacles.properties import Properties
 from carom.models.obstacles.wall_names import sides, wall_name
@@ -118,7 +120,7 @@ def walls(box: Sequence[float], periodic: Sequence[bool]) -> tuple[Plane, ...]:
     return tuple(result)
 
 
-@answering(obstacle)
+@answering(obstacle, parabolas)
 class HalfSpace(NamedTuple):
     """The half space ``normal . x >= offset`` is free."""
 
@@ -133,5 +135,29 @@ class HalfSpace(NamedTuple):
             approach -= self.normal[axis] * v[axis]
         return max(height / approach, 0.0) if approach > 0.0 else NEVER
 
+    def fall(self, g, x, v, radius, growth, now):
+        height, speed, acceleration = _height_above(self, g, x, v, radius, growth)
+        return first_landing(height, speed, acceleration)
+
+    def time_to_moving(self, course, start, g, x, v, radius, growth):
+        height, speed, acceleration = _height_above(self, g, x, v, radius, growth)
+        slant = 0.0
+        for axis in range(len(self.normal)):
+            slant += self.normal[axis] * course.direction[axis]
+        return time_to_plane(course, start, slant, height, speed, acceleration)
+
     def outward(self, x, axis):
         return self.normal[axis]
+
+
+@inner
+def _height_above(plane, g, x, v, radius, growth):
+    """Return height above a plane, its rate and its acceleration."""
+    height = -plane.offset - radius
+    speed = -growth
+    acceleration = 0.0
+    for axis in range(len(plane.normal)):
+        height += plane.normal[axis] * x[axis]
+        speed += plane.normal[axis] * v[axis]
+        acceleration += plane.normal[axis] * g[axis]
+    return height, speed, acceleration

@@ -10,12 +10,13 @@ import numpy as np
 
 from carom.compiling.registry import answering
 from carom.models.mathematics.parabolas import HOP, Course, time_to_moving
-from carom.models.obstacles.paths import Path, pace, place
+from carom.models.obstacles.paths import Path
 from carom.models.questions import memory, motion, obstacle
 from carom.models.questions.memory import ROOM, parameter, present
 from carom.models.questions.motion import push, rest_speed
 from carom.models.questions.obstacle import anchor, arrival, fall, is_periodic, outward, surface_speed
 from carom.models.questions.particles import Particles
+from carom.models.questions.path import pace, place
 
 
 @answering(memory, motion, obstacle)

@@ -11,7 +11,7 @@ from carom import checks
 from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.obstacles.convex import Body, closest, convex, points_of
+from carom.models.obstacles.convex import Body, closest_ahead, convex, points_of
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,7 +66,7 @@ class Triangle(Body):
         return Facet(middle, self.radius, self.a, *sides, float(u @ u), float(u @ v), float(v @ v))
 
 
-@answering(closest)
+@answering(closest_ahead)
 @convex
 class Facet(NamedTuple):
     """All places within a distance of a triangle."""
@@ -85,7 +85,7 @@ class Facet(NamedTuple):
         corners = np.stack([self.corner, self.corner + self.u, self.corner + self.v])
         return corners.min(axis=0) - self.round[:, None], corners.max(axis=0) + self.round[:, None]
 
-    def closest(self, x, v, t, axis):
+    def closest_ahead(self, x, v, t, axis):
         a, b = _barycentric(self, x, v, t)
         return self.corner[axis] + a * self.u[axis] + b * self.v[axis]
 

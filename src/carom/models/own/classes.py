@@ -17,6 +17,7 @@ import numpy as np
 from carom import checks, meant
 from carom.compiling import registry
 from carom.errors import InputError, OverlapError
+from carom.models.obstacles.convex import gap_of, outline_of, round_about
 from carom.models.own import fields
 from carom.models.own.arrays import Prepared, per_particle
 from carom.models.own.fields import Meaning
@@ -77,6 +78,10 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
         meanings["name"] = Meaning("text")
         cls.__annotations__ = {**inspect.get_annotations(cls), "name": str}
         setattr(cls, "name", cls.__name__)  # noqa: B010 (a type checker knows no such name)
+    if kind is OBSTACLE and hasattr(cls, "closest"):
+        for name, follows in (("gap", gap_of), ("outline", outline_of), ("surface", outline_of)):
+            if not hasattr(cls, name):
+                setattr(cls, name, follows)
     methods = _methods(cls, kind, meanings)
     whole = _completed(kind, parts, meanings, methods)
     constants = _constants(cls, kind, methods, {*meanings, *whole}, meanings)
@@ -91,6 +96,8 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     setattr(compiled, "lanes", _lanes(methods, meanings, whole))  # noqa: B010 (a namedtuple has no such name)
     for name, function in methods.items():
         kind.questions[name].register(compiled)(function)
+    if "closest" in methods:
+        round_about(compiled)
     _age(cls, kind, compiled, parts, methods)
     said = {name: parameter(each.power) for name, each in meanings.items() if name in given}
     said |= {name: each.field for name, each in whole.items()}
@@ -115,7 +122,8 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
             )
         found[name] = function
     written = [name for name, each in vars(cls).items() if isinstance(each, FunctionType) and name[0] != "_"]
-    wanted_in = {name: signature(name, kind.questions[name]) for name in kind.required} | kind.asked
+    required = ("closest",) if hasattr(cls, "closest") and kind is OBSTACLE else kind.required
+    wanted_in = {name: signature(name, kind.questions[name]) for name in required} | kind.asked
     for name, wanted in wanted_in.items():
         if name in found or (name in kind.asked and (hasattr(cls, name) or name in meanings)):
             _refuse_parameters(cls, name, wanted)

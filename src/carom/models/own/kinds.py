@@ -8,8 +8,17 @@ from typing import Any
 
 from carom.models import drives
 from carom.models.mathematics.parabolas import time_to_moving
-from carom.models.obstacles import paths
-from carom.models.questions import contact, interaction, memory, motion, observer, obstacle, steps, walls
+from carom.models.questions import (
+    contact,
+    interaction,
+    memory,
+    motion,
+    observer,
+    obstacle,
+    path,
+    steps,
+    walls,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +113,8 @@ IMPACT = Kind(
 OBSTACLE = Kind(
     "obstacle",
     _named(
+        obstacle.closest,
+        obstacle.rounding,
         obstacle.encounter,
         obstacle.outward,
         obstacle.is_periodic,
@@ -128,7 +139,7 @@ OBSERVER = Kind(
 )
 PATH = Kind(
     "path",
-    _named(paths.place, paths.pace),
+    _named(path.place, path.pace),
     ("place", "pace"),
     {"lowest": (), "highest": (), "period": (), "acceleration": ()},
 )

@@ -87,6 +87,20 @@ def outward(obstacle, x, axis):
     """Return a coordinate of the unit normal, away from the obstacle, where a particle at x touches it."""
 
 
+@required
+def closest(obstacle, x, axis):
+    """Return a coordinate of the point of a convex obstacle that is closest to x, (d,).
+
+    Distance, contacts on all flights, normal and pictures of a class of one's own follow from it.
+    """
+
+
+@optional
+def rounding(obstacle):
+    """Return how far around that point an obstacle is solid [length]; by default not at all."""
+    return 0.0
+
+
 @optional
 def is_periodic(obstacle):
     """Return whether the ``obstacle`` stands in every image of the box; by default it does not."""

@@ -18,6 +18,12 @@ def soonest_wall(walls, x, v, radius, growth):
 
 
 @optional
+def landing_on_wall(walls, g, x, v, radius, growth):
+    """Return :func:`soonest_wall` on a parabola: every particle has the acceleration ``g``, d floats."""
+    return NEVER, np.int64(-1)
+
+
+@optional
 def wall_normal(walls, number, axis):
     """Return a coordinate of the unit vector from wall ``number`` into the box.
 
