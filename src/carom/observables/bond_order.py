@@ -65,7 +65,7 @@ class BondOrder(OfFrames):
     ------
     InputError
         If a number is out of range (l is at most 12), or more than one choice of neighbors is given. From
-        :meth:`update`, if there are too few particles, or the box is too small. From :meth:`result`, before
+        :meth:`add`, if there are too few particles, or the box is too small. From :meth:`result`, before
         any frame.
 
     Examples

@@ -46,7 +46,7 @@ class Crystallinity(OfFrames):
     Raises
     ------
     InputError
-        If a number is out of range, or `nearest` and `reach` are both given. From :meth:`update`, if the
+        If a number is out of range, or `nearest` and `reach` are both given. From :meth:`add`, if the
         frame is not of three dimensions, has too few particles, or differs in n. From :meth:`result`, before
         any frame.
 

@@ -34,7 +34,7 @@ class DensityProfile(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`update`, if there is no such axis, or the frame has no species or not this one; from
+        From :meth:`add`, if there is no such axis, or the frame has no species or not this one; from
         :meth:`result`, before any frame.
 
     Notes

@@ -87,7 +87,7 @@ class Dynamics(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`update`, if frames have no image counts, or are not equally spaced in time, or if the
+        From :meth:`add`, if frames have no image counts, or are not equally spaced in time, or if the
         momentum changes along an axis that was taken, or with ``shells`` the box. From :meth:`result`, if
         there are fewer than 9 frames.
 
@@ -119,7 +119,7 @@ class Dynamics(OfFrames):
     def __post_init__(self) -> None:
         checks.integer(self.shells, "shells", low=0)
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Note which momenta are conserved, unless ``conserved`` was given: ``measure`` calls this first."""
         if self.conserved is None:
             self.conserved = temperature.conserved(scene)

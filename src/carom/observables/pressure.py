@@ -46,7 +46,7 @@ class Pressure:
     True
     """
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Raise InputError if the virial is not the pressure of a ``scene``; the text says why."""
         if reason := without_pressure(scene):
             raise InputError(reason)
@@ -59,7 +59,7 @@ class Pressure:
         InputError
             If the virial is not the pressure of such a scene; the text says why.
         """
-        self.prepare(scene)
+        self.begin(scene)
         return self.estimate(
             blocks,
             n=scene.n,

@@ -266,7 +266,7 @@ class PressureProfile:
         checks.integer(self.axis, "axis", low=0)
         checks.integer(self.bins, "bins", low=1)
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Raise InputError if events do not tell the pressure tensor by layers of a ``scene``."""
         if self.axis >= scene.dimension:
             raise InputError(f"axis is {self.axis}, and the scene has axes 0 to {scene.dimension - 1}.")
@@ -285,7 +285,7 @@ class PressureProfile:
                 "for ever."
             )
 
-    def begin(self, scene: Scene, frame: Frame) -> LayerSums:
+    def sums(self, scene: Scene, frame: Frame) -> LayerSums:
         """Return the sums of a stretch that begins with the ``frame``."""
         return LayerSums(self, scene, frame)
 
@@ -316,11 +316,11 @@ class LayerSums:
         self._before = _sums(self.observer)
         self._blocks: list[tuple[np.ndarray, ...]] = []
 
-    def add(self, seen: LayerFlux, block: Block) -> None:
+    def add(self, block: Block) -> None:
         """Add a block, after which the observer holds these sums."""
         self._time += block.duration
-        _compiled()(seen, self._time)
-        sums = _sums(seen)
+        _compiled()(self.observer, self._time)
+        sums = _sums(self.observer)
         if block.duration > 0.0:
             self._durations.append(block.duration)
             self._blocks.append(tuple(now - then for now, then in zip(sums, self._before, strict=True)))

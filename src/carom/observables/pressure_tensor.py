@@ -104,7 +104,7 @@ class PressureTensor:
     True
     """
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Raise InputError if events do not tell the pressure tensor of a ``scene``."""
         if reason := without_pressure(scene):
             raise InputError(reason)
@@ -112,7 +112,7 @@ class PressureTensor:
             return  # its blocks have the sums, whatever else changes velocities
         check_events(scene, "PressureTensor")
 
-    def begin(self, scene: Scene, frame: Frame) -> TensorSums | StreamTensor:
+    def sums(self, scene: Scene, frame: Frame) -> TensorSums | StreamTensor:
         """Return the sums of a stretch that begins with the ``frame``."""
         return StreamTensor(scene) if isinstance(scene.motion, Shear) else TensorSums(scene, frame)
 
@@ -160,8 +160,9 @@ class TensorSums:
         self._before = (empty.copy(),) * 3
         self._blocks: list[tuple[float, np.ndarray, np.ndarray]] = []
 
-    def add(self, seen: MomentumFlux, block: Block) -> None:
+    def add(self, block: Block) -> None:
         """Add a block, after which the observer holds these sums."""
+        seen = self.observer
         virial, change, moment = (part.copy() for part in (seen.virial, seen.change, seen.moment))
         before, self._before = self._before, (virial, change, moment)
         self._time += block.duration
@@ -194,7 +195,7 @@ class StreamTensor:
         self._scene = scene
         self._blocks: list[Block] = []
 
-    def add(self, seen: Any, block: Block) -> None:
+    def add(self, block: Block) -> None:
         """Add a block."""
         if block.duration > 0.0:
             self._blocks.append(block)

@@ -39,8 +39,8 @@ class StructureFactor(OfFrames):
     Raises
     ------
     InputError
-        If both ``shells`` and ``kmax`` are given. From :meth:`update`, if an axis has walls, a species is
-        unknown, or frames differ in n. From :meth:`result`, before any frame. From :meth:`prepare`, if
+        If both ``shells`` and ``kmax`` are given. From :meth:`add`, if an axis has walls, a species is
+        unknown, or frames differ in n. From :meth:`result`, before any frame. From :meth:`begin`, if
         the scene has obstacles.
 
     Notes

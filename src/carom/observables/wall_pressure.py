@@ -65,7 +65,7 @@ class WallPressure:
         if self.area is not None:
             checks.number(self.area, "area", low=0.0, open_low=True)
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Raise InputError if a ``scene`` has no such obstacle, or its area is not known."""
         k = self._number(scene)
         if self.area is None:
