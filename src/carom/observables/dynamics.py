@@ -17,6 +17,7 @@ import numpy as np
 from carom import checks, jit
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking, shown
 from carom.observables.waves import Waves
@@ -67,6 +68,7 @@ def _kernel() -> Any:
     return correlate
 
 
+@corrected()
 @dataclass
 class Dynamics(OfFrames):
     """Mean square displacement, velocity autocorrelation, non-Gaussian parameter: an observable of frames.

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.observables.of_frames import OfFrames
 from carom.observables.radial import RDFResult
 from carom.observables.rdf import Histograms
 
 
+@corrected()
 @dataclass
 class RDF(OfFrames):
     """The radial distribution function and running coordination numbers: an observable of frames.

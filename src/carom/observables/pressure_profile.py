@@ -13,6 +13,7 @@ from carom import checks
 from carom.block import Block
 from carom.compiling.registry import inner
 from carom.errors import InputError
+from carom.meant import corrected
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.motions.gravity import Gravity
 from carom.models.questions.observer import at_obstacle, at_pair
@@ -208,6 +209,7 @@ def _compiled() -> Any:
     return entry(catch_up)
 
 
+@corrected()
 @dataclass(frozen=True)
 class PressureProfile:
     """The pressure tensor by layers along an axis: an observable of a run, for ``measure``.

@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.block import Block
 from carom.errors import InputError
+from carom.meant import corrected
 from carom.models.motions.shear import Shear
 from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure import without_pressure
@@ -66,6 +67,7 @@ def _(observer: MomentumFlux, event):
             observer.moment[a, b] += gained * later
 
 
+@corrected()
 @dataclass(frozen=True)
 class PressureTensor:
     """The pressure tensor from events: an observable of a run, for :meth:`carom.Simulation.measure`.

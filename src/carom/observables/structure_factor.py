@@ -11,6 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.observables.of_frames import OfFrames
 from carom.observables.rdf import species_pair
 from carom.observables.statistics import arrays, blocking, shown
@@ -21,6 +22,7 @@ from carom.texts import counted
 SHELLS = 32  # lengths of wave vectors where neither ``shells`` nor ``kmax`` is given
 
 
+@corrected()
 @dataclass
 class StructureFactor(OfFrames):
     """S(k) at the wave vectors of a periodic box: an observable of frames.

@@ -12,6 +12,7 @@ import numpy as np
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
+from carom.meant import corrected
 from carom.models.obstacles.faces import bare, stand_ins
 from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.wall_names import sides
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 
+@corrected()
 @dataclass(frozen=True)
 class WallPressure:
     """The pressure on a wall or an obstacle: an observable of a run, for :meth:`carom.Simulation.measure`.
