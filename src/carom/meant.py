@@ -85,7 +85,8 @@ def suggestion(
         return f"; {one} is a keyword of {others[one]}"
     if one := nearest(name, [*names, *others]):
         return f"; did you mean {one}" + (f", a keyword of {others[one]}" if one not in names else "")
-    return "" if listed else f" (known: {', '.join(names)})"
+    known = f" (known: {', '.join(names)})" if names else "; it takes none"
+    return "" if listed else known
 
 
 def refuse_unknown(

@@ -410,7 +410,7 @@ def observables(given: argparse.Namespace) -> None:
     for name, make in kinds.items():
         observable = make()
         for frame in frames[:20]:
-            observable.update(frame)
+            observable.add(frame)
         print(f"| {name} | {quickest(observable.update, frames[20:]) / collision:.2f} |", flush=True)
     carom.RDF(rmax=5.0).over(frames[:2])
     cost = quickest(lambda frame: carom.RDF(rmax=5.0).over([frame]), frames[20:])

@@ -195,13 +195,13 @@ def test_two_floors_in_one_wall_are_refused():
 def test_the_pressure_on_a_wall_is_that_on_what_stands_for_it():
     standing = scene(Surface(floor_at(2, 1, 0), LOSS))
     with pytest.raises(InputError, match=r"floor stands for the wall y_low.*measure 'floor'"):
-        carom.WallPressure("y_low").prepare(standing)
-    carom.WallPressure("y_high").prepare(standing)
-    carom.WallPressure("floor").prepare(standing)
+        carom.WallPressure("y_low").begin(standing)
+    carom.WallPressure("y_high").begin(standing)
+    carom.WallPressure("floor").begin(standing)
     with pytest.raises(InputError, match="area of floor is not known"):
-        carom.WallPressure("floor").prepare(scene(Surface(floor_at(2, 1, 0, 0.1), LOSS)))
+        carom.WallPressure("floor").begin(scene(Surface(floor_at(2, 1, 0, 0.1), LOSS)))
     ball = Thermal(Ball((4.0, 2.0), 0.5, "ball"), 1.0)
-    carom.WallPressure("ball").prepare(scene(ball))
+    carom.WallPressure("ball").begin(scene(ball))
 
 
 @pytest.mark.usefixtures("unscheduled")

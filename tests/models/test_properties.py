@@ -177,9 +177,9 @@ def test_a_shaken_floor_by_name_drives_a_bed_and_bears_it(tmp_path):
     pressure = sim.measure(carom.WallPressure("y_low"), time=5.0, blocks=16)
     assert (pressure.name, pressure.area) == ("y_low", 8.5)
     with pytest.raises(InputError, match=r"y_low stands for the wall plain y_low.*measure 'y_low'"):
-        carom.WallPressure(0).prepare(sim.scene)
+        carom.WallPressure(0).begin(sim.scene)
     with pytest.raises(InputError, match="there are plain y_low, y_high, y_low"):
-        carom.WallPressure("floor").prepare(sim.scene)
+        carom.WallPressure("floor").begin(sim.scene)
     # Saved and loaded, it goes on with the same bits.
     sim.save(tmp_path / "bed.h5")
     again = carom.Simulation.load(tmp_path / "bed.h5")

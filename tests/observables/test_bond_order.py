@@ -31,7 +31,7 @@ def gas(n, dimension, seed):
 def measured(frame, **settings):
     """Return the order of one frame."""
     order = BondOrder(**settings)
-    order.update(frame)
+    order.add(frame)
     return order.result()
 
 
@@ -163,13 +163,13 @@ def test_a_point_that_two_cells_share_makes_no_neighbours():
 
 def test_the_correlation_is_one_in_a_crystal_and_nothing_in_a_gas():
     order = BondOrder(l=6, rmax=5.0, width=0.25)
-    order.update(frame_of(TRIANGULAR))
+    order.add(frame_of(TRIANGULAR))
     seen = [x for x in order.result().correlation if math.isfinite(x)]
     assert len(seen) > 5
     assert seen == pytest.approx([1.0] * len(seen), abs=1e-12)
     order = BondOrder(l=6, nearest=3, rmax=5.0, width=1.0)
     for seed in range(32):
-        order.update(gas(200, 2, seed))
+        order.add(gas(200, 2, seed))
     found = order.result()
     assert found.correlation[0] > 5.0 * found.correlation_error[0]  # the two share a bond
     assert abs(found.correlation[-1]) < 5.0 * found.correlation_error[-1]
@@ -202,13 +202,13 @@ def test_an_order_on_the_way_is_that_of_the_trajectory_file(tmp_path):
     with io.open(tmp_path / "run.h5md", "w") as trajectory:
         for frame in sim.sample(every=0.5, count=20):
             trajectory.write(frame)
-            on_the_way.update(frame)
-            profile.update(frame)
+            on_the_way.add(frame)
+            profile.add(frame)
     later, again = BondOrder(reach=1.5), carom.DensityProfile(bins=8)
     with io.open(tmp_path / "run.h5md") as trajectory:
         for frame in trajectory:
-            later.update(frame)
-            again.update(frame)
+            later.add(frame)
+            again.add(frame)
     one, two = on_the_way.result(), later.result()
     assert (one.local_order, one.global_order) == (two.local_order, two.global_order)
     assert one.local_order.error > 0.0

@@ -29,7 +29,7 @@ def frames():
 def found(frames):
     dynamics = Dynamics(shells=3)
     for frame in frames:
-        dynamics.update(frame)
+        dynamics.add(frame)
     return dynamics.result()
 
 
@@ -101,16 +101,16 @@ def test_measure_takes_it_as_it_is():
 
 def test_frames_that_cannot_be_correlated_are_refused(frames):
     dynamics = Dynamics()
-    dynamics.update(frames[0])
-    dynamics.update(frames[1])
+    dynamics.add(frames[0])
+    dynamics.add(frames[1])
     with pytest.raises(InputError, match="equal spacing"):
-        dynamics.update(frames[3])
+        dynamics.add(frames[3])
     with pytest.raises(InputError, match="too few"):
         Dynamics().result()
     with pytest.raises(InputError, match="image counts"):
-        Dynamics().update(dataclasses.replace(frames[0], images=None))
+        Dynamics().add(dataclasses.replace(frames[0], images=None))
     with pytest.raises(InputError, match="species"):
-        Dynamics(species=1).update(frames[0])
+        Dynamics(species=1).add(frames[0])
 
 
 @pytest.mark.parametrize(("start", "count"), [(0.0, 40), (1e4, 40)])
@@ -119,7 +119,7 @@ def test_times_in_single_precision_are_equally_spaced_and_a_lost_frame_is_seen(f
         dynamics = Dynamics()
         for k in steps:
             time = float(np.float32(start + 0.1 * k))
-            dynamics.update(dataclasses.replace(frames[k % 2], time=time))
+            dynamics.add(dataclasses.replace(frames[k % 2], time=time))
 
     correlated(range(count))
     with pytest.raises(InputError, match="equal spacing"):
@@ -243,9 +243,9 @@ def ballistic(velocities, turned=()):
 def test_the_motion_of_the_centre_of_mass_is_subtracted_where_momentum_is_conserved(scene, axes):
     frames = ballistic([[2.0, 0.5], [1.0, 0.25], [3.0, -0.5]])
     dynamics = Dynamics()
-    dynamics.prepare(scene)
+    dynamics.begin(scene)
     for frame in frames:
-        dynamics.update(frame)
+        dynamics.add(frame)
     v = frames[0].velocities - np.where(axes, frames[0].velocities.mean(axis=0), 0.0)
     found = dynamics.result()
     for t, square in zip(found.times, found.mean_square, strict=True):
@@ -256,16 +256,16 @@ def test_frames_whose_momentum_changes_are_refused_unless_the_axes_are_named():
     frames = ballistic([[2.0, 0.5], [1.0, 0.25]], turned=[1])
     first, second = Dynamics(), Dynamics(conserved=(False, False))
     for frame in frames[:8]:
-        first.update(frame)
+        first.add(frame)
     with pytest.raises(InputError, match=r"momentum changed along axis 0.*Dynamics\(conserved="):
-        first.update(frames[8])
+        first.add(frames[8])
     for frame in frames:
-        second.update(frame)
+        second.add(frame)
     x = np.array([frame.unwrapped for frame in frames])
     expected = np.mean(np.sum((x[1:] - x[:-1]) ** 2, axis=2))
     assert second.result().mean_square[0] == pytest.approx(expected, rel=1e-12)
     with pytest.raises(InputError, match="conserved has 3 values, and a frame has 2 axes"):
-        Dynamics(conserved=(False,) * 3).update(frames[0])
+        Dynamics(conserved=(False,) * 3).add(frames[0])
 
 
 @pytest.mark.parametrize("kind", [0, 1])
@@ -273,7 +273,7 @@ def test_scattering_of_one_species_is_that_of_its_components_alone(frames, kind)
     kinds = (np.arange(frames[0].n) % 4 == 0).astype(np.int64)
     dynamics, alone = Dynamics(shells=3, species=kind, conserved=(True,) * 3), []
     for frame in frames[:40]:
-        dynamics.update(dataclasses.replace(frame, species=kinds))
+        dynamics.add(dataclasses.replace(frame, species=kinds))
         alone.append(frame.positions[kinds == kind])
     found, waves = dynamics.result(), Waves.of(frames[0].box, 3)
     moves = [np.mean(frame.velocities[kinds == kind] ** 2) for frame in frames[:40]]

@@ -70,7 +70,7 @@ def results(frames, seen):
     """Return the numbers that observables measure."""
     for frame in frames:
         for each in seen:
-            each.update(frame)
+            each.add(frame)
     return [numbers(each.result()) for each in seen]
 
 
@@ -115,6 +115,6 @@ def test_bonds_on_a_line_and_walls_of_g_of_r_are_refused_from_files_too(tmp_path
     with io.open(tmp_path / "run.xyz") as trajectory:
         (frame,) = trajectory
     with pytest.raises(InputError, match="on a line"):
-        BondOrder(6, nearest=2).update(frame)
+        BondOrder(6, nearest=2).add(frame)
     with pytest.raises(InputError, match="walls"):
-        RDF(rmax=2.0).update(frame)
+        RDF(rmax=2.0).add(frame)

@@ -8,6 +8,7 @@ import pytest
 
 import carom
 from carom.errors import InputError
+from carom.models import own
 
 PAGE = Path(__file__).parents[2] / "docs" / "measuring.md"
 
@@ -20,14 +21,21 @@ def sim():
 class Energies:
     """Kinetic energy of every frame."""
 
-    def update(self, frame):
+    def add(self, frame):
         return 0.5 * np.sum(frame.masses[:, None] * frame.velocities**2)
+
+
+class Fastest:
+    """Largest speed of each frame."""
+
+    def add(self, frame):
+        return float(np.sqrt(np.max(np.sum(frame.velocities**2, axis=1))))
 
 
 class Rates:
     """Collisions and virial by time."""
 
-    def update(self, block):
+    def add(self, block):
         return [block.collisions / block.duration, block.virial / block.duration]
 
 
@@ -37,7 +45,7 @@ class Displacements:
     def __init__(self):
         self.start, self.values = None, []
 
-    def update(self, frame):
+    def add(self, frame):
         if self.start is None:
             self.start = frame.unwrapped
         self.values.append(np.mean(np.sum((frame.unwrapped - self.start) ** 2, axis=1)))
@@ -46,7 +54,7 @@ class Displacements:
         return np.array(self.values)
 
 
-def test_what_update_returns_gets_an_error_bar(sim):
+def test_what_add_returns_gets_an_error_bar(sim):
     energy = sim.measure(Energies(), time=2.0, blocks=8)
     assert energy.mean == pytest.approx(1.5 * 107)  # d (n - 1) / 2 kT, conserved
     assert energy.error < 1e-9 * energy.mean
@@ -63,9 +71,9 @@ def test_measure_and_sample_show_an_observable_the_same_frames(sim):
     assert len(measured) == 5  # at the start, and after each block
     again = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     seen = Displacements()
-    seen.update(again.frame())
+    seen.add(again.frame())
     for frame in again.sample(every=0.5, count=4):
-        seen.update(frame)
+        seen.add(frame)
     assert (seen.result() == measured).all()
 
 
@@ -73,9 +81,54 @@ def test_error_bars_of_a_loop_are_those_of_measure(sim):
     measured = sim.measure(Energies(), time=2.0, blocks=8)
     again = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=1)
     energies = Energies()
-    values = [energies.update(again.frame())]
-    values += [energies.update(frame) for frame in again.sample(every=0.25, count=8)]
+    values = [energies.add(again.frame())]
+    values += [energies.add(frame) for frame in again.sample(every=0.25, count=8)]
     assert carom.observables.averages(values) == measured
+
+
+def test_an_observable_of_ones_own_is_measured_of_a_list_a_file_and_a_folder(sim, tmp_path):
+    sim.write(tmp_path / "a.h5md", every=0.5, count=64)
+    frames = carom.io.read(tmp_path / "a.h5md", ":")
+    expected = carom.observables.averages([Fastest().add(frame) for frame in frames])
+    for source in (frames, tmp_path / "a.h5md"):
+        found = carom.measure(source, Fastest(), Displacements())
+        assert found["Fastest"] == expected
+        assert len(found["Displacements"]) == 64
+    with pytest.raises(InputError, match="Rates is of blocks"):
+        carom.measure(frames, Rates())
+
+
+@own.observer
+class Angles:
+    """The mean square of the impact parameter in each block."""
+
+    sums = own.memory(0.0, 2)
+
+    def at_pair(self, event):
+        along = square = distance = 0.0
+        for axis in range(len(event.r)):
+            u = event.before[1, axis] - event.before[0, axis]
+            along += event.r[axis] * u
+            square += u * u
+            distance += event.r[axis] ** 2
+        self.sums[0] += 1.0
+        self.sums[1] += 1.0 - along * along / (square * distance)
+
+    def add(self, block):
+        collisions, squares = self.sums
+        assert collisions == block.collisions
+        self.sums[:] = 0.0
+        return squares / collisions
+
+
+def test_an_observer_of_events_has_an_error_bar(plain):
+    gas = carom.Simulation(carom.Scene.random(16, 0.2, 2, seed=1), seed=1)
+    angle, rate = gas.measure(Angles(), Rates(), time=24.0, blocks=32)
+    assert angle.blocks >= 16
+    assert 0.0 < angle.error < 0.05
+    assert angle.mean == pytest.approx(1.0 / 3.0, abs=5.0 * angle.error)  # of disks
+    assert rate[0].mean > 0.0
+    assert gas.measure(Angles(), time=12.0, blocks=16).blocks == 16
 
 
 def test_a_number_of_collisions_is_as_good_as_a_time(sim):
@@ -83,36 +136,36 @@ def test_a_number_of_collisions_is_as_good_as_a_time(sim):
 
 
 class Nothing:
-    def update(self, frame):
+    def add(self, frame):
         return None
 
 
 class Nameless:
-    def update(self, state):
+    def add(self, state):
         return 1.0
 
 
 class Words:
-    def update(self, block):
+    def add(self, block):
         return "much"
 
 
 class Counted:
     blocks = 8
 
-    def update(self, frame):
+    def add(self, frame):
         return 1.0
 
 
 class Phases:
-    def update(self, frame):
+    def add(self, frame):
         return np.exp(1j * frame.positions[:, 0]).mean()
 
 
 @pytest.mark.parametrize(
     ("observable", "says"),
     [
-        (object(), r"update\(frame\) or update\(block\)"),
+        (object(), r"add\(frame\) or add\(block\)"),
         (Energies, "the class Energies"),
         (Nothing(), r"no result\(\)"),
         (Nameless(), "name its one parameter frame or block"),
@@ -137,3 +190,18 @@ def test_the_page_runs_as_it_stands(tmp_path, monkeypatch):
     assert len(cells) >= 3
     monkeypatch.chdir(tmp_path)
     exec("\n".join(cells), {"__name__": "page"})
+
+
+@pytest.mark.parametrize("name", ["RDF", "StructureFactor", "Dynamics", "BondOrder", "DensityProfile",
+    "Crystallinity", "Pressure", "PressureProfile", "PressureTensor", "WallPressure", "Energy", "Volume",
+    "FreeFlights"])  # fmt: skip
+def test_a_keyword_that_does_not_exist_is_named(name):
+    with pytest.raises(InputError, match=f"{name} has no keyword 'nosuch'"):
+        getattr(carom.observables, name)(nosuch=1)
+
+
+def test_the_keyword_that_is_meant_is_said():
+    with pytest.raises(InputError, match="did you mean bins"):
+        carom.RDF(bin=10)
+    with pytest.raises(InputError, match="it is called rmax"):
+        carom.RDF(cutoff=2.0)

@@ -119,7 +119,7 @@ def test_between_walls_the_parts_are_where_spheres_can_be_and_touch_and_in_sum_t
 class Impulses:
     """What each obstacle took up."""
 
-    def prepare(self, scene):
+    def begin(self, scene):
         pass
 
     def of_scene(self, blocks, scene, *, kT):

@@ -18,9 +18,9 @@ def test_a_profile_of_a_species_that_is_not_there_is_refused():
         seed=1,
     )
     frame = carom.Simulation(scene, seed=0).frame()
-    DensityProfile(species=1).update(frame)
+    DensityProfile(species=1).add(frame)
     with pytest.raises(InputError, match="species is 2; known are 0, 1"):
-        DensityProfile(species=2).update(frame)
+        DensityProfile(species=2).add(frame)
 
 
 def test_a_uniform_fluid_has_a_flat_profile():
@@ -39,7 +39,7 @@ def test_an_ideal_profile_is_counted_by_hand():
     scene = carom.Scene(positions, 4.0, diameter=0.25, velocities=np.zeros((3, 2)))
     profile = DensityProfile(axis=0, bins=4)
     for _ in range(20):
-        profile.update(carom.Simulation(scene, seed=0).frame())
+        profile.add(carom.Simulation(scene, seed=0).frame())
     found = profile.result()
     assert found.density.tolist() == [0.25, 0.0, 0.5, 0.0]
 
@@ -61,14 +61,14 @@ def test_the_profile_of_a_species_counts_that_species_alone():
     for species, right in expected.items():
         profile = DensityProfile(bins=4, species=species)
         for _ in range(2):
-            profile.update(frame)
+            profile.add(frame)
         assert profile.result().density.tolist() == right
 
 
 def test_an_axis_that_is_none_is_refused():
     frame = carom.Simulation(carom.Scene.crystal(cells=3, packing_fraction=0.3), seed=0).frame()
     with pytest.raises(InputError, match="axis"):
-        DensityProfile(axis=3).update(frame)
+        DensityProfile(axis=3).add(frame)
 
 
 def test_running_coordination_counts_the_shells_of_a_crystal():
@@ -91,7 +91,7 @@ def test_several_observables_share_one_pass_and_g_of_r_is_that_of_stored_frames(
     for frame in sim.sample(every=0.25, count=20):
         frames.append(frame)
         for each in (pairs, moved, profile):
-            each.update(frame)
+            each.add(frame)
     stored = carom.RDF(rmax=2.0).over(frames)
     assert (pairs.result().g == stored.g).all()
     assert (pairs.result().error == stored.error).all()

@@ -34,12 +34,12 @@ def frames(d, n=64, kinds=2):
 def put(found, seen):
     for value in vars(found).values() if hasattr(found, "__dict__") else [found]:
         if isinstance(value, np.ndarray):
-            seen.update(value.tobytes())
+            seen.add(value.tobytes())
         elif isinstance(value, (list, tuple)):
             for each in value:
                 put(each, seen)
         else:
-            seen.update(repr(value).encode())
+            seen.add(repr(value).encode())
 
 def told(name, *found):
     seen = hashlib.sha256()
@@ -53,7 +53,7 @@ for d in (2, 3):
     motion = carom.Dynamics(shells=4)
     for observable in (pair, order, motion):
         for frame in frames(d):
-            observable.update(frame)
+            observable.add(frame)
         told(f"{type(observable).__name__} in {d}D", observable.result())
     told(f"g(r) in {d}D", carom.RDF(rmax=3.0, width=0.1).over(list(frames(d, kinds=1))[:1]))
 two = [carom.Species(count=20), carom.Species(count=12, diameter=1.4)]

@@ -174,7 +174,7 @@ def test_species_of_any_name_are_in_the_legend_and_in_the_table(tmp_path):
     )  # fmt: skip
     wanted = {f"{names[a]}-{names[b]}": ((a, b), None) for a, b in ((0, 0), (0, 1), (1, 1))}
     counted = Histograms(wanted, rmax=3.0, width=0.5)
-    counted.update(frame)
+    counted.add(frame)
     found = counted.result()
     figure = plots.partial_rdf(found, path=tmp_path / "rdf.png")
     shown = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]

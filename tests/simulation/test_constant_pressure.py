@@ -153,7 +153,7 @@ def test_what_happens_between_two_moves_counts_with_the_volume_of_then(plain):
 
 def test_an_observable_of_ones_own_is_measured_under_a_barostat(plain):
     class Length:
-        def update(self, frame):
+        def add(self, frame):
             return frame.box[0]
 
     sim = carom.Simulation(rods(2), barostat=carom.Barostat(1.0, 0.3, 1.0), seed=1)

@@ -12,7 +12,7 @@ from carom.observables import RDF
 class Fastest:
     """Largest speed of each frame."""
 
-    def update(self, frame):
+    def add(self, frame):
         return float(np.sqrt(np.max(np.sum(frame.velocities**2, axis=1))))
 
 

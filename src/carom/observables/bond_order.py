@@ -21,6 +21,7 @@ from carom import checks
 from carom.arithmetic import factor
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.observables.neighbors import nearest, pairs_within
 from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking
@@ -36,6 +37,7 @@ PORTION = 2**15
 """Bonds at a time: all at once would exceed the processor's cache, and take gigabytes for a long ``rmax``."""
 
 
+@corrected()
 @dataclass
 class BondOrder(OfFrames):
     """Local and global bond-orientational order, and its correlation: an observable of frames.
@@ -65,7 +67,7 @@ class BondOrder(OfFrames):
     ------
     InputError
         If a number is out of range (l is at most 12), or more than one choice of neighbors is given. From
-        :meth:`update`, if there are too few particles, or the box is too small. From :meth:`result`, before
+        :meth:`add`, if there are too few particles, or the box is too small. From :meth:`result`, before
         any frame.
 
     Examples

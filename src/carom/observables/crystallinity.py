@@ -15,6 +15,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.observables.bond_order import BondOrder, orders_of
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import Estimate, blocking
@@ -25,6 +26,7 @@ from carom.texts import counted
 DEGREE = 6
 
 
+@corrected()
 @dataclass
 class Crystallinity(OfFrames):
     """Solid-like particles in three dimensions, and the largest cluster of them: an observable of frames.
@@ -46,7 +48,7 @@ class Crystallinity(OfFrames):
     Raises
     ------
     InputError
-        If a number is out of range, or `nearest` and `reach` are both given. From :meth:`update`, if the
+        If a number is out of range, or `nearest` and `reach` are both given. From :meth:`add`, if the
         frame is not of three dimensions, has too few particles, or differs in n. From :meth:`result`, before
         any frame.
 

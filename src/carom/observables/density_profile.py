@@ -10,12 +10,14 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import arrays, blocking, shown
 from carom.results import Result
 from carom.texts import axis_name, counted
 
 
+@corrected()
 @dataclass
 class DensityProfile(OfFrames):
     """Number density along an axis: an observable of frames.
@@ -34,7 +36,7 @@ class DensityProfile(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`update`, if there is no such axis, or the frame has no species or not this one; from
+        From :meth:`add`, if there is no such axis, or the frame has no species or not this one; from
         :meth:`result`, before any frame.
 
     Notes

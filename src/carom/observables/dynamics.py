@@ -17,6 +17,7 @@ import numpy as np
 from carom import checks, jit
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking, shown
 from carom.observables.waves import Waves
@@ -67,6 +68,7 @@ def _kernel() -> Any:
     return correlate
 
 
+@corrected()
 @dataclass
 class Dynamics(OfFrames):
     """Mean square displacement, velocity autocorrelation, non-Gaussian parameter: an observable of frames.
@@ -87,7 +89,7 @@ class Dynamics(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`update`, if frames have no image counts, or are not equally spaced in time, or if the
+        From :meth:`add`, if frames have no image counts, or are not equally spaced in time, or if the
         momentum changes along an axis that was taken, or with ``shells`` the box. From :meth:`result`, if
         there are fewer than 9 frames.
 
@@ -119,7 +121,7 @@ class Dynamics(OfFrames):
     def __post_init__(self) -> None:
         checks.integer(self.shells, "shells", low=0)
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Note which momenta are conserved, unless ``conserved`` was given: ``measure`` calls this first."""
         if self.conserved is None:
             self.conserved = temperature.conserved(scene)

@@ -11,6 +11,7 @@ import numpy as np
 
 from carom.block import Block
 from carom.errors import InputError
+from carom.meant import corrected
 from carom.observables.statistics import Estimate, ratio, unwarned
 from carom.results import Result
 from carom.scene.temperature import degrees_of_freedom
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 
+@corrected()
 @dataclass(frozen=True)
 class Energy:
     """Kinetic, potential and total energy of a particle: an observable of a run.

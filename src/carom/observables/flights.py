@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from carom.meant import corrected
 from carom.observables.statistics import Estimate, arrays, ratio, unwarned
 from carom.results import Result
 
@@ -36,6 +37,7 @@ class FlightSums(NamedTuple):
     returns: np.ndarray
 
 
+@corrected()
 @dataclass(frozen=True)
 class FreeFlights:
     """Free times, free paths, collision rates and normal speeds, by species: an observable of a run.

@@ -44,7 +44,7 @@ class OfFrames:
         """Return the same observable without any frame, so that one object serves several measurements."""
         return replace(self)  # type: ignore[type-var]
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Refuse a scene with obstacles, which frames do not show, where they matter."""
         if self._uniform and scene.obstacles:
             raise InputError(
@@ -52,7 +52,7 @@ class OfFrames:
                 "the same everywhere."
             )
 
-    def update(self, frame: Frame) -> None:
+    def add(self, frame: Frame) -> None:
         """Add the next frame."""
         if frame.tilt is not None and not self._tilts:
             raise InputError(
@@ -108,7 +108,7 @@ class OfFrames:
         Raises
         ------
         InputError
-            If these are no frames, and as from ``update`` and ``result``.
+            If these are no frames, and as from ``add`` and ``result``.
         FileError
             If a file cannot be read.
         """
@@ -127,7 +127,7 @@ class OfFrames:
             for frame in several:
                 if not isinstance(frame, Frame):
                     raise InputError(f"frames must hold frames, found {checks.describe(frame)}.")
-                mine.update(as_points(frame))
+                mine.add(as_points(frame))
         return mine.result()
 
 

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.observables.of_frames import OfFrames
 from carom.observables.radial import RDFResult
 from carom.observables.rdf import Histograms
 
 
+@corrected()
 @dataclass
 class RDF(OfFrames):
     """The radial distribution function and running coordination numbers: an observable of frames.
@@ -37,12 +39,12 @@ class RDF(OfFrames):
     Raises
     ------
     InputError
-        From :meth:`result`, if there is no frame. From :meth:`update`, if frames differ in n, dimension,
+        From :meth:`result`, if there is no frame. From :meth:`add`, if frames differ in n, dimension,
         diameters or species. If an axis has walls: the fluid is then not homogeneous, and g depends on
         more than r. Frames hold no obstacles: around them this g is not that of a fluid, either. If diameters
         are unequal and no pair is given, a species is unknown, or a pair overlaps. If bins, width and rmax
         are all given, or there are more than ten million bins. If `rmax` does not exceed the diameter, or
-        exceeds half of the shortest edge, beyond which the shells leave the box. From :meth:`prepare`, if the
+        exceeds half of the shortest edge, beyond which the shells leave the box. From :meth:`begin`, if the
         scene has obstacles.
 
     Notes
@@ -81,9 +83,9 @@ class RDF(OfFrames):
         wanted = {"": (self.pair, self.contact)}
         self._counted = Histograms(wanted, bins=self.bins, width=self.width, rmax=self.rmax)
 
-    def update(self, frame: Frame) -> None:
+    def add(self, frame: Frame) -> None:
         """Add the next frame."""
-        self._counted.update(frame)
+        self._counted.add(frame)
 
     def result(self) -> RDFResult:
         """Return g(r) of all frames so far."""

@@ -73,7 +73,7 @@ class PartialRDF:
         self.pairs = list(wanted)
         self._counted = Histograms(wanted)
 
-    def update(self, frame: Frame) -> None:
+    def add(self, frame: Frame) -> None:
         """Add the next frame.
 
         Where each diameter is a species, it is that of the frame: swaps hand diameters on.
@@ -83,7 +83,7 @@ class PartialRDF:
             frame = dataclasses.replace(
                 frame, positions=frame.positions[order], diameters=frame.diameters[order]
             )
-        self._counted.update(dataclasses.replace(frame, species=self._labels, species_names=self._named))
+        self._counted.add(dataclasses.replace(frame, species=self._labels, species_names=self._named))
 
     def result(self) -> dict[str, RDFResult]:
         """Return the g_ij(r) of all frames so far, by the name of the pair."""
@@ -121,7 +121,7 @@ def partial_rdf(scene: Scene, frames: Callable[[], Iterable[Frame]]) -> dict[str
     """
     found = PartialRDF(scene)
     for frame in frames() if found.pairs else ():
-        found.update(frame)
+        found.add(frame)
     return found.result()
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from carom import theory
 from carom.block import Block
 from carom.errors import CaromWarning, InputError
+from carom.meant import corrected
 from carom.models.motions.shear import Shear
 from carom.observables.course import Course
 from carom.observables.statistics import UNKNOWN, Estimate, unwarned
@@ -33,6 +34,7 @@ FEW_COLLISIONS = 16
 SMALL, DENSE = 6.0, 0.7
 
 
+@corrected()
 @dataclass(frozen=True)
 class Pressure:
     """The pressure from collisions: an observable of a run, for :meth:`carom.Simulation.measure`.
@@ -46,7 +48,7 @@ class Pressure:
     True
     """
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Raise InputError if the virial is not the pressure of a ``scene``; the text says why."""
         if reason := without_pressure(scene):
             raise InputError(reason)
@@ -59,7 +61,7 @@ class Pressure:
         InputError
             If the virial is not the pressure of such a scene; the text says why.
         """
-        self.prepare(scene)
+        self.begin(scene)
         return self.estimate(
             blocks,
             n=scene.n,

@@ -13,6 +13,7 @@ from carom import checks
 from carom.block import Block
 from carom.compiling.registry import inner
 from carom.errors import InputError
+from carom.meant import corrected
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.motions.gravity import Gravity
 from carom.models.questions.observer import at_obstacle, at_pair
@@ -208,6 +209,7 @@ def _compiled() -> Any:
     return entry(catch_up)
 
 
+@corrected()
 @dataclass(frozen=True)
 class PressureProfile:
     """The pressure tensor by layers along an axis: an observable of a run, for ``measure``.
@@ -266,7 +268,7 @@ class PressureProfile:
         checks.integer(self.axis, "axis", low=0)
         checks.integer(self.bins, "bins", low=1)
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Raise InputError if events do not tell the pressure tensor by layers of a ``scene``."""
         if self.axis >= scene.dimension:
             raise InputError(f"axis is {self.axis}, and the scene has axes 0 to {scene.dimension - 1}.")
@@ -285,7 +287,7 @@ class PressureProfile:
                 "for ever."
             )
 
-    def begin(self, scene: Scene, frame: Frame) -> LayerSums:
+    def sums(self, scene: Scene, frame: Frame) -> LayerSums:
         """Return the sums of a stretch that begins with the ``frame``."""
         return LayerSums(self, scene, frame)
 
@@ -316,11 +318,11 @@ class LayerSums:
         self._before = _sums(self.observer)
         self._blocks: list[tuple[np.ndarray, ...]] = []
 
-    def add(self, seen: LayerFlux, block: Block) -> None:
+    def add(self, block: Block) -> None:
         """Add a block, after which the observer holds these sums."""
         self._time += block.duration
-        _compiled()(seen, self._time)
-        sums = _sums(seen)
+        _compiled()(self.observer, self._time)
+        sums = _sums(self.observer)
         if block.duration > 0.0:
             self._durations.append(block.duration)
             self._blocks.append(tuple(now - then for now, then in zip(sums, self._before, strict=True)))

@@ -9,6 +9,7 @@ import numpy as np
 
 from carom.block import Block
 from carom.errors import InputError
+from carom.meant import corrected
 from carom.models.motions.shear import Shear
 from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure import without_pressure
@@ -66,6 +67,7 @@ def _(observer: MomentumFlux, event):
             observer.moment[a, b] += gained * later
 
 
+@corrected()
 @dataclass(frozen=True)
 class PressureTensor:
     """The pressure tensor from events: an observable of a run, for :meth:`carom.Simulation.measure`.
@@ -104,7 +106,7 @@ class PressureTensor:
     True
     """
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Raise InputError if events do not tell the pressure tensor of a ``scene``."""
         if reason := without_pressure(scene):
             raise InputError(reason)
@@ -112,7 +114,7 @@ class PressureTensor:
             return  # its blocks have the sums, whatever else changes velocities
         check_events(scene, "PressureTensor")
 
-    def begin(self, scene: Scene, frame: Frame) -> TensorSums | StreamTensor:
+    def sums(self, scene: Scene, frame: Frame) -> TensorSums | StreamTensor:
         """Return the sums of a stretch that begins with the ``frame``."""
         return StreamTensor(scene) if isinstance(scene.motion, Shear) else TensorSums(scene, frame)
 
@@ -160,8 +162,9 @@ class TensorSums:
         self._before = (empty.copy(),) * 3
         self._blocks: list[tuple[float, np.ndarray, np.ndarray]] = []
 
-    def add(self, seen: MomentumFlux, block: Block) -> None:
+    def add(self, block: Block) -> None:
         """Add a block, after which the observer holds these sums."""
+        seen = self.observer
         virial, change, moment = (part.copy() for part in (seen.virial, seen.change, seen.moment))
         before, self._before = self._before, (virial, change, moment)
         self._time += block.duration
@@ -194,7 +197,7 @@ class StreamTensor:
         self._scene = scene
         self._blocks: list[Block] = []
 
-    def add(self, seen: Any, block: Block) -> None:
+    def add(self, block: Block) -> None:
         """Add a block."""
         if block.duration > 0.0:
             self._blocks.append(block)

@@ -1,8 +1,7 @@
-"""The interface of an observable: a user's class for ``measure`` and for ``for frame in sim.sample(...)``.
+"""What is measured: ``begin``, what it needs of the run; ``add``, a frame or a block; and ``result``.
 
-It has ``update(frame)`` or ``update(block)``; the name of the parameter determines its input. The method may
-return a number or an array; Carom then computes the mean with its error bar. Alternatively, it stores data,
-and ``result()`` returns the result.
+Every observable of Carom and of one's own is measured so, of a run, of a file, of a folder, or in
+``for frame in sim.sample(...)``. What ``add`` returns, a number or an array, gets an error bar.
 """
 
 from __future__ import annotations
@@ -22,36 +21,67 @@ SEEN = ("frame", "block")
 
 @runtime_checkable
 class Observable(Protocol):
-    """Interface of an observable, for :meth:`carom.Simulation.measure`.
+    """Interface of an observable, for :meth:`carom.Simulation.measure` and :func:`carom.measure`.
 
-    It may have ``result()``, and ``prepare(scene)``, which is called first. An observable of frames gets one
-    at the start, and one at the end of each block.
+    It may have ``begin(scene)``, which is called first and raises InputError where the scene does not fit. It
+    may have ``result()``; without this, the result is the mean of what ``add`` returned, with its error bar.
+    An observable of frames gets one at the start, and one at the end of each block.
     """
 
-    def update(self, seen: Any, /) -> Any:
-        """Add ``seen``, the next :class:`carom.Frame` or :class:`carom.Block`; return its value or None."""
+    def add(self, seen: Any, /) -> Any:
+        """Add ``seen``, the next :class:`carom.Frame` or :class:`carom.Block`; return its value or None.
+
+        The name of the parameter, ``frame`` or ``block``, says which of the two it is.
+        """
 
 
 def sees(observable: Any) -> str:
-    """Return the input of the ``update`` of an observable: "frame" or "block"."""
+    """Return what is handed to ``add`` of an observable: "frame" or "block"."""
     try:
         names = [
             name
-            for name, parameter in inspect.signature(observable.update).parameters.items()
+            for name, parameter in inspect.signature(observable.add).parameters.items()
             if parameter.default is parameter.empty and parameter.kind is not parameter.VAR_KEYWORD
         ]
     except (TypeError, ValueError):
         names = []
     if len(names) != 1 or names[0] not in SEEN:
         raise InputError(
-            f"{type(observable).__name__}.update({', '.join(names)}) does not say what it needs; name "
+            f"{type(observable).__name__}.add({', '.join(names)}) does not say what it needs; name "
             "its one parameter frame or block."
         )
     return names[0]
 
 
+class Underway:
+    """An observable while it is measured: it is handed what it sees, and what it returned is kept."""
+
+    def __init__(self, observable: Any):
+        self._observable = observable
+        self._adds = callable(getattr(observable, "add", None))  # an observer of events need not
+        self.sees = sees(observable) if self._adds else ""
+        self._values: list[Any] = []
+
+    def add(self, seen: Any) -> None:
+        """Hand over the next frame or block."""
+        self._values.append(self._observable.add(seen))
+
+    def result(self) -> Any:
+        """Return ``result()``; without this method, the means of the values from ``add``."""
+        if callable(getattr(self._observable, "result", None)):
+            return self._observable.result()
+        if not self._adds:
+            return self._observable
+        if any(value is None for value in self._values) or not self._values:
+            raise InputError(
+                f"{type(self._observable).__name__}.add() returned nothing, and there is no result(): give "
+                "it one of the two."
+            )
+        return averages(self._values)
+
+
 def averages(values: Sequence[Any]) -> Any:
-    """Return the means of the values from ``update``, with error bars from blocking.
+    """Return the means of the values from ``add``, with error bars from blocking.
 
     Parameters
     ----------
@@ -70,14 +100,14 @@ def averages(values: Sequence[Any]) -> Any:
     """
     if any(np.iscomplexobj(value) for value in values):
         raise InputError(
-            "update() returned a complex number, which has no error bar of its own; return its real and "
+            "add() returned a complex number, which has no error bar of its own; return its real and "
             "imaginary part, or its square, as an array."
         )
     try:
         series = np.asarray(values, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(
-            f"update() returned {checks.describe(values[0])} first; expected a number, or an array of the "
+            f"add() returned {checks.describe(values[0])} first; expected a number, or an array of the "
             "same shape each time, or None and a method result()."
         ) from None
     if series.ndim == 1:
@@ -86,15 +116,3 @@ def averages(values: Sequence[Any]) -> Any:
     found = np.empty(flat.shape[1], dtype=object)
     found[:] = [blocking(column) for column in flat.T]
     return found.reshape(series.shape[1:])
-
-
-def outcome(observable: Any, values: Sequence[Any]) -> Any:
-    """Return ``result()``; without this method, the means of the values from ``update``."""
-    if callable(getattr(observable, "result", None)):
-        return observable.result()
-    if any(value is None for value in values) or not values:
-        raise InputError(
-            f"{type(observable).__name__}.update() returned nothing, and there is no result(): give it "
-            "one of the two."
-        )
-    return averages(values)

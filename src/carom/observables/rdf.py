@@ -55,7 +55,7 @@ class Histograms:
         self._counts: dict[str, list[np.ndarray]] = {name: [] for name in wanted}
         self._volumes: list[float] = []
 
-    def update(self, frame: Frame) -> None:
+    def add(self, frame: Frame) -> None:
         """Add the next frame."""
         if self._first is None:
             self._begin(frame)

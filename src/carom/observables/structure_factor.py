@@ -11,6 +11,7 @@ import numpy as np
 from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
+from carom.meant import corrected
 from carom.observables.of_frames import OfFrames
 from carom.observables.rdf import species_pair
 from carom.observables.statistics import arrays, blocking, shown
@@ -21,6 +22,7 @@ from carom.texts import counted
 SHELLS = 32  # lengths of wave vectors where neither ``shells`` nor ``kmax`` is given
 
 
+@corrected()
 @dataclass
 class StructureFactor(OfFrames):
     """S(k) at the wave vectors of a periodic box: an observable of frames.
@@ -39,8 +41,8 @@ class StructureFactor(OfFrames):
     Raises
     ------
     InputError
-        If both ``shells`` and ``kmax`` are given. From :meth:`update`, if an axis has walls, a species is
-        unknown, or frames differ in n. From :meth:`result`, before any frame. From :meth:`prepare`, if
+        If both ``shells`` and ``kmax`` are given. From :meth:`add`, if an axis has walls, a species is
+        unknown, or frames differ in n. From :meth:`result`, before any frame. From :meth:`begin`, if
         the scene has obstacles.
 
     Notes

@@ -10,6 +10,7 @@ import numpy as np
 
 from carom.block import Block
 from carom.errors import InputError
+from carom.meant import corrected
 from carom.observables.statistics import Estimate, ratio
 from carom.results import Result
 from carom.texts import counted
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 
+@corrected()
 @dataclass(frozen=True)
 class Volume:
     """The mean volume under a barostat, and the pressure: an observable of a run.

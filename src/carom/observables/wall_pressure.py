@@ -12,6 +12,7 @@ import numpy as np
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
+from carom.meant import corrected
 from carom.models.obstacles.faces import bare, stand_ins
 from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.wall_names import sides
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 
+@corrected()
 @dataclass(frozen=True)
 class WallPressure:
     """The pressure on a wall or an obstacle: an observable of a run, for :meth:`carom.Simulation.measure`.
@@ -65,7 +67,7 @@ class WallPressure:
         if self.area is not None:
             checks.number(self.area, "area", low=0.0, open_low=True)
 
-    def prepare(self, scene: Scene) -> None:
+    def begin(self, scene: Scene) -> None:
         """Raise InputError if a ``scene`` has no such obstacle, or its area is not known."""
         k = self._number(scene)
         if self.area is None:

@@ -11,7 +11,6 @@ import numpy as np
 
 from carom.block import Block
 from carom.errors import InputError
-from carom.frame import Frame
 from carom.observables.flights import FlightSums, FreeFlightsResult, flights_of
 from carom.simulation import stretches
 
@@ -66,9 +65,7 @@ class Flying:
         self._sums: list[FlightSums] = []
         self._durations: list[float] = []
 
-    takes_frames = False
-
-    def add(self, block: Block, frame: Frame | None) -> None:
+    def add(self, block: Block) -> None:
         """Add what flew during a block."""
         after = _sums(self._sim._state)
         self._sums.append(FlightSums(*(b - a for a, b in zip(self._before, after, strict=True))))

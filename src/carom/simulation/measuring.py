@@ -10,14 +10,11 @@ from typing import TYPE_CHECKING, Any
 from carom import checks
 from carom.block import Block
 from carom.errors import InputError
-from carom.frame import Frame
 from carom.notebook import watchable
 from carom.observables.flights import FreeFlights
 from carom.observables.of_frames import OfFrames
 from carom.observables.precision import Goal, Prediction
-from carom.observables.pressure_profile import PressureProfile
-from carom.observables.pressure_tensor import PressureTensor
-from carom.observables.protocol import outcome, sees
+from carom.observables.protocol import SEEN, Underway, sees
 from carom.observables.volume import Volume
 from carom.simulation import flying, own_observers, stretches
 from carom.simulation.barostat import refuse_barostat
@@ -57,9 +54,9 @@ def measure(
     Parameters
     ----------
     *observables : Pressure, Energy, RDF, ..., or objects of your own class
-        What is measured; each begins anew. Your own class has ``update(frame)`` or ``update(block)``, and
-        ``result()`` unless ``update`` returns numbers (:class:`carom.observables.Observable`). Or it is an
-        observer of events (``docs/models``), which sees those of this stretch.
+        What is measured; each of Carom's begins anew. Your own class has ``add(frame)`` or ``add(block)``,
+        and ``result()`` unless ``add`` returns numbers (:class:`carom.observables.Observable`). It may be an
+        observer of events (``docs/models``), which sees those of this stretch, and may have ``add`` as well.
     collisions, collisions_per_particle, time : float, optional
         How long, as in :meth:`carom.Simulation.run`.
     relative_error : float, optional
@@ -78,8 +75,8 @@ def measure(
     Returns
     -------
     The observable's result, with error bars; of several observables a tuple of these. For your own
-    class: what its ``result()`` returns, or the means of what its ``update`` returned, with error bars. For
-    an observer of events: what its ``result()`` returns, or the observer with what it has added up.
+    class: what its ``result()`` returns, or the means of what its ``add`` returned, with error bars. An
+    observer of events without either is returned itself, with what it has added up.
 
     Raises
     ------
@@ -102,11 +99,11 @@ def measure(
         _check_box(sim, each)
     observables = tuple(each.fresh() if isinstance(each, OfFrames) else each for each in observables)
     for each in observables:  # before a run that would be in vain
-        if callable(getattr(each, "prepare", None)):
-            each.prepare(sim.scene)
+        if callable(getattr(each, "begin", None)):
+            each.begin(sim.scene)
         if isinstance(each, FreeFlights):
             flying.check(sim._state)
-        elif isinstance(each, _SUMMED) and sim._state.system.rates is not None:
+        elif hasattr(each, "sums") and sim._state.system.rates is not None:
             raise InputError(
                 f"{type(each).__name__} needs diameters that do not grow; measure carom.Pressure()."
             )
@@ -133,17 +130,20 @@ def measure(
         time = stretches.time_for(sim, collisions)  # it may run a pilot, which nothing is measured of
     if any(isinstance(each, FreeFlights) for each in observables):
         stretches.time_for(sim, 1)  # likewise
-    # Observers of events alone need no blocks.
-    count = 1 if progress is None and all(map(own_observers.is_observer, observables)) else blocks
     with ExitStack() as stack:
-        parts = [_part_of(sim, x, stack) for x in observables]
+        underway = [Underway(_begun(sim, x, stack)) for x in observables]
+        of_frames, of_blocks = ([x for x in underway if x.sees == what] for what in SEEN)
+        for x in of_frames:
+            x.add(sim.frame())
+        count = blocks if of_frames or of_blocks or progress is not None else 1
         for k, block in enumerate(_blocks(sim, count, time, collisions), start=1):
-            frame = sim.frame() if any(part.takes_frames for part in parts) else None
-            for part in parts:
-                part.add(block, frame)
+            frame = sim.frame() if of_frames else None
+            for x in underway:
+                if x.sees:
+                    x.add(frame if x.sees == "frame" else block)
             if progress is not None:
                 progress(k / count)
-        results = tuple(part.result() for part in parts)
+        results = tuple(x.result() for x in underway)
     return results[0] if len(results) == 1 else results
 
 
@@ -172,26 +172,7 @@ def _until_precise(
     )  # fmt: skip
 
 
-_SUMMED = (PressureTensor, PressureProfile)
-"""Observables with an observer of events, whose sums are taken after each block."""
-
-_TOLD = (FreeFlights, *_SUMMED)  # observables that are told of every event
-
-
-class _Part:
-    """What is measured of one observable."""
-
-    takes_frames = False
-    """Whether it looks at the frame after each block."""
-
-    def add(self, block: Block, frame: Frame | None) -> None:
-        """Add a block, and the frame after it if it was asked for."""
-
-    def result(self) -> Any:
-        """Return what was measured."""
-
-
-class _Whole(_Part):
+class _Whole:
     """An observable that is estimated from all blocks at the end, with what casts doubt on them."""
 
     def __init__(self, sim: Simulation, observable: Any):
@@ -200,7 +181,7 @@ class _Whole(_Part):
         self._thermometer = Thermometer(sim._state)
         self._relaxation = StructuralRelaxation(sim._state)
 
-    def add(self, block: Block, frame: Frame | None) -> None:
+    def add(self, block: Block) -> None:
         """Add a block."""
         self._blocks.append(block)
         self._thermometer.look()
@@ -212,74 +193,31 @@ class _Whole(_Part):
         return found
 
 
-class _Followed(_Part):
-    """An observable that is handed every block, or frames at equal times."""
-
-    def __init__(self, sim: Simulation, observable: Any):
-        self._observable, self.takes_frames = observable, sees(observable) == "frame"
-        self._values = [observable.update(sim.frame())] if self.takes_frames else []
-
-    def add(self, block: Block, frame: Frame | None) -> None:
-        """Hand over a block, or the frame after it."""
-        self._values.append(self._observable.update(frame if self.takes_frames else block))
-
-    def result(self) -> Any:
-        """Return what the observable says, or the means of what it returned."""
-        return outcome(self._observable, self._values)
-
-
-class _Told(_Part):
-    """An observable with an observer of events, whose sums are taken after each block."""
-
-    def __init__(self, sim: Simulation, observable: Any, stack: ExitStack):
-        self._sums = observable.begin(sim.scene, sim.frame())
-        self._seen = None
-        if self._sums.observer is not None:
-            self._seen = stack.enter_context(own_observers.observing(sim._state, self._sums.observer))
-
-    def add(self, block: Block, frame: Frame | None) -> None:
-        """Take the sums after a block."""
-        self._sums.add(self._seen, block)
-
-    def result(self) -> Any:
-        """Return what was measured."""
-        return self._sums.result()
-
-
-class _Observer(_Part):
-    """An observer of one's own, which sees every event of the stretch."""
-
-    def __init__(self, mine: Any):
-        self._mine = mine
-
-    def result(self) -> Any:
-        """Return what the observer says, or the observer with what it has added up."""
-        return self._mine.result() if callable(getattr(self._mine, "result", None)) else self._mine
-
-
-def _part_of(sim: Simulation, observable: Any, stack: ExitStack) -> Any:
+def _begun(sim: Simulation, observable: Any, stack: ExitStack) -> Any:
     """Return what is measured of one observable; observers of events are let in until the stack ends."""
     if own_observers.is_observer(observable):
-        return _Observer(stack.enter_context(own_observers.observing(sim._state, observable)))
+        return stack.enter_context(own_observers.observing(sim._state, observable))
     if isinstance(observable, FreeFlights):
         stack.enter_context(flying.keeping(sim._state))
         return flying.Flying(sim)
-    if isinstance(observable, _SUMMED):
-        return _Told(sim, observable, stack)
-    return _Whole(sim, observable) if hasattr(observable, "of_scene") else _Followed(sim, observable)
+    if hasattr(observable, "sums"):
+        sums = observable.sums(sim.scene, sim.frame())
+        if sums.observer is not None:
+            sums.observer = stack.enter_context(own_observers.observing(sim._state, sums.observer))
+        return sums
+    return _Whole(sim, observable) if hasattr(observable, "of_scene") else observable
 
 
 def _check_observable(observable: Any) -> None:
     """Raise InputError for what cannot be measured."""
     if own_observers.is_observer(observable):
         return
-    updated = callable(getattr(observable, "update", None))
-    whole = callable(getattr(observable, "of_scene", None)) or isinstance(observable, _TOLD)
-    if isinstance(observable, type) or not (updated or whole):
+    adds, whole = callable(getattr(observable, "add", None)), _of_the_run(observable)
+    if isinstance(observable, type) or not (adds or whole):
         found = f"the class {observable.__name__}" if isinstance(observable, type) else None
         raise InputError(
             "measure() needs an observable, such as carom.Pressure() or carom.WallPressure(), or an object "
-            "of your own with update(frame) or update(block), and result(); found "
+            "of your own with add(frame) or add(block), and perhaps result(); found "
             f"{found or checks.describe(observable)}."
         )
     if isinstance(getattr(observable, "blocks", None), int):
@@ -290,16 +228,17 @@ def _check_observable(observable: Any) -> None:
         sees(observable)
 
 
+def _of_the_run(observable: Any) -> bool:
+    """Tell whether an observable of Carom's needs more of a run than frames and blocks."""
+    return isinstance(observable, FreeFlights) or any(hasattr(observable, x) for x in ("of_scene", "sums"))
+
+
 def _check_box(sim: Simulation, observable: Any) -> None:
     """Raise InputError for what needs a box that does not change, or that changes."""
     if isinstance(observable, Volume):
         if sim._state.volume_moves is None:
             raise InputError("Volume needs a box that changes: give Simulation a barostat.")
-    elif (
-        hasattr(observable, "of_scene")
-        or isinstance(observable, _TOLD)
-        or own_observers.is_observer(observable)
-    ):
+    elif _of_the_run(observable) or own_observers.is_observer(observable):
         name = type(observable).__name__
         refuse_barostat(sim._state, name, "measure carom.Volume(), or an observable of your own")
 

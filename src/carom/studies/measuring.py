@@ -25,6 +25,7 @@ from carom.observables.dynamics import FEW, Dynamics
 from carom.observables.of_frames import as_points
 from carom.observables.pair_distribution import RDF
 from carom.observables.partial_rdf import MOST_SPECIES, PartialRDF
+from carom.observables.protocol import Underway, sees
 from carom.observables.rdf import DEFAULT_REACH
 from carom.observables.structure_factor import StructureFactor
 from carom.scene import temperature
@@ -213,8 +214,9 @@ def measure(
         the last frame is taken: the diameters of the others differ.
     *quantities : str or observable
         ``"rdf"``, ``"structure"``, ``"msd"``, ``"order"``, ``"profile"``, ``"crystal"``; or an observable of
-        frames, such as ``carom.RDF(width=0.05)``. Without any, all that apply: the order in two and three
-        dimensions, crystallinity in three, the profile along an axis with walls or gravity.
+        frames, such as ``carom.RDF(width=0.05)`` or one of your own, whose name is that of its class. Without
+        any, all that apply: the order in two and three dimensions, crystallinity in three, the profile along
+        an axis with walls or gravity.
     progress : callable, optional
         Called as ``progress(fraction, text)`` after each frame.
 
@@ -259,7 +261,7 @@ def measure(
                 try:
                     if isinstance(observable, Dynamics):
                         _check_time(times)
-                    observable.update(frame)
+                    observable.add(frame)
                 except InputError as error:
                     reasons[name] = _clause(error)
                     del underway[name]
@@ -290,7 +292,9 @@ def _wanted(quantities: tuple[Any, ...]) -> dict[str, Any]:
             if each not in QUANTITIES:
                 raise InputError(f"{each!r} is no quantity of frames{meant.suggestion(each, QUANTITIES)}.")
             name, value = each, True
-        elif hasattr(each, "update") and hasattr(each, "result"):
+        elif callable(getattr(each, "add", None)) and not isinstance(each, type):
+            if sees(each) != "frame":
+                raise InputError(f"{type(each).__name__} is of blocks, and there are frames only.")
             known = [name for name, one in QUANTITIES.items() if type(each) is one.observable]
             name, value = (*known, type(each).__name__)[0], each
         else:
@@ -374,9 +378,10 @@ def _begun(wanted: dict[str, Any], system: _System, reasons: dict[str, str]) -> 
             if given is True:
                 begun[name] = QUANTITIES[name].make(system)
                 continue
-            begun[name] = given.fresh() if hasattr(given, "fresh") else given
-            if system.scene is not None and hasattr(given, "prepare"):
-                begun[name].prepare(system.scene)
+            mine = given.fresh() if hasattr(given, "fresh") else given
+            if system.scene is not None and hasattr(mine, "begin"):
+                mine.begin(system.scene)
+            begun[name] = mine if hasattr(mine, "result") else Underway(mine)
         except InputError as error:
             reasons[name] = _clause(error)
     return begun

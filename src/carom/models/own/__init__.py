@@ -148,7 +148,8 @@ def drive(cls: type[T]) -> type[T]:
 def observer(cls: type[T]) -> type[T]:
     """Make a class an observer of events, for ``Simulation(observers=[...])`` and ``sim.measure``.
 
-    It needs one of the methods ``at_pair``, ``at_obstacle`` and ``at_epoch``.
+    It needs one of the methods ``at_pair``, ``at_obstacle`` and ``at_epoch``. With ``add(block)`` in Python,
+    which returns a number or an array, ``sim.measure`` gives the mean over blocks with its error bar.
 
     Parameters and errors are those of :func:`interaction`.
     """

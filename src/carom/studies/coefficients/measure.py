@@ -77,7 +77,7 @@ def _block(sim: Simulation, every: float, count: int, look: Look) -> dict[str, A
     def see(frame: Frame) -> None:
         look()
         for each in dynamics:
-            each.update(frame)
+            each.add(frame)
 
     before = stretches.tally(sim)
     moments: HelfandMoments = sim.helfand(every=every, count=count, look=see, look_every=windows.FRAME)
