@@ -56,7 +56,7 @@ class NearestImage(NamedTuple):
     edges: tuple  # edges of the box [length]
     inverse: tuple  # their inverses
 
-    def index(self, ref):
+    def index(self, ref):  # type: ignore[override]  # of a tuple
         return ref
 
     def index_bits(self):
@@ -88,7 +88,7 @@ class SectorImage(NamedTuple):
     """Offset -1, 0 or 1 along each axis of each of the 3^d neighbouring sectors, (3^d, d) int64."""
     bits: int  # bits of a word that hold the neighbouring sector
 
-    def index(self, ref):
+    def index(self, ref):  # type: ignore[override]  # of a tuple
         return np.int64(ref) >> self.bits
 
     def index_bits(self):
@@ -121,14 +121,14 @@ class SteppedImage(NamedTuple):
     inverse: tuple  # their inverses
     bits: int  # low bits of a word that hold the step
 
-    index = SectorImage.index
-    index_bits = SectorImage.index_bits
-    lasting = NearestImage.lasting
-    separation = NearestImage.separation
-    in_box = NearestImage.in_box
-
     def mirror(self, i, ref):
         return (i << self.bits) | (np.int64(ref) & ((np.int64(1) << self.bits) - 1))
+
+
+for _question in (index, index_bits):
+    _question.register(SteppedImage)(_question.registry[SectorImage])
+for _question in (lasting, separation, in_box):
+    _question.register(SteppedImage)(_question.registry[NearestImage])
 
 
 @inner

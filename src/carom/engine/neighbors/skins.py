@@ -157,10 +157,7 @@ class GrowingBounds(NamedTuple):
         left = self.bounds[i] - self.radii[i] - self.rates[i] * now
         return max(left, 0.0) * self.slack, self.rates[i]
 
-    list_range_sq = UnequalBounds.list_range_sq
-    pack_bounds = UnequalBounds.pack_bounds
-    list_range_sq_found = UnequalBounds.list_range_sq_found
-    start = UnequalBounds.start
-    size_class = UnequalBounds.size_class
-    max_range_sq = UnequalBounds.max_range_sq
-    class_count = UnequalBounds.class_count
+
+for _question in ASKED:
+    if GrowingBounds not in _question.registry:
+        _question.register(GrowingBounds)(_question.registry[UnequalBounds])
