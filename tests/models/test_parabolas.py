@@ -18,7 +18,7 @@ from carom.models.files.to_tables import obstacle_to_table
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.balls import SolidBall
-from carom.models.obstacles.box_walls import Cushions, Faces
+from carom.models.obstacles.box_walls import cushions
 from carom.models.obstacles.containers import Inside
 from carom.models.obstacles.dressing import Shaken, Surface, Thermal, dressed
 from carom.models.obstacles.paths import Parabolas, Sine
@@ -107,7 +107,7 @@ def test_contacts_are_those_found_by_looking_everywhere(d, shaken):
 
 def test_walls_of_the_box_are_met_on_parabolas():
     # Thrown up from 5 with 1 in a field of -1: down at RADIUS after 1 + sqrt(1 + 2 (5 - RADIUS)).
-    walls, motion = Cushions((10.0,), (1,)), Falling((-1.0,), 0.0)
+    walls, motion = cushions((10.0,), (False,)), Falling((-1.0,), 0.0)
     t, number = wall_meeting(motion, walls, np.array([5.0]), np.array([1.0]), RADIUS, 0.0)
     assert number == 0
     assert math.isclose(t, 1.0 + math.sqrt(1.0 + 2.0 * 4.5), rel_tol=1e-15)
@@ -120,8 +120,8 @@ def test_walls_of_the_box_are_met_on_parabolas():
 
 @pytest.mark.parametrize("g", [-1.0, 0.0, 1.0])
 @pytest.mark.parametrize("speed", [-4.0, 4.0])
-@pytest.mark.parametrize("walls", [Cushions((10.0,), (1,)), Faces((0.0,), (10.0,), (1,), (1,))])
-def test_what_grows_on_a_parabola_touches_a_wall_with_the_surface_of_then(walls, speed, g):
+def test_what_grows_on_a_parabola_touches_a_wall_with_the_surface_of_then(speed, g):
+    walls = cushions((10.0,), (False,))
     growth, edge = 0.25, 10.0
     t, number = wall_meeting(Falling((g,), 0.0), walls, np.array([4.0]), np.array([speed]), RADIUS, growth)
     gap = 4.0 + (speed + 0.5 * g * t) * t if number == 0 else edge - 4.0 - (speed + 0.5 * g * t) * t

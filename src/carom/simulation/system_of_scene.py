@@ -19,7 +19,7 @@ from carom.models.interactions.growing_cores import Growing
 from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.motions.shear import Shear
 from carom.models.obstacles import faces
-from carom.models.obstacles.box_walls import Cushions, cushions
+from carom.models.obstacles.box_walls import cushions
 from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.obstacle import fall, meeting
@@ -267,7 +267,7 @@ def walls_of(scene: Scene) -> Any:
 
 def refuse_own_walls(system: System, scene: Scene) -> None:
     """Raise InputError if an own motion meets all walls, and an obstacle stands for one or lies in it."""
-    if isinstance(system.walls, Cushions) or not model_checks.is_own(scene.motion):
+    if not model_checks.is_own(scene.motion):
         return
     model = system.motion.model(system.particles)
     fixed = standing(scene), scene.box, scene.periodic

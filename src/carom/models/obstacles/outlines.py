@@ -142,6 +142,6 @@ def directions(d: int) -> np.ndarray:
         return np.concatenate([np.eye(d), -np.eye(d)])
     # Points on a spiral from pole to pole are spread evenly.
     heights = np.linspace(-1.0, 1.0, DIRECTIONS)
-    turns = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(DIRECTIONS)
+    spiral = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(DIRECTIONS)
     across = np.sqrt(1.0 - heights**2)
-    return np.stack([across * np.cos(turns), across * np.sin(turns), heights], axis=1)
+    return np.stack([across * np.cos(spiral), across * np.sin(spiral), heights], axis=1)

@@ -126,7 +126,8 @@ def obstacle(cls: type[T]) -> type[T]:
     """Make a class an obstacle, for ``Scene(obstacles=[...])``.
 
     A convex shape needs the method ``closest(self, x, axis)``, and may have ``rounding(self)``; any other one
-    ``gap(self, positions, radii, box, periodic)``, ``encounter`` and ``outward``. Without a field ``name`` it gets one, which is the name of the class by default.
+    ``gap(self, positions, radii, box, periodic)``, ``encounter`` and ``outward``. Without a field ``name`` it
+    gets one, which is the name of the class by default.
 
     Parameters and errors are those of :func:`interaction`.
     """
