@@ -14,6 +14,8 @@ from inspect import CO_VARARGS
 from types import FunctionType
 from typing import Any
 
+import numpy as np
+
 from carom.errors import InputError
 
 Compile = Callable[[Any, str], None]
@@ -114,6 +116,11 @@ def _strict(generic, question):
 
     generic.register = register_alike
     return generic
+
+
+def room_for(x):
+    """Return room on the caller's stack for a place like x, (d,) float64."""
+    return np.zeros(len(x))
 
 
 def is_noted(function: Any) -> bool:

@@ -29,6 +29,7 @@ from numba.extending import intrinsic, models, overload, register_model
 from carom.compiling.borrowed import BorrowedArray, BorrowedTuple, BorrowedUniTuple
 from carom.compiling.dispatch import INLINE
 from carom.compiling.intrinsics import compiled_as
+from carom.compiling.registry import room_for
 
 LANES = 8  # values in a register
 
@@ -143,6 +144,23 @@ def _candidate_block(typingctx, rows):
         return context.make_tuple(builder, signature.return_type, parts)
 
     return types.Tuple([block, keys])(rows), codegen
+
+
+MOST_AXES = 16  # for which there is room in a place
+
+
+@compiled_as(room_for)
+def _room_for(typingctx, x):
+    place = BorrowedArray(types.Array(types.float64, 1, "C"))
+
+    def codegen(context, builder, signature, args):
+        room = _on_stack(context, builder, place, (MOST_AXES,))
+        array = cgutils.create_struct_proxy(place)(context, builder, value=room)
+        given = cgutils.create_struct_proxy(signature.args[0])(context, builder, value=args[0])
+        array.nitems, array.shape = given.nitems, given.shape
+        return array._getvalue()
+
+    return place(x), codegen
 
 
 def least(keys):

@@ -12,7 +12,8 @@ from carom import checks
 from carom.compiling.registry import answering
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.obstacles.convex import Body, closest_ahead, convex, points_of
+from carom.models.obstacles.convex import Body, convex, points_of
+from carom.models.questions import obstacle
 
 
 @dataclass(frozen=True, repr=False)
@@ -65,7 +66,7 @@ class Cuboid(Body):
         return Block(middle, self.radius, self.low, self.high)
 
 
-@answering(closest_ahead)
+@answering(obstacle)
 @convex
 class Block(NamedTuple):
     """All places within a distance of a block."""
@@ -79,5 +80,5 @@ class Block(NamedTuple):
         """Return the least and the largest coordinates of each, (k, d) [length]."""
         return self.low - self.round[:, None], self.high + self.round[:, None]
 
-    def closest_ahead(self, x, v, t, axis):
-        return min(max(x[axis] + v[axis] * t, self.low[axis]), self.high[axis])
+    def closest(self, x, axis):
+        return min(max(x[axis], self.low[axis]), self.high[axis])

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.compiling.registry import answers, inner, required
+from carom.compiling.registry import answers, inner, room_for
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.parabolas import first_landing, time_to_moving, time_to_plane
@@ -28,41 +28,8 @@ from carom.models.questions.particles import NEVER
 from carom.models.questions.path import place
 from carom.texts import axis_name
 
-STEPS = 200
-"""Steps of Newton's method at most. A contact takes five; a graze, at which each step halves the way, 60."""
-
-
 FAR = 2.0**20
 """Boxes from which a body is looked at for its corners."""
-
-
-@required
-def closest_ahead(body, x, v, t, axis):
-    """Return a coordinate of the point of a body's skeleton that is closest to ``x + v t``."""
-
-
-def first_touch(body, x, v, radius, growth):
-    """Return the time until a sphere at x touches a convex body, or NEVER: the answer of ``encounter``."""
-    t = 0.0
-    for _ in range(STEPS):
-        rr = 0.0
-        rv = 0.0
-        for axis in range(len(body.anchor)):
-            r = x[axis] + v[axis] * t - closest_ahead(body, x, v, t, axis)
-            rr += r * r
-            rv += r * v[axis]
-        distance = np.sqrt(rr)
-        gap = distance - body.round - radius - growth * t
-        approach = growth - rv / distance
-        if approach <= 0.0:
-            return NEVER  # the gap is convex: from here on it grows
-        if gap <= 0.0:
-            return t
-        later = t + gap / approach
-        if later == t:
-            return t
-        t = later
-    return t
 
 
 def away(body, x, axis):
@@ -76,8 +43,11 @@ def away(body, x, axis):
 
 @inner
 def plane_after_plane(body, course, start, g, x, v, radius, growth):
-    """Return when a sphere on a parabola touches a convex body, which rests where ``course`` is None."""
-    there = np.empty(len(x))  # relative to the body
+    """Return when a sphere touches a convex body, or NEVER.
+
+    ``course`` is None where the body rests, ``g`` where the sphere flies straight.
+    """
+    there = room_for(x)  # relative to the body
     limit = NEVER
     if course is not None:
         moves = growth != 0.0
@@ -87,49 +57,57 @@ def plane_after_plane(body, course, start, g, x, v, radius, growth):
     t = 0.0
     while t <= limit and t < NEVER:
         shift = 0.0 if course is None else place(course.path, start + t)
-        rr = 0.0
         for axis in range(len(x)):
-            there[axis] = x[axis] + (v[axis] + 0.5 * g[axis] * t) * t
+            bend = 0.0 if g is None else 0.5 * g[axis] * t
+            there[axis] = x[axis] + (v[axis] + bend) * t
             if course is not None:
                 there[axis] -= course.direction[axis] * shift
+        rr = 0.0
         speed = 0.0
         acceleration = 0.0
         slant = 0.0
         for axis in range(len(x)):
             r = there[axis] - closest(body, there, axis)
             rr += r * r
-            speed += r * (v[axis] + g[axis] * t)
-            acceleration += r * g[axis]
+            if g is None:
+                speed += r * v[axis]
+            else:
+                speed += r * (v[axis] + g[axis] * t)
+                acceleration += r * g[axis]
             if course is not None:
                 slant += r * course.direction[axis]
         distance = np.sqrt(rr)
         height = distance - rounding(body) - radius - growth * t
         speed = speed / distance - growth
-        acceleration /= distance
-        if course is None:
-            step = first_landing(height, speed, acceleration)
-        else:
+        if course is not None:
+            acceleration /= distance
             slant /= distance
             step = time_to_plane(course, start + t, slant, height + slant * shift, speed, acceleration)
+        elif g is not None:
+            step = first_landing(height, speed, acceleration / distance)
+        elif speed < 0.0:
+            step = max(height, 0.0) / -speed
+        else:
+            step = NEVER
         if t + step == t:
             return t
         t += step
     return NEVER
 
 
+def fly_to(body, x, v, radius, growth):
+    """Return the time until a sphere in straight flight touches a convex body, as ``encounter`` asks."""
+    return plane_after_plane(body, None, 0.0, None, x, v, radius, growth)
+
+
 def fall_on(body, g, x, v, radius, growth, now):
-    """Return the time until a sphere on a parabola touches a convex body: the answer of ``fall``."""
+    """Return the same for a sphere on a parabola: the answer of ``fall``."""
     return plane_after_plane(body, None, 0.0, g, x, v, radius, growth)
 
 
 def fall_on_moving(body, course, start, g, x, v, radius, growth):
     """Return the same for a body that is displaced: the answer of ``time_to_moving``."""
     return plane_after_plane(body, course, start, g, x, v, radius, growth)
-
-
-def fly_to(body, x, v, radius, growth):
-    """Return the same in straight flight, of a body that says only what is closest to a place."""
-    return plane_after_plane(body, None, 0.0, np.zeros(len(x)), x, v, radius, growth)
 
 
 FOLLOWS = {encounter: fly_to, outward: away, fall: fall_on, time_to_moving: fall_on_moving}
@@ -145,10 +123,8 @@ def round_about(kind: Any) -> Any:
 
 
 def convex(kind: Any) -> Any:
-    """Let a type of models that answers ``closest_ahead`` be one of convex bodies: a class decorator."""
-    encounter.register(kind)(first_touch)
+    """Let a type with ``closest``, ``anchor`` and ``round`` be one of convex bodies: a class decorator."""
     rounding.register(kind)(lambda body: body.round)
-    closest.register(kind)(lambda body, x, axis: closest_ahead(body, x, x, 0.0, axis))
     return in_every_image(round_about(kind))
 
 

@@ -13,7 +13,8 @@ from carom.compiling.registry import answering
 from carom.densities import unit_ball_volume
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.obstacles.convex import Body, closest_ahead, convex, points_of
+from carom.models.obstacles.convex import Body, convex, points_of
+from carom.models.questions import obstacle
 
 
 @dataclass(frozen=True, repr=False)
@@ -74,7 +75,7 @@ class Segment(Body):
         return ball + length * (d - 1) * unit_ball_volume(d - 1) * self.radius ** (d - 2) if d > 1 else 2.0
 
 
-@answering(closest_ahead)
+@answering(obstacle)
 @convex
 class Stick(NamedTuple):
     """All places within a distance of a segment."""
@@ -90,10 +91,10 @@ class Stick(NamedTuple):
         thick, end = self.round[:, None], self.start + self.along
         return np.minimum(self.start, end) - thick, np.maximum(self.start, end) + thick
 
-    def closest_ahead(self, x, v, t, axis):
+    def closest(self, x, axis):
         part = 0.0
         for k in range(len(self.along)):
-            part += (x[k] + v[k] * t - self.start[k]) * self.along[k]
+            part += (x[k] - self.start[k]) * self.along[k]
         return self.start[axis] + min(max(part / self.square, 0.0), 1.0) * self.along[axis]
 
 

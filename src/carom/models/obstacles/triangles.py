@@ -11,7 +11,8 @@ from carom import checks
 from carom.compiling.registry import answering, inner
 from carom.errors import InputError
 from carom.models import fields
-from carom.models.obstacles.convex import Body, closest_ahead, convex, points_of
+from carom.models.obstacles.convex import Body, convex, points_of
+from carom.models.questions import obstacle
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,7 +67,7 @@ class Triangle(Body):
         return Facet(middle, self.radius, self.a, *sides, float(u @ u), float(u @ v), float(v @ v))
 
 
-@answering(closest_ahead)
+@answering(obstacle)
 @convex
 class Facet(NamedTuple):
     """All places within a distance of a triangle."""
@@ -85,18 +86,18 @@ class Facet(NamedTuple):
         corners = np.stack([self.corner, self.corner + self.u, self.corner + self.v])
         return corners.min(axis=0) - self.round[:, None], corners.max(axis=0) + self.round[:, None]
 
-    def closest_ahead(self, x, v, t, axis):
-        a, b = _barycentric(self, x, v, t)
+    def closest(self, x, axis):
+        a, b = _barycentric(self, x)
         return self.corner[axis] + a * self.u[axis] + b * self.v[axis]
 
 
 @inner
-def _barycentric(body, x, v, t):
-    """Return how far along u and v the point of a triangle lies that is closest to ``x + v t``."""
+def _barycentric(body, x):
+    """Return how far along u and v the point of a triangle lies that is closest to x."""
     pu = 0.0
     pv = 0.0
     for k in range(len(body.anchor)):
-        r = x[k] + v[k] * t - body.corner[k]
+        r = x[k] - body.corner[k]
         pu += r * body.u[k]
         pv += r * body.v[k]
     # Inside, or the closest of the three sides.
