@@ -31,8 +31,8 @@ class Walls(NamedTuple):
     highs: tuple  # the same of the upper walls
     stands: tuple  # 1 for a wall that stands, else 0: the lower and the upper one, axis after axis
     behind: Any = None
-    """The same walls, but a hair back where an obstacle lies in their plane, or None if none does: that obstacle
-    is met first where both are met at once.
+    """The same walls, but a hair back where an obstacle lies in their plane, or None if none does: it is met
+    first where both are met at once.
     """
 
     def soonest_wall(self, x, v, radius, growth):
