@@ -367,6 +367,21 @@ def made(
     }  # fmt: skip
 
 
+@pytest.mark.parametrize(("d", "end"), [(2, 0.6), (3, 0.55)])
+def test_a_point_beyond_the_range_of_the_equation_stands_without_theory(d, end):
+    def point(eta, equation=None):
+        values = np.random.default_rng(1).normal(size=64)
+        return table.row([made(values, eta=eta, d=d, z=9.0)], equation)
+
+    inside, beyond = point(end), point(end + 0.01)
+    assert math.isfinite(inside.theory)
+    assert math.isfinite(inside.deviation)
+    assert math.isnan(beyond.theory)
+    assert math.isnan(beyond.deviation)
+    assert math.isfinite(beyond.Z_infinite)  # the correction is of order 1 / n
+    assert math.isfinite(point(end + 0.01, theory.henderson).theory)  # one that is asked for is shown
+
+
 def test_replicas_are_weighted_and_their_chi_squared_told():
     rng = np.random.default_rng(1)
     records = [

@@ -13,6 +13,7 @@ from carom.block import Block
 from carom.frame import Frame
 from carom.observables import Pressure
 from carom.observables.drift import moved
+from carom.studies.accuracy.measures import theory_of
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.phase import (
     _theory,
@@ -82,6 +83,12 @@ def test_run_study_plan_and_picture_agree_at_freezing_itself(eta):
         System(eta, 2)
     with pytest.raises(carom.InputError, match="beyond freezing"):
         TransportSpec(packing_fraction=(eta,), n=(100,), dimension=2).tasks()
+
+
+def test_carom_trade_compares_with_a_theory_of_the_phase_within_its_range():
+    assert theory_of(carom.Scene.crystal(cells=10, dimension=2, packing_fraction=0.65)) is None
+    assert theory_of(carom.Scene.crystal(cells=10, dimension=2, packing_fraction=0.55))[0] == "fluid"
+    assert theory_of(carom.Scene.crystal(cells=3, packing_fraction=0.6)) == ("solid", theory.almarza)
 
 
 def test_a_crystal_is_compared_with_a_crystal_of_as_many():
