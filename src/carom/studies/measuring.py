@@ -22,11 +22,10 @@ from carom.observables.bond_order import NEAREST, BondOrder
 from carom.observables.crystallinity import Crystallinity
 from carom.observables.density_profile import DensityProfile
 from carom.observables.dynamics import FEW, Dynamics
+from carom.observables.histograms import DEFAULT_REACH
 from carom.observables.of_frames import as_points
-from carom.observables.pair_distribution import RDF
-from carom.observables.partial_rdf import MOST_SPECIES, PartialRDF
 from carom.observables.protocol import Underway, sees
-from carom.observables.rdf import DEFAULT_REACH
+from carom.observables.rdf import MOST_SPECIES, RDF, PartialRDF
 from carom.observables.structure_factor import StructureFactor
 from carom.scene import temperature
 from carom.scene.fields import is_equal
