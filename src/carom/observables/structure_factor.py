@@ -68,6 +68,7 @@ class StructureFactor(OfFrames):
 
     _what = "S(k)"
     _uniform = True
+    _upright = "its wave vectors turn with the strain, and no shell keeps its length"
 
     def __post_init__(self) -> None:
         if self.shells is not None and self.kmax is not None:

@@ -154,7 +154,7 @@ def _order(system: _System) -> BondOrder:
 
 def _profile(system: _System) -> DensityProfile:
     if system.frame.tilt is not None:
-        raise InputError("the box is sheared")
+        return DensityProfile(axis=1)  # across the flow
     return DensityProfile(axis=system.along or 0)
 
 
@@ -162,8 +162,6 @@ def _crystal(system: _System) -> Crystallinity:
     frame = system.frame
     if frame.dimension != 3:
         raise InputError(f"solid-like particles are those of 3 dimensions, and there are {frame.dimension}")
-    if frame.tilt is not None:
-        raise InputError("the box is sheared")
     if frame.n <= NEAREST[3]:
         raise InputError(f"it needs {NEAREST[3] + 1} particles, and there are {frame.n}")
     return Crystallinity()
