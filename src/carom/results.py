@@ -173,6 +173,9 @@ class Result:
         writers, suffix = self._writers(), Path(path).suffix.lower()
         if suffix not in writers:
             raise InputError(f"{path} has the suffix '{suffix}'; expected one of {', '.join(writers)}.")
+        if suffix in PICTURES:
+            self.plot(path)
+            return
         with replacing(Path(path)) as temporary, writing(Path(path)):
             writers[suffix](temporary)
 

@@ -29,13 +29,16 @@ class OfFrames:
     """Name of the quantity in messages."""
     _uniform: ClassVar[bool] = False
     """Whether it is that of a fluid which is the same everywhere: without walls and obstacles."""
-    _upright: str = ""
-    """Why boxes must have right angles; empty where sheared ones are measured as well."""
     _same: ClassVar[tuple[str, ...]] = ("n", "dimension")
     """What all frames share with the first; each is measured in its own box."""
 
     _first: Any = None
     _samples: Any = ()
+
+    @property
+    def _upright(self) -> str:
+        """Why boxes must have right angles; empty where sheared ones are measured as well."""
+        return ""
 
     def fresh(self) -> Self:
         """Return the same observable without any frame, so that one object serves several measurements."""

@@ -233,9 +233,17 @@ class PartialRDFResult(Result, dict[str, RDFResult]):
 
     The table has the columns ``r_lo, r_hi, g, error, counts`` of each pair, named "g large-small". Bins of
     a pair begin at its contact. A pair with fewer bins than another leaves its cells empty.
+
+    Parameters
+    ----------
+    pairs : mapping of str to RDFResult
+        The g_ij(r) by the name of the pair.
     """
 
     _digits = ".17g"
+
+    def __init__(self, pairs: Mapping[str, RDFResult]):
+        super().__init__(pairs)
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         highest = [(found, int(np.argmax(found.g))) for found in self.values()]

@@ -178,7 +178,7 @@ def partial_rdf(
     Parameters
     ----------
     distributions : mapping of str to RDFResult
-        By the names of the two species, as :class:`carom.observables.PartialRDF` measures them.
+        By the names of the two species, as :class:`carom.observables.rdf.PartialRDF` measures them.
     path : path, optional
         Where to save the picture.
 

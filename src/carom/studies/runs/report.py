@@ -36,7 +36,7 @@ from carom.observables.rdf import MOST_SPECIES, PartialRDF, species_of
 from carom.observables.statistics import ratio
 from carom.observables.volume import VolumeResult
 from carom.observables.wall_pressure import obstacle_names
-from carom.paths import replacing, write_text
+from carom.paths import write_text
 from carom.scene.description import kind
 from carom.scene.fields import is_equal, is_simple, is_usual, standing
 from carom.scene.overlaps import Overlap
@@ -259,17 +259,13 @@ def _draw(
 
     implied = None if pressure is None else pressure.contact_value
     # First, because what it takes in memory is free again for the others.
-    with replacing(folder.path / "snapshot.png") as temporary:
-        plots.snapshot(facts.sim.frame(), obstacles=standing(facts.sim.scene), path=temporary)
+    plots.snapshot(facts.sim.frame(), obstacles=standing(facts.sim.scene), path=folder.path / "snapshot.png")
     if pressure is not None:
-        with replacing(folder.path / "pressure.png") as temporary:
-            plots.pressure(pressure, equations=lines, path=temporary)
-    if distributions:
-        with replacing(folder.path / "rdf.png") as temporary:
-            if is_equal(facts.sim.scene):
-                plots.rdf(distributions[""], contact_value=implied, path=temporary)
-            else:
-                plots.partial_rdf(distributions, path=temporary)
+        plots.pressure(pressure, equations=lines, path=folder.path / "pressure.png")
+    if "" in distributions:
+        plots.rdf(distributions[""], contact_value=implied, path=folder.path / "rdf.png")
+    elif distributions:
+        plots.partial_rdf(distributions, path=folder.path / "rdf.png")
 
 
 def _phase(facts: Facts, volume: VolumeResult | None = None) -> Phase | None:
