@@ -36,10 +36,10 @@ if TYPE_CHECKING:
     from carom.observables.dynamics import Dynamics as Dynamics
     from carom.observables.energy import Energy as Energy
     from carom.observables.flights import FreeFlights as FreeFlights
-    from carom.observables.pair_distribution import RDF as RDF
     from carom.observables.pressure import Pressure as Pressure
     from carom.observables.pressure_profile import PressureProfile as PressureProfile
     from carom.observables.pressure_tensor import PressureTensor as PressureTensor
+    from carom.observables.rdf import RDF as RDF
     from carom.observables.statistics import Estimate as Estimate
     from carom.observables.structure_factor import StructureFactor as StructureFactor
     from carom.observables.volume import Volume as Volume
@@ -88,7 +88,7 @@ _LAZY = {
         "carom.observables.volume": "Volume",
         "carom.observables.wall_pressure": "WallPressure",
         "carom.observables.energy": "Energy",
-        "carom.observables.pair_distribution": "RDF",
+        "carom.observables.rdf": "RDF",
         "carom.observables.structure_factor": "StructureFactor",
         "carom.observables.dynamics": "Dynamics",
         "carom.observables.bond_order": "BondOrder",

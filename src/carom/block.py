@@ -15,7 +15,7 @@ class Sizes(NamedTuple):
     equal: bool  # whether all diameters are the same
 
 
-class Energy(NamedTuple):
+class EnergySample(NamedTuple):
     """Potential energy and temperature [energy], at a time or as means over a stretch."""
 
     potential: float  # of all pairs on steps, and of all particles in a field
@@ -60,7 +60,7 @@ class Block(NamedTuple):
     works : tuple of float
         Energy that each wall and obstacle gave to particles [energy]. Known of the stretches of
         :func:`carom.run`, else empty.
-    energy : Energy or None
+    energy : EnergySample or None
         Means over the stretch, where there is a potential energy; None if it was not measured.
     kT_time : float or None
         Integral of kT over the stretch [energy time], where contacts change it (restitution, growth, steps).
@@ -89,7 +89,7 @@ class Block(NamedTuple):
     sizes: Sizes | None = None
     surface_changes: tuple[float, ...] = ()
     works: tuple[float, ...] = ()
-    energy: Energy | None = None
+    energy: EnergySample | None = None
     momentum_flux: MomentumFlux | None = None
     volumes: VolumeSums | None = None
 

@@ -9,9 +9,7 @@ key ``kind`` names the class, by which :func:`loaded` finds it again.
 from __future__ import annotations
 
 import contextlib
-import csv
 import dataclasses
-import io
 import json
 import math
 import os
@@ -26,6 +24,7 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.notebook import table
 from carom.paths import replacing, writing
+from carom.table import cell, csv_of
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -71,6 +70,9 @@ class Result:
     _numbers_above: ClassVar[bool] = True
     """Whether lines with # above a table of many rows hold the numbers that are the same in all of them."""
 
+    _digits: ClassVar[str] = ""
+    """Format of the numbers in a .csv file; by default the shortest text that has all digits."""
+
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()  # of a generic class, as a study is
         part(cls)
@@ -87,6 +89,17 @@ class Result:
     def _columns(self) -> dict[str, Any]:
         """Return the columns of the table by name; by default one row of all numbers and texts."""
         return {name: [value] for name, value in self._words().items() if not isinstance(value, list | dict)}
+
+    def _above(self) -> dict[str, Any]:
+        """Return what stands above the table in a .csv file: numbers that are the same in all rows."""
+        above: dict[str, Any] = {}
+        for name, value in self._words().items():
+            field = getattr(self, name, None)
+            if isinstance(field, tuple) and all(isinstance(each, int) for each in field):
+                above[name] = " ".join(map(str, value))
+            elif value is not None and not isinstance(value, list | dict):
+                above[name] = value
+        return above
 
     def _words(self) -> dict[str, Any]:
         """Return the dictionary without the kind."""
@@ -160,6 +173,9 @@ class Result:
         writers, suffix = self._writers(), Path(path).suffix.lower()
         if suffix not in writers:
             raise InputError(f"{path} has the suffix '{suffix}'; expected one of {', '.join(writers)}.")
+        if suffix in PICTURES:
+            self.plot(path)
+            return
         with replacing(Path(path)) as temporary, writing(Path(path)):
             writers[suffix](temporary)
 
@@ -386,26 +402,10 @@ def _of_array(array: np.ndarray) -> Any:
 
 def _csv(result: Result) -> str:
     columns = result._columns()
-    text = io.StringIO()
-    constant = result._words() if result._numbers_above and len(next(iter(columns.values()))) > 1 else {}
-    for name, value in constant.items():
-        if isinstance(getattr(result, name, None), tuple) and all(isinstance(each, int) for each in value):
-            text.write(f"# {name}: {' '.join(map(str, value))}\n")
-        elif value is not None and not isinstance(value, list | dict):
-            text.write(f"# {name}: {value}\n")
-    rows = csv.writer(text, lineterminator="\n")
-    rows.writerow(columns)
-    rows.writerows([_cell(_plain(value)) for value in row.values()] for row in rows_of(columns))
-    return text.getvalue()
-
-
-def _cell(value: Any) -> Any:
-    """Return a value of the table as the CSV file has it."""
-    if value is None or (isinstance(value, float) and not math.isfinite(value)):
-        return ""
-    if isinstance(value, bool):
-        return str(value).lower()
-    return "; ".join(map(str, value)) if isinstance(value, list) else value
+    above = result._above() if result._numbers_above and len(next(iter(columns.values()))) > 1 else {}
+    rows = ([_plain(value) for value in row] for row in zip(*columns.values(), strict=True))
+    comments = (f"# {name}: {value}\n" for name, value in above.items())
+    return "".join(comments) + csv_of(columns, rows, result._digits)
 
 
 def rows_of(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
@@ -421,7 +421,7 @@ def html_of(caption: str, columns: Mapping[str, Iterable[Any]]) -> str:
 
 def shown(value: Any) -> str:
     """Return a value as a cell of a table shows it; one that does not exist is empty."""
-    return f"{value:.8g}" if isinstance(value, float) and math.isfinite(value) else str(_cell(_plain(value)))
+    return f"{value:.8g}" if isinstance(value, float) and math.isfinite(value) else str(cell(_plain(value)))
 
 
 def plain(value: Any) -> Any:

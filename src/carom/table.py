@@ -84,11 +84,7 @@ class Table(Sequence[Any]):
 
     def csv(self) -> str:
         """Return the rows as CSV; numbers that are not finite are empty."""
-        out = io.StringIO()
-        writer = csv.writer(out, lineterminator="\n")
-        writer.writerow(self.names())
-        writer.writerows([_cell(value) for value in row.values()] for row in self.dictionaries())
-        return out.getvalue()
+        return csv_of(self.names(), (row.values() for row in self.dictionaries()))
 
     def to_dataframe(self) -> Any:
         """Return the rows as a pandas DataFrame; InputError without pandas."""
@@ -208,12 +204,21 @@ def _columns(hints: dict[str, Any]) -> Iterator[tuple[str, Column]]:
                 yield name, mark
 
 
-def _cell(value: Any) -> Any:
-    """Return a value as CSV has it."""
+def csv_of(heads: Iterable[str], rows: Iterable[Iterable[Any]], digits: str = "") -> str:
+    """Return a table as CSV: floats with all digits, or by a format, and nothing for what is unknown."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(heads)
+    writer.writerows([cell(value, digits) for value in row] for row in rows)
+    return out.getvalue()
+
+
+def cell(value: Any, digits: str = "") -> Any:
+    """Return a number, text or list as CSV has it."""
     if value is None:
         return ""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, float):
-        return repr(float(value)) if math.isfinite(value) else ""
+        return format(float(value), digits) if math.isfinite(value) else ""
     return "; ".join(map(str, value)) if isinstance(value, list | tuple) else value

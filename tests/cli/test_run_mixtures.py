@@ -13,7 +13,7 @@ from carom.errors import FileError, InputError
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
 from carom.observables import RDF
-from carom.observables.partial_rdf import partial_rdf, species_of, write_partial
+from carom.observables.rdf import PartialRDF, species_of
 from carom.pictures import plots
 from carom.pictures.plots import partial_rdf as draw
 from carom.scene_file.scene_file import SceneFile
@@ -144,7 +144,7 @@ def test_sizes_without_names_are_species_and_many_sizes_are_none():
     scene = scene_of([1.0] * 30 + [2.0] * 20)
     assert species_of(scene).tolist() == [1] * 30 + [0] * 20
     assert species_of(scene_of(np.linspace(1.0, 2.0, 50))) is None
-    assert partial_rdf(scene_of(np.linspace(1.0, 2.0, 50)), list) == {}
+    assert PartialRDF(scene_of(np.linspace(1.0, 2.0, 50))).result() == {}
     # A species of several sizes is none either; its few sizes count instead.
     mixed = scene_of([1.0, 1.5] * 20, species=np.zeros(40, dtype=np.int64))
     assert species_of(mixed).tolist() == [1, 0] * 20
@@ -183,18 +183,18 @@ def test_pairs_touch_where_the_scene_says(tmp_path):
     some = np.random.default_rng(2).permutation(sites.positions)[:60]
     scene = Scene(some, sites.box, diameter=1.0, species=species, contact=contact)
     frames = list(carom.Simulation(scene, kT=1.0, seed=1).sample(every=0.1, count=2))
-    found = partial_rdf(scene, lambda: frames)
+    found = PartialRDF(scene).over(frames)
     # One component alone is no pair with itself.
     assert {name: one.diameter for name, one in found.items()} == {
         "0-0": 1.0, "0-1": 0.6, "0-2": 1.0, "1-1": 1.0, "1-2": 1.0,
     }  # fmt: skip
-    write_partial(found, tmp_path / "rdf.csv")
+    found.save(tmp_path / "rdf.csv")
     columns, _ = table_of(tmp_path / "rdf.csv")
     lengths = {name: columns[f"g {name}"].size for name in found}
     # Bins are a fiftieth of the contact distance, as far as half of the box.
     assert lengths["0-1"] > lengths["0-0"] == lengths["1-1"]
     with pytest.raises(FileError, match="cannot be written"):
-        write_partial(found, tmp_path / "nowhere" / "rdf.csv")
+        found.save(tmp_path / "nowhere" / "rdf.csv")
     with pytest.raises(InputError, match="nothing to draw"):
         draw({})
 

@@ -15,9 +15,9 @@ from helpers.frames import SUFFIXES, assert_same, make_frames, write
 
 import carom
 from carom.errors import FileError
-from carom.io import checkpoint, claims, hdf5
-from carom.io.claims import Claim, steady, under_way
+from carom.io import checkpoint, hdf5, locks
 from carom.io.events import EventLog, read_events, read_initial
+from carom.io.locks import Claim, steady, under_way
 from carom.paths import replacing
 
 COUNT, FEW = 4000, 20
@@ -140,11 +140,11 @@ def test_a_writer_waits_for_a_reader_but_not_for_ever(tmp_path):
         begin = time.monotonic()
         with claim.changing():
             waited = time.monotonic() - begin
-    assert waited >= claims._WAIT
+    assert waited >= locks._WAIT
     begin = time.monotonic()
     with claim.changing():
         pass
-    assert time.monotonic() - begin < claims._WAIT
+    assert time.monotonic() - begin < locks._WAIT
     claim.close()
     claim.close()
     assert not under_way(tmp_path / "file")
@@ -168,7 +168,7 @@ def test_a_file_that_is_written_and_cannot_be_read_is_not_called_damaged(tmp_pat
 
 
 def test_where_there_are_no_locks_a_file_that_has_just_changed_counts_as_written(tmp_path, monkeypatch):
-    monkeypatch.setattr(claims.sys, "platform", "plan9")
+    monkeypatch.setattr(locks.sys, "platform", "plan9")
     path = write(tmp_path / "a.extxyz", make_frames(2))
     assert under_way(path)
     os.utime(path, (0, 0))

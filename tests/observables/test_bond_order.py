@@ -1,5 +1,6 @@
 """Order of bonds: crystals with known values, freud, the definition by all pairs of bonds, files."""
 
+import dataclasses
 import math
 
 import numpy as np
@@ -194,6 +195,35 @@ def test_a_crystal_that_slipped_by_a_row_is_itself_again(dimension, settings):
     assert other.global_order.mean > 0.5
     if "rmax" in settings:
         np.testing.assert_allclose(other.correlation, one.correlation, rtol=1e-9)
+
+
+def test_a_sheared_crystal_is_a_crystal_everywhere_and_its_density_is_that_of_each_layer():
+    straight = frame_of(carom.Scene.crystal(cells=4, packing_fraction=0.6))
+    places = straight.positions.copy()
+    places[:, 0] += 0.1 * places[:, 1]
+    sheared = Frame(**{**vars(straight), "positions": places, "tilt": 0.1})
+    found = carom.observables.Crystallinity(likeness=0.999).over([sheared])
+    assert found.solid_fraction.mean == 1.0
+    upright = dataclasses.replace(sheared, tilt=None)
+    assert carom.observables.Crystallinity(likeness=0.999).over([upright]).solid_fraction.mean < 1.0
+    one, other = (carom.DensityProfile(axis=1, bins=8).over([frame]) for frame in (straight, sheared))
+    assert one == other
+
+
+@pytest.mark.parametrize(
+    ("observable", "why"),
+    [
+        (carom.StructureFactor(shells=3), "wave vectors turn"),
+        (carom.Dynamics(), "grow with the flow"),
+        (carom.DensityProfile(axis=0), "take another axis"),
+        (BondOrder(6, voronoi=True), "leave out voronoi"),
+    ],
+)
+def test_what_a_sheared_box_does_not_have_says_why(observable, why):
+    frame = frame_of(carom.Scene.crystal(cells=3, packing_fraction=0.3, dimension=2))
+    sheared = Frame(**{**vars(frame), "tilt": 0.1, "images": np.zeros((frame.n, 2), np.int32)})
+    with pytest.raises(InputError, match=f"right angles, and this one is sheared: .*{why}"):
+        observable.over([sheared])
 
 
 def test_an_order_on_the_way_is_that_of_the_trajectory_file(tmp_path):

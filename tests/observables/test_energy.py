@@ -11,7 +11,7 @@ import pytest
 from helpers import full_run
 
 import carom
-from carom.block import Block, Energy, MomentumFlux, Sizes, VolumeSums
+from carom.block import Block, EnergySample, MomentumFlux, Sizes, VolumeSums
 from carom.errors import InputError
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains
 from carom.models.motions.gravity import Gravity
@@ -200,7 +200,7 @@ def block_of(value, duration):
     flux = MomentumFlux(*(np.reshape(some(4), (2, 2)) for _ in range(2)))
     return Block(
         duration, int(value), next(numbers), some(2), some(3), next(numbers), Sizes(*some(2), True), some(2),
-        some(4), Energy(*some(2)), flux, VolumeSums(*some(3)),
+        some(4), EnergySample(*some(2)), flux, VolumeSums(*some(3)),
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from carom.block import Block
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import RDF, Pressure
-from carom.observables.partial_rdf import partial_rdf
+from carom.observables.rdf import PartialRDF
 from carom.scene.scene import Scene
 
 SIX_SIGMA = 6.0
@@ -150,7 +150,7 @@ def test_pairs_without_room_in_half_of_the_box_are_left_out():
     positions = [[0.5, 0.5], [0.5, 3.4], [3.0, 0.5], [3.0, 3.4]]
     frame = frame_of(positions, [2.8, 2.8, 1.0, 1.0], [0, 0, 1, 1], (5.0, 6.0))
     scene = Scene.from_frame(frame)
-    assert partial_rdf(scene, lambda: [frame]).keys() == {"0-1", "1-1"}
+    assert PartialRDF(scene).over([frame]).keys() == {"0-1", "1-1"}
 
 
 def test_a_saved_partial_distribution_says_which_it_is(tmp_path):
@@ -191,3 +191,20 @@ def test_contact_values_of_a_binary_fluid_are_those_of_bmcsl():
     for a, b in ((0, 0), (0, 1), (1, 1)):
         found = RDF(pair=(a, b), rmax=2.0).over(frames).contact_value
         assert abs(found.mean - expected[a, b]) < SIX_SIGMA * found.error + 0.01 * expected[a, b]
+
+
+def test_the_table_of_all_pairs_is_one_result(tmp_path):
+    rng = np.random.default_rng(1)
+    frame = carom.Frame(
+        0.0, 0, rng.random((40, 2)) * 9.0, np.zeros((40, 2)), (9.0, 9.0),
+        np.repeat([1e-3, 2e-3], 20), np.ones(40),
+    )  # fmt: skip
+    found = carom.measure([frame], "rdf")["rdf"]
+    found.save(tmp_path / "rdf.json")
+    assert carom.load(tmp_path / "rdf.json") == found
+    found.save(tmp_path / "rdf.csv")
+    table = found.to_dataframe()
+    lines = [each for each in (tmp_path / "rdf.csv").read_text().splitlines() if not each.startswith("#")]
+    assert lines[0].split(",") == [*table.columns]
+    assert len(lines) == len(table) + 1 == max(each.g.size for each in found.values()) + 1
+    assert all(name in found._repr_html_() for name in found)

@@ -17,7 +17,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import RDF
 from carom.observables.pairs import distance_counts
-from carom.observables.partial_rdf import partial_rdf
+from carom.observables.rdf import PartialRDF
 
 
 def by_tree(ours, theirs, box, periodic, edges):
@@ -157,7 +157,7 @@ def test_a_mixture_is_read_once_and_has_the_counts_of_each_pair_alone():
         passes.append(1)
         return iter(frames)
 
-    together = partial_rdf(scene, once)
+    together = PartialRDF(scene).over(once())
     assert len(passes) == 1
     assert set(together) == {"0-0", "0-1", "0-2", "1-1", "1-2"}
     for name, found in together.items():

@@ -98,7 +98,7 @@ def test_a_sheared_box_has_the_tensor_viscosity_and_normal_stresses_of_its_block
     scene = carom.Scene(np.linspace(1.0, 4.0, 3)[:, None] * np.ones(d), (5.0,) * d, motion=Shear(0.5))
     stretch = StreamTensor(scene)
     for time, (carried, handed_over) in zip(durations, sums, strict=True):
-        stretch.add(None, Block(time, 1, 99.0, momentum_flux=MomentumFlux(carried, handed_over)))
+        stretch.add(Block(time, 1, 99.0, momentum_flux=MomentumFlux(carried, handed_over)))
     found = stretch.result()
     kinetic, collisional = sums.sum(axis=0) * np.array([1.5, 1.0])[:, None, None] / 5.0**d / durations.sum()
     assert found.kinetic == pytest.approx(kinetic)

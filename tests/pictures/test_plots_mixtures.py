@@ -72,7 +72,7 @@ def test_mixtures_between_walls_are_drawn_in_every_dimension(dimension, tmp_path
 
 
 def test_distances_of_all_pairs_are_in_the_largest_diameter():
-    from carom.observables.partial_rdf import partial_rdf
+    from carom.observables.rdf import PartialRDF
     from carom.scene.scene import Scene
 
     scene = Scene.random(
@@ -82,6 +82,6 @@ def test_distances_of_all_pairs_are_in_the_largest_diameter():
         0.0, 0, scene.positions, np.zeros((120, 3)), scene.box, scene.diameters, scene.masses,
         species=scene.species,
     )  # fmt: skip
-    found = partial_rdf(scene, lambda: iter([frame]))
+    found = PartialRDF(scene).over([frame])
     lines = plots.partial_rdf(found).axes[0].lines[1:]
     assert sorted(line.get_xdata()[0] for line in lines) == pytest.approx([0.5, 0.75, 1.0], rel=1e-9)

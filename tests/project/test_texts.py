@@ -21,8 +21,8 @@ from carom import notebook, texts
 from carom.cli import files, tables, trouble
 from carom.cli.screen import columns
 from carom.errors import CaromWarning, FileError
-from carom.observables.partial_rdf import write_partial
-from carom.observables.rdf import Histograms
+from carom.observables.histograms import Histograms
+from carom.observables.rdf import PartialRDFResult, RDFResult
 from carom.pictures import plots
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.study import spherical_code
@@ -175,11 +175,11 @@ def test_species_of_any_name_are_in_the_legend_and_in_the_table(tmp_path):
     wanted = {f"{names[a]}-{names[b]}": ((a, b), None) for a, b in ((0, 0), (0, 1), (1, 1))}
     counted = Histograms(wanted, rmax=3.0, width=0.5)
     counted.add(frame)
-    found = counted.result()
+    found = {name: RDFResult(**fields) for name, fields in counted.result().items()}
     figure = plots.partial_rdf(found, path=tmp_path / "rdf.png")
     shown = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert [text.replace(r"\$", "$").strip("\N{ZERO WIDTH SPACE}") for text in shown] == list(wanted)
-    write_partial({**found, "a\nb": found[f"{names[0]}-{names[0]}"]}, tmp_path / "rdf.csv")
+    PartialRDFResult(found | {"a\nb": found[f"{names[0]}-{names[0]}"]}).save(tmp_path / "rdf.csv")
     lines = (tmp_path / "rdf.csv").read_text().splitlines(keepends=True)
     (head, *rows) = csv.reader(line for line in lines if not line.startswith("#"))
     assert head[2::5] == [f"g {name}" for name in (*wanted, "a\nb")]

@@ -12,7 +12,7 @@ import carom
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.models import Gravity, SquareWell, Wall
-from carom.observables.partial_rdf import partial_rdf
+from carom.observables.rdf import PartialRDF
 from carom.observables.statistics import blocking
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation import run_loop, swaps
@@ -159,7 +159,7 @@ def test_g_of_sizes_is_that_of_the_sizes_of_each_frame():
         order = np.argsort(-frame.diameters, kind="stable")
         named.append(Frame(0.0, 0, moved[order], 0.0 * moved, (edge, edge), sizes[::-1].copy(), np.ones(20),
                            species=np.array([0] * 8 + [1] * 12)))  # fmt: skip
-    found = partial_rdf(scene, lambda: frames)
+    found = PartialRDF(scene).over(frames)
     assert list(found) == ["0-0", "0-1", "1-1"]
     for a, b in ((0, 0), (0, 1), (1, 1)):
         alone = carom.RDF(pair=(a, b)).over(named)
@@ -275,7 +275,7 @@ def test_g_of_each_pair_of_sizes_takes_the_diameters_of_each_frame(plain):
     frame = carom.Simulation(scene).frame()
     order = [2, 3, 0, 1]  # the same places and sizes, after which particle has which is exchanged
     swapped = dataclasses.replace(frame, positions=frame.positions[order], diameters=frame.diameters[order])
-    once, both = (partial_rdf(scene, lambda f=f: f) for f in ([frame], [frame, swapped]))
+    once, both = (PartialRDF(scene).over(f) for f in ([frame], [frame, swapped]))
     assert set(once) == {"0-0", "0-1", "1-1"}
     for name, found in both.items():
         assert (found.counts == 2 * once[name].counts).all()

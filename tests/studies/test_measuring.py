@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 import carom
 from carom import cli, io
 from carom.errors import CaromWarning, FileError, InputError
-from carom.observables.partial_rdf import partial_rdf
+from carom.observables.rdf import PartialRDF
 from carom.studies.measuring import QUANTITIES
 from carom.studies.places import TABLES
 
@@ -96,7 +96,7 @@ def test_a_mixture_has_every_pair(tmp_path):
     scene = carom.Scene.random(species=[large, small], packing_fraction=0.2, seed=1)
     frames = written(tmp_path / "mixture.h5md", scene, count=4)
     found = carom.measure(tmp_path / "mixture.h5md", "rdf")["rdf"]
-    right = partial_rdf(scene, lambda: frames)
+    right = PartialRDF(scene).over(frames)
     assert found == right
     assert [*found] == ["large-large", "large-small", "small-small"]
     done = typed("measure", tmp_path / "mixture.h5md", "rdf")

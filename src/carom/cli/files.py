@@ -165,7 +165,7 @@ def init(
     from carom import meant
     from carom.cli import templates
     from carom.errors import InputError
-    from carom.paths import replacing, writing
+    from carom.paths import write_text
 
     if schema:
         typer.echo(json.dumps(templates.schema(), indent=2))
@@ -186,8 +186,7 @@ def init(
         texts[path.with_suffix(".py")] = code
     refuse_to_replace(*texts, overwrite=overwrite)
     for file, text in texts.items():
-        with replacing(file) as temporary, writing(file):
-            temporary.write_text(text, encoding="utf-8")
+        write_text(file, text)
     run = texts[path].removeprefix("# ").partition(":")[0].replace(path.name, str(path))
     it = "it" if len(texts) == 1 else "them"
     typer.echo(visible(f"{' and '.join(map(str, texts))} written; edit {it}, then `{run}`."))

@@ -166,19 +166,11 @@ def _plain(found: Any) -> Any:
 def _write(folder: Path, name: str, found: Any, pictures: bool) -> list[str]:
     """Write the table of a quantity, and its picture if there is anything to draw; return their names."""
     from carom.errors import InputError
-    from carom.observables.partial_rdf import write_partial
-    from carom.paths import replacing, writing
-    from carom.pictures import plots
 
     made = []
     for suffix in (".csv", ".png") if pictures else (".csv",):
         file = folder / f"{name}{suffix}"
-        with contextlib.suppress(InputError), replacing(file) as temporary, writing(file):
-            if not isinstance(found, dict):
-                found.save(temporary)
-            elif suffix == ".csv":
-                write_partial(found, temporary)
-            else:
-                plots.partial_rdf(found, path=temporary)
+        with contextlib.suppress(InputError):
+            found.save(file)
             made.append(file.name)
     return made

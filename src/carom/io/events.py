@@ -16,9 +16,9 @@ import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io import checksums
-from carom.io.claims import Claim, patiently, steady
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
+from carom.io.locks import Claim, patiently, steady
 from carom.paths import existing, reading, uninterrupted, writable, writing
 from carom.version import __version__
 

@@ -39,7 +39,7 @@ from carom.bridges.embedding import (
 from carom.bridges.palette import colours_of
 from carom.errors import FileError
 from carom.frame import Frame
-from carom.io.announced import (
+from carom.io.extxyz_header import (
     dimension_of,
     in_order,
     integers,
@@ -52,9 +52,9 @@ from carom.io.announced import (
     vectors,
     words_of,
 )
-from carom.io.claims import Claim, under_way
+from carom.io.foreign_source import LONGEST, line_of, opened, table_of
 from carom.io.formats import Reader, Writer
-from carom.io.snapshot import LONGEST, line_of, opened, table_of
+from carom.io.locks import Claim, under_way
 from carom.io.validation import narrowed
 from carom.paths import reading, writing
 from carom.version import __version__

@@ -13,7 +13,7 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
-from carom.io import lammps, libraries, others
+from carom.io import foreign_formats, lammps, libraries
 from carom.io.ase import wrapped
 from carom.io.formats import Reader
 from carom.io.validation import narrowed
@@ -21,17 +21,17 @@ from carom.paths import reason
 from carom.scene.species import MOST_SPECIES
 
 if TYPE_CHECKING:
-    from carom.io.snapshot import Snapshot, Source
+    from carom.io.foreign_source import Snapshot, Source
 
 SOURCES: dict[str, Callable[[Path], Source]] = {
     "LAMMPS dump": lammps.Dump,
     "LAMMPS data": lammps.Data,
-    "XYZ": others.Xyz,
-    "GSD": others.Gsd,
-    "H5MD": others.H5md,
+    "XYZ": foreign_formats.Xyz,
+    "GSD": foreign_formats.Gsd,
+    "H5MD": foreign_formats.H5md,
     "PDB": libraries.Pdb,
-    "GRO": others.Gro,
-    "EDMD": others.Sph,
+    "GRO": foreign_formats.Gro,
+    "EDMD": foreign_formats.Sph,
     "XTC": libraries.Xtc,
     "TRR": libraries.Xtc,
     "DCD": libraries.Dcd,

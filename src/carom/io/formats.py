@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.snapshot import PACKED, opened
+from carom.io.foreign_source import PACKED, opened
 from carom.io.validation import flaw, step_back
 from carom.paths import existing, reading, uninterrupted, writing
 from carom.texts import counted

@@ -17,8 +17,8 @@ from carom import checks
 from carom.bridges.embedding import edges, embed, names_of, plain, require_at_most_three
 from carom.errors import CaromWarning
 from carom.frame import Frame
-from carom.io.claims import Claim, patiently
 from carom.io.formats import Reader, Writer
+from carom.io.locks import Claim, patiently
 from carom.io.validation import narrowed
 from carom.paths import reading, replacing, writing
 

@@ -15,10 +15,10 @@ import numpy as np
 from carom.bridges.embedding import about_axes, cell_of, edges, embed, joined, parted, periodic
 from carom.errors import FileError, InputError
 from carom.frame import Frame
-from carom.io.claims import Claim, patiently, under_way
 from carom.io.formats import Reader, Writer
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import missing, put
+from carom.io.locks import Claim, patiently, under_way
 from carom.paths import reading, reason, writing
 from carom.scene.lattices import MOST_DIMENSIONS
 from carom.version import __version__

@@ -17,8 +17,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from carom.io.claims import Claim, patiently
 from carom.io.inspection import FORMAT, opened
+from carom.io.locks import Claim, patiently
 from carom.paths import existing, reading, reason
 
 if TYPE_CHECKING:

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from carom.io.announced import integers
-from carom.io.snapshot import Snapshot, Source, line_of, opened, table_of, text_of, tilted_cell, vectors
+from carom.io.extxyz_header import integers
+from carom.io.foreign_source import Snapshot, Source, line_of, opened, table_of, text_of, tilted_cell, vectors
 
 _WORDS = {"typelabel", "element"}
 """Columns of a dump that hold words; ``type`` may."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from carom.io.snapshot import Snapshot, Source, text_of
+from carom.io.foreign_source import Snapshot, Source, text_of
 
 if TYPE_CHECKING:
     import ase

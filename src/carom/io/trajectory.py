@@ -13,9 +13,9 @@ from carom import checks
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io import checkpoint, events
-from carom.io.claims import under_way
+from carom.io.foreign_source import PACKED
 from carom.io.formats import FOREIGN, SUFFIXES, Reader, Writer, foreign_format_of, format_of
-from carom.io.snapshot import PACKED
+from carom.io.locks import under_way
 from carom.paths import PARSE_ERRORS, existing, writable
 
 FRAMES = (

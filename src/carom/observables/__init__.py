@@ -12,13 +12,12 @@ from carom.observables.energy import Energy, EnergyResult
 from carom.observables.flights import Distribution, FreeFlights, FreeFlightsResult
 from carom.observables.moments import HelfandCurrents, HelfandMoments
 from carom.observables.packing import PackingNetwork, packing_network
-from carom.observables.pair_distribution import RDF
 from carom.observables.precision import Prediction
 from carom.observables.pressure import Pressure, PressureResult
 from carom.observables.pressure_profile import PressureProfile, PressureProfileResult
 from carom.observables.pressure_tensor import PressureTensor, PressureTensorResult
 from carom.observables.protocol import Observable, averages
-from carom.observables.radial import RDFResult
+from carom.observables.rdf import RDF, RDFResult
 from carom.observables.statistics import Estimate, blocking
 from carom.observables.structure_factor import StructureFactor, StructureFactorResult
 from carom.observables.volume import Volume, VolumeResult

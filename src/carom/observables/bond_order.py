@@ -101,8 +101,8 @@ class BondOrder(OfFrames):
                 checks.number(getattr(self, name), name, low=0.0, open_low=True)
 
     @property
-    def _tilts(self) -> bool:
-        return not self.voronoi
+    def _upright(self) -> str:
+        return "Voronoi cells need them; leave out voronoi" if self.voronoi else ""
 
     def _of(self, frame: Frame) -> tuple[Any, ...]:
         if frame.dimension < 2:

@@ -90,7 +90,7 @@ class Crystallinity(OfFrames):
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
-        room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
+        room = Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
         places = room.wrapped(frame.positions)
         pairs, vectors = self._bonds._bonds_of(room, places)
         orders = orders_of(DEGREE, frame.n, pairs, vectors)

@@ -63,6 +63,10 @@ class DensityProfile(OfFrames):
         checks.integer(self.axis, "axis", low=0)
         checks.integer(self.bins, "bins", low=1)
 
+    @property
+    def _upright(self) -> str:
+        return "" if self.axis else "slabs across the flow are tilted with it; take another axis"
+
     def _begin(self, first: Frame) -> None:
         if self.axis >= first.dimension:
             raise InputError(f"axis is {self.axis}, and a frame has axes 0 to {first.dimension - 1}.")

@@ -117,6 +117,7 @@ class Dynamics(OfFrames):
     conserved: Sequence[bool] | None = None
 
     _what = "correlation in time"
+    _upright = "displacements grow with the flow, which is no diffusion"
 
     def __post_init__(self) -> None:
         checks.integer(self.shells, "shells", low=0)

@@ -36,9 +36,9 @@ class OfFrames:
     _samples: Any = ()
 
     @property
-    def _tilts(self) -> bool:
-        """Whether sheared boxes are allowed."""
-        return False
+    def _upright(self) -> str:
+        """Why boxes must have right angles; empty where sheared ones are measured as well."""
+        return ""
 
     def fresh(self) -> Self:
         """Return the same observable without any frame, so that one object serves several measurements."""
@@ -54,10 +54,10 @@ class OfFrames:
 
     def add(self, frame: Frame) -> None:
         """Add the next frame."""
-        if frame.tilt is not None and not self._tilts:
+        if frame.tilt is not None and self._upright:
             raise InputError(
-                f"{type(self).__name__} is for boxes with right angles, and this one is sheared: measure "
-                "carom.RDF() or carom.PressureTensor()."
+                f"{type(self).__name__} is for boxes with right angles, and this one is sheared: "
+                f"{self._upright}."
             )
         if self._uniform and not all(frame.periodic):
             raise InputError(

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from carom.scene.scene import Scene
 
 
-class MomentumFlux(NamedTuple):
+class MomentumObserver(NamedTuple):
     """What the events of a stretch add to the pressure tensor: an observer of events."""
 
     masses: np.ndarray  # of each particle, (n,) [mass]
@@ -36,7 +36,7 @@ class MomentumFlux(NamedTuple):
 
 
 @at_pair.register
-def _(observer: MomentumFlux, event):
+def _(observer: MomentumObserver, event):
     later = event.time - observer.origin
     mi, mj = observer.masses[event.i], observer.masses[event.j]
     for a in range(len(event.r)):
@@ -55,7 +55,7 @@ def _(observer: MomentumFlux, event):
 
 
 @at_obstacle.register
-def _(observer: MomentumFlux, event):
+def _(observer: MomentumObserver, event):
     later = event.time - observer.origin
     for a in range(len(event.x)):
         for b in range(len(event.x)):
@@ -156,7 +156,7 @@ class TensorSums:
         v = peculiar(scene, frame.velocities)
         self._kinetic = np.einsum("i,ia,ib->ab", masses, v, v)
         empty = np.zeros((d, d))
-        self.observer = MomentumFlux(
+        self.observer = MomentumObserver(
             masses, drift, float(frame.time), empty, np.zeros((d, d)), np.zeros((d, d))
         )
         self._before = (empty.copy(),) * 3

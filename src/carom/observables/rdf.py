@@ -1,385 +1,348 @@
-"""Histograms of pair distances in any dimension, with bins that begin at contact: g(r) of frames."""
+"""g(r): an observable of frames, of a run, of a file or of a folder; of a mixture that of every pair."""
 
 from __future__ import annotations
 
-import math
+import dataclasses
+import itertools
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from carom import checks
-from carom.arithmetic import power
-from carom.cells import Grid, SortedCells
 from carom.errors import InputError
 from carom.frame import Frame
-from carom.models.motions.shear import LONGEST_STRAIN
-from carom.observables.contact import contact_value
-from carom.observables.pairs import distance_counts
-from carom.observables.radial import RDFResult
-from carom.observables.statistics import MIN_BLOCKS, blocking, unwarned
-from carom.scene.overlaps import Room
-from carom.theory import ball_volume
+from carom.meant import corrected
+from carom.observables.histograms import Histograms
+from carom.observables.of_frames import OfFrames
+from carom.observables.statistics import Estimate, shown
+from carom.results import Result, from_dict
+from carom.scene.species import pair_name
+from carom.texts import counted, visible
 
-# Default width of a bin [diameters]: up to freezing in 3D, g falls by at most a tenth in one bin.
-DEFAULT_WIDTH = 0.02
+if TYPE_CHECKING:
+    import pandas
 
-# Default largest distance [diameters]: in a fluid structure fades beyond it, while the cost grows as r^d.
-DEFAULT_REACH = 5.0
+    from carom.scene.scene import Scene
 
-# Largest number of bins: each frame keeps a count for every bin.
-MOST_BINS = 10_000_000
+MOST_SPECIES = 4
+"""Largest number of species whose pairs each have a g(r): ten pairs."""
 
 
-class Histograms:
-    """Histograms of distances of each frame, from which every g(r) follows.
+def species_of(scene: Scene) -> np.ndarray | None:
+    """Return the species (n,) of a ``scene`` for g_ij(r).
+
+    They are those of the scene if each has one diameter. Otherwise each diameter is a species, the largest
+    first.
+
+    Returns
+    -------
+    (n,) int64 array or None
+        None if there are more than four, as in a polydisperse fluid: no pair of sizes occurs often enough.
+        Also None if a contact matrix goes with species of several diameters.
+    """
+    given = scene.species
+    if given is not None and all(np.ptp(scene.diameters[given == k]) == 0.0 for k in np.unique(given)):
+        return given if np.unique(given).size <= MOST_SPECIES else None
+    sizes, which = np.unique(-scene.diameters, return_inverse=True)
+    return which.astype(np.int64) if sizes.size <= MOST_SPECIES and scene.contact is None else None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class RDFResult(Result):
+    """A histogram of pair distances, normalised to 1 for an ideal gas of the same n particles.
 
     Parameters
     ----------
-    wanted : mapping of str to (pair, contact)
-        What to compute, by name: ``pair`` and ``contact`` as for :class:`carom.RDF`.
-    bins, width, rmax
-        As for :class:`carom.RDF`.
+    edges : (m + 1,) float64 array
+        Edges of the bins [length]; the first is exactly the diameter.
+    g, error : (m,) float64 arrays
+        g(r) averaged over each shell, and its standard error: by blocking over 16 frames or more, otherwise
+        that of independent pairs. A bin without any pair has the error of one pair.
+    counts : (m,) int64 array
+        Pairs seen in all frames.
+    n, dimension, frames : int
+        Number of particles, of dimensions and of frames.
+    diameter : float
+        Distance at contact [length]; for two species the distance at which they touch.
+    packing_fraction : float
+        Packing fraction of all particles together.
+    contact_value : Estimate or None
+        g(sigma+), extrapolated (see :func:`carom.observables.contact.contact_value`); None if no bin begins
+        at contact.
+    pair : (int, int) or None
+        The species of the two particles; None if all particles are counted.
+    neighbors, neighbors_error : (m,) float64 arrays or None
+        Running coordination numbers and their errors, which :meth:`coordination` returns.
     """
 
-    def __init__(
-        self,
-        wanted: Mapping[str, tuple[tuple[int | str, int | str] | None, float | None]],
-        *,
-        bins: int | None = None,
-        width: float | None = None,
-        rmax: float | None = None,
-    ):
-        self._wanted, self._binning = wanted, (bins, width, rmax)
-        self._first: Frame | None = None
-        self._asked: dict[str, tuple[tuple[int, int] | None, np.ndarray]] = {}
-        self._counts: dict[str, list[np.ndarray]] = {name: [] for name in wanted}
-        self._volumes: list[float] = []
+    edges: np.ndarray
+    g: np.ndarray
+    error: np.ndarray
+    counts: np.ndarray
+    n: int
+    dimension: int
+    frames: int
+    diameter: float
+    packing_fraction: float
+    contact_value: Estimate | None = None
+    pair: tuple[int, int] | None = None
+    neighbors: np.ndarray | None = None
+    neighbors_error: np.ndarray | None = None
 
-    def add(self, frame: Frame) -> None:
-        """Add the next frame."""
-        if self._first is None:
-            self._begin(frame)
-            self._first = frame
-        else:
-            _check_same(self._first, frame, len(self._volumes))
-            self._fit(0.5 * _narrowest(frame))
-        for name, counts in _histograms(frame, self._asked).items():
-            self._counts[name].append(counts)
-        self._volumes.append(math.prod(frame.box))
+    @property
+    def r(self) -> np.ndarray:
+        """Centers of the bins (m,) [length]."""
+        return 0.5 * (self.edges[:-1] + self.edges[1:])
 
-    def _fit(self, half: float) -> None:
-        """Leave out the bins beyond half of the shortest edge of a later frame [length]."""
-        for name, (pair, edges) in self._asked.items():
-            kept = int(np.searchsorted(edges, half, side="right"))
-            if kept == len(edges):
-                continue
-            if kept < 2 or self._binning != (None, self._binning[1], None):
-                checked_rmax(float(edges[-1]), 2.0 * half, float(edges[0]))
-            self._asked[name] = pair, edges[:kept]
-            self._counts[name] = [counts[: kept - 1] for counts in self._counts[name]]
+    def coordination(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the mean number of neighbors up to the upper edge of each bin, and its error, (m,) each.
 
-    def _begin(self, first: Frame) -> None:
-        if not all(first.periodic):
-            raise InputError(
-                f"Axis {first.periodic.index(False)} of the box has walls; g(r) is that of a fluid which is "
-                "the same everywhere, in a box with periodic axes only."
-            )
-        for name, (pair, contact) in self._wanted.items():
-            chosen = None if pair is None else species_pair(first, pair)
-            if contact is not None and chosen is None:
-                raise InputError("contact is the distance of two species, and no pair is given.")
-            diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
-            self._asked[name] = (chosen, _bin_edges(diameter, _narrowest(first), *self._binning))
-
-    def result(self) -> dict[str, RDFResult]:
-        """Return g(r) of all frames so far, by name.
+        For two species it is the number of neighbors of the second one around a particle of the first.
+        Errors are by blocking over 16 frames or more, otherwise those of independent pairs.
 
         Raises
         ------
         InputError
-            If no frame was added.
+            If the distribution was made by MDAnalysis, which does not count frame by frame.
         """
-        if self._first is None:
-            raise InputError("No frame was given; sample some with Simulation.sample(every=0.5, count=100).")
-        return {
-            name: _distribution(self._first, np.array(self._counts[name]), edges, chosen, self._volumes)
-            for name, (chosen, edges) in self._asked.items()
-        }
+        if self.neighbors is None or self.neighbors_error is None:
+            raise InputError("Running coordination numbers need each frame by itself: RDF().over(frames).")
+        return self.neighbors, self.neighbors_error
 
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        peak = int(np.argmax(self.g))
+        rows = [
+            ("frames", str(self.frames)),
+            ("bins", f"{self.g.size}, r = {self.edges[0]:.6g} to {self.edges[-1]:.6g} [length]"),
+            ("highest g", f"{shown(self.g, self.error, peak)} at r = {self.r[peak]:.4g}"),
+        ]
+        if self.contact_value is not None:
+            rows.append(("g(σ+)", self.contact_value.value_text))
+        return f"g(r) of {counted(self.n, 'particle')} at packing fraction {self.packing_fraction:.6g}", rows
 
-def _narrowest(frame: Frame) -> float:
-    """Return the shortest distance of two faces of the box, at any tilt that a sheared one has [length]."""
-    edges = [float(edge) for edge in frame.box]
-    if frame.tilt is not None:
-        edges[0] /= math.hypot(1.0, 0.5 * edges[0] / edges[1] + LONGEST_STRAIN)
-    return min(edges)
-
-
-def _distribution(
-    first: Frame, counts: np.ndarray, edges: np.ndarray, pair: tuple[int, int] | None, volumes: list[float]
-) -> RDFResult:
-    """Return g(r) from the histograms (frames, m) of frames like the first, each of its own volume."""
-    expected = ideal_counts(edges, _pairs(first, pair), first.box)
-    neighbors, neighbors_error = _running(first, counts, pair)
-    larger = np.array(volumes) / volumes[0]
-    weighted = counts * larger[:, None] if (larger != 1.0).any() else counts
-    return RDFResult(
-        edges=edges,
-        g=weighted.mean(axis=0) / expected,
-        error=_errors(weighted, larger, expected),
-        counts=counts.sum(axis=0),
-        n=first.n,
-        dimension=first.dimension,
-        frames=len(counts),
-        diameter=float(edges[0]),
-        packing_fraction=_packing_fraction(first) * float(np.mean(1.0 / larger)),
-        contact_value=contact_value(weighted, expected, edges, first.dimension),
-        pair=pair,
-        neighbors=neighbors,
-        neighbors_error=neighbors_error,
-    )
-
-
-def _running(first: Frame, counts: np.ndarray, pair: tuple[int, int] | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of neighbors below the upper edge of each bin, and their errors, (m,) each.
-
-    Blocking is of the sums over bins: bins are not independent, as a particle that leaves one enters the
-    next.
-    """
-    centers = first.n if pair is None else int(np.count_nonzero(first.species == pair[0]))
-    per_pair = 1.0 if pair is not None and pair[0] != pair[1] else 2.0
-    numbers = np.cumsum(counts, axis=1) * (per_pair / centers)
-    if len(counts) < MIN_BLOCKS:
-        independent = np.sqrt(np.cumsum(counts.sum(axis=0))) * (per_pair / centers / len(counts))
-        return numbers.mean(axis=0), independent
-    with unwarned():  # as for g
-        return numbers.mean(axis=0), np.array([blocking(column).error for column in numbers.T])
-
-
-def _common_diameter(frame: Frame) -> float:
-    """Return the diameter of all particles."""
-    diameters = np.unique(frame.diameters)
-    if frame.n < 2:
-        raise InputError(f"The frame holds {frame.n} particle; g(r) needs two or more.")
-    if diameters.size != 1:
-        raise InputError(
-            f"Diameters differ, from {diameters[0]:.6g} to {diameters[-1]:.6g}; this g(r) needs equal ones, "
-            "or two species: pair=(0, 1), as an option --pair 0,1."
+    def __str__(self) -> str:
+        contact = "" if self.contact_value is None else f"; contact value {self.contact_value.value_text}"
+        return (
+            f"g(r) in {self.g.size} bins from {self.edges[0]:.6g} to {self.edges[-1]:.6g} [length], "
+            f"{counted(self.frames, 'frame')}{contact}"
         )
-    return float(diameters[0])
+
+    def _columns(self) -> dict[str, Any]:
+        return {
+            "r_lo": self.edges[:-1], "r_hi": self.edges[1:], "g": self.g, "error": self.error,
+            "counts": self.counts,
+        }  # fmt: skip
+
+    def to_dataframe(self) -> pandas.DataFrame:
+        """Return r, the edges of each bin, g, its error and the counts as a pandas DataFrame.
+
+        Raises
+        ------
+        InputError
+            If pandas is not installed.
+        """
+        found = super().to_dataframe()
+        found.insert(0, "r", self.r)
+        return found
 
 
-def species_pair(frame: Frame, pair: tuple[int | str, int | str]) -> tuple[int, int]:
-    """Return the numbers of two species.
+@corrected()
+@dataclass
+class RDF(OfFrames):
+    """The radial distribution function and running coordination numbers: an observable of frames.
+
+    g(r) of equal particles, or the partial g_ij(r) of two species of a mixture, in a periodic box. Give it to
+    :meth:`carom.Simulation.measure`, or frames or a path to :meth:`over`.
 
     Parameters
     ----------
-    frame : Frame
-        Frame with these species.
-    pair : two ints or strs
-        Their names or numbers.
+    bins : int, optional
+        Number of bins from contact to `rmax`.
+    width : float, optional
+        Width of a bin [length]; 0.02 diameters where neither `bins` nor `width` is given.
+    rmax : float, optional
+        End of the last bin [length]. By default it follows from `bins` and `width`, or it is half of the
+        shortest edge but at most five diameters. If `width` does not divide the range, the last bin ends
+        before `rmax`.
+    pair : two ints or strs, optional
+        Names or numbers of the two species, which may be the same. Each must have one diameter. A number may
+        be text; a species with that name comes first.
+    contact : float, optional
+        Distance at which the two species touch [length], if it is not the mean of their diameters. For a
+        pair, "diameter" above means this distance.
 
     Raises
     ------
     InputError
-        If the frame has no such species, or too few particles of them for any pair.
+        From :meth:`result`, if there is no frame. From :meth:`add`, if frames differ in n, dimension,
+        diameters or species. If an axis has walls: the fluid is then not homogeneous, and g depends on
+        more than r. Frames hold no obstacles: around them this g is not that of a fluid, either. If diameters
+        are unequal and no pair is given, a species is unknown, or a pair overlaps. If bins, width and rmax
+        are all given, or there are more than ten million bins. If `rmax` does not exceed the diameter, or
+        exceeds half of the shortest edge, beyond which the shells leave the box. From :meth:`begin`, if the
+        scene has obstacles.
+
+    Notes
+    -----
+    ``g = counts / (n (n - 1) / 2 shell / V)`` with the exact volume of each shell. It is 1 for an ideal gas
+    of n particles, so that ``Z - 1 = 2^(d - 1) eta g(sigma+) (n - 1) / n`` holds for every n. For two species
+    the number of pairs is ``n_i n_j``, for one species ``n_i (n_i - 1) / 2``. V is the volume of each frame;
+    by default the bins end at half of the shortest edge of the smallest box.
+
+    Compiled code counts the pairs over sorted cells (``carom.observables.pairs``), in double precision, in as
+    many threads as Numba uses (``NUMBA_NUM_THREADS``); their number does not change the result. Pairs in
+    contact, and those that overlap by no more than the rounding of positions stored in single precision
+    (1.2e-7 box edges), belong to the first bin.
+
+    Examples
+    --------
+    >>> import carom
+    >>> sim = carom.Simulation(carom.Scene.crystal(108, 0.3), seed=1)
+    >>> sim.measure(RDF(rmax=2.0), time=16.0, blocks=64).frames
+    65
+    >>> RDF(width=0.05).over(sim.sample(every=0.5, count=10)).frames
+    10
     """
-    if frame.species is None:
-        raise InputError("pair is given, and the frames have no species; leave it out.")
-    if not isinstance(pair, tuple | list) or len(pair) != 2:
-        raise InputError(f"pair is {pair!r}; expected two species, such as (0, 1).")
-    count = max(int(frame.species.max()) + 1, len(frame.species_names))
-    found = []
-    for which in pair:
-        k = frame.species_names.index(which) if which in frame.species_names else which
-        k = int(k) if isinstance(k, str) and k.isdecimal() else k
-        if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 0 <= k < count:
-            known = ", ".join(frame.species_names) or f"0 to {count - 1}"
-            raise InputError(f"There is no species {which!r}; known are {known}.")
-        found.append(int(k))
-    if _pairs(frame, (found[0], found[1])) == 0:
-        raise InputError(f"There are too few components of species {found[0]} and {found[1]} for any pair.")
-    return found[0], found[1]
+
+    bins: int | None = None
+    width: float | None = None
+    rmax: float | None = None
+    pair: tuple[int | str, int | str] | None = None
+    contact: float | None = None
+    _counted: Histograms = field(init=False, repr=False)
+
+    _what = "g(r)"
+    _uniform = True
+
+    def __post_init__(self) -> None:
+        wanted = {"": (self.pair, self.contact)}
+        self._counted = Histograms(wanted, bins=self.bins, width=self.width, rmax=self.rmax)
+
+    def add(self, frame: Frame) -> None:
+        """Add the next frame."""
+        self._counted.add(frame)
+
+    def result(self) -> RDFResult:
+        """Return g(r) of all frames so far."""
+        return _results(self._counted)[""]
 
 
-def _contact(frame: Frame, pair: tuple[int, int], contact: float | None) -> float:
-    """Return the distance at which two species touch."""
-    assert frame.species is not None
-    sizes = []
-    for k in pair:
-        diameters = np.unique(frame.diameters[frame.species == k])
-        if diameters.size != 1:
-            raise InputError(
-                f"Diameters of species {k} differ, from {diameters[0]:.6g} to {diameters[-1]:.6g}; g(r) "
-                "needs one diameter a species."
-            )
-        sizes.append(float(diameters[0]))
-    if contact is None:
-        return 0.5 * sum(sizes)
-    if not checks.number(contact, "contact") > 0.0:
-        raise InputError(f"contact is {contact!r}; it must be a positive length.")
-    return float(contact)
+class PartialRDFResult(Result, dict[str, RDFResult]):
+    """g_ij(r) of every pair of species by its name, a dictionary, and one table of all of them.
 
+    The table has the columns ``r_lo, r_hi, g, error, counts`` of each pair, named "g large-small". Bins of
+    a pair begin at its contact. A pair with fewer bins than another leaves its cells empty.
 
-def _pairs(frame: Frame, pair: tuple[int, int] | None) -> float:
-    """Return the number of pairs of all particles, or of two species."""
-    if pair is None:
-        return 0.5 * frame.n * (frame.n - 1)
-    a, b = (int(np.count_nonzero(frame.species == k)) for k in pair)
-    return 0.5 * a * (a - 1) if pair[0] == pair[1] else float(a * b)
-
-
-def _packing_fraction(frame: Frame) -> float:
-    volume = ball_volume(frame.dimension) * math.fsum(power(frame.diameters, frame.dimension))
-    return float(volume / math.prod(frame.box))
-
-
-def checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
-    """Return the end of the bins: ``rmax``, or by default half of the ``shortest`` edge [length].
-
-    Raises
-    ------
-    InputError
-        If ``rmax`` exceeds half of the shortest edge, or does not exceed ``rmin``.
+    Parameters
+    ----------
+    pairs : mapping of str to RDFResult
+        The g_ij(r) by the name of the pair.
     """
-    half = 0.5 * shortest
-    end = half if rmax is None else checks.number(rmax, "rmax")
-    if not end <= half:
-        raise InputError(
-            f"rmax is {end:.6g}, beyond half of the shortest box edge ({half:.6g}), where shells leave the "
-            f"box; use rmax <= {half:.6g} or a larger box."
-        )
-    if not end > rmin:
-        raise InputError(f"rmax is {end:.6g}; it must exceed {rmin:.6g}, where the bins begin.")
-    return end
+
+    _digits = ".17g"
+
+    def __init__(self, pairs: Mapping[str, RDFResult]):
+        super().__init__(pairs)
+
+    def _rows(self) -> tuple[str, list[tuple[str, str]]]:
+        highest = [(found, int(np.argmax(found.g))) for found in self.values()]
+        texts = [f"{shown(found.g, found.error, k)} at r = {found.r[k]:.4g}" for found, k in highest]
+        return "Highest g(r) of each pair", list(zip(self, texts, strict=True))
+
+    def _words(self) -> dict[str, Any]:
+        return {"pairs": {name: found.to_dict() for name, found in self.items()}}
+
+    @classmethod
+    def _made(cls, values: Mapping[str, Any]) -> PartialRDFResult:
+        return cls({name: from_dict(found) for name, found in values["pairs"].items()})
+
+    def _above(self) -> dict[str, Any]:
+        some = next(iter(self.values()))
+        above = {key: getattr(some, key) for key in ("n", "dimension", "frames", "packing_fraction")}
+        for name, found in self.items():
+            above[f"contact {visible(name)}"] = found.diameter
+            if (value := found.contact_value) is not None:
+                above[f"contact_value {visible(name)}"] = f"{value.mean} +- {value.error}"
+        return above
+
+    def _columns(self) -> dict[str, Any]:
+        longest = max((found.g.size for found in self.values()), default=0)
+        return {
+            f"{column} {name}": [*values.tolist(), *[None] * (longest - len(values))]
+            for name, found in self.items()
+            for column, values in found._columns().items()
+        }
 
 
-def _bin_edges(
-    diameter: float, shortest: float, bins: int | None, width: float | None, rmax: float | None
-) -> np.ndarray:
-    """Return the edges of the bins from the diameter on."""
-    if bins is not None and width is not None and rmax is not None:
-        raise InputError("bins, width and rmax were all given; give two of them.")
-    if bins is not None and (isinstance(bins, bool) or not isinstance(bins, (int, np.integer)) or bins < 1):
-        raise InputError(f"bins is {bins!r}; it must be a positive integer.")
-    if width is not None and not checks.number(width, "width") > 0.0:
-        raise InputError(f"width is {width!r}; it must be a positive length.")
-    if bins is not None and width is not None:
-        rmax = diameter + bins * width
-    elif rmax is None and diameter > 0.0:
-        rmax = min(0.5 * shortest, DEFAULT_REACH * diameter)
-    end = checked_rmax(rmax, shortest, diameter)
-    if bins is None:
-        if width is None:
-            width = DEFAULT_WIDTH * diameter if diameter > 0.0 else end / 200
-        # A range that is a whole number of widths up to rounding keeps its last bin.
-        asked = (end - diameter) / width * (1.0 + 1e-12)
-        bins = max(int(min(asked, MOST_BINS + 1)), 1)
-        end = min(diameter + bins * width, end) if asked <= MOST_BINS else end
-    if bins > MOST_BINS:
-        raise InputError(
-            f"There would be more than {MOST_BINS} bins from {diameter:.6g} to {end:.6g}; give wider ones "
-            "or fewer."
-        )
-    return np.linspace(diameter, end, int(bins) + 1)
+class PartialRDF(OfFrames):
+    """g_ij(r) of every pair of species of a mixture, in the default bins of :class:`carom.RDF`.
 
+    Parameters
+    ----------
+    scene : Scene
+        Scene of the frames, with its species and contact distances.
 
-def _check_same(first: Frame, frame: Frame, index: int) -> None:
-    """Raise InputError if a frame is of another system than the first."""
-    for name in ("n", "dimension"):
-        ours, theirs = (np.asarray(getattr(each, name)) for each in (frame, first))
-        if not np.array_equal(ours, theirs):
-            raise InputError(
-                f"Frame {index} has {name} {ours.tolist()}, the first one {theirs.tolist()}; "
-                "g(r) averages frames of the same system."
+    Attributes
+    ----------
+    pairs : list of str
+        Names of the pairs by ``carom.scene.species.pair_name``: "large-small", or "0-1". Pairs that do not
+        occur are left out, and pairs whose contact lies beyond half of the box. It is empty if
+        :func:`species_of` is None.
+    """
+
+    def __init__(self, scene: Scene):
+        self._scene, self._species = scene, species_of(scene)
+        self._by_size = self._species is not None and self._species is not scene.species
+        wanted: dict[str, tuple[tuple[int | str, int | str] | None, float | None]] = {}
+        if self._species is not None:
+            self._labels = np.sort(self._species) if self._by_size else self._species
+            self._named = scene.species_names if self._species is scene.species else ()
+            wanted = _wanted(scene, self._species, self._named)
+        self.pairs = list(wanted)
+        self._counted = Histograms(wanted)
+
+    def fresh(self) -> Self:
+        """Return the same observable without any frame."""
+        return type(self)(self._scene)
+
+    def add(self, frame: Frame) -> None:
+        """Add the next frame.
+
+        Where each diameter is a species, it is that of the frame: swaps hand diameters on.
+        """
+        if not self.pairs:
+            return
+        if self._by_size:
+            order = np.argsort(-frame.diameters, kind="stable")
+            frame = dataclasses.replace(
+                frame, positions=frame.positions[order], diameters=frame.diameters[order]
             )
-    for name in ("diameters", "species"):
-        if not np.array_equal(getattr(frame, name), getattr(first, name)):
-            raise InputError(f"Frame {index} has other {name} than the first; g(r) averages one system.")
+        self._counted.add(dataclasses.replace(frame, species=self._labels, species_names=self._named))
+
+    def result(self) -> PartialRDFResult:
+        """Return the g_ij(r) of all frames so far, by the name of the pair."""
+        return PartialRDFResult(_results(self._counted) if self.pairs else {})
 
 
-def _histograms(
-    frame: Frame, asked: Mapping[str, tuple[tuple[int, int] | None, np.ndarray]]
-) -> dict[str, np.ndarray]:
-    """Return the numbers of pairs (m,) of one frame, or of two of its species, in each bin, by name."""
-    if frame.tilt:
-        return {name: _tilted_histogram(frame, *each) for name, each in asked.items()}
-    box = np.asarray(frame.box, dtype=np.float64)
-    grid = Grid.of(box, np.ones(len(box), dtype=np.bool_), frame.n, max(e[-1] for _, e in asked.values()))
-    rounding = float(np.finfo(np.float32).eps) * float(box.max())
-    kinds = {kind for pair, _ in asked.values() for kind in (pair or (None,))}
-    x = frame.positions
-    places = {kind: x if kind is None else x[frame.species == kind] for kind in kinds}
-    cells = {kind: SortedCells.of(grid, place) for kind, place in places.items()}
-    found = {}
-    for name, (pair, edges) in asked.items():
-        a, b = pair or (None, None)
-        counts, closer = distance_counts(
-            cells[a], None if a == b else cells[b], edges, closest=float(edges[0]) - rounding
-        )
-        if closer:
-            _refuse_overlap(frame, pair, float(edges[0]))
-        found[name] = counts
-    return found
+def _wanted(
+    scene: Scene, species: np.ndarray, named: tuple[str, ...]
+) -> dict[str, tuple[tuple[int | str, int | str] | None, float | None]]:
+    """Return each pair of species and its contact, by the name of the pair."""
+    kinds, counts = np.unique(species, return_counts=True)
+    wanted: dict[str, tuple[tuple[int | str, int | str] | None, float | None]] = {}
+    for a, b in itertools.combinations_with_replacement(range(kinds.size), 2):
+        i, j = int(kinds[a]), int(kinds[b])
+        if scene.contact is not None:
+            contact = float(scene.contact[i, j])
+        else:
+            contact = 0.5 * sum(float(scene.diameters[species == k][0]) for k in (i, j))
+        if (a == b and counts[a] < 2) or 2.0 * contact >= min(scene.box):
+            continue
+        name = pair_name(*(named[k] if named else k for k in (i, j)))
+        wanted[name] = ((i, j), None if scene.contact is None else contact)  # of points it is 0
+    return wanted
 
 
-def _tilted_histogram(frame: Frame, pair: tuple[int, int] | None, edges: np.ndarray) -> np.ndarray:
-    """Return the numbers of pairs (m,) in each bin in a tilted cell, whose pairs are listed."""
-    box = np.asarray(frame.box, dtype=np.float64)
-    room = Room(box, np.ones(len(box), dtype=np.bool_), (), frame.tilt or 0.0)
-    pairs = room.near(frame.positions, float(edges[-1]))
-    if pair is not None:
-        kinds = np.sort(np.asarray(frame.species)[pairs], axis=1)
-        pairs = pairs[(kinds == sorted(pair)).all(axis=1)]
-    distances = room.distances(frame.positions, pairs)
-    rounding = float(np.finfo(np.float32).eps) * float(box.max())
-    if (distances < edges[0] - rounding).any():
-        _refuse_overlap(frame, pair, float(edges[0]))
-    return np.histogram(np.maximum(distances, edges[0]), edges)[0]
-
-
-def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) -> None:
-    """Raise InputError that names the closest pair of a frame, or of two of its species."""
-    box = np.asarray(frame.box, dtype=np.float64)
-    room = Room(box, np.ones(len(box), dtype=np.bool_), (), frame.tilt or 0.0)
-    members = np.arange(frame.n)
-    species = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
-    if pair is not None:
-        members = np.flatnonzero(np.isin(species, pair))
-    places = room.wrapped(frame.positions[members])
-    pairs = room.near(places, contact)
-    if pair is not None and pair[0] != pair[1]:
-        kinds = species[members]
-        pairs = pairs[kinds[pairs[:, 0]] != kinds[pairs[:, 1]]]
-    distances = room.distances(places, pairs)
-    closest = int(np.argmin(distances))
-    i, j = sorted(members[pairs[closest]].tolist())
-    raise InputError(
-        f"Particles {i} and {j} overlap at time {frame.time:.6g} (distance {distances[closest]:.6g}, "
-        f"{'diameter' if pair is None else 'contact'} {contact:.6g}); g(r) needs a valid frame, or points "
-        "(diameter 0)."
-    )
-
-
-def ideal_counts(edges: np.ndarray, pairs: float, box: tuple[float, ...]) -> np.ndarray:
-    """Return the expected number of pairs in each shell between ``edges``, for ``pairs`` of an ideal gas."""
-    shells = ball_volume(len(box)) * np.diff(power(2.0 * edges, len(box)))
-    return pairs * shells / math.prod(box)
-
-
-def independent_errors(counts: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """Return the errors (m,) of g for independent pairs: ``counts`` seen, ``expected`` for an ideal gas."""
-    return np.sqrt(np.maximum(counts, 1)) / expected
-
-
-def _errors(weighted: np.ndarray, larger: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """Return the standard errors (m,) of g from histograms (frames, m), weighted by volumes (frames,)."""
-    frames = weighted.shape[0]
-    total = np.sum(weighted * larger[:, None], axis=0)  # the variance of independent pairs
-    errors = independent_errors(total, frames * expected)
-    if frames < MIN_BLOCKS:
-        return errors
-    with unwarned():  # Wide error bars show too few samples; a warning for each bin would not help.
-        for k in np.flatnonzero(total):
-            errors[k] = blocking(weighted[:, k]).error / expected[k]
-    return errors
+def _results(counted: Histograms) -> dict[str, RDFResult]:
+    return {name: RDFResult(**found) for name, found in counted.result().items()}

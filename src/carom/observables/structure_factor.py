@@ -12,8 +12,8 @@ from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
+from carom.observables.histograms import species_pair
 from carom.observables.of_frames import OfFrames
-from carom.observables.rdf import species_pair
 from carom.observables.statistics import arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
@@ -68,6 +68,7 @@ class StructureFactor(OfFrames):
 
     _what = "S(k)"
     _uniform = True
+    _upright = "its wave vectors turn with the strain, and no shell keeps its length"
 
     def __post_init__(self) -> None:
         if self.shells is not None and self.kmax is not None:

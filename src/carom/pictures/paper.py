@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from carom.errors import FileError
+from carom.paths import replacing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,17 +53,19 @@ def lay_out(figure: Figure, axes: Axes) -> None:
 
 
 def saved(figure: Figure, path: str | os.PathLike[str] | None) -> Figure:
-    """Save a ``figure`` if a ``path`` is given, and return it; FileError if it cannot be written."""
-    if path is not None:
+    """Save a ``figure`` whole, if a ``path`` is given, and return it; FileError if it cannot be written."""
+    if path is None:
+        return figure
+    with replacing(Path(path)) as temporary:
         try:
-            if Path(path).suffix.lower() == ".png":
-                _write_png(figure, Path(path))
+            if temporary.suffix.lower() == ".png":
+                _write_png(figure, temporary)
             else:
                 from matplotlib import rc_context
 
                 # Text stays text in vector files: journals refuse fonts of Type 3, and words can be found.
                 with rc_context({"pdf.fonttype": 42, "ps.fonttype": 42, "svg.fonttype": "none"}):
-                    figure.savefig(Path(path))
+                    figure.savefig(temporary)
         except (OSError, ValueError) as error:
             reason = getattr(error, "strerror", None) or str(error)
             raise FileError(

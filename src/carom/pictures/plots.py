@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from carom.models.obstacles import Obstacle
     from carom.observables.packing import PackingNetwork
     from carom.observables.pressure import PressureResult
-    from carom.observables.radial import RDFResult
+    from carom.observables.rdf import RDFResult
     from carom.observables.statistics import Estimate
     from carom.scene.scene import Scene
 
@@ -178,7 +178,7 @@ def partial_rdf(
     Parameters
     ----------
     distributions : mapping of str to RDFResult
-        By the names of the two species, as :func:`carom.observables.partial_rdf.partial_rdf` returns them.
+        By the names of the two species, as :class:`carom.observables.rdf.PartialRDF` measures them.
     path : path, optional
         Where to save the picture.
 

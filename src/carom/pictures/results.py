@@ -43,6 +43,8 @@ def draw(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
         return plots.pressure(result, path=path)
     if name == "RDFResult":
         return plots.rdf(result, path=path)
+    if name == "PartialRDFResult":
+        return plots.partial_rdf(result, path=path)
     if name not in _PICTURES:
         raise InputError(f"There is no picture of a {name}; to_dataframe() gives a table.")
     figure, axes = sheet(7.0, 4.2)

@@ -34,14 +34,14 @@ def check(run_state: RunState) -> None:
         )
     system = run_state.system
     moving = any(map(is_live, system.obstacle_models))
-    missing = {
+    needed = {
         "straight flight": system.straight,
         "obstacles that rest and lose no energy": not moving,
         "diameters that do not grow": system.rates is None,
         "no drive": system.drive is None,
         "units that do not decide by rules": not getattr(system.interaction, "decides", False),
     }
-    wrong = [name for name, right in missing.items() if not right]
+    wrong = [name for name, right in needed.items() if not right]
     if wrong:
         raise InputError(f"FreeFlights needs {' and '.join(wrong)}; leave it out, or change the scene.")
 

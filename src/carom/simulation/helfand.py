@@ -31,7 +31,7 @@ def taken_out(observers: Sequence[Any]) -> tuple[Sequence[Any], bool]:
 def check(system: System) -> None:
     """Raise InputError where currents would not be what Helfand's moments need."""
     conserves = getattr(system.interaction, "conserves", None)
-    missing = {
+    needed = {
         "all axes periodic and no obstacles": all(system.periodic) and not system.obstacles,
         "elastic contacts": system.elastic,
         "steps that lose no energy": conserves is None or conserves(system.diameter),
@@ -40,9 +40,9 @@ def check(system: System) -> None:
         "double precision": not system.single,
         "at least two components": system.n > 1,
     }
-    if all(missing.values()):
-        missing["conserved momentum, so no pinned components, range rules or drive"] = all(system.still)
-    wrong = [name for name, right in missing.items() if not right]
+    if all(needed.values()):
+        needed["conserved momentum, so no pinned components, range rules or drive"] = all(system.still)
+    wrong = [name for name, right in needed.items() if not right]
     if wrong:
         raise InputError(f"HelfandCurrents needs {' and '.join(wrong)}; leave it out, or change the scene.")
 

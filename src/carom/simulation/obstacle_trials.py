@@ -39,7 +39,7 @@ from carom.simulation.trials import (
 
 LOOKS = 65  # times at which the way of a component is looked at
 
-ROUNDING_MARGIN = 2.0**-48
+TRIAL_MARGIN = 2.0**-48
 """Part of its coordinates by which a component is put inside an obstacle, as rounding might."""
 
 FAST = 2.0**40
@@ -177,7 +177,7 @@ class ObstacleTrial:
         if not sound or approach < GRAZING * float(np.linalg.norm(v)):
             return
         if not self._moves:
-            hair = ROUNDING_MARGIN * scale
+            hair = TRIAL_MARGIN * scale
             next_time = self._time(x - hair * normal, v, size, t)
             self._note(
                 "touching", next_time * approach <= TOLERANCE * scale, **facts, place=x, next_time=next_time

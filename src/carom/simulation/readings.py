@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from carom.block import Block, Energy, MomentumFlux
+from carom.block import Block, EnergySample, MomentumFlux
 from carom.compiling.compile_errors import comes_from_numba, reason
 from carom.errors import InputError
 from carom.observables.energy import without_potential
@@ -80,16 +80,16 @@ def _in_field(run_state: RunState) -> float:
     return float(in_field(scene.masses, places, scene.box))
 
 
-def energy_now(run_state: RunState) -> Energy | None:
+def energy_now(run_state: RunState) -> EnergySample | None:
     """Return potential energy and kT at the present; None where there is no potential energy."""
     if without_potential(run_state.scene):
         return None
-    return Energy(potential_energy(run_state), kT(run_state))
+    return EnergySample(potential_energy(run_state), kT(run_state))
 
 
 def mean_energy(
-    before: Energy | None, after: Energy | None, block: Block, degrees_of_freedom: int
-) -> Energy | None:
+    before: EnergySample | None, after: EnergySample | None, block: Block, degrees_of_freedom: int
+) -> EnergySample | None:
     """Return the means over a block from the values at its ends; None where there is no potential energy.
 
     It is the total less the kinetic energy, whose mean is known where ``kT_time`` is: the total is averaged
@@ -99,8 +99,8 @@ def mean_energy(
         return None
     potential, both_kT = (0.5 * (a + b) for a, b in zip(before, after, strict=True))
     if block.kT is None:
-        return Energy(potential, both_kT)
-    return Energy(potential + 0.5 * degrees_of_freedom * (both_kT - block.kT), block.kT)
+        return EnergySample(potential, both_kT)
+    return EnergySample(potential + 0.5 * degrees_of_freedom * (both_kT - block.kT), block.kT)
 
 
 def energy_of_first_steps(run_state: RunState) -> float:

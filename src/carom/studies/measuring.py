@@ -22,11 +22,10 @@ from carom.observables.bond_order import NEAREST, BondOrder
 from carom.observables.crystallinity import Crystallinity
 from carom.observables.density_profile import DensityProfile
 from carom.observables.dynamics import FEW, Dynamics
+from carom.observables.histograms import DEFAULT_REACH
 from carom.observables.of_frames import as_points
-from carom.observables.pair_distribution import RDF
-from carom.observables.partial_rdf import MOST_SPECIES, PartialRDF
 from carom.observables.protocol import Underway, sees
-from carom.observables.rdf import DEFAULT_REACH
+from carom.observables.rdf import MOST_SPECIES, RDF, PartialRDF
 from carom.observables.structure_factor import StructureFactor
 from carom.scene import temperature
 from carom.scene.fields import is_equal
@@ -155,7 +154,7 @@ def _order(system: _System) -> BondOrder:
 
 def _profile(system: _System) -> DensityProfile:
     if system.frame.tilt is not None:
-        raise InputError("the box is sheared")
+        return DensityProfile(axis=1)  # across the flow
     return DensityProfile(axis=system.along or 0)
 
 
@@ -163,8 +162,6 @@ def _crystal(system: _System) -> Crystallinity:
     frame = system.frame
     if frame.dimension != 3:
         raise InputError(f"solid-like particles are those of 3 dimensions, and there are {frame.dimension}")
-    if frame.tilt is not None:
-        raise InputError("the box is sheared")
     if frame.n <= NEAREST[3]:
         raise InputError(f"it needs {NEAREST[3] + 1} particles, and there are {frame.n}")
     return Crystallinity()

@@ -54,7 +54,7 @@ def cell_of(lists, own_class, point):
     return np.uint64(lists.grid.base[own_class] + cell)
 
 
-ROUNDING_MARGIN = 1e-9
+SQUARE_MARGIN = 1e-9
 """Cells are looked into that are this fraction too far away, so that rounding loses nobody."""
 
 
@@ -68,7 +68,7 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
     grid = lists.grid
     half = np.uint64(0)
     count = np.uint64(1)
-    start = ROUNDING_MARGIN * range_sq
+    start = SQUARE_MARGIN * range_sq
     for axis in range(len(lists.grid_step)):
         start += half_square(lists.window, lists, point, old, axis) if moved else 0.0
     grid.neighbor_cells[0, 0] = 0
@@ -101,7 +101,7 @@ def cells_near(lists, own_class, other, point, range_sq, moved, old):
                 grid.neighbor_cells[other_half, total] = grid.neighbor_cells[half, k] * size + cell
                 grid.gaps[other_half, total] = square
                 grid.ahead[other_half, total] = grid.ahead[half, k] + ahead
-                total += np.uint64(square <= range_sq * (1.0 + ROUNDING_MARGIN))
+                total += np.uint64(square <= range_sq * (1.0 + SQUARE_MARGIN))
         half = other_half
         count = total
     count_kept = np.uint64(0)

@@ -244,15 +244,13 @@ class Packing(Result):
         if pictures and summary["gap"] is not None:
             from carom.pictures import plots
 
-            with replacing(folder / "packing.png") as temporary:
-                if self.dimension in (2, 3):
-                    plots.packing(self.network, path=temporary)
-                else:
-                    plots.snapshot(self.frame, path=temporary)
-            with replacing(folder / "gaps.png") as temporary:
-                plots.gaps(self.network, path=temporary)
-            with replacing(folder / "compression.png") as temporary:
-                plots.compression(self.history, self.jamming_fraction, self.dimension, path=temporary)
+            if self.dimension in (2, 3):
+                plots.packing(self.network, path=folder / "packing.png")
+            else:
+                plots.snapshot(self.frame, path=folder / "packing.png")
+            plots.gaps(self.network, path=folder / "gaps.png")
+            file = folder / "compression.png"
+            plots.compression(self.history, self.jamming_fraction, self.dimension, path=file)
         write_text(folder / "summary.json", json.dumps(summary, indent=2, allow_nan=False) + "\n")
 
     def _saved(self) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import json
 import math
 import time as clock
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -30,13 +30,13 @@ from carom.observables.energy import (
 )
 from carom.observables.equilibrium import doubts_about, slow_structure
 from carom.observables.layers import Layers
-from carom.observables.partial_rdf import MOST_SPECIES, partial_rdf, species_of, write_partial
 from carom.observables.pressure import without_pressure
 from carom.observables.quantiles import student_above
+from carom.observables.rdf import MOST_SPECIES, PartialRDF, species_of
 from carom.observables.statistics import ratio
 from carom.observables.volume import VolumeResult
 from carom.observables.wall_pressure import obstacle_names
-from carom.paths import replacing, write_text
+from carom.paths import write_text
 from carom.scene.description import kind
 from carom.scene.fields import is_equal, is_simple, is_usual, standing
 from carom.scene.overlaps import Overlap
@@ -215,31 +215,21 @@ def without_rdf(scene: Scene, frames: bool, barostat: bool = False) -> str | Non
     return None
 
 
-def _write_distributions(
-    folder: RunFolder, facts: Facts, report: Callable[[float, str], None]
-) -> dict[str, RDFResult]:
+def _write_distributions(folder: RunFolder, facts: Facts, report: Callable[[float, str], None]) -> Any:
     """Write g(r), and return it as :func:`_distributions`."""
     distributions = _distributions(facts, report)
     if distributions:
-        with replacing(folder.rdf) as temporary:
-            if is_equal(facts.sim.scene):
-                distributions[""].save(temporary)
-            else:
-                write_partial(distributions, temporary)
+        distributions.get("", distributions).save(folder.rdf)
     return distributions
 
 
-def _distributions(facts: Facts, report: Callable[[float, str], None]) -> dict[str, RDFResult]:
+def _distributions(facts: Facts, report: Callable[[float, str], None]) -> Any:
     """Return g(r), named "", or that of each pair of species of a mixture."""
     scene, sim = facts.sim.scene, facts.sim
     if facts.without:
         # The final state replaces the missing frames.
         report(0.0, "Computing g(r)")
-        return (
-            {"": RDF().over([sim.frame()])}
-            if is_equal(scene)
-            else partial_rdf(scene, lambda: iter([sim.frame()]))
-        )
+        return _rdf(scene, [sim.frame()])
     # From the file, so that a resumed run sees every frame. H5MD is preferred, because text is slow to read.
     source = next((path for path in facts.trajectories if path.suffix == ".h5md"), facts.trajectories[0])
     with io.open(source) as reader:
@@ -250,7 +240,11 @@ def _distributions(facts: Facts, report: Callable[[float, str], None]) -> dict[s
                 report(k / len(reader), "Computing g(r)")
                 yield frame
 
-        return {"": RDF().over(frames())} if is_equal(scene) else partial_rdf(scene, frames)
+        return _rdf(scene, frames())
+
+
+def _rdf(scene: Scene, frames: Iterable[Frame]) -> Any:
+    return {"": RDF().over(frames)} if is_equal(scene) else PartialRDF(scene).over(frames)
 
 
 def _draw(
@@ -264,17 +258,13 @@ def _draw(
 
     implied = None if pressure is None else pressure.contact_value
     # First, because what it takes in memory is free again for the others.
-    with replacing(folder.path / "snapshot.png") as temporary:
-        plots.snapshot(facts.sim.frame(), obstacles=standing(facts.sim.scene), path=temporary)
+    plots.snapshot(facts.sim.frame(), obstacles=standing(facts.sim.scene), path=folder.path / "snapshot.png")
     if pressure is not None:
-        with replacing(folder.path / "pressure.png") as temporary:
-            plots.pressure(pressure, equations=lines, path=temporary)
-    if distributions:
-        with replacing(folder.path / "rdf.png") as temporary:
-            if is_equal(facts.sim.scene):
-                plots.rdf(distributions[""], contact_value=implied, path=temporary)
-            else:
-                plots.partial_rdf(distributions, path=temporary)
+        plots.pressure(pressure, equations=lines, path=folder.path / "pressure.png")
+    if "" in distributions:
+        plots.rdf(distributions[""], contact_value=implied, path=folder.path / "rdf.png")
+    elif distributions:
+        plots.partial_rdf(distributions, path=folder.path / "rdf.png")
 
 
 def _phase(facts: Facts, volume: VolumeResult | None = None) -> Phase | None:

@@ -15,8 +15,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.trajectory import open_reader
-from carom.observables.pair_distribution import RDF
-from carom.observables.partial_rdf import partial_rdf
+from carom.observables.rdf import RDF, PartialRDF
 from carom.observables.statistics import Estimate, value_with_error
 from carom.results import Result
 from carom.scene.fields import is_equal
@@ -127,7 +126,7 @@ class RunResult(Result):
             raise InputError(f"{self.folder}: {reason}")
         with self.frames as frames:
             scene = Scene.from_frame(frames[0])
-            return RDF().over(frames) if is_equal(scene) else partial_rdf(scene, lambda: iter(frames))
+            return RDF().over(frames) if is_equal(scene) else PartialRDF(scene).over(frames)
 
     @property
     def timing(self) -> dict[str, float]:

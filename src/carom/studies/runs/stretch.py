@@ -12,7 +12,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from carom.block import Block, Energy, VolumeSums, weighted_sum
+from carom.block import Block, EnergySample, VolumeSums, weighted_sum
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR
 from carom.simulation import readings, stretches
@@ -122,7 +122,7 @@ class Stretch:
                 None if after[2] is None else after[2] - before[2],
                 works=tuple(walls[2 * third :]),
             )
-            first, last = (None if mark[3] is None else Energy(*mark[3]) for mark in (before, after))
+            first, last = (None if mark[3] is None else EnergySample(*mark[3]) for mark in (before, after))
             blocks.append(
                 block._replace(energy=readings.mean_energy(first, last, block, sim.degrees_of_freedom))
             )

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from carom.io.announced import ids_of, lattice_of, number_of, periodic_axes, words_of
 from carom.io.extxyz import Index, parse
+from carom.io.extxyz_header import ids_of, lattice_of, number_of, periodic_axes, words_of
+from carom.io.foreign_source import Snapshot, Source, text_of, tilted_cell
 from carom.io.gsd import hoomd_for
 from carom.io.hdf5 import Input
-from carom.io.snapshot import Snapshot, Source, text_of, tilted_cell
 
 if TYPE_CHECKING:
     import h5py
