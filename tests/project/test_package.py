@@ -68,6 +68,8 @@ def test_public_names_can_be_had_and_are_listed():
         carom.Gravty  # noqa: B018
     with pytest.raises(AttributeError, match="has no attribute 'Gravty'; did you mean Gravity"):
         carom.models.Gravty  # noqa: B018
+    with pytest.raises(carom.InputError, match="SquareWell has no keyword 'ranges'; did you mean range"):
+        carom.models.SquareWell(ranges=1.5)
     with pytest.raises(AttributeError, match="has no attribute 'sceen'; did you mean Scene"):
         carom.sceen  # noqa: B018
 

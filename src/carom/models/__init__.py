@@ -108,9 +108,12 @@ __all__ = list(_SHELF)
 
 
 def __getattr__(name: str) -> Any:
+    from carom.meant import corrected, nearest
+
     if name in _SHELF:
-        return getattr(importlib.import_module(f"carom.models.{_SHELF[name]}"), name)
-    from carom.meant import nearest
+        found = getattr(importlib.import_module(f"carom.models.{_SHELF[name]}"), name)
+        globals()[name] = corrected()(found) if isinstance(found, type) else found
+        return found
 
     alike = nearest(name, __all__)
     hint = f"; did you mean {alike}" if alike else ""
