@@ -305,7 +305,7 @@ BAD_MIXTURES = {
         ({"species": [Species("a", count=5)] * 2}, "must differ"),
         (
             MIXED | {"packing_fraction": 0.7},
-            "up to packing fraction 0.614 in 3 dimensions, found 0.7. Start from a lattice, Scene.crystal",
+            "up to packing fraction 0.614 in 3 dimensions, found 0.7. Start from a lattice .Scene.crystal",
         ),
         (MIXED | {"packing_fraction": 0.3, "box": 5.0}, "found both"),
         (MIXED | {"seed": -1}, "seed"),

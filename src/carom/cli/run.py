@@ -59,6 +59,7 @@ def run(
     carom run -d 2 --eta 0.65 --out disks
     carom run --n 256 -c 500 --frames 20 --out quick
     carom run --lattice fcc --eta 0.55 --out crystal
+    carom run --eta 0.4 --species 0.5:1 --species 0.5:1.4 --out mixture
     carom run --eta 0.3 --relative-error 1e-3 --walltime 600 --out precise
     carom run bed.toml --time 100 --out bed
     carom run fluid -c 50000 --out longer

@@ -101,8 +101,9 @@ def random_positions(
             limit = growth_limit(dimension)
         raise InputError(
             f"Spheres are placed at random up to packing fraction {limit:.3g} in {dimension} "
-            f"dimension{'s' * (dimension > 1)}, found {fraction:.6g}. Start from a lattice, Scene.crystal "
-            f"(equal ones go up to {CLOSEST_PACKING.get(dimension, 1.0):.3g}), and equilibrate."
+            f"dimension{'s' * (dimension > 1)}, found {fraction:.6g}. Start from a lattice "
+            f"(Scene.crystal, --lattice), for equal ones up to {CLOSEST_PACKING.get(dimension, 1.0):.3g}, "
+            "and equilibrate."
         )
     if dimension == 1 and contacts.additive and not room.obstacles:
         return _rods(room, contacts, rng)

@@ -13,7 +13,7 @@ from carom.declared import SEED, described, fields_of, integer, number, option, 
 from carom.errors import InputError
 from carom.scene_file import fields
 from carom.scene_file.fields import FORMATS, LATTICES
-from carom.spec import Spec, edges_in
+from carom.spec import Spec, edges_in, tables_of
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -108,7 +108,13 @@ class SceneSpec(Spec):
     )
     mass: float | None = option(positive, "Mass of all particles.", flags=None)
     species: tuple[Any, ...] = option(
-        fields.species, "Species by name: fraction of n (or count), diameter, mass.", flags=None, default=()
+        fields.species,
+        "Species by name: fraction of n (or count), diameter, mass; as an option FRACTION:DIAMETER or "
+        "FRACTION:DIAMETER:MASS, for each.",
+        SYSTEM,
+        read=tables_of("--species", "FRACTION:DIAMETER", "FRACTION:DIAMETER:MASS"),
+        many=True,
+        default=(),
     )
     contact: tuple[tuple[float, ...], ...] | None = option(
         fields.contact, "Contact distances of species [length], by default mean diameters.", flags=None
