@@ -12,6 +12,7 @@ from helpers.naive.falling import Floor, fall as oracle
 from helpers.plain import uncompiled
 
 import carom
+from carom.errors import InputError
 from carom.io.events import read_events
 from carom.models import Ball, Cuboid, Gravity, Plane, Segment, Sine, Triangle, own
 from carom.models.obstacles import convex
@@ -268,6 +269,21 @@ def test_a_fall_among_bodies_keeps_its_energy_and_a_shaken_one_gives_what_it_say
     work = sum(each.work for each in sim.obstacles)
     assert abs(energy() - before - work) < 1e-12 * energy()
     assert abs(work) > 0.1
+
+
+@pytest.mark.usefixtures("plain")
+def test_what_is_shaken_across_the_edge_of_a_periodic_box_is_met_in_its_nearest_image():
+    block = Cuboid((-1.0, 3.0), (1.5, 4.0), shake=Sine(1.4, period=1.7), direction=(1.0, 0.0))
+    places = [[1.5, 6.5], [4.0, 7.0], [6.2, 1.9], [4.0, 1.0]]
+    scene = carom.Scene(places, 8.0, walls="y", motion=Gravity((0.2, -1.0)), obstacles=[block])
+    sim, (standing,) = carom.Simulation(scene, kT=1.0, seed=1), scene.obstacles
+    for frame in sim.sample(every=0.25, count=60):
+        gaps = dressed(standing).gap(frame.positions, 0.5, (8.0, 8.0), (True, False), frame.time)
+        assert gaps.min() > -1e-12
+    assert sim.obstacles[-1].hits > 10
+    wide = Cuboid((2.0, 2.0), (6.0, 4.0), shake=Sine(1.9, period=1.7), direction=(1.0, 0.0))
+    with pytest.raises(InputError, match="expected room for the largest diameter"):
+        carom.Scene([[1.5, 6.5]], 8.0, walls="y", obstacles=[wide])
 
 
 def test_a_shape_of_ones_own_is_its_closest_point():
