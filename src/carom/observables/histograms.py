@@ -31,15 +31,7 @@ MOST_BINS = 10_000_000
 
 
 class Histograms:
-    """Histograms of distances of each frame, from which every g(r) follows.
-
-    Parameters
-    ----------
-    wanted : mapping of str to (pair, contact)
-        What to compute, by name: ``pair`` and ``contact`` as for :class:`carom.RDF`.
-    bins, width, rmax
-        As for :class:`carom.RDF`.
-    """
+    """Histograms of distances, for several g(r) by name; parameters as of :class:`carom.RDF`."""
 
     def __init__(
         self,
@@ -92,13 +84,7 @@ class Histograms:
             self._asked[name] = (chosen, _bin_edges(diameter, _narrowest(first), *self._binning))
 
     def result(self) -> dict[str, dict[str, Any]]:
-        """Return the fields of each :class:`carom.observables.RDFResult` of all frames so far, by name.
-
-        Raises
-        ------
-        InputError
-            If no frame was added.
-        """
+        """Return the fields of each :class:`carom.observables.RDFResult` of all frames so far, by name."""
         if self._first is None:
             raise InputError("No frame was given; sample some with Simulation.sample(every=0.5, count=100).")
         return {
@@ -170,20 +156,7 @@ def _common_diameter(frame: Frame) -> float:
 
 
 def species_pair(frame: Frame, pair: tuple[int | str, int | str]) -> tuple[int, int]:
-    """Return the numbers of two species.
-
-    Parameters
-    ----------
-    frame : Frame
-        Frame with these species.
-    pair : two ints or strs
-        Their names or numbers.
-
-    Raises
-    ------
-    InputError
-        If the frame has no such species, or too few particles of them for any pair.
-    """
+    """Return the numbers of two species of a frame, given by names or numbers."""
     if frame.species is None:
         raise InputError("pair is given, and the frames have no species; leave it out.")
     if not isinstance(pair, tuple | list) or len(pair) != 2:
@@ -235,13 +208,7 @@ def _packing_fraction(frame: Frame) -> float:
 
 
 def checked_rmax(rmax: float | None, shortest: float, rmin: float) -> float:
-    """Return the end of the bins: ``rmax``, or by default half of the ``shortest`` edge [length].
-
-    Raises
-    ------
-    InputError
-        If ``rmax`` exceeds half of the shortest edge, or does not exceed ``rmin``.
-    """
+    """Return the end of the bins: ``rmax``, or by default half of the ``shortest`` edge [length]."""
     half = 0.5 * shortest
     end = half if rmax is None else checks.number(rmax, "rmax")
     if not end <= half:
