@@ -27,7 +27,7 @@ from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking
 from carom.observables.tessellation import voronoi_bonds
 from carom.results import Result
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import Room, room_of_frame
 
 NEAREST = {2: 6, 3: 12, 4: 24}
 """Default number of neighbors, by dimension: the number of contacts in the densest lattice."""
@@ -108,7 +108,7 @@ class BondOrder(OfFrames):
         if frame.dimension < 2:
             raise InputError("Bonds on a line have no directions to order; expected a frame of d >= 2.")
         positions = frame.positions[of_species(frame, self.species)]
-        room = Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
+        room = room_of_frame(frame)
         places = room.wrapped(positions)
         orders, bonds = self._orders(room, places)
         local = float(np.sqrt(np.sum(orders**2, axis=1)).mean())

@@ -20,7 +20,7 @@ from carom.observables.bond_order import BondOrder, orders_of
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import Estimate, blocking
 from carom.results import Result
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import room_of_frame
 from carom.texts import counted
 
 DEGREE = 6
@@ -90,7 +90,7 @@ class Crystallinity(OfFrames):
         from scipy.sparse import coo_array
         from scipy.sparse.csgraph import connected_components
 
-        room = Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
+        room = room_of_frame(frame)
         places = room.wrapped(frame.positions)
         pairs, vectors = self._bonds._bonds_of(room, places)
         orders = orders_of(DEGREE, frame.n, pairs, vectors)

@@ -20,7 +20,7 @@ from carom.observables.packing import PackingNetwork
 from carom.pictures.shapes import shapes_of
 from carom.scene.description import particles
 from carom.scene.fields import standing
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import room_of_frame
 from carom.texts import counted
 
 if TYPE_CHECKING:
@@ -130,7 +130,7 @@ def of_frames(frames: Sequence[Frame] | Reader, obstacles: Sequence[Obstacle]) -
 
 def psi_6(frame: Frame) -> np.ndarray:
     """Return argument and modulus of psi_6 of every disk, (n, 2), from its six nearest neighbors."""
-    room = Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
+    room = room_of_frame(frame)
     places = room.wrapped(frame.positions)
     pairs = np.stack([np.repeat(np.arange(frame.n), SIX), nearest(room, places, SIX).ravel()], axis=1)
     x, y = room.separations(places, pairs).T

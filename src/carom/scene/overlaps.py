@@ -265,6 +265,11 @@ def room_of(
     return Room(np.asarray(edges), np.asarray(repeats), standing, tilt)
 
 
+def room_of_frame(frame: Any) -> Room:
+    """Return where the components of a frame are, without obstacles."""
+    return Room(np.asarray(frame.box), np.asarray(frame.periodic), (), frame.tilt or 0.0)
+
+
 def room_at_start(scene: Fields) -> Room:
     """Return where the components of a scene start, without its obstacles."""
     tilt = start_tilt(scene.motion, scene.box)

@@ -10,7 +10,7 @@ import numpy as np
 from carom.frame import Frame
 from carom.observables.bond_order import orders_of
 from carom.observables.tessellation import voronoi_bonds
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import room_of_frame
 
 REACH = 1.2 * 2 ** (1 / 6)
 """Longest bond of Q_6 [(V / n)^(1/3)]: half way between the first and the second neighbours of fcc."""
@@ -42,7 +42,7 @@ class OrderParameter:
 
 def psi_6(frame: Frame) -> float:
     """Return the modulus of the mean of psi_6, over the neighbours of the Voronoi tessellation."""
-    room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
+    room = room_of_frame(frame)
     pairs, bonds = voronoi_bonds(room, room.wrapped(frame.positions))
     mean = orders_of(6, frame.n, pairs, bonds.__getitem__).mean(axis=0)
     return math.sqrt(float(np.sum(mean**2)))
@@ -56,7 +56,7 @@ def q_6(frame: Frame) -> float:
     multinomial coefficients as weights. A matrix product of the terms of degree 3 gives those of degree 6;
     the lower ones follow, since ``x^2 + y^2 + z^2 = 1``.
     """
-    room = Room(np.asarray(frame.box), np.asarray(frame.periodic))
+    room = room_of_frame(frame)
     reach = REACH * (math.prod(frame.box) / frame.n) ** (1 / 3)
     pairs = room.near(room.wrapped(frame.positions), reach)
     if not len(pairs):
