@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from carom.cli import screen
 from carom.cli.heartbeat import quiet, say
 from carom.cli.meant import Command
 from carom.cli.options import Json, Quiet, argument, number_of, of_fields, option, shared, takes
@@ -215,6 +214,8 @@ def show(study: Study[Any], as_json: bool) -> None:
 @contextlib.contextmanager
 def watched(first: str) -> Iterator[tuple[Callable[[float, str], None], Callable[[Any], None] | None]]:
     """Show a bar and the table so far while the body runs; without a terminal, print a line now and then."""
+    from carom.cli import screen
+
     if quiet() or not sys.stderr.isatty():
         said = f"Compiling if need be, and {first}"
         with screen.watched(said) as line:

@@ -118,7 +118,9 @@ def _strict(generic, question):
 
 def room_for(x):
     """Return room on the caller's stack for a place like x, (d,) float64."""
-    return x.copy()
+    import numpy as np  # compiled code has instructions instead
+
+    return np.zeros(len(x))
 
 
 def is_noted(function: Any) -> bool:
