@@ -32,14 +32,7 @@ FORBIDDEN = re.compile(r"\b(components?|colours?|neighbours?|centres?|max_wallti
 
 ROOT = Path(__file__).parents[2]
 
-OF_DEVELOPERS = (
-    "algorithm.md",
-    "architecture.md",
-    "benchmarking.md",
-    "benchmarks.md",
-    "layouts.md",
-    "release.md",
-)
+OF_DEVELOPERS = ("algorithm.md", "architecture.md", "benchmarks.md", "layouts.md", "release.md")
 """Pages of the developers, with the words of the article: there, what moves is a component."""
 
 
