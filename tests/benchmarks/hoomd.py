@@ -2,7 +2,7 @@
 
     python tests/benchmarks/hoomd.py [0.75 0.60 0.8887] [--runs 20] [--out FILE]
 
-Without `--runs`, as many as in docs/benchmarks.md. The file holds a line for each run; the same command
+Without `--runs`, as many as in docs/benchmarking.md. The file holds a line for each run; the same command
 computes those that it lacks, and prints the table of all. A run takes 8 to 17 seconds of CPU time.
 """
 

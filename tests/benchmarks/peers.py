@@ -5,11 +5,11 @@
     python tests/benchmarks/peers.py                               # tables of what is stored, and no run
     python tests/benchmarks/peers.py --picture docs/images/rates.png
 
-Results go to ``results/peers.json``, one entry a scene. README.md and docs/benchmarks.md get their tables
-from there. EDMD has three programs; all are built with its own makefiles, in a temporary folder, and the
-fastest of each scene counts. Three lines are changed: how long a run takes, no thermostat (one of the three
-has it on), and CPU time is printed beside the number of collisions. It has no disks: spheres in a plane that
-do not leave it are disks. In each turn both programs start again. Rates are of CPU time, without set-up.
+Results go to ``results/peers.json``, one entry a scene. README.md gets its table from there. EDMD has three
+programs; all are built with its own makefiles, in a temporary folder, and the fastest of each scene counts.
+Three lines are changed: how long a run takes, no thermostat (one of the three has it on), and CPU time is
+printed beside the number of collisions. It has no disks: spheres in a plane that do not leave it are disks.
+In each turn both programs start again. Rates are of CPU time, without set-up.
 """
 
 import argparse
@@ -33,7 +33,7 @@ import carom
 from carom.models import SquareWell
 
 STORED = Path(__file__).parent / "results" / "peers.json"
-PAGES = ROOT / "README.md", ROOT / "docs" / "benchmarks.md"
+PAGE = ROOT / "README.md"
 
 SIZES = (4000, 32_000)
 FREEZING = 0.545
@@ -303,7 +303,7 @@ def draw(rows: list[dict], picture: Path) -> None:
 
 
 def main() -> None:
-    """Compare, store the results, and write the tables."""
+    """Compare, store the results, and write the table."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -324,8 +324,7 @@ def main() -> None:
     given.results.write_text("[\n" + ",\n".join(json.dumps(each) for each in found) + "\n]\n")
     print(table(found))
     if given.results.resolve() == STORED:
-        for page in PAGES:
-            write_table(page, "peers", table(found))
+        write_table(PAGE, "peers", table(found))
     if given.picture is not None:
         draw(found, given.picture)
 

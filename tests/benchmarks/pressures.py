@@ -22,6 +22,7 @@ from pages import ROOT, processor, write_table
 
 import carom
 from carom import theory
+from carom.observables.statistics import value_with_error
 from carom.studies.eos.table import Row
 from carom.studies.planner import outcome
 
@@ -117,15 +118,14 @@ def deviation(row: dict) -> float:
 def table(found: dict) -> str:
     """Return the rows as Markdown, with chi squared of each dimension, the CPU time, and where it was."""
     rows = found["rows"]
-    lines = [
-        "| d | packing fraction | N | Z | error / Z | published | its uncertainty | source | difference |",
-        "|---|---|---|---|---|---|---|---|---|",
-    ]
+    lines = ["| d | packing fraction | N | Z | published | difference / error |", "|---|---|---|---|---|---|"]
     for row in rows:
-        size = f"{row['N']} to ∞" if row["infinite"] else f"{row['N']}"
+        ours, published = (
+            value_with_error(row[value], row[error])
+            for value, error in (("Z", "error"), ("published", "uncertainty"))
+        )
         lines.append(
-            f"| {row['d']} | {row['eta']} | {size} | {row['Z']:.6f} | {row['error'] / row['Z']:.1e} | "
-            f"{row['published']:.6f} | {row['uncertainty']:.0e} | {row['source']} | {deviation(row):+.1f} |"
+            f"| {row['d']} | {row['eta']} | {row['N']} | {ours} | {published} | {deviation(row):+.1f} |"
         )
     chi = []
     for d in ETAS:

@@ -73,6 +73,13 @@ def test_no_phrase_has_to_be_guessed():
     assert [f"{page}: {phrase}; write: {GUESSED[phrase]}" for page, phrase in found] == []
 
 
+def test_pages_of_developers_stay_short():
+    docs = ROOT / "docs"
+    limits = {"benchmarks.md": 2000, "benchmarking.md": 2000, "decisions/*.md": 8000}
+    words = {name: sum(len(page.read_text("utf-8").split()) for page in docs.glob(name)) for name in limits}
+    assert {name: found for name, found in words.items() if not 0 < found < limits[name]} == {}
+
+
 if __name__ == "__main__":
     for path in [Path(name) for name in sys.argv[1:]] or PAGES:
         lengths = measured(path) or [0]

@@ -430,8 +430,8 @@ def test_virial_coefficients_are_those_of_clisby_and_mccoy():
 @pytest.mark.parametrize(
     ("eta", "ratio", "large", "measured", "error", "low"),
     [
-        # Carom's own runs of 746 to 2000 spheres, two of them in docs/benchmarks.md. Z of infinitely many is
-        # higher by 5e-4 of it at most.
+        # Carom's own runs of 746 to 2000 spheres (the first two: test_validation_scenes.py).
+        # Z of infinitely many is higher by 5e-4 of it at most.
         (0.3, 2.0, 0.5, 3.5117, 0.0013, (0.0, 0.003)),
         (0.4224, 4.62, 0.135, 3.8695, 0.0050, (0.003, 0.007)),
         (0.4, 5.0, 0.1, 3.289, 0.004, (0.005, 0.007)),

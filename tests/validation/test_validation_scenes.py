@@ -1,6 +1,6 @@
 """Mixtures, walls, obstacles and lost energy against exact and published values.
 
-The long ones, whose figures docs/benchmarks.md shows:
+The long ones, whose figures docs/how.md and docs/benchmarks.md show:
 ``pytest -m slow -s tests/validation/test_validation_scenes.py``.
 """
 

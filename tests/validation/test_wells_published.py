@@ -1,6 +1,6 @@
 """Wells against published simulations by other programs: energy, pressure, events, diffusion, coexistence.
 
-``pytest -m slow -s tests/validation/test_wells_published.py`` prints the tables of docs/benchmarks.md.
+``pytest -m slow -s tests/validation/test_wells_published.py`` prints the table of docs/benchmarks.md.
 """
 
 import math
