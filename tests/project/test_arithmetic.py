@@ -34,12 +34,12 @@ def frames(d, n=64, kinds=2):
 def put(found, seen):
     for value in vars(found).values() if hasattr(found, "__dict__") else [found]:
         if isinstance(value, np.ndarray):
-            seen.add(value.tobytes())
+            seen.update(value.tobytes())
         elif isinstance(value, (list, tuple)):
             for each in value:
                 put(each, seen)
         else:
-            seen.add(repr(value).encode())
+            seen.update(repr(value).encode())
 
 def told(name, *found):
     seen = hashlib.sha256()

@@ -78,4 +78,5 @@ def test_ci_runs_the_readme_s_line_first_and_in_an_empty_environment():
         """test_command='pip install ".[test]" && pytest'""",
         "main_command='pip install . && carom run'",
         'eval "$test_command"',
+        *lines[5:],  # what follows the line
     ]

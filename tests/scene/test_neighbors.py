@@ -74,7 +74,7 @@ def test_the_order_of_a_species_between_walls_is_that_of_its_own_pairs():
         periodic=(True, False),
     )  # fmt: skip
     order = BondOrder(6, nearest=6, species=1, rmax=2.0)
-    order.update(frame)
+    order.add(frame)
     room, places = Room(np.array(scene.box), np.array([True, False])), scene.positions[scene.species == 1]
     near = np.argsort(squares(room, places), axis=1)[:, :6]
     bonds = places[near] - places[:, None]

@@ -143,7 +143,7 @@ BAD = [
     ("[scene]\nmotion = 1979-05-27", "motion must be a table"),
     ("[scene]\nimpact = ['loss']", "impact must be a table, found a list of 1"),
     ("x = " + "[" * 9000, "nested too deeply"),
-    ("x = " + "1" * 9000, "no valid TOML"),
+    ("x = " + "1" * 9000, "no valid TOML|outside of any section"),
     ("#" * (LARGEST_FILE + 1), "at most"),
 ]
 

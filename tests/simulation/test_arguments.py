@@ -55,7 +55,7 @@ def test_times_say_themselves_how_many_frames_there_are(sim):
 
 @pytest.mark.parametrize("observable", [object(), carom.Pressure, "pressure"])
 def test_measure_says_what_an_observable_needs(sim, observable):
-    with pytest.raises(InputError, match=r"needs an observable.*update.*result"):
+    with pytest.raises(InputError, match=r"needs an observable.*add.frame.*result"):
         sim.measure(observable, time=1.0)
 
 

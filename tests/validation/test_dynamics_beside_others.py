@@ -21,7 +21,7 @@ def frames():
 def found(frames):
     dynamics = Dynamics(shells=4)
     for frame in frames:
-        dynamics.update(frame)
+        dynamics.add(frame)
     return dynamics.result()
 
 
