@@ -72,10 +72,6 @@ for each in (sim, again):
     each.run(time=10.0)
 assert (sim.frame().positions == again.frame().positions).all()
 assert sim.obstacles == again.obstacles
-try:
-    bars[0].check((20.0, 10.0), (True, False))
-except InputError as error:
-    print(error)
 """
 """What is to hold of the slit of the page: of the bars that it defines, and the disks that escape."""
 
@@ -97,12 +93,13 @@ def test_the_page_runs_as_it_stands(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     lines = done.stdout.splitlines()
-    assert lines.pop() == "lower bar needs two dimensions, with walls along both."
     assert lines[0] == "True"
     assert sum(line.startswith("holds") for line in lines) == 8
-    assert lines[-12:-8] == 4 * ["True"]  # then the disks that escape
+    assert lines.count("True") == 7
     assert sum(line.endswith("of 20 are on the right") for line in lines) == 4
-    assert lines[-3:] == ["floor", "False ['V', 'momentum', 'virial']", "UnlikeCores"]
+    assert sum(bool(re.match(r"0\.2\d+ \+- ", line)) for line in lines) == 4  # a quarter, with its error bar
+    assert "floor" in lines
+    assert lines[-2:] == ["False ['V', 'momentum', 'virial']", "UnlikeCores"]
 
 
 LENGTHS = {"UnlikeCores": 12, "Well": 20, "Floor": 8, "OneWay": 12, "Viscoelastic": 12}

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.compiling.registry import answers, inner, room_for
+from carom.compiling.registry import answers, inner, optional, room_for
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.mathematics.parabolas import first_landing, time_to_moving, time_to_plane
@@ -32,10 +32,16 @@ FAR = 2.0**20
 """Boxes from which a body is looked at for its corners."""
 
 
+@optional
+def as_place(body, x):
+    """Return what is as long as a place; where it is a tuple, loops over axes are unrolled."""
+    return x
+
+
 def away(body, x, axis):
     """Return a coordinate of the unit vector from a convex body to x: the answer of ``outward``."""
     rr = 0.0
-    for k in range(len(x)):
+    for k in range(len(as_place(body, x))):
         r = x[k] - closest(body, x, k)
         rr += r * r
     return (x[axis] - closest(body, x, axis)) / np.sqrt(rr)
@@ -47,17 +53,18 @@ def plane_after_plane(body, course, start, g, x, v, radius, growth):
 
     ``course`` is None where the body rests, ``g`` where the sphere flies straight.
     """
+    dimension = len(as_place(body, x))
     there = room_for(x)  # relative to the body
     limit = NEVER
     if course is not None:
         moves = growth != 0.0
-        for axis in range(len(x)):
+        for axis in range(dimension):
             moves = moves or v[axis] != 0.0 or g[axis] != 0.0
         limit = NEVER if moves else course.period
     t = 0.0
     while t <= limit and t < NEVER:
         shift = 0.0 if course is None else place(course.path, start + t)
-        for axis in range(len(x)):
+        for axis in range(dimension):
             bend = 0.0 if g is None else 0.5 * g[axis] * t
             there[axis] = x[axis] + (v[axis] + bend) * t
             if course is not None:
@@ -66,7 +73,7 @@ def plane_after_plane(body, course, start, g, x, v, radius, growth):
         speed = 0.0
         acceleration = 0.0
         slant = 0.0
-        for axis in range(len(x)):
+        for axis in range(dimension):
             r = there[axis] - closest(body, there, axis)
             rr += r * r
             if g is None:
@@ -125,6 +132,7 @@ def round_about(kind: Any) -> Any:
 def convex(kind: Any) -> Any:
     """Let a type with ``closest``, ``anchor`` and ``round`` be one of convex bodies: a class decorator."""
     rounding.register(kind)(lambda body: body.round)
+    as_place.register(kind)(lambda body, x: body.anchor)
     return in_every_image(round_about(kind))
 
 
