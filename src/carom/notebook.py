@@ -75,25 +75,15 @@ def bar(label: str) -> Iterator[Shown]:
         yield shown
 
 
-def by_fraction(shown: Shown) -> Callable[[float], object]:
-    """Return a progress callable that takes the fraction done."""
-    return lambda fraction: shown(fraction)
-
-
-def by_text(shown: Shown) -> Callable[[float, str], object]:
-    """Return a progress callable that takes the fraction done and a text."""
-    return shown
-
-
 def by_count(shown: Shown) -> Callable[[int, int], object]:
     """Return a progress callable that takes the number done and the total."""
     return lambda done, total: shown(done / total)
 
 
 def watchable(
-    label: str, adapt: Callable[[Shown], Callable[..., object]] = by_fraction
+    label: str, adapt: Callable[[Shown], Callable[..., object]] | None = None
 ) -> Callable[[Callable[..., T]], Callable[..., T]]:
-    """Let a function take ``progress=True``; ``adapt`` turns a bar with a label into its callable."""
+    """Let a function take ``progress=True``: a bar with a label, or what ``adapt`` makes of it."""
 
     def decorate(function: Callable[..., T]) -> Callable[..., T]:
         @functools.wraps(function)
@@ -103,7 +93,7 @@ def watchable(
             if not kwargs.pop("progress"):
                 return function(*args, **kwargs)
             with bar(label) as shown:
-                kwargs["progress"] = adapt(shown)
+                kwargs["progress"] = shown if adapt is None else adapt(shown)
                 return function(*args, **kwargs)
 
         return watched

@@ -17,7 +17,7 @@ from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.contact import contact_value
 from carom.observables.pairs import distance_counts
 from carom.observables.statistics import MIN_BLOCKS, blocking, unwarned
-from carom.scene.overlaps import Room
+from carom.scene.overlaps import room_of_frame
 from carom.theory import ball_volume
 
 # Default width of a bin [diameters]: up to freezing in 3D, g falls by at most a tenth in one bin.
@@ -292,14 +292,13 @@ def _histograms(
 
 def _tilted_histogram(frame: Frame, pair: tuple[int, int] | None, edges: np.ndarray) -> np.ndarray:
     """Return the numbers of pairs (m,) in each bin in a tilted cell, whose pairs are listed."""
-    box = np.asarray(frame.box, dtype=np.float64)
-    room = Room(box, np.ones(len(box), dtype=np.bool_), (), frame.tilt or 0.0)
+    room = room_of_frame(frame)
     pairs = room.near(frame.positions, float(edges[-1]))
     if pair is not None:
         kinds = np.sort(np.asarray(frame.species)[pairs], axis=1)
         pairs = pairs[(kinds == sorted(pair)).all(axis=1)]
     distances = room.distances(frame.positions, pairs)
-    rounding = float(np.finfo(np.float32).eps) * float(box.max())
+    rounding = float(np.finfo(np.float32).eps) * max(frame.box)
     if (distances < edges[0] - rounding).any():
         _refuse_overlap(frame, pair, float(edges[0]))
     return np.histogram(np.maximum(distances, edges[0]), edges)[0]
@@ -307,8 +306,7 @@ def _tilted_histogram(frame: Frame, pair: tuple[int, int] | None, edges: np.ndar
 
 def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) -> None:
     """Raise InputError that names the closest pair of a frame, or of two of its species."""
-    box = np.asarray(frame.box, dtype=np.float64)
-    room = Room(box, np.ones(len(box), dtype=np.bool_), (), frame.tilt or 0.0)
+    room = room_of_frame(frame)
     members = np.arange(frame.n)
     species = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
     if pair is not None:

@@ -58,8 +58,8 @@ class Underway:
 
     def __init__(self, observable: Any):
         self._observable = observable
-        self._adds = callable(getattr(observable, "add", None))  # an observer of events need not
-        self.sees = sees(observable) if self._adds else ""
+        # An observer of events need not add anything.
+        self.sees = sees(observable) if callable(getattr(observable, "add", None)) else ""
         self._values: list[Any] = []
 
     def add(self, seen: Any) -> None:
@@ -70,7 +70,7 @@ class Underway:
         """Return ``result()``; without this method, the means of the values from ``add``."""
         if callable(getattr(self._observable, "result", None)):
             return self._observable.result()
-        if not self._adds:
+        if not self.sees:
             return self._observable
         if any(value is None for value in self._values) or not self._values:
             raise InputError(

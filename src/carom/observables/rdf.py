@@ -17,6 +17,7 @@ from carom.observables.histograms import Histograms
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import Estimate, shown
 from carom.results import Result, from_dict
+from carom.scene.fields import is_equal
 from carom.scene.species import pair_name
 from carom.texts import counted, visible
 
@@ -323,6 +324,11 @@ class PartialRDF(OfFrames):
     def result(self) -> PartialRDFResult:
         """Return the g_ij(r) of all frames so far, by the name of the pair."""
         return PartialRDFResult(_results(self._counted) if self.pairs else {})
+
+
+def rdf_of(scene: Scene) -> RDF | PartialRDF:
+    """Return what measures g(r) of a scene; of a mixture that of every pair of species."""
+    return RDF() if is_equal(scene) else PartialRDF(scene)
 
 
 def _wanted(

@@ -15,6 +15,7 @@ from carom.studies.folder import RESULTS, SETTINGS, Folder
 from carom.studies.kind import MOST_LINES, Info, Kind, typed
 from carom.studies.packings.study import Packings
 from carom.studies.study import REGISTERED, Study
+from carom.texts import counted
 
 STUDIES: dict[str, type[Study[Any]]] = {
     kind.Spec.study: kind for kind in (EquationOfState, Transport, ShearFlow, Codes, Packings, Trade)
@@ -45,7 +46,7 @@ class OfStudy(Kind):
         name, grid = _held(folder)
         if name not in REGISTERED:  # the rest is known to its program
             done = len(list((folder / RESULTS).glob("*.json")))
-            found = Info(folder, self.name, f"{done} run{'s' if done != 1 else ''} done")
+            found = Info(folder, self.name, f"{counted(done, 'run')} done")
             found.add("study", f"{name}, of a program of its own", done=done, study=name)
             found.values |= grid
             found.next = "the program of the study goes on with it"
@@ -68,7 +69,7 @@ def results(found: Info, study: Study[Any]) -> Info:
     """Add what a study asks for and what is known of it, and return all."""
     flagged = sum(map(study.table.flagged, study.table)) if study.records else 0
     if flagged:
-        found.state += f", {flagged} point{'s' if flagged > 1 else ''} flagged"
+        found.state += f", {counted(flagged, 'point')} flagged"
     lines = str(study).splitlines()[1:] if study.records else []
     found.add("study", study.title, study=study.spec.study, done=len(study.records), tasks=len(study.tasks))
     for name in study.spec.grid:

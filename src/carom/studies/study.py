@@ -26,7 +26,7 @@ import numpy as np
 
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io.records import listed
-from carom.notebook import by_text, watchable
+from carom.notebook import watchable
 from carom.paths import write_text
 from carom.results import Result, plain
 from carom.spec import Spec
@@ -303,7 +303,7 @@ class Study(Result, Generic[S]):
     def _made(cls, values: Mapping[str, Any]) -> Self:
         return cls(cls.Spec.of_words(values["study"]), tuple(listed(unsealed)(values["records"], "records")))
 
-    @watchable("Study", by_text)
+    @watchable("Study")
     def run(
         self,
         *,

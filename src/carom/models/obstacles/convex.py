@@ -112,12 +112,7 @@ def fall_on(body, g, x, v, radius, growth, now):
     return plane_after_plane(body, None, 0.0, g, x, v, radius, growth)
 
 
-def fall_on_moving(body, course, start, g, x, v, radius, growth):
-    """Return the same for a body that is displaced: the answer of ``time_to_moving``."""
-    return plane_after_plane(body, course, start, g, x, v, radius, growth)
-
-
-FOLLOWS = {encounter: fly_to, outward: away, fall: fall_on, time_to_moving: fall_on_moving}
+FOLLOWS = {encounter: fly_to, outward: away, fall: fall_on, time_to_moving: plane_after_plane}
 """What a convex body answers that knows its closest point and its rounding."""
 
 
@@ -194,9 +189,7 @@ class Body(Properties, ABC):
         shifts = images(corners.mean(axis=0), box, periodic)
         return [Hull(tuple(map(tuple, (corners + shift).tolist())), self.radius) for shift in shifts]
 
-    def gap(self, positions, radii, box, periodic):
-        """Return the distance of each surface from the nearest image of the body, (n,) [length]."""
-        return gap_of(self, positions, radii, box, periodic)
+    gap = gap_of
 
     def widths(self) -> np.ndarray:
         """Return the widths of the body, (d,) [length]."""

@@ -21,7 +21,7 @@ from carom.models.obstacles.convex import gap_of, outline_of, round_about
 from carom.models.own import fields
 from carom.models.own.arrays import Prepared, per_particle
 from carom.models.own.fields import Meaning
-from carom.models.own.kinds import INTERACTION, OBSERVER, OBSTACLE, PATH, STEPPED, Kind, signature
+from carom.models.own.kinds import CONVEX, INTERACTION, OBSERVER, OBSTACLE, PATH, STEPPED, Kind, signature
 from carom.models.questions.memory import parameter, shift_epoch
 from carom.models.questions.obstacle import LIVE
 from carom.models.questions.particles import NEVER, Particles
@@ -79,6 +79,7 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
         cls.__annotations__ = {**inspect.get_annotations(cls), "name": str}
         setattr(cls, "name", cls.__name__)  # noqa: B010 (a type checker knows no such name)
     if kind is OBSTACLE and hasattr(cls, "closest"):
+        kind = CONVEX
         for name, follows in (("gap", gap_of), ("outline", outline_of), ("surface", outline_of)):
             if not hasattr(cls, name):
                 setattr(cls, name, follows)
@@ -96,7 +97,7 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     setattr(compiled, "lanes", _lanes(methods, meanings, whole))  # noqa: B010 (a namedtuple has no such name)
     for name, function in methods.items():
         kind.questions[name].register(compiled)(function)
-    if "closest" in methods:
+    if kind is CONVEX:
         round_about(compiled)
     _age(cls, kind, compiled, parts, methods)
     said = {name: parameter(each.power) for name, each in meanings.items() if name in given}
@@ -122,8 +123,7 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
             )
         found[name] = function
     written = [name for name, each in vars(cls).items() if isinstance(each, FunctionType) and name[0] != "_"]
-    required = ("closest",) if hasattr(cls, "closest") and kind is OBSTACLE else kind.required
-    wanted_in = {name: signature(name, kind.questions[name]) for name in required} | kind.asked
+    wanted_in = {name: signature(name, kind.questions[name]) for name in kind.required} | kind.asked
     for name, wanted in wanted_in.items():
         if name in found or (name in kind.asked and (hasattr(cls, name) or name in meanings)):
             _refuse_parameters(cls, name, wanted)
@@ -382,7 +382,7 @@ def _value(cls: Any, definition: Own, compiled: Any) -> Any:
 
     added: dict[str, Any] = {"_own": definition, "Compiled": compiled}  # where other processes find the type
     added |= {"__post_init__": __post_init__, "__eq__": __eq__, "__hash__": __hash__}
-    if kind is OBSTACLE:
+    if kind in (OBSTACLE, CONVEX):
         added |= _of_obstacle(cls, definition)
     elif kind is PATH:
         added["model"] = lambda self, unit: model_of(self, None, unit)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from carom.models import drives
@@ -133,6 +133,8 @@ OBSTACLE = Kind(
     {"gap": ("self", "positions", "radii", "box", "periodic")},
     ghost=True,
 )
+CONVEX = replace(OBSTACLE, required=("closest",))
+"""All else follows from the closest point."""
 DRIVE = Kind("drive", _named(drives.next_time, drives.kick), ("next_time", "kick"), converted=False)
 OBSERVER = Kind(
     "observer", _named(observer.at_pair, observer.at_obstacle, observer.at_epoch), (), converted=False

@@ -11,7 +11,7 @@ import numpy as np
 
 from carom import checks
 from carom.errors import FileError, InputError
-from carom.notebook import by_text, watchable
+from carom.notebook import watchable
 from carom.scene.scene import Scene
 from carom.scene.species import Species
 from carom.scene_file.scene_file import SceneFile
@@ -57,7 +57,7 @@ def asked_of(source: Any, given: Mapping[str, Any]) -> tuple[PackSpec, SceneSpec
 
 
 @documented(PackSpec, hidden=("n", "seeds"))
-@watchable("Packing", by_text)
+@watchable("Packing")
 def pack(
     start: int | Scene | str | PathLike[str] | None = None,
     *,
@@ -194,7 +194,7 @@ def _carried_out(compression: Compression, folder: PackingFolder | None) -> Pack
     return packing
 
 
-@watchable("Packing", by_text)
+@watchable("Packing")
 def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
     """Continue the compression in a folder; the result is bit-identical to an uninterrupted one."""
     folder = PackingFolder(Path(out))

@@ -15,7 +15,7 @@ from typing import Annotated, Any
 from carom import checks
 from carom.errors import InputError
 from carom.io import records
-from carom.notebook import by_text, watchable
+from carom.notebook import watchable
 from carom.paths import writing
 from carom.results import Result, html_of
 from carom.scene_file.commands import PlanSpec
@@ -130,7 +130,7 @@ class RunPlan(Result):
         """How often frames are taken."""
         return method(self.system, self.target).sampling
 
-    @watchable("Running", by_text)
+    @watchable("Running")
     def run(
         self,
         *,
@@ -394,7 +394,7 @@ def method(system: System, target: Target) -> Any:
 
 
 @documented(PlanSpec, hidden=("pilot",))
-@watchable("Planning", by_text)
+@watchable("Planning")
 def plan(
     target: str | Target | None = None,
     *,

@@ -10,7 +10,7 @@ from typing import Any
 
 from carom.errors import CaromError, FileError, InputError
 from carom.io import checkpoint
-from carom.notebook import by_text, watchable
+from carom.notebook import watchable
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import RunSpec
@@ -28,7 +28,7 @@ from carom.studies.signals import stoppable
 
 
 @documented(RunSpec)
-@watchable("Running", by_text)
+@watchable("Running")
 def run(
     scene: Scene | SceneFile | str | PathLike[str] | None = None,
     out: str | PathLike[str] = "carom-run",
@@ -118,7 +118,7 @@ def run(
     return RunResult(folder.path, summary, new=True)
 
 
-@watchable("Running", by_text)
+@watchable("Running")
 def resume(
     out: str | PathLike[str],
     *,

@@ -21,7 +21,7 @@ from carom.errors import CaromError, CaromWarning, FileError, InputError, Overla
 from carom.frame import Frame
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
-from carom.observables import RDF, Estimate, Pressure, PressureResult, RDFResult, WallPressure
+from carom.observables import Estimate, Pressure, PressureResult, RDFResult, WallPressure
 from carom.observables.drift import LEVEL, moved
 from carom.observables.energy import (
     Energy,
@@ -32,7 +32,7 @@ from carom.observables.equilibrium import doubts_about, slow_structure
 from carom.observables.layers import Layers
 from carom.observables.pressure import without_pressure
 from carom.observables.quantiles import student_above
-from carom.observables.rdf import MOST_SPECIES, PartialRDF, species_of
+from carom.observables.rdf import MOST_SPECIES, rdf_of, species_of
 from carom.observables.statistics import ratio
 from carom.observables.volume import VolumeResult
 from carom.observables.wall_pressure import obstacle_names
@@ -244,7 +244,8 @@ def _distributions(facts: Facts, report: Callable[[float, str], None]) -> Any:
 
 
 def _rdf(scene: Scene, frames: Iterable[Frame]) -> Any:
-    return {"": RDF().over(frames)} if is_equal(scene) else PartialRDF(scene).over(frames)
+    found = rdf_of(scene).over(frames)
+    return found if isinstance(found, dict) else {"": found}
 
 
 def _draw(

@@ -15,10 +15,9 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import Reader
 from carom.io.trajectory import open_reader
-from carom.observables.rdf import RDF, PartialRDF
+from carom.observables.rdf import rdf_of
 from carom.observables.statistics import Estimate, value_with_error
 from carom.results import Result
-from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
 from carom.studies.runs.summary import SUMMARY, read_timing
 from carom.texts import counted
@@ -126,7 +125,7 @@ class RunResult(Result):
             raise InputError(f"{self.folder}: {reason}")
         with self.frames as frames:
             scene = Scene.from_frame(frames[0])
-            return RDF().over(frames) if is_equal(scene) else PartialRDF(scene).over(frames)
+            return rdf_of(scene).over(frames)
 
     @property
     def timing(self) -> dict[str, float]:
