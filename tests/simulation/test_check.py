@@ -21,8 +21,8 @@ from carom.models.obstacles.dressing import Shaken, Surface, Thermal
 from carom.models.obstacles.paths import Sine
 from carom.models.questions.motion import carry, meeting_time, position, velocity
 from carom.models.questions.path import pace, place
-from carom.simulation import own_models
 from carom.simulation.explanation import explain
+from carom.simulation.trials import own_models
 
 SCENE = carom.Scene.random(30, 0.3, 2, seed=1)
 PLACES = carom.Scene.random(10, box=(8.0, 6.0), seed=1).positions
@@ -111,7 +111,7 @@ def test_what_is_tried_leaves_nothing_in_the_memory_of_a_value():
 
 def test_obstacles_of_carom_are_not_tried_by_a_simulation(monkeypatch):
     tried = []
-    monkeypatch.setattr(own_models, "refuse_obstacle", lambda value, *_: tried.append(value.name))
+    monkeypatch.setitem(own_models.TRIALS, "obstacle", lambda value, *_: tried.append(value.name))
     usual = (
         Plane((0.0, 1.0), 0.5, "usual"),
         Shaken(Ball((4.0, 0.5), 0.25, "shaken"), (0, 1), Sine(0.1, 1.0)),

@@ -17,7 +17,8 @@ from carom.models.interactions.hard_cores import HardCores
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.own.classes import kind_of
 from carom.models.questions.contact import transfer
-from carom.models.questions.interaction import interaction_time, jump
+from carom.models.questions.interaction import interaction_time, jump, record_impulse
+from carom.models.questions.memory import copy_state, remembers, shift_epoch
 from carom.models.questions.motion import position, velocity
 from carom.models.questions.particles import Particles
 from carom.models.questions.steps import step_jump, step_time
@@ -129,6 +130,25 @@ def answers(question: Any, model: Any) -> bool:
 def answers_any(kind: str, model: Any) -> bool:
     """Tell whether a model answers one of the required questions of a kind."""
     return any(registry.answers(question, type(model)) for question in REQUIRED[kind])
+
+
+def contact_range_of(interaction: Any, scene: Any) -> float:
+    """Return the reach of an interaction in a scene, checked [length]."""
+    name = f"reach(scene) of {type(interaction).__name__}"
+    return checks.number(interaction.reach(scene), name, low=0.0, open_low=True)
+
+
+def check_copy_state(system: Any) -> None:
+    """Raise InputError where a model of one's own has a memory, and no answer to copy it into a new model."""
+    own = [value for value in (system.interaction, system.impact) if is_own(value)]
+    for model in (*(value.model(system.particles) for value in own), *system.obstacle_models):
+        known = remembers(model) or answers(copy_state, model)
+        asked = any(answers(question, model) for question in (shift_epoch, record_impulse))
+        if is_own(model) and asked and not known:
+            raise InputError(
+                f"{type(model).__name__} has a memory, and rescale() and growth make the models anew: "
+                "give it a method copy_state that copies it."
+            )
 
 
 def recalled(kind: str, stored: Any, given: Any) -> Any:

@@ -13,6 +13,7 @@ from carom.models import model_checks
 from carom.models.drives import Drive
 from carom.models.interactions.pinned import Pinned
 from carom.models.obstacles import Obstacle, Wall
+from carom.models.obstacles.dressing import Dressed
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
 from carom.models.questions.motion import Motion
@@ -101,6 +102,19 @@ def is_simple(scene: Fields) -> bool:
     """Tell whether all are equal hard cores, elastic, in a periodic box without obstacles or a drive."""
     usual = all(is_usual(scene, kind) for kind in model_checks.USUAL) and is_elastic(scene)
     return usual and scene.drive is None and is_equal(scene) and all(scene.periodic) and not standing(scene)
+
+
+def own_obstacles(scene: Fields) -> list[int]:
+    """Return which obstacles, or the paths on which they move, are of a class of the user's."""
+    parts = [(each.obstacle, each.path) if isinstance(each, Dressed) else (each,) for each in standing(scene)]
+    return [k for k, each in enumerate(parts) if any(p is not None and model_checks.is_own(p) for p in each)]
+
+
+def has_own_models(scene: Fields) -> bool:
+    """Tell whether any model of a scene is of a class of the user's."""
+    values = (scene.interaction, scene.motion, scene.impact, scene.drive)
+    own = any(value is not None and model_checks.is_own(value) for value in values)
+    return own or bool(own_obstacles(scene))
 
 
 S = TypeVar("S", bound=Fields)

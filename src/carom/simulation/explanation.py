@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import InputError
+from carom.scene.fields import has_own_models
 from carom.scene.scene import Scene
 from carom.simulation.barostat import checked_barostat
 from carom.simulation.swaps import checked_swaps
 from carom.simulation.system_of_scene import prepare
+from carom.simulation.trials.own_models import try_own_models
 from carom.simulation.tuning import DEFAULT, Requested, Tuning
 
 if TYPE_CHECKING:
@@ -150,6 +152,8 @@ def explain(
     at_rest = np.zeros_like(scene.positions)
     velocities = at_rest if scene.velocities is None else scene.velocities
     system = prepare(scene, velocities, growth=growth, tuning=tuning)
+    if has_own_models(scene):
+        try_own_models(scene, system)
     checked_swaps(swaps, scene, system, event_log or None)
     checked_barostat(barostat, scene, system, swaps=swaps, event_log=event_log)
     try:

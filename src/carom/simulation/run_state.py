@@ -11,6 +11,7 @@ import numpy as np
 
 from carom.errors import BusyError, InputError
 from carom.frame import Frame
+from carom.models import model_checks
 from carom.models.motions.shear import Shear
 from carom.models.questions.steps import start_steps
 from carom.scene.temperature import peculiar
@@ -19,7 +20,6 @@ from carom.simulation.call_budget import MOST_CYCLES, MOST_SCHEDULED, CallBudget
 from carom.simulation.clock import Clock
 from carom.simulation.depths import Depths
 from carom.simulation.invariants import EnergyMomentum
-from carom.simulation.own_models import check_copy_state
 from carom.simulation.pace import Pace
 from carom.simulation.run_guard import RunGuard
 from carom.simulation.swaps import Sweeps
@@ -361,7 +361,7 @@ class RunState:
     ) -> None:
         from carom.engine.build import build, take_over
 
-        check_copy_state(self.system)
+        model_checks.check_copy_state(self.system)
         frame = self.frame()
         rescaled = velocities is not None
         velocities = frame.velocities if velocities is None else velocities

@@ -15,7 +15,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.models.copies import copied
-from carom.scene.fields import standing
+from carom.scene.fields import has_own_models, standing
 from carom.scene.keywords import ELSEWHERE
 from carom.scene.scene import Scene
 from carom.scene.temperature import at_temperature, degrees_of_freedom
@@ -127,6 +127,10 @@ class Simulation:
         else:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
         system = prepare(scene, velocities, growth=growth, tuning=tuning)
+        if has_own_models(scene):
+            from carom.simulation.trials.own_models import try_own_models
+
+            try_own_models(scene, system)
         if system.rates is not None and event_log is not None:
             raise InputError(
                 "An event log holds one diameter a particle, but growth is given: leave out one."

@@ -24,10 +24,8 @@ from carom.models.obstacles.dressing import Dressed
 from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.obstacle import fall, meeting
 from carom.models.questions.walls import wall_meeting
-from carom.scene.fields import is_elastic, is_equal, is_simple, is_usual, standing
+from carom.scene.fields import is_elastic, is_equal, is_simple, standing
 from carom.scene.temperature import Thermal, thermal_of
-from carom.simulation import probes
-from carom.simulation.own_models import check_copy_state, check_user_models
 from carom.simulation.tuning import DEFAULT, Tuning
 from carom.units import TimeUnit
 
@@ -159,7 +157,7 @@ def refuse_steep(system: System, thermal: Thermal) -> None:
     """Raise InputError if steps are so high that a crossing leaves no digit of a thermal energy."""
     if not system.stepped:
         return
-    energies = np.asarray(system.interaction.model(system.particles).energy)
+    energies = np.asarray(getattr(system.interaction.model(system.particles), "energy", 0.0))
     finite = energies[np.isfinite(energies)]
     height, energy = float(np.ptp(finite)), thermal.kT + system.mass * thermal.drift**2
     if 0.0 < STEEPEST * energy < height:
@@ -224,8 +222,6 @@ def refuse_drive(system: System, scene: Scene) -> None:
             f"{name} kicks along every axis, and {type(scene.motion).__name__} keeps components on a surface "
             "that they would leave; leave out one of them."
         )
-    model = model_checks.made(scene.drive, system.particles)
-    model_checks.answered("drive", model)
 
 
 def check_meetings(system: System, scene: Scene) -> None:
@@ -315,7 +311,7 @@ def system_of(
         n=scene.n,
         box=scene.box,
         periodic=scene.periodic,
-        diameter=probes.contact_range_of(interaction, scene),
+        diameter=model_checks.contact_range_of(interaction, scene),
         mass=scene.mass,
         interaction=interaction,
         motion=scene.motion,
@@ -352,17 +348,5 @@ def system_of(
     if not system.straight or any(hasattr(each, "live") for each in standing(scene)):
         check_meetings(system, scene)
     refuse_own_walls(system, scene)
-    for kind in model_checks.USUAL:
-        if not is_usual(scene, kind):
-            value = getattr(system, kind)
-            is_own = model_checks.is_own(value) and kind != "impact"  # that of an elastic impact is None
-            model = model_checks.made(value, system.particles) if is_own else value.model(system.particles)
-            model_checks.answered(kind, model)
-    for value, model in zip(standing(scene), system.obstacle_models, strict=True):
-        if model_checks.is_own(model):
-            model_checks.compilable(f"obstacle {value.name}", model)
-    check_user_models(scene, system)
     refuse_steep(system, thermal)
-    if rates is not None:
-        check_copy_state(system)
     return system

@@ -27,7 +27,7 @@ from carom.models.questions.obstacle import (
 )
 from carom.models.questions.particles import NEVER
 from carom.models.questions.walls import wall_meeting
-from carom.simulation.trials import (
+from carom.simulation.trials.setting import (
     GRAZING,
     TOLERANCE,
     Record,
@@ -206,12 +206,6 @@ def _moves(model: Any) -> bool:
 def known_to_move(value: Any, model: Any) -> bool:
     """Tell whether it is known where an obstacle is at any time: it rests, or a path displaces it."""
     return (isinstance(value, Dressed) and value.path is not None) or not _moves(model)
-
-
-def is_own(value: Any) -> bool:
-    """Tell whether an obstacle, what it covers, or its path is of a class of the user's."""
-    parts = (value.obstacle, value.path) if isinstance(value, Dressed) else (value,)
-    return any(each is not None and model_checks.is_own(each) for each in parts)
 
 
 def try_walls(setting: Setting, record: Record, rng: np.random.Generator, growth: float = 0.0) -> None:

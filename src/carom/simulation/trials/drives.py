@@ -9,7 +9,7 @@ import numpy as np
 
 from carom.models.drives import kick, next_time
 from carom.models.questions.particles import NEVER
-from carom.simulation.trials import TOLERANCE, Record, Setting, number_of
+from carom.simulation.trials.setting import TOLERANCE, Record, Setting, number_of
 
 AT_ONCE = 8  # events of one component that may come at one time, at most
 

@@ -13,8 +13,8 @@ from carom.models.questions.interaction import core_square, growth, interaction_
 from carom.models.questions.motion import meeting_time, push_direction
 from carom.models.questions.particles import NEVER
 from carom.models.questions.steps import BOUNCE, CORE, step_core_square, step_jump, step_time
-from carom.simulation import probes
-from carom.simulation.trials import (
+from carom.simulation.trials import probes
+from carom.simulation.trials.setting import (
     GRAZING,
     TOLERANCE,
     Record,

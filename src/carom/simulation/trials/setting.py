@@ -1,8 +1,7 @@
 """What is tried of models, in plain Python: the paper's conditions I to V, and what the engine relies on.
 
 :func:`carom.check` tries a model on particles that it makes up, and a simulation tries models of one's own
-on its particles. Both do it here, so that what the one refuses the other refuses, too. Pairs are in
-``pair_trials``, motions in ``motion_trials``, obstacles in ``obstacle_trials``, drives in ``drive_trials``.
+on its particles. Both do it here, so that what the one refuses the other refuses, too.
 """
 
 from __future__ import annotations
@@ -18,7 +17,6 @@ import numpy as np
 
 from carom.errors import CaromError, InputError
 from carom.models.motions.free_flight import Inertial
-from carom.models.questions.contact import exchanged_part, transfer
 from carom.models.questions.motion import carry, position, velocity
 from carom.models.questions.particles import NEVER, Particles
 
@@ -249,31 +247,3 @@ def in_plain_python(value: Any) -> Iterator[None]:
             f"{type(value).__name__} fails where Carom asks it in plain Python: {type(error).__name__}: "
             f"{error}; its functions must run in Python as they do when compiled."
         ) from error
-
-
-def try_impact(
-    law: Any, value: Any, setting: Setting, record: Record, rng: np.random.Generator, i: int, j: int
-) -> None:
-    """Try the part of the momentum that a contact law exchanges.
-
-    Parameters
-    ----------
-    law, value : model and impact
-        The contact law.
-    setting : Setting
-        The particles.
-    record : Record
-        Where results go.
-    rng : numpy Generator
-        Where the speed comes from.
-    i, j : int
-        The two.
-    """
-    distance = setting.size * rng.uniform(0.5, 2.0)
-    speed = setting.speed * 10.0 ** rng.uniform(-6.0, 2.0)
-    rr, rv = np.float64(distance * distance), np.float64(-speed * distance)
-    for part in (number_of(transfer, law, rr, rv), number_of(exchanged_part, law, i, j, rr, rv, 0.0)):
-        facts = {"i": i, "j": j, "distance": distance, "normal_speed": speed, "part": part}
-        record.note("part", setting.dimension, part >= 0.5 - TOLERANCE, **facts)
-        if not getattr(value, "adds_energy", False):
-            record.note("gain", setting.dimension, not part > 1.0 + TOLERANCE, **facts)

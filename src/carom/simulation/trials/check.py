@@ -22,25 +22,28 @@ from carom.models.own.kinds import DRIVE, IMPACT, MOTION, OBSERVER, PATH
 from carom.models.questions.motion import meeting_time
 from carom.models.questions.obstacle import Obstacle
 from carom.models.questions.particles import Particles
+from carom.scene.fields import has_own_models
 from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
-from carom.simulation import own_observers, probes
 from carom.simulation.depths import deepest, in_frames, present
-from carom.simulation.drive_trials import try_drive
-from carom.simulation.motion_trials import has_axis, try_flight
-from carom.simulation.obstacle_trials import ObstacleTrial
-from carom.simulation.own_models import refuse_short, refuse_without_steps
-from carom.simulation.pair_trials import PairTrial
 from carom.simulation.simulation import Simulation
-from carom.simulation.system_of_scene import driven_speed_of
-from carom.simulation.trials import (
+from carom.simulation.system_of_scene import driven_speed_of, prepare
+from carom.simulation.trials import probes
+from carom.simulation.trials.contacts import try_impact
+from carom.simulation.trials.drives import try_drive
+from carom.simulation.trials.interactions import refuse_short, refuse_without_steps
+from carom.simulation.trials.motions import has_axis, try_flight
+from carom.simulation.trials.observers import try_events
+from carom.simulation.trials.obstacles import ObstacleTrial
+from carom.simulation.trials.own_models import try_own_models
+from carom.simulation.trials.pairs import PairTrial
+from carom.simulation.trials.setting import (
     SENTENCES,
     TOLERANCE,
     Failure,
     Record,
     Setting,
     in_plain_python,
-    try_impact,
 )
 from carom.units import TimeUnit
 
@@ -202,7 +205,15 @@ def _in_a_run(scene: Scene, count: int, seed: int) -> Iterator[tuple[float, Over
 def _check_scene(scene: Scene, count: int, seed: int, frames: Iterable[Frame] | None) -> Conditions:
     """Look for overlaps in frames of a scene, or at ``count`` times of a run."""
     record = Record()
-    for time, found in in_frames(scene, frames) if frames is not None else _in_a_run(scene, count, seed):
+    if frames is None:
+        overlaps = _in_a_run(scene, count, seed)
+    else:
+        velocities = np.zeros_like(scene.positions) if scene.velocities is None else scene.velocities
+        system = prepare(scene, velocities)
+        if has_own_models(scene):
+            try_own_models(scene, system)
+        overlaps = in_frames(scene, system, frames)
+    for time, found in overlaps:
         who = {} if found is None else {"time": time, "who": str(found), "depth": found.depth}
         record.note("overlap", scene.dimension, found is None, **who)
     return Conditions(record.tried, tuple(record.failures.values()))
@@ -273,7 +284,7 @@ def _check_interaction(
     # A contact matrix of Carom's cores is checked by the scene.
     far = 2.0 * float(some.radii.max())
     contact_range = (
-        probes.contact_range_of(value, _scene(some)) if own_model or hasattr(value, "steps") else far
+        model_checks.contact_range_of(value, _scene(some)) if own_model or hasattr(value, "steps") else far
     )
     trial = PairTrial(value, copied(model), moving, record, contact_range)
     for _ in range(pairs):
@@ -349,7 +360,7 @@ def _check_observer(
     value: Any, some: Particles, moving: Setting, pairs: int, rng: np.random.Generator, record: Record
 ) -> None:
     scene = _scene(some)
-    own_observers.try_events(value.model(some), scene, some.radii, 1)
+    try_events(value.model(some), scene, some.radii, 1)
     record.note("told", scene.dimension, True)
 
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.errors import InputError
+from carom.models import model_checks
 from carom.models.questions.motion import carry, exit_time, meeting_time, position
 from carom.models.questions.particles import NEVER
-from carom.simulation.trials import TOLERANCE, Record, Setting, record_of, time_of
+from carom.simulation.trials.setting import TOLERANCE, Record, Setting, record_of, time_of
+
+if TYPE_CHECKING:
+    from carom.engine.system import System
 
 ATTEMPTS = 200  # random pairs among which one that meets across a face is looked for
 
@@ -110,3 +115,17 @@ def has_axis(motion: Any, axis: int) -> bool:
     except (ArithmeticError, ValueError):
         pass
     return True
+
+
+def refuse_motion_that_is_none(system: System) -> None:
+    """Raise InputError where a motion is curved and cannot say when two meet, or does not say that it is."""
+    model, name = system.motion.model(system.particles), type(system.motion).__name__
+    if system.curved:
+        for question in (carry, meeting_time):
+            if not model_checks.answers(question, model):
+                raise InputError(
+                    f"{name} has curved = True, and {type(model).__name__} does not answer "
+                    f"{question.__name__}: give it that method."
+                )
+    elif model_checks.answers(meeting_time, model):
+        raise InputError(f"{type(model).__name__} answers meeting_time: give {name} curved = True.")

@@ -1,0 +1,1 @@
+"""What is tried of models of one's own, in plain Python, before a simulation compiles them."""
