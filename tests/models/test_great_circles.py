@@ -12,7 +12,7 @@ from helpers.naive import great_circles as oracle
 import carom
 from carom.errors import InputError, OverlapError
 from carom.models.motions.great_circles import GreatCircles, cosine_and_sine
-from carom.scene.temperature import temperature
+from carom.scene.velocities import temperature
 from carom.simulation.explanation import explain
 
 EPS = float(np.finfo(float).eps)

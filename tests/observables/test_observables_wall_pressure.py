@@ -17,8 +17,7 @@ from carom.models.obstacles.segments import Segment
 from carom.observables import WallPressure
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.statistics import blocking
-from carom.scene import temperature
-from carom.scene.velocities import maxwell_velocities
+from carom.scene.velocities import conserved, velocities_of
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import RunSpec, SceneSpec
 from carom.simulation.measuring import measure
@@ -153,25 +152,18 @@ GLIDING = [
 ]
 
 
-@pytest.mark.parametrize(("d", "periodic", "obstacles", "conserved"), GLIDING)
-def test_degrees_of_freedom_and_the_temperature_drawn(d, periodic, obstacles, conserved):
+@pytest.mark.parametrize(("d", "periodic", "obstacles", "kept"), GLIDING)
+def test_degrees_of_freedom_and_the_temperature_drawn(d, periodic, obstacles, kept):
     masses = [1.0, 2.0, 5.0]
     places = np.array([[2.0] * d, [4.0] * d, [5.5] * d])
     scene = carom.Scene(places, 8.0, mass=masses, walls=axes_without(periodic), obstacles=obstacles)
-    still = temperature.conserved(scene)
-    assert sum(still) == conserved
-    velocities = maxwell_velocities(3, d, np.array(masses), 0.7, 1, still)
+    still = conserved(scene)
+    assert sum(still) == kept
+    velocities = velocities_of(scene, 0.7, 1)
     momentum = np.array(masses) @ velocities
     assert ((np.abs(momentum) < 1e-14) == still).all()
     twice = np.array(masses) @ (velocities**2).sum(axis=1)
-    assert twice == pytest.approx(0.7 * (3 * d - conserved), rel=1e-14)
-
-
-def test_velocities_of_a_periodic_box_are_those_of_before():
-    np.testing.assert_array_equal(
-        maxwell_velocities(9, 2, 1.5, 0.3, 7),
-        maxwell_velocities(9, 2, 1.5, 0.3, 7, (True, True)),
-    )
+    assert twice == pytest.approx(0.7 * (3 * d - kept), rel=1e-14)
 
 
 # A component of diameter 1 in an edge of 8: which obstacle, where it touches that, the normal there, out of

@@ -16,7 +16,7 @@ from carom.scene import lattices, placement
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
-from carom.scene.velocities import maxwell_velocities
+from carom.scene.velocities import velocities_of
 from carom.simulation.system_of_scene import prepare
 
 EPS = np.finfo(float).eps
@@ -67,6 +67,14 @@ LATTICES = {
     "dense 3": (lambda **k: Scene.crystal(cells=4, **k), 256, 3, 12, math.pi / math.sqrt(18)),
     "dense 4": (lambda **k: Scene.crystal(cells=3, dimension=4, **k), 648, 4, 24, math.pi**2 / 16),
 }
+
+
+def drawn(n, dimension, masses=1.0, kT=1.0, seed=0, **others):
+    """Return Maxwell velocities of n disks in a row."""
+    places = np.full((n, dimension), 1.0)
+    places[:, 0] += 1.5 * np.arange(n)
+    box = (1.5 * n + 1.0, *[2.0] * (dimension - 1))
+    return velocities_of(Scene(places, box, mass=masses, **others), kT, seed)
 
 
 @pytest.mark.parametrize("name", LATTICES)
@@ -226,7 +234,7 @@ def test_speeds_do_not_follow_from_places_of_the_same_seed(placed):
             scene = Scene.random(100, dimension=3, packing_fraction=1e-4, seed=seed)
             x = scene.positions / np.array(scene.box)
         places.append(x)
-        speeds.append(np.abs(maxwell_velocities(100, 3, seed=seed)))
+        speeds.append(np.abs(drawn(100, 3, seed=seed)))
     # Normal numbers come from the last digits of the words whose first digits are the uniform ones.
     digits = (8.0 * np.array(places)) % 1.0
     found = float(np.corrcoef(digits.ravel(), np.ravel(speeds))[0, 1])
@@ -266,7 +274,7 @@ def test_random_rods_are_the_equilibrium_gas():
 @pytest.mark.parametrize("kT", [1.0, 0.37])
 def test_maxwell_velocities_have_no_momentum_and_an_exact_temperature(n, dimension, kT):
     masses = 0.5 + np.random.default_rng(0).random(n)
-    velocities = maxwell_velocities(n, dimension, masses, kT, seed=5)
+    velocities = drawn(n, dimension, masses, kT, seed=5)
     assert velocities.shape == (n, dimension)
     kinetic = 0.5 * math.fsum((masses[:, None] * velocities**2).ravel())
     assert 2 * kinetic / (dimension * (n - 1)) == pytest.approx(kT, rel=8 * EPS)
@@ -277,17 +285,17 @@ def test_maxwell_velocities_have_no_momentum_and_an_exact_temperature(n, dimensi
 
 
 def test_one_particle_keeps_its_momentum_and_has_d_kT_over_2():
-    velocities = maxwell_velocities(1, 3, 2.0, 0.5, seed=1)
+    velocities = drawn(1, 3, 2.0, 0.5, seed=1)
     assert 0.5 * 2.0 * (velocities**2).sum() == pytest.approx(3 * 0.5 / 2, rel=8 * EPS)
 
 
 def test_no_temperature_is_rest():
-    assert not maxwell_velocities(10, 3, kT=0.0).any()
+    assert not drawn(10, 3, kT=0.0).any()
 
 
 def test_velocities_are_maxwellian():
     """With n = 20000 the constraints change the distribution by 1 / n, far below what the test resolves."""
-    velocities = maxwell_velocities(20_000, 2, 4.0, 9.0, seed=11)
+    velocities = drawn(20_000, 2, 4.0, 9.0, seed=11)
     assert stats.kstest(velocities.ravel(), stats.norm(scale=1.5).cdf).pvalue > UNLIKELY
     speeds = np.sqrt((velocities**2).sum(axis=1))
     assert stats.kstest(speeds, stats.rayleigh(scale=1.5).cdf).pvalue > UNLIKELY
@@ -295,39 +303,22 @@ def test_velocities_are_maxwellian():
 
 def test_heavier_components_are_slower_by_the_root_of_the_mass():
     masses = np.repeat([1.0, 100.0], 20_000)
-    velocities = maxwell_velocities(40_000, 3, masses, seed=2)
+    velocities = drawn(40_000, 3, masses, seed=2)
     light, heavy = velocities[:20_000], velocities[20_000:]
     # The variance of a variance of m normal numbers is 2 / m.
     six_sigma = 6 * math.sqrt(2 * 2 / light.size)
     assert light.var() / heavy.var() == pytest.approx(100.0, rel=six_sigma)
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        {"n": 0, "dimension": 3},
-        {"n": 3, "dimension": 0},
-        {"n": 3, "dimension": 3, "kT": -1},
-        {"n": 3, "dimension": 3, "kT": math.nan},
-        {"n": 3, "dimension": 3, "kT": "1"},
-        {"n": 3, "dimension": 3, "masses": 0.0},
-        {"n": 3, "dimension": 3, "masses": np.array([1, math.nan, 1])},
-        {"n": 3, "dimension": 3, "masses": np.ones(2)},
-        {"n": 3, "dimension": 3, "masses": []},
-        {"n": 3, "dimension": 3, "masses": "heavy"},
-        {"n": 3, "dimension": 3, "seed": "one"},
-        {"n": 3, "dimension": 3, "pinned": [True, True, True]},
-    ],
-)
-def test_bad_arguments_of_maxwell_velocities_are_refused(arguments):
+@pytest.mark.parametrize("arguments", [{"kT": -1}, {"kT": math.nan}, {"kT": "1"}, {"seed": "one"}])
+def test_a_temperature_or_a_seed_that_is_none_is_refused(arguments):
     with pytest.raises(InputError):
-        maxwell_velocities(**arguments)
+        drawn(3, 3, **arguments)
 
 
 @pytest.mark.parametrize("pinned", [[True, False, False, False], [0]])
-@pytest.mark.parametrize("conserved", [None, [True, True]])
-def test_velocities_of_pinned_components_are_zero_however_they_are_asked_for(pinned, conserved):
-    velocities = maxwell_velocities(4, 2, kT=2.0, pinned=pinned, conserved=conserved, seed=1)
+def test_velocities_of_pinned_components_are_zero_however_they_are_named(pinned):
+    velocities = drawn(4, 2, kT=2.0, pinned=pinned, seed=1)
     assert not velocities[0].any()
     assert velocities[1:].all()
     assert (velocities**2).sum() == pytest.approx(2.0 * 2 * 3, rel=1e-14)  # kT for each of 6 coordinates

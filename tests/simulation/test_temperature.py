@@ -12,7 +12,7 @@ import carom
 from carom import theory
 from carom.models import CylindricalContainer, Plane
 from carom.models.obstacles.named_walls import axes_without
-from carom.scene.temperature import conserved, peculiar, temperature
+from carom.scene.velocities import conserved, peculiar, temperature
 from carom.simulation import mechanics, stretches
 
 EPS = np.finfo(float).eps

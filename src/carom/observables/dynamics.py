@@ -22,7 +22,7 @@ from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result
-from carom.scene import temperature
+from carom.scene import velocities as scene_velocities
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene
@@ -125,7 +125,7 @@ class Dynamics(OfFrames):
     def begin(self, scene: Scene) -> None:
         """Note which momenta are conserved, unless ``conserved`` was given: ``measure`` calls this first."""
         if self.conserved is None:
-            self.conserved = temperature.conserved(scene)
+            self.conserved = scene_velocities.conserved(scene)
 
     def _begin(self, first: Frame) -> None:
         momentum = np.sum(first.masses[:, None] * first.velocities, axis=0)

@@ -14,7 +14,7 @@ from carom.errors import InputError
 from carom.meant import corrected
 from carom.observables.statistics import Estimate, ratio, unwarned
 from carom.results import Result
-from carom.scene.temperature import degrees_of_freedom
+from carom.scene.velocities import degrees_of_freedom
 from carom.texts import counted
 
 if TYPE_CHECKING:

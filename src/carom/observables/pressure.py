@@ -19,7 +19,7 @@ from carom.observables.course import Course
 from carom.observables.statistics import UNKNOWN, Estimate, unwarned
 from carom.results import Result
 from carom.scene.fields import is_elastic, is_simple
-from carom.scene.temperature import kept_by_motion
+from carom.scene.velocities import kept_by_motion
 from carom.texts import counted, html
 
 if TYPE_CHECKING:

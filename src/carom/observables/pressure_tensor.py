@@ -15,7 +15,7 @@ from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure import without_pressure
 from carom.observables.statistics import Estimate, arrays, ratio, shown
 from carom.results import Result
-from carom.scene.temperature import conserved, degrees_of_freedom, peculiar
+from carom.scene.velocities import conserved, degrees_of_freedom, peculiar
 from carom.texts import counted
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from carom.errors import InputError, OverlapError
 from carom.meant import corrected
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.fields import standing
-from carom.scene.temperature import temperature
+from carom.scene.velocities import temperature
 from carom.simulation.swaps import beside_free_hard_cores
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ import numpy as np
 from carom.errors import FileError, InputError
 from carom.paths import reason
 from carom.scene.storage import from_arrays, to_arrays
-from carom.scene.temperature import thermal_of
+from carom.scene.velocities import thermal_of
 from carom.simulation import flying, own_observers
 from carom.simulation.barostat import Barostat, VolumeMoves
 from carom.simulation.clock import LAST_EPOCH, Clock

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.observables.equilibrium import equipartition, slow_exchange
-from carom.scene.temperature import conserved
+from carom.scene.velocities import conserved
 
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState

@@ -15,7 +15,7 @@ from carom.errors import InputError
 from carom.models.motions.shear import Shear
 from carom.models.species import species_count
 from carom.notebook import table
-from carom.scene.temperature import kept_by_motion
+from carom.scene.velocities import kept_by_motion
 from carom.simulation.barostat import volume_sums
 from carom.simulation.depths import folded
 from carom.simulation.invariants import EnergyMomentum

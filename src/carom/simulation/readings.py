@@ -14,14 +14,14 @@ from carom.errors import InputError
 from carom.observables.energy import without_potential
 from carom.observables.steps import StepSums
 from carom.scene.first_steps import first_steps
-from carom.scene.temperature import degrees_of_freedom, kept_by_motion, temperature
+from carom.scene.velocities import degrees_of_freedom, kept_by_motion, temperature
 
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
 
 
 def kT(run_state: RunState) -> float:
-    """Return the temperature at the present [energy]: :func:`carom.scene.temperature.temperature`."""
+    """Return the temperature at the present [energy]: :func:`carom.scene.velocities.temperature`."""
     return run_state.unit.to_scene(temperature(run_state.scene, run_state.speeds), -2)
 
 

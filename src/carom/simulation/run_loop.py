@@ -14,7 +14,7 @@ from carom.block import Block, weighted_sum
 from carom.compiling import compile_listeners
 from carom.errors import CaromWarning, InputError
 from carom.models.questions.memory import error_message
-from carom.scene.temperature import peculiar
+from carom.scene.velocities import peculiar
 from carom.simulation.barostat import move_volume
 from carom.simulation.call_budget import CYCLES, MOST_CYCLES
 from carom.simulation.mechanics import sizes, sums

@@ -14,7 +14,7 @@ from carom.frame import Frame
 from carom.models import model_checks
 from carom.models.motions.shear import Shear
 from carom.models.questions.steps import start_steps
-from carom.scene.temperature import peculiar
+from carom.scene.velocities import peculiar
 from carom.simulation.barostat import VolumeMoves
 from carom.simulation.call_budget import MOST_CYCLES, MOST_SCHEDULED, CallBudget
 from carom.simulation.clock import Clock

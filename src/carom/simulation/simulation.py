@@ -18,8 +18,7 @@ from carom.models.copies import copied
 from carom.scene.fields import has_own_models, standing
 from carom.scene.keywords import ELSEWHERE
 from carom.scene.scene import Scene
-from carom.scene.temperature import at_temperature, degrees_of_freedom
-from carom.scene.velocities import velocities_of
+from carom.scene.velocities import at_temperature, degrees_of_freedom, velocities_of
 from carom.simulation import (
     checkpoint,
     equilibration,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom.errors import InputError
-from carom.scene.temperature import peculiar
+from carom.scene.velocities import peculiar
 
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState

@@ -25,7 +25,7 @@ from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.obstacle import fall, meeting
 from carom.models.questions.walls import wall_meeting
 from carom.scene.fields import is_elastic, is_equal, is_simple, standing
-from carom.scene.temperature import Thermal, thermal_of
+from carom.scene.velocities import Thermal, thermal_of
 from carom.simulation.tuning import DEFAULT, Tuning
 from carom.units import TimeUnit
 

@@ -27,9 +27,9 @@ from carom.observables.of_frames import as_points
 from carom.observables.protocol import Underway, sees
 from carom.observables.rdf import MOST_SPECIES, RDF, PartialRDF
 from carom.observables.structure_factor import StructureFactor
-from carom.scene import temperature
 from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
+from carom.scene.velocities import conserved
 from carom.scene_file.scene_file import SceneFile
 from carom.studies.kinds import kind_at
 from carom.theory import ball_volume
@@ -139,7 +139,7 @@ def _displacement(system: _System) -> Dynamics:
         raise InputError("the frames do not say how often a particle crossed the box (no image counts)")
     if system.decides:
         return Dynamics(conserved=(False,) * frame.dimension)
-    return Dynamics(conserved=None if system.scene is None else temperature.conserved(system.scene))
+    return Dynamics(conserved=None if system.scene is None else conserved(system.scene))
 
 
 def _order(system: _System) -> BondOrder:

@@ -17,7 +17,7 @@ from carom.observables import Pressure, PressureResult
 from carom.observables.statistics import Estimate
 from carom.reference import NaiveSystem
 from carom.scene.scene import Scene
-from carom.scene.temperature import temperature
+from carom.scene.velocities import temperature
 from carom.studies import phase
 from carom.studies.accuracy.diffusion import BLOCK, EinsteinSlope, looks
 from carom.studies.accuracy.methods import Method, Motion

@@ -42,7 +42,7 @@ from carom.scene.fields import is_equal, is_simple, is_usual, standing
 from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene.species import pair_name
-from carom.scene.temperature import kept_by_motion
+from carom.scene.velocities import kept_by_motion
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation import stretches
 from carom.simulation.equilibration import drifts
