@@ -69,8 +69,8 @@ def checked(kind: str, value: Any) -> Any:
 
 
 def is_own(value: Any) -> bool:
-    """Tell whether a value is of a class from outside of the package."""
-    return type(value).__module__.partition(".")[0] != "carom"
+    """Tell whether a value is of a class from outside of the package; None is not."""
+    return value is not None and type(value).__module__.partition(".")[0] != "carom"
 
 
 def lacks(value: Any, name: str) -> str:

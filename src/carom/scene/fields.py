@@ -104,17 +104,11 @@ def is_simple(scene: Fields) -> bool:
     return usual and scene.drive is None and is_equal(scene) and all(scene.periodic) and not standing(scene)
 
 
-def own_obstacles(scene: Fields) -> list[int]:
-    """Return which obstacles, or the paths on which they move, are of a class of the user's."""
+def own_models(scene: Fields) -> tuple[set[str], list[int]]:
+    """Return which kinds of models of a scene, and which obstacles or their paths, are the user's own."""
+    kinds = {kind for kind in model_checks.METHODS if model_checks.is_own(getattr(scene, kind))}
     parts = [(each.obstacle, each.path) if isinstance(each, Dressed) else (each,) for each in standing(scene)]
-    return [k for k, each in enumerate(parts) if any(p is not None and model_checks.is_own(p) for p in each)]
-
-
-def has_own_models(scene: Fields) -> bool:
-    """Tell whether any model of a scene is of a class of the user's."""
-    values = (scene.interaction, scene.motion, scene.impact, scene.drive)
-    own = any(value is not None and model_checks.is_own(value) for value in values)
-    return own or bool(own_obstacles(scene))
+    return kinds, [k for k, each in enumerate(parts) if any(map(model_checks.is_own, each))]
 
 
 S = TypeVar("S", bound=Fields)

@@ -25,7 +25,7 @@ def velocities_of(scene: Scene, kT: float, seed: int | np.random.Generator) -> n
     They have no momentum along the axes on which it is conserved; pinned components rest.
     """
     kT = checks.number(kT, "kT", low=0, high=checks.HOTTEST)
-    still, masses = np.array(conserved(scene)), scene.masses[:, None]
+    still, masses = np.asarray(conserved(scene)), scene.masses[:, None]
     rng, moving = seeds.generator(seed, "velocities"), scene.n
     velocities = rng.standard_normal((scene.n, scene.dimension)) / np.sqrt(masses)
     if scene.pinned is not None:
@@ -85,7 +85,7 @@ def peculiar(scene: Scene, velocities: np.ndarray) -> np.ndarray:
 
     A drift is subtracted together with its rounding: equal velocities leave exactly zero.
     """
-    still, masses = np.array(conserved(scene)), scene.masses[:, None]
+    still, masses = np.asarray(conserved(scene)), scene.masses[:, None]
 
     def without_drift(v: np.ndarray) -> np.ndarray:
         return v - np.where(still, np.sum(masses * v, axis=0), 0.0) / masses.sum()

@@ -163,12 +163,11 @@ def load(
         rates = arrays.get("contents.rates")
         velocities = arrays["initial_velocities"]
         thermal = thermal_of(scene, unit.to_kernel(velocities, -1))
-        images, single = bool(attributes["images"]), bool(attributes["single"])
-        system = system_of(scene, thermal, rates, images, single, unit)
+        kept = (bool(attributes[name]) for name in ("images", "single", "currents"))
+        system = system_of(scene, thermal, rates, unit, *kept)
         system = dataclasses.replace(
             system,
             rates=rates,
-            currents=bool(attributes["currents"]),
             flights=bool(attributes["flights"]),
             observers=own_observers.recalled(
                 json.loads(str(attributes["observers"])), observers, system.particles

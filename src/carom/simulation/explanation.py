@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import InputError
-from carom.scene.fields import has_own_models
+from carom.scene.fields import own_models
 from carom.scene.scene import Scene
 from carom.simulation.barostat import checked_barostat
 from carom.simulation.swaps import checked_swaps
@@ -152,8 +152,7 @@ def explain(
     at_rest = np.zeros_like(scene.positions)
     velocities = at_rest if scene.velocities is None else scene.velocities
     system = prepare(scene, velocities, growth=growth, tuning=tuning)
-    if has_own_models(scene):
-        try_own_models(scene, system)
+    try_own_models(*own_models(scene), scene, system)
     checked_swaps(swaps, scene, system, event_log or None)
     checked_barostat(barostat, scene, system, swaps=swaps, event_log=event_log)
     try:

@@ -99,9 +99,7 @@ class Replay:
             self._log = make_log(1)
             self._model = model._replace(boundary=self._words.boundary, observers=Observers(self._log, None))
             values = (scene.interaction, scene.motion, scene.impact, scene.drive)
-            self._own = [
-                type(value).__name__ for value in values if value is not None and model_checks.is_own(value)
-            ]
+            self._own = [type(value).__name__ for value in values if model_checks.is_own(value)]
         except KeyError as missing:
             raise FileError(
                 f"{path} has no {missing} in its initial state; expected a log that a Simulation wrote."

@@ -21,9 +21,10 @@ from carom.simulation.clock import Clock
 from carom.simulation.depths import Depths
 from carom.simulation.invariants import EnergyMomentum
 from carom.simulation.pace import Pace
+from carom.simulation.refusals import refuse_steep
 from carom.simulation.run_guard import RunGuard
 from carom.simulation.swaps import Sweeps
-from carom.simulation.system_of_scene import driven_speed_of, losses_at, refuse_steep, slow_speed_of, unit_of
+from carom.simulation.system_of_scene import driven_speed_of, losses_at, slow_speed_of, unit_of
 from carom.simulation.tuning import Requested
 
 if TYPE_CHECKING:
@@ -382,7 +383,8 @@ class RunState:
             self.system = dataclasses.replace(
                 self.system, motion=self.system.motion.tilted(frame.tilt or 0.0)
             )
-        refuse_steep(self.system, thermal)
+        if self.system.stepped:
+            refuse_steep(self.system, thermal)
         if rescaled:
             losses = losses_at(self.scene, slow_speed_of(self.scene, thermal, rates, unit))
             self.system = dataclasses.replace(self.system, **losses)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
 from os import PathLike
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.models.copies import copied
-from carom.scene.fields import has_own_models, standing
+from carom.scene.fields import own_models, standing
 from carom.scene.keywords import ELSEWHERE
 from carom.scene.scene import Scene
 from carom.scene.velocities import at_temperature, degrees_of_freedom, velocities_of
@@ -125,27 +124,25 @@ class Simulation:
             velocities = scene.velocities
         else:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
-        system = prepare(scene, velocities, growth=growth, tuning=tuning)
-        if has_own_models(scene):
+        observers, currents = helfand.taken_out(observers)
+        system = prepare(scene, velocities, growth=growth, tuning=tuning, currents=currents)
+        if any(own := own_models(scene)):
             from carom.simulation.trials.own_models import try_own_models
 
-            try_own_models(scene, system)
+            try_own_models(*own, scene, system)
         if system.rates is not None and event_log is not None:
             raise InputError(
                 "An event log holds one diameter a particle, but growth is given: leave out one."
             )
         sweeps = checked_swaps(swaps, scene, system, event_log)
-        others = {"swaps": sweeps, "observers": observers, "an event log": event_log}
+        others = {"swaps": sweeps, "observers": observers or currents, "an event log": event_log}
         volume_moves = checked_barostat(barostat, scene, system, **others)
-        observers, currents = helfand.taken_out(observers)
         if currents:
             helfand.check(system)
-            system = dataclasses.replace(system, currents=True)
-        if observers:
-            user_observers = own_observers.checked(observers, scene, system)
-            system = dataclasses.replace(system, observers=user_observers)
         state = RunState(scene, velocities, system, tuning.requested)
         state.sweeps, state.volume_moves = sweeps, volume_moves
+        if observers:
+            state.let_in(own_observers.checked(observers, scene, system))
         state.executive = executive_of(state, cores)
         state.schedule()
         if event_log is not None:

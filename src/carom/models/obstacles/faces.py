@@ -20,7 +20,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.models.obstacles.arcs import Arc
 from carom.models.obstacles.balls import Ball
-from carom.models.obstacles.box_walls import ROUNDING_MARGIN
+from carom.models.obstacles.box_walls import ROUNDING_MARGIN, Walls, cushions
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
 from carom.models.obstacles.convex import Body
 from carom.models.obstacles.dressing import Dressed
@@ -66,6 +66,12 @@ def yielding(obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[
         for wall in sides(periodic)
         if any(_lies_in(obstacle, box, periodic, wall) for obstacle in obstacles)
     }
+
+
+def hard_walls(obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool]) -> Walls | None:
+    """Return what the engine compiles for the walls of the box, or None where there are none."""
+    replaced = stand_ins(obstacles, box, periodic)
+    return cushions(box, periodic, replaced, yielding(obstacles, box, periodic) - {*replaced})
 
 
 def standing_walls(obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool]) -> list[Plane]:

@@ -22,7 +22,7 @@ from carom.models.own.kinds import DRIVE, IMPACT, MOTION, OBSERVER, PATH
 from carom.models.questions.motion import meeting_time
 from carom.models.questions.obstacle import Obstacle
 from carom.models.questions.particles import Particles
-from carom.scene.fields import has_own_models
+from carom.scene.fields import own_models
 from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.simulation.depths import deepest, in_frames, present
@@ -185,7 +185,7 @@ def check(
             found = _settings(value, value if kind == "motion" else flight, dimensions, seed, given is None)
             for some, moving, rng in found:
                 _TRIED[kind](value, some, moving, pairs, rng, record)
-    if motion is not None and model_checks.is_own(motion):
+    if model_checks.is_own(motion):
         with in_plain_python(motion):
             for _, moving, rng in _settings(motion, motion, dimensions, seed, given is None):
                 for _ in range(pairs):
@@ -210,8 +210,7 @@ def _check_scene(scene: Scene, count: int, seed: int, frames: Iterable[Frame] | 
     else:
         velocities = np.zeros_like(scene.positions) if scene.velocities is None else scene.velocities
         system = prepare(scene, velocities)
-        if has_own_models(scene):
-            try_own_models(scene, system)
+        try_own_models(*own_models(scene), scene, system)
         overlaps = in_frames(scene, system, frames)
     for time, found in overlaps:
         who = {} if found is None else {"time": time, "who": str(found), "depth": found.depth}

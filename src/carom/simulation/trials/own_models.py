@@ -16,9 +16,11 @@ import numpy as np
 from carom.errors import CaromWarning, InputError
 from carom.models import model_checks
 from carom.models.copies import copied
+from carom.models.obstacles import faces
+from carom.models.obstacles.wall_names import wall_name
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.walls import wall_meeting
-from carom.scene.fields import own_obstacles, standing
+from carom.scene.fields import standing
 from carom.simulation.trials.contacts import try_impact
 from carom.simulation.trials.drives import try_drive
 from carom.simulation.trials.interactions import refuse_interaction, short, shortest, unlike_pairs
@@ -41,31 +43,40 @@ IMPACTS = 64  # contacts on which a contact law is tried, and components on whic
 SEVERAL = 16  # obstacles that are tried, if there are so many
 
 
-def try_own_models(scene: Scene, system: System) -> None:
-    """Raise InputError where a model of one's own is not what the engine takes it for."""
-    values = {kind: getattr(system, kind) for kind in model_checks.METHODS}
-    own = {kind: value for kind, value in values.items() if value is not None and model_checks.is_own(value)}
-    for kind, value in own.items():
+def try_own_models(kinds: set[str], obstacles: list[int], scene: Scene, system: System) -> None:
+    """Raise InputError where own models, of these ``kinds`` and numbers, are not what the engine wants."""
+    setting = setting_of(scene, system)
+    values = {kind: getattr(system, kind) for kind in TRIALS if kind in kinds}
+    for kind, value in values.items():
         # The model of an elastic impact is None.
         model = (
-            value.model(system.particles) if kind == "impact" else model_checks.made(value, system.particles)
+            value.model(setting.particles)
+            if kind == "impact"
+            else model_checks.made(value, setting.particles)
         )
         model_checks.answered(kind, model)
-    for value, model in zip(standing(scene), system.obstacle_models, strict=True):
-        if model_checks.is_own(model):
-            model_checks.compilable(f"obstacle {value.name}", model)
-    if system.rates is not None:
-        model_checks.check_copy_state(system)
-    if "interaction" in own:  # both together
-        own.pop("motion", None)
-    obstacles = own_obstacles(scene)
+    for k in obstacles:
+        model_checks.compilable(f"obstacle {standing(scene)[k].name}", system.obstacle_models[k])
+    if "interaction" in kinds:  # it is tried along the motion
+        values.pop("motion", None)
     for k in obstacles[:: max(1, math.ceil(len(obstacles) / SEVERAL))]:
-        each = standing(scene)[k]
-        own[f"obstacle {k}"] = system.obstacles[k] if hasattr(each, "live") else each
-    setting = setting_of(scene, system)
-    for kind, value in own.items():
+        resting = not hasattr(standing(scene)[k], "live")
+        values[f"obstacle {k}"] = standing(scene)[k] if resting else system.obstacles[k]
+    for kind, value in values.items():
         with in_plain_python(value):
             TRIALS[kind.partition(" ")[0]](value, scene, system, setting)
+
+
+def refuse_own_walls(system: System, scene: Scene) -> None:
+    """Raise InputError if an own motion meets all walls, and an obstacle stands for one or lies in it."""
+    model = system.motion.model(system.particles)
+    fixed = standing(scene), scene.box, scene.periodic
+    found = [*faces.stand_ins(*fixed), *faces.yielding(*fixed)]
+    if found and model_checks.answers(wall_meeting, model):
+        raise InputError(
+            f"An obstacle is at the wall {wall_name(*found[0])}, and {type(scene.motion).__name__} answers "
+            "wall_meeting for all walls of the box: move the obstacle away from the wall."
+        )
 
 
 def refuse_pair_and_motion(value: Any, scene: Scene, system: System, setting: Setting) -> None:
@@ -78,6 +89,7 @@ def refuse_pair_and_motion(value: Any, scene: Scene, system: System, setting: Se
         refuse_interaction(pair, pairs, kinds, scene, system)
     if own_motion:
         refuse_motion_that_is_none(system)
+        refuse_own_walls(system, scene)
     rng, met = np.random.default_rng(0), 0
     if own_motion:
         for _ in range(TRIED):
