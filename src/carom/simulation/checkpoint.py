@@ -98,9 +98,12 @@ def size_of_file(run_state: RunState) -> float:
 def _arrays(run_state: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Return every array of a checkpoint, and the attributes of its scene."""
     from carom.engine.build import arrays as arrays_of
+    from carom.simulation.soundness import following
 
-    system = run_state.system
-    arrays = {**arrays_of(run_state.engine), "initial_velocities": run_state.velocities}
+    system, engine = run_state.system, run_state.engine
+    fixed = following(engine)
+    arrays = {name: each for name, each in arrays_of(engine).items() if name not in fixed}
+    arrays["initial_velocities"] = run_state.velocities
     scene_arrays, attributes = to_arrays(run_state.scene)
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
     if (system.rates is not None or run_state.sweeps is not None) and system.radii is not None:
@@ -182,8 +185,7 @@ def load(
         neighbors, shell = json.loads(str(attributes["wish"]))
         requested = Tuning(neighbors, shell).requested
         run_state = RunState(scene, velocities, system, requested, chosen)
-        soundness.check_fixed(run_state, arrays)
-        restore(run_state.engine, arrays)
+        restore(run_state.engine, {**arrays, **soundness.following(run_state.engine)})
         run_state.sweeps = sweeps
         run_state.volume_moves = _moves_of(attributes, "volume_moves", VolumeMoves, Barostat)
         run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
@@ -193,7 +195,7 @@ def load(
         )
         run_state.clock = Clock(unit, chosen.epoch, soundness.base_of(attributes), epoch, offset)
         run_state.seconds = soundness.real(attributes, "seconds", 0.0)
-        soundness.check(run_state)
+        soundness.check(run_state, arrays)
         if not isinstance(json.loads(str(attributes["extra"])), dict):
             raise ValueError("its extra is no table")
         logged = soundness.logged_in(attributes)

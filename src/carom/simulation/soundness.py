@@ -32,6 +32,7 @@ from carom.models.questions.memory import fields_of
 from carom.simulation.clock import LAST_EPOCH
 
 if TYPE_CHECKING:
+    from carom.engine.build import Engine
     from carom.simulation.run_state import RunState
 
 MOST_BOXES = 2.0**20
@@ -59,14 +60,12 @@ SCRATCH = re.compile(
 )
 """Arrays of reals that are written before they are read, and memory of the rules of units."""
 
+PARTS = ("state.", "neighbors.", "calendar.", "tallies.", "model.", "observers.")  # names of the engine's
+
 UNENDING = re.compile(
     r"state\.(rows\.event_time|crossing_time)|neighbors\.contacts\.first_dropped|.*\.last|model\.pair\.(timers|inner|outer|enter|leave|energy)"
 )
 """Arrays of reals that may be infinite."""
-
-
-PARTS = ("state", "neighbors", "calendar", "tallies", "model", "observers")
-"""First words of the names of the engine's arrays."""
 
 
 def whole(attributes: Mapping[str, Any], name: str, low: int, high: int) -> int:
@@ -157,25 +156,21 @@ def check_exchanged(radii: np.ndarray, rates: np.ndarray | None, diameters: np.n
         raise ValueError("its contents.radii are not those of its scene")
 
 
-def check_fixed(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
-    """Refuse arrays that follow from the scene, and do not; to be called with a freshly built engine."""
-    mine_of = arrays(run_state.engine)
-    for name in saved:
-        if name.split(".")[0] in PARTS and name not in mine_of:
-            raise ValueError(f"its {name} belongs to no part of such a run")
-    pair = run_state.engine.model.pair
-    ours = type(pair).__module__.startswith("carom.")
-    for name, mine in mine_of.items():
-        fixed = FIXED.fullmatch(name) is not None
-        if ours and name.startswith("model.pair."):
-            fixed = fields_of(type(pair))[name.split(".")[2]].role == "parameter"  # type: ignore[arg-type]
-        if fixed and name in saved and saved[name].tobytes() != mine.tobytes():
-            raise ValueError(f"its {name} is not what follows from the scene")
+def following(engine: Engine) -> dict[str, np.ndarray]:
+    """Return the arrays of a new engine that no file holds: they follow from the scene and the scheme."""
+    pair, found = engine.model.pair, arrays(engine)
+    if type(pair).__module__.startswith("carom."):
+        fields = fields_of(type(pair)).items()  # type: ignore[arg-type]
+        fixed = {f"model.pair.{name}" for name, each in fields if each.role == "parameter"}
+    else:
+        fixed = set()
+    return {name: array for name, array in found.items() if name in fixed or FIXED.fullmatch(name)}
 
 
-def check(run_state: RunState) -> None:
-    """Refuse an engine that has numbers with which it cannot go on."""
-    for problem in _problems(run_state):
+def check(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
+    """Refuse an engine that has numbers with which it cannot go on, and arrays that it has not."""
+    others = [name for name in saved if name.startswith(PARTS) and name not in arrays(run_state.engine)]
+    for problem in (*(f"{name} belongs to no part of such a run" for name in others), *_problems(run_state)):
         raise ValueError(f"its {problem}")
 
 
