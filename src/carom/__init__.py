@@ -49,11 +49,11 @@ if TYPE_CHECKING:
     from carom.pictures.view import view as view
     from carom.scene.scene import Scene as Scene
     from carom.scene.species import Species as Species
-    from carom.simulation.barostat import Barostat as Barostat
     from carom.simulation.callbacks import hit as hit
-    from carom.simulation.csv_log import CSVLog as CSVLog
+    from carom.simulation.files.csv_log import CSVLog as CSVLog
+    from carom.simulation.moves.barostat import Barostat as Barostat
+    from carom.simulation.moves.swaps import Swaps as Swaps
     from carom.simulation.simulation import Simulation as Simulation, Statistics as Statistics
-    from carom.simulation.swaps import Swaps as Swaps
     from carom.simulation.trials.check import check as check
     from carom.simulation.tuning import Tuning as Tuning
     from carom.studies.codes.study import spherical_code as spherical_code
@@ -76,9 +76,9 @@ _LAZY = {
         "carom.scene.species": "Species",
         "carom.simulation.simulation": "Simulation Statistics",
         "carom.simulation.tuning": "Tuning",
-        "carom.simulation.swaps": "Swaps",
-        "carom.simulation.barostat": "Barostat",
-        "carom.simulation.csv_log": "CSVLog",
+        "carom.simulation.moves.swaps": "Swaps",
+        "carom.simulation.moves.barostat": "Barostat",
+        "carom.simulation.files.csv_log": "CSVLog",
         "carom.simulation.callbacks": "hit",
         "carom.frame": "Frame",
         "carom.block": "Block",

@@ -42,7 +42,8 @@ from carom.models import ENTERED, Kind, Ranges, SquareWell, Steps, StepTable
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.gravity import Gravity
 from carom.observables import BondOrder, DensityProfile, Dynamics, HelfandCurrents
-from carom.simulation import flying, run_loop, stretches
+from carom.simulation import run_loop
+from carom.simulation.measuring import flying, stretches
 from carom.simulation.run_state import RunState
 from carom.studies.eos.measure import measure
 from carom.studies.eos.spec import StudySpec

@@ -27,7 +27,7 @@ from carom.io.events import read_events
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from helpers import checkpoints, oracle_scenes, oracle_sums
 
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 SCHEMES = ("sectors", "lists", "all")
 

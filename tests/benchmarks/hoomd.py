@@ -19,7 +19,7 @@ import carom
 from carom import theory
 from carom.observables import Estimate, combined
 from carom.observables.statistics import blocking
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 STATES: dict[str, dict[str, Any]] = {
     "0.75": {

@@ -12,7 +12,7 @@ import time
 import numpy as np
 
 import carom
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 
 def soak(sims, collisions, every):

@@ -211,7 +211,7 @@ from pathlib import Path
 import numpy as np
 from carom import Scene, Simulation, Species
 from carom.models import Ball
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 folder = Path(sys.argv[1])
 state = folder / "checkpoint.h5"

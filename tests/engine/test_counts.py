@@ -11,7 +11,7 @@ import carom
 from carom.models import Ball
 from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.named_walls import axes_without
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 
 @pytest.mark.usefixtures("both_ways")

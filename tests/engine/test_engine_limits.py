@@ -9,7 +9,7 @@ from helpers.oracle import EPS, moving
 
 import carom
 from carom.errors import InputError
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 
 @pytest.fixture(scope="module")

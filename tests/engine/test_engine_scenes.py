@@ -23,7 +23,7 @@ from carom.io.events import read_events
 from carom.models import Ball, Plane
 from carom.models.contacts.restitution import Restitution
 from carom.models.motions.gravity import Gravity
-from carom.simulation import mechanics, stretches
+from carom.simulation.measuring import mechanics, stretches
 
 
 # In three and four dimensions sectors have many neighbours, and plain Python is slow.
@@ -303,7 +303,7 @@ def test_fixed_balls_are_seen_from_a_face_of_the_box():
 
 @pytest.mark.usefixtures("unscheduled")
 def test_the_threshold_of_elastic_contacts_in_a_log_is_in_the_unit_of_the_scene():
-    from carom.simulation.recorder import _header
+    from carom.simulation.files.recorder import _header
 
     scene = carom.Scene.crystal(cells=3, packing_fraction=0.3).replace(impact=0.7)
     for kT in (1.0, 1e30):

@@ -15,7 +15,8 @@ from carom.engine import obstacles as engine_obstacles
 from carom.errors import CaromWarning, InputError
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.contacts.restitution import Restitution
-from carom.simulation import run_loop, stall_detector
+from carom.simulation import run_loop
+from carom.simulation.measuring import stall_detector
 
 
 @pytest.fixture

@@ -20,7 +20,7 @@ from carom.errors import CaromError, CaromWarning, OverlapError
 from carom.io.events import read_events, read_initial
 from carom.models.contacts.restitution import Restitution
 from carom.reference import NaiveSystem
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.simulation.replay import replay
 
 FLOWN = 12

@@ -7,7 +7,7 @@ from helpers.marks import slow
 import carom
 from carom.engine.constants import LAMBDA
 from carom.engine.domains.logical_process import refill_queue
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 SCENES = {
     "sectors": lambda: carom.Scene.crystal(cells=6, packing_fraction=0.3),

@@ -12,7 +12,7 @@ import carom
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
 from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.named_walls import axes_without
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from helpers.mixtures import mixture
 from helpers.oracle import EPS, NUDGE, ROUNDINGS, moving, oracle_of
 

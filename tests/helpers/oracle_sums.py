@@ -21,7 +21,7 @@ from carom.models import Ball, Plane, SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.paths import Sine
-from carom.simulation import mechanics, stretches
+from carom.simulation.measuring import mechanics, stretches
 from helpers import mixtures
 from helpers.oracle_scenes import NUDGE, ROUNDINGS, moving, oracle_of
 

@@ -14,7 +14,8 @@ import pytest
 def uncompiled():
     """Let simulations of this process run as plain Python."""
     from carom.engine import cycle, obstacles, projection
-    from carom.simulation import run_loop, stall_detector
+    from carom.simulation import run_loop
+    from carom.simulation.measuring import stall_detector
 
     # Compiled code divides by zero without a word.
     with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):

@@ -36,7 +36,7 @@ from carom.models.copies import copied
 from carom.models.motions.gravity import leaving
 from carom.models.questions.memory import Field, fields_of
 from carom.observables.energy import without_potential
-from carom.simulation import mechanics, readings, stretches
+from carom.simulation.measuring import mechanics, readings, stretches
 
 N = 6
 

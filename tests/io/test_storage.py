@@ -12,7 +12,7 @@ from helpers.mixtures import mixed
 import carom
 from carom import Frame, Scene, Simulation, io
 from carom.scene_file.scene_file import RunSpec, SceneFile, SceneSpec
-from carom.simulation import checkpoint
+from carom.simulation.files import checkpoint
 from carom.studies.runs import storage, underway
 
 

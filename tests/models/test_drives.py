@@ -19,7 +19,7 @@ from carom.models.white_noise import WhiteNoise, opponent, partner, rounds
 from carom.observables import HelfandCurrents
 from carom.observables.statistics import blocking
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.units import TimeUnit
 
 SLOW = pytest.mark.slow

@@ -8,7 +8,8 @@ import pytest
 import carom
 from carom.errors import InputError
 from carom.models import ENTERED, TIMER, Kind, Ranges, draw
-from carom.simulation import run_loop, stall_detector
+from carom.simulation import run_loop
+from carom.simulation.measuring import stall_detector
 
 EDGE = 10.0
 
@@ -193,7 +194,7 @@ def test_what_cannot_be_is_refused_in_a_sentence(make, words):
 def test_timers_are_the_time_that_is_left_in_the_unit_of_the_scene():
     from types import SimpleNamespace
 
-    from carom.simulation import readings
+    from carom.simulation.measuring import readings
     from carom.units import TimeUnit
 
     nobody = np.zeros(3, np.int64)

@@ -23,7 +23,7 @@ from carom.models.contacts.restitution import Restitution
 from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.packing import packing_network
 from carom.scene.overlaps import Room
-from carom.simulation.readings import momentum_flux
+from carom.simulation.measuring.readings import momentum_flux
 
 
 def flux(sim):

@@ -12,7 +12,7 @@ from carom.engine.pair_steps import read_steps
 from carom.models import Andersen, Bonds, Shear, SquareWell, Steps, StepTable, chains
 from carom.models.motions.shear import start_tilt
 from carom.scene.overlaps import Room
-from carom.simulation.readings import momentum_flux
+from carom.simulation.measuring.readings import momentum_flux
 from carom.simulation.replay import Replay
 
 STAIRS = StepTable(Steps([0.9, 1.1, 1.4, 1.6], [math.inf, -1.0, 0.7, -0.3]))

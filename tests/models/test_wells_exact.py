@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import carom
 from carom.models import SquareWell, Steps, StepTable
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 INF = math.inf
 

@@ -12,7 +12,7 @@ from scipy.stats import binom
 
 import carom
 from carom.observables.statistics import Estimate
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 TORUS = json.loads((Path(__file__).parents[1] / "data" / "few_body_exact.json").read_text())["torus_N2"]
 

@@ -18,8 +18,8 @@ from carom.models.motions.gravity import Gravity
 from carom.observables import Estimate
 from carom.scene.description import kind
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation import readings, stretches
-from carom.simulation.until_precise import merged
+from carom.simulation.measuring import readings, stretches
+from carom.simulation.measuring.until_precise import merged
 from carom.studies.runs.report import _other_temperature
 from carom.studies.runs.stretch import Stretch
 

@@ -24,7 +24,7 @@ from carom.observables.equilibrium import (
     slow_structure,
 )
 from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking
-from carom.simulation.equipartition import Thermometer
+from carom.simulation.measuring.equipartition import Thermometer
 
 
 def series(rng, a, n):

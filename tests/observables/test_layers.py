@@ -16,8 +16,8 @@ from carom.frame import Frame
 from carom.models.motions.gravity import Gravity
 from carom.observables.layers import GROUPS, MOST, Layers, weight
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation import stretches
-from carom.simulation.mechanics import Impacts
+from carom.simulation.measuring import stretches
+from carom.simulation.measuring.mechanics import Impacts
 from carom.studies.runs.stretch import Stretch
 
 

@@ -15,7 +15,7 @@ from carom.models.obstacles.named_walls import axes_without
 from carom.observables import WallPressure
 from carom.observables.statistics import ratio
 from carom.observables.surface_changes import MOST, freed, place_of, surface_sums
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ FEW_EVENTS = ("carom.simulation.callbacks",)
 ALONE = (
     "carom.models.active", "carom.models.drives", "carom.observables.density_profile",
     "carom.observables.energy", "carom.observables.flights", "carom.observables.pressure_profile",
-    "carom.observables.pressure_tensor", "carom.simulation.swaps", "carom.simulation.tuning",
+    "carom.observables.pressure_tensor", "carom.simulation.moves.swaps", "carom.simulation.tuning",
     "carom.studies.coefficients.study", "carom.studies.flow.study", "carom.studies.packings.pack",
     "carom.studies.planner.plan",
 )  # fmt: skip

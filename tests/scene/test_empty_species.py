@@ -14,7 +14,7 @@ from carom import InputError, Scene, Simulation, Species, io
 from carom.observables import RDF
 from carom.scene.species import pair_name
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation import mechanics, stretches
+from carom.simulation.measuring import mechanics, stretches
 
 PLAN = """
 [scene]

@@ -14,7 +14,7 @@ import carom
 from carom.compiling import compile_listeners, dispatch
 from carom.engine import cycle
 from carom.errors import BusyError
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.simulation.replay import Replay
 from carom.simulation.workers.thread_pool import ThreadPool
 

@@ -6,7 +6,7 @@ import pytest
 
 import carom
 from carom.errors import InputError
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from carom.errors import InputError
 from carom.models import Ball, Gravity, SquareWell
 from carom.models.drives import Langevin
 from carom.observables.statistics import blocking
-from carom.simulation.barostat import volume_sums
+from carom.simulation.moves.barostat import volume_sums
 from carom.theory import pieprzyk
 
 SLOW = pytest.mark.slow

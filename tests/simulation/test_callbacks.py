@@ -9,7 +9,7 @@ import pytest
 import carom
 from carom.errors import BusyError, CaromWarning, FileError, InputError
 from carom.models import Ball
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.simulation.run_loop import advance
 
 DOOR = Ball((3.0, 5.0), 1.0, "door")

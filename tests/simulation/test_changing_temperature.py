@@ -12,8 +12,8 @@ from carom.block import Block, Sizes
 from carom.errors import InputError
 from carom.observables import Pressure
 from carom.observables.course import Course
-from carom.simulation import mechanics, stretches
-from carom.simulation.cooling import Blocks
+from carom.simulation.measuring import mechanics, stretches
+from carom.simulation.measuring.cooling import Blocks
 from carom.units import TimeUnit
 
 SIX_SIGMA = 6.0

@@ -14,8 +14,8 @@ from carom.block import Block, VolumeSums
 from carom.cli import app
 from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation.barostat import VolumeMoves, volume_sums
-from carom.simulation.until_precise import merged
+from carom.simulation.measuring.until_precise import merged
+from carom.simulation.moves.barostat import VolumeMoves, volume_sums
 from carom.studies.phase import MeanBox, phase_of, shift
 from carom.studies.runs import constant_pressure
 from carom.studies.runs.stretch import Stretch

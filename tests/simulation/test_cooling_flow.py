@@ -8,7 +8,7 @@ import pytest
 
 import carom
 from carom import theory
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 ETA = 0.2
 SHORTEST = 3.5

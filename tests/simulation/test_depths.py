@@ -11,7 +11,7 @@ from carom.models.interactions.bonds import Bonds, chains
 from carom.models.interactions.wells import SquareWell
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
-from carom.simulation.depths import MOST, Depths
+from carom.simulation.measuring.depths import MOST, Depths
 
 EPS = float(np.finfo(np.float64).eps)
 DEPTH = 0.25

@@ -16,7 +16,7 @@ from carom.models import Ball, Bonds, Plane, Segment, Shear, SphericalContainer,
 from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.scene.overlaps import Overlap
-from carom.simulation.depths import in_frames
+from carom.simulation.measuring.depths import in_frames
 from carom.simulation.system_of_scene import prepare
 from carom.studies.runs import underway
 

@@ -9,7 +9,8 @@ from helpers.marks import slow
 import carom
 from carom.errors import InputError
 from carom.models.motions.gravity import Gravity
-from carom.simulation import run_loop, stretches
+from carom.simulation import run_loop
+from carom.simulation.measuring import stretches
 from carom.simulation.run_state import RunState
 
 SCENES = {

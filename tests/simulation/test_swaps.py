@@ -15,8 +15,9 @@ from carom.models import Gravity, SquareWell, Wall
 from carom.observables.rdf import PartialRDF
 from carom.observables.statistics import blocking
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation import run_loop, swaps
+from carom.simulation import run_loop
 from carom.simulation.explanation import explain
+from carom.simulation.moves import swaps
 from carom.studies import StudySpec
 from carom.theory import bmcsl
 

@@ -13,7 +13,7 @@ from carom import theory
 from carom.models import CylindricalContainer, Plane
 from carom.models.obstacles.named_walls import axes_without
 from carom.scene.velocities import conserved, peculiar, temperature
-from carom.simulation import mechanics, stretches
+from carom.simulation.measuring import mechanics, stretches
 
 EPS = np.finfo(float).eps
 SIX_SIGMA = 6.0
@@ -154,7 +154,7 @@ def test_along_an_axis_with_walls_a_common_velocity_is_heat():
 
 
 def test_what_a_run_should_keep_does_not_depend_on_the_unit_of_time_of_the_engine():
-    from carom.simulation.invariants import EnergyMomentum
+    from carom.simulation.measuring.invariants import EnergyMomentum
     from carom.units import TimeUnit
 
     rng = np.random.default_rng(1)

@@ -21,7 +21,7 @@ from carom.cli.plan import _show as show
 from carom.errors import FileError, InputError
 from carom.observables.statistics import blocking
 from carom.scene_file.commands import PlanSpec
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.planner import measures
 from carom.studies.planner.choice import LEAST, Costs, afford, cheapest, design, filled, on_cores

@@ -10,7 +10,7 @@ from helpers.drawn import strange_bars
 import carom
 from carom.errors import InputError
 from carom.observables.statistics import blocking, linear_ratio, ratio
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.studies import ShearFlow, ShearSpec
 from carom.studies.flow.measure import means
 from carom.studies.scenes import simulation_of

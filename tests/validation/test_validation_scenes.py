@@ -17,7 +17,7 @@ import carom
 from carom import theory
 from carom.models import Ball
 from carom.observables import blocking
-from carom.simulation import mechanics, stretches
+from carom.simulation.measuring import mechanics, stretches
 
 DATA = Path(__file__).parents[1] / "data"
 FOUR_ERRORS = 4.0

@@ -7,7 +7,7 @@ import io
 from typing import TYPE_CHECKING, Any
 
 from carom import notebook
-from carom.simulation.csv_log import Numbers, columns_of
+from carom.simulation.files.csv_log import Numbers, columns_of
 from carom.texts import counted
 
 if TYPE_CHECKING:

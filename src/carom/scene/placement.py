@@ -22,7 +22,7 @@ RANDOM_CLOSE_PACKING = {2: 0.84, 3: 0.64, 4: 0.46, 5: 0.31, 6: 0.20}
 #: suffice.
 REACH = 0.85
 
-#: Growth (``carom.simulation.growth``) reaches this part.
+#: Growth (``carom.simulation.moves.growth``) reaches this part.
 GROWTH_REACH = 0.96
 
 #: Packing fraction at which growth starts, over the highest of random placement; about ten steps reach it.

@@ -94,7 +94,7 @@ def random(
     -----
     For d = 1 the result is an exact equilibrium configuration; for d >= 2 it must still be equilibrated.
     Above 0.85 of random close packing smaller spheres are placed, which then grow while they move
-    (``carom.simulation.growth``).
+    (``carom.simulation.moves.growth``).
 
     Examples
     --------
@@ -127,7 +127,7 @@ def random(
     fraction = _box.packing_fraction(what.diameters, edges)
     kinds = _exchangeable(what) if len(what.diameters) >= placement.MANY else None
     if matrix is None and not tilt and placement.to_grow(fraction, d):
-        from carom.simulation.growth import grown
+        from carom.simulation.moves.growth import grown
 
         smaller = what.diameters * (placement.growth_start(d) / fraction) ** (1.0 / d)
 

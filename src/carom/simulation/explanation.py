@@ -10,8 +10,8 @@ import numpy as np
 from carom.errors import InputError
 from carom.scene.fields import own_models
 from carom.scene.scene import Scene
-from carom.simulation.barostat import checked_barostat
-from carom.simulation.swaps import checked_swaps
+from carom.simulation.moves.barostat import checked_barostat
+from carom.simulation.moves.swaps import checked_swaps
 from carom.simulation.system_of_scene import prepare
 from carom.simulation.trials.own_models import try_own_models
 from carom.simulation.tuning import DEFAULT, Requested, Tuning
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from carom.engine.build import Engine
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.engine.system import System
-    from carom.simulation.barostat import Barostat
+    from carom.simulation.moves.barostat import Barostat
+    from carom.simulation.moves.swaps import Swaps
     from carom.simulation.simulation import Simulation
-    from carom.simulation.swaps import Swaps
 
 
 @dataclass(frozen=True)

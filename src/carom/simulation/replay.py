@@ -41,7 +41,7 @@ from carom.observables.wall_pressure import obstacle_names
 from carom.scene.scene import Scene
 from carom.scene.storage import from_arrays
 from carom.simulation.clock import Clock
-from carom.simulation.logged_words import Words
+from carom.simulation.files.logged_words import Words
 from carom.simulation.run_state import frame_of
 from carom.simulation.system_of_scene import prepare, with_thresholds
 

@@ -15,12 +15,12 @@ from carom.compiling import compile_listeners
 from carom.errors import CaromWarning, InputError
 from carom.models.questions.memory import error_message
 from carom.scene.velocities import peculiar
-from carom.simulation.barostat import move_volume
 from carom.simulation.call_budget import CYCLES, MOST_CYCLES
-from carom.simulation.mechanics import sizes, sums
-from carom.simulation.readings import refuse_rule
-from carom.simulation.stall_detector import StallDetector
-from carom.simulation.swaps import sweep
+from carom.simulation.measuring.mechanics import sizes, sums
+from carom.simulation.measuring.readings import refuse_rule
+from carom.simulation.measuring.stall_detector import StallDetector
+from carom.simulation.moves.barostat import move_volume
+from carom.simulation.moves.swaps import sweep
 
 if TYPE_CHECKING:
     from carom.simulation.callbacks import Callbacks

@@ -15,15 +15,15 @@ from carom.models import model_checks
 from carom.models.motions.shear import Shear
 from carom.models.questions.steps import start_steps
 from carom.scene.velocities import peculiar
-from carom.simulation.barostat import VolumeMoves
 from carom.simulation.call_budget import MOST_CYCLES, MOST_SCHEDULED, CallBudget
 from carom.simulation.clock import Clock
-from carom.simulation.depths import Depths
-from carom.simulation.invariants import EnergyMomentum
+from carom.simulation.measuring.depths import Depths
+from carom.simulation.measuring.invariants import EnergyMomentum
+from carom.simulation.moves.barostat import VolumeMoves
+from carom.simulation.moves.swaps import Sweeps
 from carom.simulation.pace import Pace
 from carom.simulation.refusals import refuse_steep
 from carom.simulation.run_guard import RunGuard
-from carom.simulation.swaps import Sweeps
 from carom.simulation.system_of_scene import driven_speed_of, losses_at, slow_speed_of, unit_of
 from carom.simulation.tuning import Requested
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.engine.system import System
     from carom.scene.scene import Scene
-    from carom.simulation.recorder import Recorder
+    from carom.simulation.files.recorder import Recorder
     from carom.simulation.workers.executive import Executive
     from carom.units import TimeUnit
 

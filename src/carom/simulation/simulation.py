@@ -18,23 +18,15 @@ from carom.scene.fields import own_models, standing
 from carom.scene.keywords import ELSEWHERE
 from carom.scene.scene import Scene
 from carom.scene.velocities import at_temperature, degrees_of_freedom, velocities_of
-from carom.simulation import (
-    checkpoint,
-    equilibration,
-    helfand,
-    measuring,
-    mechanics,
-    own_observers,
-    readings,
-    running,
-    sampling,
-)
-from carom.simulation.barostat import checked_barostat
-from carom.simulation.mechanics import Impacts, Statistics
-from carom.simulation.recorder import Recorder
+from carom.simulation import own_observers, running
+from carom.simulation.files import checkpoint
+from carom.simulation.files.recorder import Recorder
+from carom.simulation.measuring import equilibration, helfand, measure, mechanics, readings, sampling
+from carom.simulation.measuring.mechanics import Impacts, Statistics
+from carom.simulation.moves.barostat import checked_barostat
+from carom.simulation.moves.swaps import checked_swaps
 from carom.simulation.run_guard import exclusive
 from carom.simulation.run_state import RunState
-from carom.simulation.swaps import checked_swaps
 from carom.simulation.system_of_scene import growth_rates, prepare
 from carom.simulation.tuning import DEFAULT, TUNED, Tuning
 from carom.simulation.workers.choose_workers import executive_of
@@ -48,8 +40,8 @@ if TYPE_CHECKING:
     from carom.models.questions.interaction import Interaction
     from carom.models.questions.motion import Motion
     from carom.models.questions.obstacle import Obstacle
-    from carom.simulation.barostat import Barostat
-    from carom.simulation.swaps import Swaps
+    from carom.simulation.moves.barostat import Barostat
+    from carom.simulation.moves.swaps import Swaps
 
 __all__ = ["Impacts", "Simulation", "Statistics"]
 
@@ -400,7 +392,7 @@ class Simulation:
     equilibrate = equilibration.equilibrate
     sample = sampling.sample
     write = sampling.write
-    measure = corrected()(measuring.measure)
+    measure = corrected()(measure.measure)
     helfand = helfand.helfand
 
     def save(self, path: str | PathLike[str]) -> None:

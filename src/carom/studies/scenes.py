@@ -19,7 +19,7 @@ from carom.scene.species import Species
 from carom.scene_file import words
 from carom.scene_file.fields import tuples
 from carom.scene_file.sections import SceneSpec
-from carom.simulation.equilibration import Equilibration, exchanges
+from carom.simulation.measuring.equilibration import Equilibration, exchanges
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
 from carom.studies.folder import Task, stream

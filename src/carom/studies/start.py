@@ -9,7 +9,7 @@ from carom.errors import InputError
 from carom.scene import lattices, placement
 from carom.scene.scene import Scene
 from carom.scene_file.sections import SceneSpec
-from carom.simulation.growth import grown
+from carom.simulation.moves.growth import grown
 
 LOOSE, LONG = 0.8, 20.0
 """Fraction of the freezing density at which crystals melt for a start near freezing, before the spheres grow

@@ -23,7 +23,8 @@ from carom.engine.domains.lp_state import HISTORY_LENGTH, LATEST, PLACE, TIME, W
 from carom.engine.domains.synchronization import no_straggler, no_straggler_at_border
 from carom.errors import InputError
 from carom.io.events import read_events
-from carom.simulation import mechanics, recorder, stretches
+from carom.simulation.files import recorder
+from carom.simulation.measuring import mechanics, stretches
 from carom.simulation.workers import choose_workers, window_length
 from carom.simulation.workers.executive import COMMITS_IN_A_ROW, Executive
 from carom.simulation.workers.timings import Settings

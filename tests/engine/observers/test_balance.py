@@ -12,7 +12,7 @@ from carom.engine.neighbors.plan import choose
 from carom.models.contacts.restitution import Restitution
 from carom.reference import NaiveSystem
 from carom.scene.velocities import degrees_of_freedom, peculiar, temperature
-from carom.simulation import mechanics, stretches
+from carom.simulation.measuring import mechanics, stretches
 from carom.simulation.system_of_scene import prepare
 
 

@@ -14,7 +14,7 @@ from carom.io.events import read_events
 from carom.models import Ball
 from carom.models.contacts.restitution import Restitution
 from carom.observables import HelfandCurrents
-from carom.simulation import mechanics, stretches
+from carom.simulation.measuring import mechanics, stretches
 from carom.studies.packings import compression
 from carom.studies.packings.compression import points
 

@@ -10,8 +10,8 @@ from carom.engine.build import arrays
 from carom.errors import InputError
 from carom.models import Kind, Ranges
 from carom.observables import HelfandCurrents
-from carom.simulation import stretches
 from carom.simulation.explanation import explain
+from carom.simulation.measuring import stretches
 
 EPS = np.finfo(float).eps
 

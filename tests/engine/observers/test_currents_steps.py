@@ -10,7 +10,7 @@ from carom.engine.observers.currents import Currents
 from carom.errors import InputError
 from carom.models import Steps, StepTable
 from carom.observables import HelfandCurrents
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.scenes import scene_spec
 from carom.studies.start import start

@@ -10,8 +10,8 @@ from carom.engine.observers.event_log import make_log
 from carom.engine.observers.interface import chained
 from carom.engine.observers.stop_at_hit import StopAtHit
 from carom.io.events import read_events
-from carom.simulation import recorder
-from carom.simulation.recorder import BUFFER
+from carom.simulation.files import recorder
+from carom.simulation.files.recorder import BUFFER
 
 FAR, ROOM, HITS = np.int64(2**62), 7, 3
 

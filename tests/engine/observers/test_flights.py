@@ -14,7 +14,7 @@ from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.dressing import Thermal
 from carom.observables.flights import FlightSums, flights_of
-from carom.simulation import flying, stretches
+from carom.simulation.measuring import flying, stretches
 from carom.simulation.run_state import RunState
 
 FIVE = 5.0
@@ -174,7 +174,7 @@ def test_histograms_are_kept_only_while_they_are_measured(tmp_path):
 def test_sums_of_flights_are_in_the_unit_of_time_of_the_scene():
     from types import SimpleNamespace
 
-    from carom.simulation.flying import _sums
+    from carom.simulation.measuring.flying import _sums
     from carom.units import TimeUnit
 
     # Flights, their times and paths; collisions, their normal speeds.

@@ -17,8 +17,8 @@ from carom.models.obstacles.balls import Ball
 from carom.models.obstacles.named_walls import axes_without
 from carom.models.questions.observer import at_pair
 from carom.models.questions.steps import CORE
-from carom.simulation import stretches
 from carom.simulation.explanation import explain
+from carom.simulation.measuring import stretches
 
 EPS = np.finfo(float).eps
 SIX_SIGMA = 6.0

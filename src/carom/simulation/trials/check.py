@@ -25,7 +25,7 @@ from carom.models.questions.particles import Particles
 from carom.scene.fields import own_models
 from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
-from carom.simulation.depths import deepest, in_frames, present
+from carom.simulation.measuring.depths import deepest, in_frames, present
 from carom.simulation.simulation import Simulation
 from carom.simulation.system_of_scene import driven_speed_of, prepare
 from carom.simulation.trials import probes

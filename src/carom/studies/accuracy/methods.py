@@ -20,7 +20,7 @@ from carom.reference import NaiveSystem
 from carom.reference.arithmetic import ArithmeticName
 from carom.scene.scene import Scene
 from carom.scene.velocities import temperature
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
 

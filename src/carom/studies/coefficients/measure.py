@@ -14,7 +14,7 @@ from carom.observables.dynamics import Dynamics
 from carom.observables.moments import HelfandCurrents, HelfandMoments, mean_squares
 from carom.scene.fields import is_simple, is_usual
 from carom.scene.scene import Scene
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
 from carom.studies.folder import Task

@@ -12,9 +12,9 @@ from carom.block import Block
 from carom.observables import Estimate, Pressure
 from carom.observables.drift import moved as moved_from
 from carom.observables.precision import lengthen
-from carom.simulation import stretches
-from carom.simulation.equipartition import Thermometer
-from carom.simulation.relaxation import StructuralRelaxation
+from carom.simulation.measuring import stretches
+from carom.simulation.measuring.equipartition import Thermometer
+from carom.simulation.measuring.relaxation import StructuralRelaxation
 from carom.studies.eos.order import OrderParameter
 from carom.studies.folder import Task
 from carom.studies.scenes import equilibrate, simulation_of

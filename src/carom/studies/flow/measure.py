@@ -13,7 +13,7 @@ from carom.observables.precision import Goal, lengthen
 from carom.observables.statistics import Estimate, blocking
 from carom.scene.fields import is_elastic, is_equal, is_usual
 from carom.scene.scene import Scene
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.studies.coefficients.windows import mean_fluid
 from carom.studies.folder import Task
 from carom.studies.scenes import simulation_of

@@ -27,7 +27,7 @@ from carom.scene import lattices
 from carom.scene.overlaps import rounding
 from carom.scene.scene import Scene
 from carom.scene.species import Species, checked_species
-from carom.simulation.checkpoint import save
+from carom.simulation.files.checkpoint import save
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
 from carom.studies.packings.packing import HISTORY, Packing, parted

@@ -17,7 +17,7 @@ from carom.models.species import species_count
 from carom.observables.statistics import Estimate
 from carom.scene.fields import is_usual
 from carom.scene.scene import Scene
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.folder import Task
 from carom.studies.scenes import simulation_of

@@ -12,7 +12,7 @@ import numpy as np
 
 from carom.errors import CaromWarning, InputError
 from carom.frame import Frame
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.planner.measures import BLOCKS, REPLICA, Blocks, estimates, load, of_scene, refuse_unusual
 from carom.studies.planner.system import System

@@ -7,8 +7,8 @@ from typing import Any
 
 from carom.observables.statistics import Estimate
 from carom.observables.volume import Volume, VolumeResult
-from carom.simulation import stretches
-from carom.simulation.barostat import VolumeMoves
+from carom.simulation.measuring import stretches
+from carom.simulation.moves.barostat import VolumeMoves
 from carom.simulation.simulation import Simulation
 
 

@@ -14,8 +14,8 @@ from carom.notebook import watchable
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import RunSpec
-from carom.simulation.barostat import Barostat
-from carom.simulation.swaps import Swaps
+from carom.simulation.moves.barostat import Barostat
+from carom.simulation.moves.swaps import Swaps
 from carom.studies.documented import documented
 from carom.studies.places import of_the_user
 from carom.studies.runs.asked import plan_of, plan_of_scene

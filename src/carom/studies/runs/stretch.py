@@ -15,8 +15,8 @@ from typing import Any
 from carom.block import Block, EnergySample, VolumeSums, weighted_sum
 from carom.observables.momentum_balance import weighted_momenta
 from carom.observables.precision import FLOOR
-from carom.simulation import readings, stretches
-from carom.simulation.barostat import volume_sums
+from carom.simulation.measuring import readings, stretches
+from carom.simulation.moves.barostat import volume_sums
 from carom.simulation.simulation import Simulation
 
 SEGMENTS = 1024

@@ -21,11 +21,12 @@ from carom.observables.statistics import Estimate
 from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
-from carom.simulation import checkpoint, stretches
-from carom.simulation.checkpoint import size, size_of_file
-from carom.simulation.depths import deepest, present
-from carom.simulation.equilibration import Equilibration, exchanges
-from carom.simulation.equipartition import Thermometer
+from carom.simulation.files import checkpoint
+from carom.simulation.files.checkpoint import size, size_of_file
+from carom.simulation.measuring import stretches
+from carom.simulation.measuring.depths import deepest, present
+from carom.simulation.measuring.equilibration import Equilibration, exchanges
+from carom.simulation.measuring.equipartition import Thermometer
 from carom.simulation.simulation import Simulation
 from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.tuning import Tuning

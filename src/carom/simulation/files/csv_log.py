@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom.errors import FileError, InputError
 from carom.paths import replacing, writing
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 if TYPE_CHECKING:
     from carom.block import Block

@@ -13,10 +13,10 @@ from carom.errors import CaromWarning
 from carom.observables.equilibrium import doubts_about
 from carom.observables.precision import FLOOR, Goal, Prediction, block_collisions, lengthen
 from carom.observables.statistics import Estimate
-from carom.simulation import stretches
-from carom.simulation.cooling import Blocks
-from carom.simulation.equipartition import Thermometer
-from carom.simulation.relaxation import StructuralRelaxation
+from carom.simulation.measuring import stretches
+from carom.simulation.measuring.cooling import Blocks
+from carom.simulation.measuring.equipartition import Thermometer
+from carom.simulation.measuring.relaxation import StructuralRelaxation
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation

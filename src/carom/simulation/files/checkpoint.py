@@ -15,12 +15,13 @@ from carom.errors import FileError, InputError
 from carom.paths import reason
 from carom.scene.storage import from_arrays, to_arrays
 from carom.scene.velocities import thermal_of
-from carom.simulation import flying, own_observers
-from carom.simulation.barostat import Barostat, VolumeMoves
+from carom.simulation import own_observers
 from carom.simulation.clock import LAST_EPOCH, Clock
-from carom.simulation.recorder import Recorder
+from carom.simulation.files.recorder import Recorder
+from carom.simulation.measuring import flying
+from carom.simulation.moves.barostat import Barostat, VolumeMoves
+from carom.simulation.moves.swaps import Swaps, Sweeps
 from carom.simulation.run_state import RunState
-from carom.simulation.swaps import Swaps, Sweeps
 from carom.simulation.system_of_scene import system_of, thresholds_of, with_thresholds
 from carom.simulation.tuning import Tuning
 from carom.units import TimeUnit
@@ -98,7 +99,7 @@ def size_of_file(run_state: RunState) -> float:
 def _arrays(run_state: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """Return every array of a checkpoint, and the attributes of its scene."""
     from carom.engine.build import arrays as arrays_of
-    from carom.simulation.soundness import following
+    from carom.simulation.files.soundness import following
 
     system, engine = run_state.system, run_state.engine
     fixed = following(engine)
@@ -141,7 +142,7 @@ def load(
     from carom.engine.build import restore
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.io import checkpoint
-    from carom.simulation import soundness
+    from carom.simulation.files import soundness
     from carom.version import __version__
 
     arrays, attributes = checkpoint.load(path)

@@ -25,7 +25,7 @@ from carom.meant import corrected
 from carom.scene.box import LONGEST_EDGE
 from carom.scene.fields import standing
 from carom.scene.velocities import temperature
-from carom.simulation.swaps import beside_free_hard_cores
+from carom.simulation.moves.swaps import beside_free_hard_cores
 
 if TYPE_CHECKING:
     from carom.engine.system import System

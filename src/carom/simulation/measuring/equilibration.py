@@ -13,9 +13,9 @@ from carom.meant import corrected
 from carom.models.active import Active
 from carom.notebook import watchable
 from carom.scene.fields import standing
-from carom.simulation import stretches
-from carom.simulation.barostat import refuse_barostat
-from carom.simulation.relaxation import StructuralRelaxation
+from carom.simulation.measuring import stretches
+from carom.simulation.measuring.relaxation import StructuralRelaxation
+from carom.simulation.moves.barostat import refuse_barostat
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from carom.block import Block
 from carom.models.motions.shear import Shear
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation

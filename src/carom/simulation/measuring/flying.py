@@ -12,7 +12,7 @@ import numpy as np
 from carom.block import Block
 from carom.errors import InputError
 from carom.observables.flights import FlightSums, FreeFlightsResult, flights_of
-from carom.simulation import stretches
+from carom.simulation.measuring import stretches
 
 if TYPE_CHECKING:
     from carom.engine.observers.flights import Flights

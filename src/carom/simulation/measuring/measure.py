@@ -16,12 +16,13 @@ from carom.observables.of_frames import OfFrames
 from carom.observables.precision import Goal, Prediction
 from carom.observables.protocol import SEEN, Underway, sees
 from carom.observables.volume import Volume
-from carom.simulation import flying, own_observers, stretches
-from carom.simulation.barostat import refuse_barostat
-from carom.simulation.cooling import Blocks, cools
-from carom.simulation.equipartition import Thermometer
-from carom.simulation.relaxation import StructuralRelaxation
-from carom.simulation.until_precise import tell_doubts, until
+from carom.simulation import own_observers
+from carom.simulation.measuring import flying, stretches
+from carom.simulation.measuring.cooling import Blocks, cools
+from carom.simulation.measuring.equipartition import Thermometer
+from carom.simulation.measuring.relaxation import StructuralRelaxation
+from carom.simulation.measuring.until_precise import tell_doubts, until
+from carom.simulation.moves.barostat import refuse_barostat
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation

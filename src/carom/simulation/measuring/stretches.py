@@ -14,7 +14,8 @@ from carom.observables.drift import STUCK, moved
 from carom.observables.pressure import PressureResult
 from carom.observables.statistics import FewSamples, unwarned
 from carom.scene.velocities import degrees_of_freedom
-from carom.simulation import mechanics, readings, run_loop
+from carom.simulation import run_loop
+from carom.simulation.measuring import mechanics, readings
 from carom.simulation.system_of_scene import driven_speed_of
 from carom.theory import is_stable_fluid
 
