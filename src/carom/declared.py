@@ -68,7 +68,7 @@ class Declared:
             value = getattr(self, name)
             if value is None and field.default is not dataclasses.MISSING:  # as if it were left out
                 self._put(name, value := field.default)
-            if value is not None:
+            if value is not None or field.needed:
                 self._put(name, checked(type(self), name, value))
         self.complete()
 

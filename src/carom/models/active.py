@@ -13,9 +13,11 @@ import numpy as np
 
 from carom import checks, seeds
 from carom.compiling.registry import answering, inner
+from carom.declared import SEED, word
 from carom.errors import InputError
 from carom.models import drives
-from carom.models.drives import Bath, Noise, by_species, kick, next_time, of_each
+from carom.models.drives import Bath, Noise, Temperatures, by_species, kick, next_time, of_each
+from carom.models.fields import ABOVE
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
@@ -130,20 +132,14 @@ class Active(Bath):
     (64, 2)
     """
 
-    speed: Any
-    persistence: float
-    step: float
-    kT: Any = 0.0
-    kind: str = "diffusion"
-    seed: int = 1
-
-    def __post_init__(self) -> None:
-        self._check(("persistence", "step"))
-        object.__setattr__(self, "speed", by_species(self.speed, "speed of Active", checks.FASTEST))
-        if self.kind not in KINDS:
-            raise InputError(
-                f"kind of Active must be one of {', '.join(KINDS)}; found {checks.describe(self.kind)}."
-            )
+    type = "active"
+    after = " of Active"
+    speed: Annotated[Any, by_species(checks.FASTEST)]
+    persistence: Annotated[float, ABOVE]
+    step: Annotated[float, ABOVE]
+    kT: Temperatures = 0.0
+    kind: Annotated[str, word(*KINDS)] = "diffusion"
+    seed: Annotated[int, SEED] = 1
 
     def check(self, scene: Any) -> None:
         """Raise InputError if directions are to diffuse on a line, or numbers are not one a species."""

@@ -14,14 +14,16 @@ times. Andersen, J. Chem. Phys. 72 (1980) 2384; Scala, Phys. Rev. E 86 (2012) 02
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple, Protocol
 
 import numpy as np
 
 from carom import checks, seeds
 from carom.compiling.registry import answering, optional, required
+from carom.declared import SEED, Check, number, said, schema_of
 from carom.errors import InputError
+from carom.models.fields import ABOVE, Value
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import NEVER, Particles
@@ -106,16 +108,25 @@ def noise_of(
     return Noise(keep, width, interval, random, key, first_kicks, np.zeros(n, np.int64))
 
 
-def by_species(value: Any, what: str, most: float) -> float | tuple[float, ...]:
-    """Return a number of 0 to ``most``, or one a species."""
-    if not checks.several(value):
-        return checks.number(value, what, low=0.0, high=most)
-    values = tuple(float(each) for each in checks.array(value, what, "(K,)", ndim=1))
-    if not values or not all(0.0 <= each <= most for each in values):
-        raise InputError(
-            f"{what} must be one number, or one a species, of 0 to {most:g}; found {checks.describe(value)}."
-        )
-    return values
+def by_species(most: float) -> Check:
+    """Return the check of a number of 0 to ``most``, or of one a species."""
+    one = number(low=0.0, high=most)
+
+    def check(value: Any, what: str) -> Any:
+        if not checks.several(value):
+            return one(value, what)
+        values = tuple(float(each) for each in checks.array(value, what, "(K,)", ndim=1))
+        if not values or not all(0.0 <= each <= most for each in values):
+            raise InputError(
+                f"{what} must be one number, or one a species, of 0 to {most:g}; found "
+                f"{checks.describe(value)}."
+            )
+        return values
+
+    return said(check, anyOf=[schema_of(one), {"type": "array", "items": schema_of(one), "minItems": 1}])
+
+
+Temperatures = Annotated[Any, by_species(checks.HOTTEST)]
 
 
 def of_each(value: float | tuple[float, ...], particles: Particles) -> np.ndarray:
@@ -127,19 +138,11 @@ def of_each(value: float | tuple[float, ...], particles: Particles) -> np.ndarra
     return np.full(n, value)
 
 
-class Bath:
+class Bath(Value):
     """What drives with a temperature have in common."""
 
     kT: Any
     seed: int
-
-    def _check(self, positive: tuple[str, ...]) -> None:
-        name = type(self).__name__
-        for field in positive:
-            value = checks.number(getattr(self, field), f"{field} of {name}", low=0.0, open_low=True)
-            object.__setattr__(self, field, value)
-        object.__setattr__(self, "kT", by_species(self.kT, f"kT of {name}", checks.HOTTEST))
-        object.__setattr__(self, "seed", checks.integer(self.seed, f"seed of {name}", low=0, high=2**63 - 1))
 
     def check(self, scene: Any) -> None:
         """Raise InputError if something is given for each species, and not for those of the scene."""
@@ -161,11 +164,6 @@ class Bath:
         """Return the model of kicks that keep a part of the velocity, and lose one of its variance."""
         variance = of_each(self.kT, particles) * noise_fraction / particles.masses
         return noise_of(particles, keep, variance, interval, random, self.seed)
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        table = {"type": type(self).__name__.lower(), **asdict(self)}  # type: ignore[call-overload]
-        return {name: list(each) if isinstance(each, tuple) else each for name, each in table.items()}
 
 
 @dataclass(frozen=True)
@@ -200,12 +198,11 @@ class Andersen(Bath):
     True
     """
 
-    kT: Any
-    rate: float
-    seed: int = 1
-
-    def __post_init__(self) -> None:
-        self._check(("rate",))
+    type = "andersen"
+    after = " of Andersen"
+    kT: Temperatures
+    rate: Annotated[float, ABOVE]
+    seed: Annotated[int, SEED] = 1
 
     def model(self, particles: Particles) -> Noise:
         """Return the model that the engine compiles."""
@@ -243,13 +240,12 @@ class Langevin(Bath):
     0.500416...
     """
 
-    kT: Any
-    friction: float
-    step: float
-    seed: int = 1
-
-    def __post_init__(self) -> None:
-        self._check(("friction", "step"))
+    type = "langevin"
+    after = " of Langevin"
+    kT: Temperatures
+    friction: Annotated[float, ABOVE]
+    step: Annotated[float, ABOVE]
+    seed: Annotated[int, SEED] = 1
 
     def diffusion(self, mass: float = 1.0) -> float:
         """Return the coefficient of diffusion of a free particle of this ``mass`` [length^2 / time]."""
@@ -293,12 +289,11 @@ class Brownian(Bath):
     0.05
     """
 
-    kT: Any
-    step: float
-    seed: int = 1
-
-    def __post_init__(self) -> None:
-        self._check(("step",))
+    type = "brownian"
+    after = " of Brownian"
+    kT: Temperatures
+    step: Annotated[float, ABOVE]
+    seed: Annotated[int, SEED] = 1
 
     def diffusion(self, mass: float = 1.0) -> float:
         """Return the coefficient of diffusion of a free particle of this ``mass`` [length^2 / time]."""

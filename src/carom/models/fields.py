@@ -1,14 +1,39 @@
-"""Fields that obstacles have in common, checked."""
+"""Values of models: their fields, checked, and the tables that files hold of them."""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from carom import checks
+from carom.declared import Declared, number, said
 from carom.errors import InputError
+
+FIELD = number(low=-checks.MAGNITUDE, high=checks.MAGNITUDE)  # any number that leaves room for products
+PART = number(low=0.0, high=1.0, open_low=True)
+ABOVE = number(low=0.0, open_low=True)
+LEAST = number(low=0.0)
+SPEED = number(low=0.0, high=checks.FASTEST, open_low=True)
+
+
+class Value(Declared):
+    """A value of a model, whose fields are checked; a file holds them in a table of its ``type``."""
+
+    type: ClassVar[str]
+
+    def to_table(self) -> dict[str, Any]:
+        """Return the arguments that are given, for a file."""
+        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        given = {name: value for name, value in values.items() if value is not None}
+        return {"type": self.type, **{name: plain(value) for name, value in given.items()}}
+
+
+def plain(value: Any) -> Any:
+    """Return a value as a file holds it: lists for tuples."""
+    return [plain(each) for each in value] if isinstance(value, tuple) else value
 
 
 def vector(values: Any, name: str) -> tuple[float, ...]:
@@ -18,6 +43,9 @@ def vector(values: Any, name: str) -> tuple[float, ...]:
     if not len(values):
         raise InputError(f"{name} must have one number an axis, found none.")
     return tuple(checks.number(x, name, low=-checks.MAGNITUDE, high=checks.MAGNITUDE) for x in values)
+
+
+said(vector, type="array", items={"type": "number"}, minItems=1)
 
 
 def check_name(obstacle: Any) -> None:

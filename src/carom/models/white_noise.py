@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom import checks, seeds
+from carom import seeds
 from carom.compiling.registry import answering, inner
+from carom.declared import SEED, switch
 from carom.errors import InputError
 from carom.models import drives
 from carom.models.drives import Noise, noise_of
+from carom.models.fields import ABOVE, Value
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
@@ -87,7 +89,7 @@ def due(drive, i, k):
 
 
 @dataclass(frozen=True)
-class WhiteNoise:
+class WhiteNoise(Value):
     """White noise, which heats: a granular gas comes to rest where it heats as much as contacts lose.
 
     Parameters
@@ -119,22 +121,12 @@ class WhiteNoise:
     WhiteNoise(power=0.1, rate=20.0, seed=1, pairs=False)
     """
 
-    power: float
-    rate: float
-    seed: int = 1
-    pairs: bool = False
-
-    def __post_init__(self) -> None:
-        for field in ("power", "rate"):
-            value = checks.number(getattr(self, field), f"{field} of WhiteNoise", low=0.0, open_low=True)
-            object.__setattr__(self, field, value)
-        object.__setattr__(
-            self, "seed", checks.integer(self.seed, "seed of WhiteNoise", low=0, high=2**63 - 1)
-        )
-        if not isinstance(self.pairs, bool):
-            raise InputError(
-                f"pairs of WhiteNoise must be true or false, found {checks.describe(self.pairs)}."
-            )
+    type = "white-noise"
+    after = " of WhiteNoise"
+    power: Annotated[float, ABOVE]
+    rate: Annotated[float, ABOVE]
+    seed: Annotated[int, SEED] = 1
+    pairs: Annotated[bool, switch] = False
 
     @property
     def conserves_momentum(self) -> bool:
@@ -145,10 +137,6 @@ class WhiteNoise:
         """Raise :class:`InputError` if there is nobody to be kicked together with."""
         if self.pairs and scene.n < 2:
             raise InputError("WhiteNoise(pairs=True) kicks particles in pairs, but the scene has only one.")
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"type": "white-noise", **asdict(self)}
 
     def pace(self, scene: Any) -> float:
         """Return the speed that a particle gains in a kick, in any ``scene`` [length / time]."""

@@ -6,14 +6,16 @@ duration t_c of real contacts (Luding and McNamara, Granular Matter 1 (1998) 113
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering, inner
+from carom.declared import number
 from carom.errors import InputError
+from carom.models.fields import PART, SPEED, Value
 from carom.models.questions import contact, memory
 from carom.models.questions.contact import transfer
 from carom.models.questions.memory import MOMENT, kept, parameter
@@ -21,7 +23,7 @@ from carom.models.questions.particles import Particles
 
 
 @dataclass(frozen=True)
-class Loss:
+class Loss(Value):
     """Energy loss at contacts, for the keyword ``impact`` of a scene, an obstacle or a wall.
 
     Parameters
@@ -49,25 +51,16 @@ class Loss:
     0.9
     """
 
-    restitution: float
-    contact_time: float | None = None
-    elastic_below: float | None = None
-    at_speed: float | None = None
-    power: float = 0.2
+    type = "loss"
+    restitution: Annotated[float, PART]
+    contact_time: Annotated[float | None, number(low=0, high=checks.MAGNITUDE, open_low=True)] = None
+    elastic_below: Annotated[float | None, SPEED] = None
+    at_speed: Annotated[float | None, SPEED] = None
+    power: Annotated[float, number(low=0, high=8, open_low=True)] = 0.2
 
-    def __post_init__(self) -> None:
-        part = checks.number(self.restitution, "restitution", low=0, high=1, open_low=True)
-        object.__setattr__(self, "restitution", part)
-        for name, high in (
-            ("contact_time", checks.MAGNITUDE),
-            ("elastic_below", checks.FASTEST),
-            ("at_speed", checks.FASTEST),
-        ):
-            if getattr(self, name) is not None:
-                value = checks.number(getattr(self, name), name, low=0, high=high, open_low=True)
-                object.__setattr__(self, name, value)
-        object.__setattr__(self, "power", checks.number(self.power, "power", low=0, high=8, open_low=True))
-        if part < 1 and self.contact_time is None and self.elastic_below is None:
+    def complete(self) -> None:
+        """Raise InputError where components could collide infinitely often in a finite time."""
+        if self.restitution < 1 and self.contact_time is None and self.elastic_below is None:
             raise InputError(
                 "A Loss needs contact_time or elastic_below: else components collide infinitely often in a "
                 "finite time. A contact_time of 1e-3 of the time between two contacts changes little."
@@ -75,10 +68,10 @@ class Loss:
 
     def to_table(self) -> dict[str, Any]:
         """Return the arguments that were given, for a file."""
-        given = {key: value for key, value in asdict(self).items() if value is not None}
+        table = super().to_table()
         if self.at_speed is None:
-            del given["power"]
-        return {"type": "loss", **given}
+            del table["power"]
+        return table
 
     def law(self, particles: Particles) -> Law:
         """Return the compiled form of the restitution."""

@@ -11,8 +11,10 @@ import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering
+from carom.declared import number
 from carom.errors import InputError
 from carom.models.contacts.losses import Law
+from carom.models.fields import PART, Value
 from carom.models.questions import contact
 from carom.models.questions.memory import kept, parameter
 from carom.models.questions.particles import Particles
@@ -21,7 +23,7 @@ CAUTIOUS = 1e-3  # normal speed, in thermal speeds, below which contacts are ela
 
 
 @dataclass(frozen=True)
-class Restitution:
+class Restitution(Value):
     """Contacts after which a fraction of the normal relative velocity remains.
 
     Parameters
@@ -40,20 +42,17 @@ class Restitution:
         If a value is out of range.
     """
 
-    restitution: float = 1.0
-    elastic_below: float | None = None
+    type = "restitution"
+    restitution: Annotated[float, PART] = 1.0
+    elastic_below: Annotated[float | None, number(low=0, high=checks.FASTEST)] = None
 
-    def __post_init__(self) -> None:
-        part = checks.number(self.restitution, "restitution", low=0, high=1, open_low=True)
-        object.__setattr__(self, "restitution", part)
+    def complete(self) -> None:
+        """Set the threshold of elastic contacts, and check that others have one above 0."""
         if self.elastic_below is None:
-            object.__setattr__(self, "elastic_below", 0.0 if part == 1 else None)
-            return
-        speed = checks.number(self.elastic_below, "elastic_below", low=0, high=checks.FASTEST)
-        object.__setattr__(self, "elastic_below", speed)
-        if part == 1 and speed > 0:
+            self._put("elastic_below", 0.0 if self.restitution == 1 else None)
+        elif self.restitution == 1 and self.elastic_below > 0:
             raise InputError("elastic_below has no meaning where restitution is 1; remove it.")
-        if part < 1 and speed == 0:
+        elif self.restitution < 1 and self.elastic_below == 0:
             raise InputError(
                 "elastic_below must be positive where restitution is below 1: else spheres collide "
                 "infinitely often in a finite time. Leave it out for 1e-3 of the thermal speed."
@@ -76,9 +75,10 @@ class Restitution:
 
     def to_table(self) -> dict[str, Any]:
         """Return the arguments that were given, for a file."""
-        table: dict[str, Any] = {"type": "restitution", "restitution": self.restitution}
-        has_threshold = not self.elastic and self.elastic_below is not None
-        return {**table, "elastic_below": self.elastic_below} if has_threshold else table
+        table = super().to_table()
+        if self.restitution == 1.0:
+            del table["elastic_below"]
+        return table
 
     def law(self, particles: Particles) -> Law:
         """Return the compiled form of the loss at the surface of an obstacle."""

@@ -12,18 +12,30 @@ tangential impulse is at most ``friction`` times the normal one, against the sli
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering, inner
+from carom.declared import number
 from carom.errors import InputError
 from carom.models.contacts.restitution import Restitution
+from carom.models.fields import PART
 from carom.models.questions import contact
 from carom.models.questions.memory import ROOM, kept, parameter
 from carom.models.questions.particles import Particles
+
+
+def _inertia(value: Any, name: str) -> float | tuple[float, ...]:
+    """Return the moment of inertia of all particles, or of each, over that of a shell."""
+    if not checks.several(value):
+        return PART(value, name)
+    each = checks.array(value, name, "(n,)", ndim=1)
+    if not ((each > 0.0) & (each <= 1.0)).all():
+        raise InputError("inertia of a particle lies in (0, 1], that of a shell of disks.")
+    return tuple(each.tolist())
 
 
 @dataclass(frozen=True)
@@ -61,25 +73,10 @@ class Rough(Restitution):
     0.3
     """
 
-    tangential: float = 0.0
-    friction: float | None = None
-    inertia: Any = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        beta = checks.number(self.tangential, "tangential", low=-1.0, high=1.0)
-        object.__setattr__(self, "tangential", beta)
-        if self.friction is not None:
-            friction = checks.number(self.friction, "friction", low=0.0, high=checks.MAGNITUDE)
-            object.__setattr__(self, "friction", friction)
-        if checks.several(self.inertia):
-            each = checks.array(self.inertia, "inertia", "(n,)", ndim=1)
-            if not ((each > 0.0) & (each <= 1.0)).all():
-                raise InputError("inertia of a particle lies in (0, 1], that of a shell of disks.")
-            object.__setattr__(self, "inertia", tuple(each.tolist()))
-        elif self.inertia is not None:
-            part = checks.number(self.inertia, "inertia", low=0.0, high=1.0, open_low=True)
-            object.__setattr__(self, "inertia", part)
+    type = "rough"
+    tangential: Annotated[float, number(low=-1.0, high=1.0)] = 0.0
+    friction: Annotated[float | None, number(low=0.0, high=checks.MAGNITUDE)] = None
+    inertia: Annotated[Any, _inertia] = None
 
     @property
     def elastic(self) -> bool:
@@ -110,15 +107,6 @@ class Rough(Restitution):
             raise InputError(f"Spins of rough particles are not defined in {name}; leave out one of them.")
         if isinstance(self.inertia, tuple) and len(self.inertia) != scene.n:
             raise InputError(f"inertia holds {len(self.inertia)} values, and the scene {scene.n} particles.")
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments that were given, for a file."""
-        given = {name: value for name, value in asdict(self).items() if value is not None}
-        if isinstance(self.inertia, tuple):
-            given["inertia"] = list(self.inertia)
-        if self.restitution == 1.0:
-            del given["elastic_below"]
-        return {"type": "rough", **given}
 
     def inertias(self, masses: np.ndarray, dimension: int) -> np.ndarray:
         """Return the moment of inertia over R^2 of particles of ``masses`` (n,) in a ``dimension`` [mass]."""

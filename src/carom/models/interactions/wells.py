@@ -6,17 +6,19 @@ import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
+from carom.declared import number
 from carom.errors import InputError
+from carom.models.fields import Value
 from carom.models.interactions.steps import CLOSEST, StepInteraction, Steps
 
 
 @dataclass(frozen=True)
-class SquareWell(StepInteraction):
+class SquareWell(Value, StepInteraction):
     """A hard core with a well around it; a negative depth is a shoulder.
 
     Parameters
@@ -37,25 +39,20 @@ class SquareWell(StepInteraction):
     >>> scene = carom.Scene.crystal(256, 0.2, interaction=SquareWell(1.5, 1.0))
     """
 
-    range: float = 1.5
-    depth: float = 1.0
+    type = "square-well"
+    range: Annotated[float, number(low=1.0, open_low=True)] = 1.5
+    depth: Annotated[float, number(low=-checks.MAGNITUDE)] = 1.0
 
-    def __post_init__(self) -> None:
-        size = checks.number(self.range, "range", low=1.0, open_low=True)
-        if not size > 1.0 + CLOSEST:
-            raise InputError(f"range must be above 1 by more than rounding, found {size!r}.")
-        object.__setattr__(self, "range", size)
-        object.__setattr__(self, "depth", checks.number(self.depth, "depth", low=-checks.MAGNITUDE))
+    def complete(self) -> None:
+        """Raise InputError where the range leaves the well no width."""
+        if not self.range > 1.0 + CLOSEST:
+            raise InputError(f"range must be above 1 by more than rounding, found {self.range!r}.")
 
     @property
     def words(self) -> str:
         """What pairs have, for a title."""
         kind, size = ("shoulders", "height") if self.depth < 0.0 else ("wells", "depth")
         return f"square {kind} of range {self.range:g} and {size} {abs(self.depth):g}"
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"type": "square-well", "range": self.range, "depth": self.depth}
 
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps, ...], ...]:
         """Return the one potential of all pairs, for cores of a ``diameter``."""

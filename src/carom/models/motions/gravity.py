@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.compiling.registry import answering
 from carom.errors import InputError
-from carom.models import fields
+from carom.models.fields import Value, check_dimensions, vector
 from carom.models.mathematics.double_double import exact_product, exact_sum, with_product
 from carom.models.mathematics.parabolas import HOP, leaving
 from carom.models.questions import motion, obstacle, walls
@@ -21,7 +21,7 @@ from carom.models.questions.walls import landing_on_wall
 
 
 @dataclass(frozen=True)
-class Gravity:
+class Gravity(Value):
     """A uniform field: the same acceleration for all particles.
 
     Parameters
@@ -46,11 +46,11 @@ class Gravity:
     9.81
     """
 
-    g: tuple[float, ...]
+    type = "gravity"
+    after = " of Gravity"
     straight = False
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "g", fields.vector(self.g, "g of Gravity"))
+    g: Annotated[tuple[float, ...], vector]
 
     @property
     def strength(self) -> float:
@@ -59,7 +59,7 @@ class Gravity:
 
     def check(self, scene: Any) -> None:
         """Raise InputError if the field and the scene differ in dimension."""
-        fields.check_dimensions(self.g, scene.box, "g of Gravity")
+        check_dimensions(self.g, scene.box, "g of Gravity")
         if self.strength * scene.diameter > 1e300 or 0.0 < self.strength * scene.diameter < 1e-300:
             raise InputError(
                 f"A field of {self.strength:g} and a diameter of {scene.diameter:g} make speeds whose "
@@ -82,10 +82,6 @@ class Gravity:
         g, edges = np.array(self.g), np.array(box)
         heights = np.where(g > 0.0, edges - places, places)
         return math.fsum((masses[:, None] * np.abs(g) * heights).ravel())
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"type": "gravity", "g": list(self.g)}
 
     def model(self, particles: Particles) -> Falling:
         """Return the model that the engine compiles."""

@@ -10,13 +10,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
 from carom.compiling.registry import answering, inner
+from carom.declared import positive
 from carom.errors import InputError
+from carom.models.fields import Value
 from carom.models.interactions.hard_cores import HardCores
 from carom.models.mathematics import roots
 from carom.models.mathematics.roots import next_fall, value
@@ -30,7 +31,7 @@ point out of it. Both are brought onto the sphere.
 
 
 @dataclass(frozen=True)
-class GreatCircles:
+class GreatCircles(Value):
     """Motion on a sphere in the middle of the box, on great circles.
 
     Parameters
@@ -54,17 +55,12 @@ class GreatCircles:
     0.0476
     """
 
-    radius: float = 1.0
+    type = "great-circles"
+    after = " of the sphere"
+    radius: Annotated[float, positive] = 1.0
     straight = False
     curved = True
     """Two components do not fly straight relative to each other."""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "radius", checks.positive(self.radius, "radius of the sphere"))
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"type": "great-circles", "radius": self.radius}
 
     def conserves(self, axis: int) -> bool:
         """Return False for every ``axis``: the forces that keep particles on the sphere change momentum."""

@@ -17,7 +17,9 @@ import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering, inner
+from carom.declared import number
 from carom.errors import InputError
+from carom.models.fields import Value
 from carom.models.questions import motion
 from carom.models.questions.memory import parameter, present
 from carom.models.questions.particles import Particles
@@ -29,7 +31,7 @@ LISTED_STRAIN = 0.25  # strain for which neighbour lists are made
 
 
 @dataclass(frozen=True)
-class Shear:
+class Shear(Value):
     """A uniform shear flow, in two dimensions or more, in a box that is periodic along all axes.
 
     Parameters
@@ -57,15 +59,12 @@ class Shear:
     0.5
     """
 
-    rate: float
-    tilt: float = 0.0
+    type = "shear"
+    after = " of Shear"
+    rate: Annotated[float, number(low=-checks.FASTEST, high=checks.FASTEST)]
+    tilt: Annotated[float, number()] = 0.0
 
     straight = False
-
-    def __post_init__(self) -> None:
-        rate = checks.number(self.rate, "rate of Shear", low=-checks.FASTEST, high=checks.FASTEST)
-        object.__setattr__(self, "rate", rate)
-        object.__setattr__(self, "tilt", checks.number(self.tilt, "tilt of Shear"))
 
     def check(self, scene: Any) -> None:
         """Raise InputError if a ``scene`` cannot be sheared."""
@@ -97,10 +96,6 @@ class Shear:
     def tilted(self, tilt: float) -> Shear:
         """Return the same flow in a lattice of another tilt."""
         return dataclasses.replace(self, tilt=tilt)
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"type": "shear", "rate": self.rate, "tilt": self.tilt}
 
     def model(self, particles: Particles) -> Sheared:
         """Return the model that the engine compiles."""

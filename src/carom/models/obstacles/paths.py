@@ -15,14 +15,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Annotated, Any, NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering
+from carom.declared import number, positive
 from carom.errors import InputError
+from carom.models.fields import FIELD, Value
 from carom.models.questions import path
 from carom.models.questions.memory import parameter
 from carom.units import TimeUnit
@@ -72,7 +74,7 @@ def check_path(path: Any) -> None:
 
 
 @dataclass(frozen=True)
-class Sine:
+class Sine(Value):
     """Displacement ``amplitude sin(2 pi (t / period + phase))``.
 
     Parameters
@@ -95,15 +97,15 @@ class Sine:
     4.934802
     """
 
-    amplitude: float
-    period: float
-    phase: float = 0.0
+    type = "sine"
+    after = " of a Sine"
+    amplitude: Annotated[float, positive]
+    period: Annotated[float, positive]
+    phase: Annotated[float, FIELD] = 0.0
 
-    def __post_init__(self) -> None:
-        for name in ("amplitude", "period"):
-            object.__setattr__(self, name, checks.positive(getattr(self, name), f"{name} of a Sine"))
-        phase = checks.number(self.phase, "phase of a Sine", low=-checks.MAGNITUDE, high=checks.MAGNITUDE)
-        object.__setattr__(self, "phase", phase % 1.0)
+    def complete(self) -> None:
+        """Keep the part of a period that is not whole."""
+        self._put("phase", self.phase % 1.0)
 
     @property
     def lowest(self) -> float:
@@ -119,10 +121,6 @@ class Sine:
     def acceleration(self) -> float:
         """Largest acceleration [length / time^2]."""
         return self.amplitude * (2.0 * math.pi / self.period) ** 2
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"type": "sine", **asdict(self)}
 
     def model(self, unit: TimeUnit) -> Swing:
         """Return the model that the engine compiles."""
@@ -145,8 +143,20 @@ class Swing(NamedTuple):
         return self.amplitude * self.frequency * math.cos(self.frequency * t + self.phase)
 
 
+def _pieces(values: Any, what: str) -> tuple[tuple[float, float], ...]:
+    """Return pairs of a duration and an acceleration."""
+    if isinstance(values, str) or not isinstance(values, Sequence) or not len(values):
+        raise InputError(f"{what} must be pairs of duration and acceleration, found {values!r}.")
+    found = []
+    for piece in values:
+        if isinstance(piece, str) or not isinstance(piece, Sequence) or len(piece) != 2:
+            raise InputError(f"{what} must be pairs of duration and acceleration, found {piece!r}.")
+        found.append((positive(piece[0], f"duration of {what}"), FIELD(piece[1], f"acceleration of {what}")))
+    return tuple(found)
+
+
 @dataclass(frozen=True)
-class Parabolas:
+class Parabolas(Value):
     """Periodic sequence of stretches of constant acceleration.
 
     Parameters
@@ -168,33 +178,22 @@ class Parabolas:
     0.25
     """
 
-    pieces: tuple[tuple[float, float], ...]
-    speed: float
+    type = "parabolas"
+    after = " of Parabolas"
+    pieces: Annotated[tuple[tuple[float, float], ...], _pieces]
+    speed: Annotated[float, number(low=-checks.FASTEST, high=checks.FASTEST)]
 
-    def __post_init__(self) -> None:
-        what = "pieces of Parabolas"
-        if isinstance(self.pieces, str) or not isinstance(self.pieces, Sequence) or not len(self.pieces):
-            raise InputError(f"{what} must be pairs of duration and acceleration, found {self.pieces!r}.")
-        found = []
-        for piece in self.pieces:
-            if isinstance(piece, str) or not isinstance(piece, Sequence) or len(piece) != 2:
-                raise InputError(f"{what} must be pairs of duration and acceleration, found {piece!r}.")
-            bend = checks.number(
-                piece[1], f"acceleration of {what}", low=-checks.MAGNITUDE, high=checks.MAGNITUDE
-            )
-            found.append((checks.positive(piece[0], f"duration of {what}"), bend))
-        object.__setattr__(self, "pieces", tuple(found))
-        speed = checks.number(self.speed, "speed of Parabolas", low=-checks.FASTEST, high=checks.FASTEST)
-        object.__setattr__(self, "speed", speed)
+    def complete(self) -> None:
+        """Raise InputError where the path does not come back to its start."""
         _, places, speeds = self._knots()
         fastest = max(map(abs, speeds))
         off = max(
-            abs(places[-1]) / (fastest * self.period or 1.0), abs(speeds[-1] - speed) / (fastest or 1.0)
+            abs(places[-1]) / (fastest * self.period or 1.0), abs(speeds[-1] - self.speed) / (fastest or 1.0)
         )
         if off > 2.0**-40:
             raise InputError(
                 f"After its period the path is at {places[-1]:g} with speed {speeds[-1]:g}; expected 0 and "
-                f"{speed:g}, where it started."
+                f"{self.speed:g}, where it started."
             )
 
     def _knots(self) -> tuple[list[float], list[float], list[float]]:
@@ -235,10 +234,6 @@ class Parabolas:
     def period(self) -> float:
         """Time after which it repeats itself."""
         return math.fsum(duration for duration, _ in self.pieces)
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"type": "parabolas", "pieces": [list(each) for each in self.pieces], "speed": self.speed}
 
     def model(self, unit: TimeUnit) -> Arcs:
         """Return the model that the engine compiles."""
