@@ -33,7 +33,7 @@ def refuse(scene: Scene, system: System, thermal: Thermal) -> None:
     """Raise InputError where parts of a scene do not go together; ``thermal`` is in the engine's unit."""
     if system.single:
         refuse_single(scene, thermal, system.unit)
-    if system.stepped:
+    if hasattr(scene.interaction, "steps"):  # growth would replace it
         refuse_with_steps(scene, system.rates, system.single)
         refuse_steep(system, thermal)
     if system.rates is not None:
