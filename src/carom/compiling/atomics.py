@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba import types
 
 from carom.compiling.intrinsics import compiled_as
+from carom.compiling.numba_parts import cgutils
 from carom.compiling.registry import inner
 
 

@@ -10,7 +10,7 @@ from contextlib import suppress
 from functools import partial, wraps
 from typing import Any
 
-from numba.core import config
+from numba import config
 
 from carom.compiling import registry
 from carom.compiling.cache import cached
@@ -93,7 +93,7 @@ def entry(function):
     Each set of classes among the arguments has its own code: Numba takes two classes of tuples with the same
     name and fields for one, as those of a notebook cell run twice.
     """
-    if getattr(config, "DISABLE_JIT", 0):
+    if config.DISABLE_JIT:
         return function
     compiled: dict[tuple[type, ...], Any] = {}
 

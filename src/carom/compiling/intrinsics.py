@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from numba.core import types
-from numba.core.typing.templates import infer, infer_global, make_intrinsic_template
+from numba import types
+
+from carom.compiling.numba_parts import infer, infer_global, make_intrinsic_template
 
 
 def compiled_as(function):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba import types
 
 from carom.compiling.intrinsics import compiled_as
+from carom.compiling.numba_parts import cgutils
 
 FIRST_LEVEL, SECOND_LEVEL = 3, 2
 """The caches, as LLVM counts them: how soon something is needed."""
