@@ -9,10 +9,9 @@ import numpy as np
 
 from carom.compiling.registry import inner
 from carom.compiling.simd import make_lanes
-from carom.engine import agents, obstacle_events  # noqa: F401 (agents registers its events)
 from carom.engine.calendar import Calendar, make_calendar, most_lines
+from carom.engine.constants import POWERS, TALLY
 from carom.engine.contact_timing import timing_of
-from carom.engine.dynamic_obstacles import is_live, with_work
 from carom.engine.lattice import in_lattice
 from carom.engine.neighbors.all_pairs import Everybody, Pairs
 from carom.engine.neighbors.build import build_neighbors
@@ -22,11 +21,10 @@ from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.build import make_observers
 from carom.engine.observers.interface import at_rest, kept_arrays
 from carom.engine.obstacle_grid import with_grids
-from carom.engine.obstacles import Crowd, make_obstacles
+from carom.engine.obstacles import Crowd, is_live, make_obstacles
+from carom.engine.one_body import make_timers, wall_timing
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
-from carom.engine.tallies import POWERS, TALLY
-from carom.engine.timed_events import make_timers
 from carom.models.copies import copied
 from carom.models.interactions.units import Units
 from carom.models.questions.memory import copy_state
@@ -45,7 +43,7 @@ class Model(NamedTuple):
     observers: Any  # what adds something up of the events (:mod:`carom.engine.observers`), or None
     rules: Any  # the pair model again, where units decide by rules, or None
     timers: Any
-    """What kicks single components at times of its own (:mod:`carom.engine.timed_events`), or None."""
+    """What kicks single components at times of its own (:mod:`carom.engine.one_body`), or None."""
 
 
 PARTS = ("pair", "motion", "impact", "obstacles", "timers")
@@ -80,7 +78,7 @@ def make_model(system: System) -> Model:
         motion=system.motion.model(particles),
         boundary=None,
         impact=impact,
-        obstacles=with_work(obstacles, system.obstacle_models),
+        obstacles=obstacles,
         timing=None,
         observers=None,
         rules=pair if isinstance(pair, Units) else None,
@@ -102,7 +100,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     obstacles = model.obstacles
     if obstacles is not None:
         chain = with_grids(obstacles.chain, scheme, system, neighbors, pair)
-        at_obstacles = obstacle_events.timing_of(timing, model.motion, obstacles.live)
+        at_obstacles = wall_timing(timing, model.motion, obstacles.live)
         obstacles = obstacles._replace(chain=chain, timing=at_obstacles)
     return Engine(
         model._replace(

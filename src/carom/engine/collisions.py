@@ -9,7 +9,6 @@ from carom.engine.advance import advance, into_next_epoch
 from carom.engine.agents import on_crossing
 from carom.engine.boundary import NearestImage, SectorImage, SteppedImage, index
 from carom.engine.constants import LAMBDA
-from carom.engine.dynamic_obstacles import age_obstacles
 from carom.engine.events import retime
 from carom.engine.lattice import contact_vector, contact_velocity, remap
 from carom.engine.neighbors.interface import must_renew
@@ -21,6 +20,7 @@ from carom.engine.observers.interface import (
     count_pair,
     record,
 )
+from carom.engine.obstacles import age_obstacles
 from carom.engine.pair_steps import put_step, step_of
 from carom.engine.rubbing import rub
 from carom.models.questions.contact import exchanged_part

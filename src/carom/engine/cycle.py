@@ -10,7 +10,6 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.engine.agents import notify_next
 from carom.engine.boundary import index, lasting, mirror
 from carom.engine.build import bare_model
 from carom.engine.calendar import (
@@ -39,6 +38,7 @@ from carom.engine.constants import (
 )
 from carom.engine.events import (
     enqueue,
+    notify_next,
     offer_newcomer,
     predict,
     recheck_one_body,

@@ -7,11 +7,11 @@ import numpy as np
 from carom.compiling.registry import inner, optional
 from carom.engine.boundary import index, mirror
 from carom.engine.calendar import insert, time_of
-from carom.engine.constants import LAMBDA
+from carom.engine.constants import LAMBDA, TIMER_EVENT
 from carom.engine.neighbors.interface import transit_time
-from carom.engine.obstacle_events import event_in_view, retime_contact
-from carom.engine.one_body import schedule_one_body
+from carom.engine.one_body import event_in_view, retime_contact, schedule_one_body
 from carom.engine.search import NO_REF, FromRows, contact_time_of, search
+from carom.models.interactions.units import NO_AGENT
 from carom.models.questions.particles import NEVER
 
 EARLIER = 2.0**-40
@@ -175,3 +175,21 @@ def start_over(model, state, neighbors, calendar, tally, i, now):
     if held >= 0:
         enqueue(state, calendar, j)
     enqueue(state, calendar, i)
+
+
+@inner
+def notify_next(rules, model, state, calendar, now):
+    """Give the next unit in the queue of news an event now, its partner an advancement; False if empty."""
+    if rules is None or rules.queued[0] == 0:
+        return False
+    rules.queued[0] -= 1
+    i = np.uint64(rules.queue[rules.queued[0]])
+    if rules.news[i] == NO_AGENT:  # it has been removed meanwhile
+        return True
+    held = np.int64(state.partner[i])
+    state.rows[i].event_time = now
+    state.partner[i] = TIMER_EVENT
+    enqueue(state, calendar, i)
+    if held >= 0:
+        release(model, state, calendar, i, held)
+    return True

@@ -14,6 +14,7 @@ from carom.compiling.simd import make_lanes
 from carom.engine.boundary import NearestImage
 from carom.engine.build import Engine, enlarge_heap
 from carom.engine.calendar import make_calendar
+from carom.engine.constants import TALLY
 from carom.engine.domains.decomposition import PATCHES, Slabs
 from carom.engine.domains.event_log_merge import LpEvents, LpRecorder
 from carom.engine.domains.lp_state import (
@@ -34,7 +35,6 @@ from carom.engine.observers.interface import Observers, count_pair, listed, reco
 from carom.engine.observers.own import name_of
 from carom.engine.search import FromRows
 from carom.engine.state import aligned
-from carom.engine.tallies import TALLY
 from carom.models.motions.free_flight import Inertial
 from carom.models.motions.gravity import Falling
 from carom.models.questions.interaction import growth, record_impulse
