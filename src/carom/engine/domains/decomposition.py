@@ -9,8 +9,8 @@ import numpy as np
 
 from carom.compiling.prefetch import prefetch
 from carom.compiling.registry import inner, required
+from carom.engine.neighbors.grid import bits, coordinate_bits, grid_coordinate
 from carom.engine.neighbors.lists import Lists
-from carom.engine.neighbors.points import bits, coordinate_bits, grid_coordinate
 from carom.engine.neighbors.sectors import Sectors, prefetch_cell
 
 BORDER_BELOW, BORDER_ABOVE, OWN, MAY_REACH_BORDER, READ_HALO, HISTORY, WRITE_HALO = 1, 2, 4, 8, 32, 64, 128

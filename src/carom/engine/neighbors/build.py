@@ -8,12 +8,12 @@ import numpy as np
 
 from carom.engine.boundary import NearestImage, SectorImage, SteppedImage
 from carom.engine.neighbors.all_pairs import make_everybody, make_pairs
-from carom.engine.neighbors.grid import make_grid
+from carom.engine.neighbors.grid import make_grid, make_tilt_window
 from carom.engine.neighbors.lists import Lists, make_lists
 from carom.engine.neighbors.plan import NeighborPlan
-from carom.engine.neighbors.sector_side import ROUNDING_MARGIN
 from carom.engine.neighbors.sectors import Sectors, make_sectors
-from carom.engine.neighbors.size_classes import (
+from carom.engine.neighbors.sizes import (
+    ROUNDING_MARGIN,
     bounds_of,
     cells_around,
     shape_of,
@@ -22,7 +22,6 @@ from carom.engine.neighbors.size_classes import (
     starts_of,
 )
 from carom.engine.neighbors.skins import EqualBounds, GrowingBounds, UnequalBounds
-from carom.engine.neighbors.tilt_window import make_tilt_window
 from carom.engine.pair_steps import make_steps
 from carom.engine.system import System
 
