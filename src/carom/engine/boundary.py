@@ -113,24 +113,6 @@ class SectorImage(NamedTuple):
         return x - self.wraps[i, axis] * self.edges[axis] if self.inverse[axis] > 0.0 else x
 
 
-@answering(*ASKED)
-class SteppedImage(NamedTuple):
-    """A :class:`NearestImage` whose words name steps of pairs (:mod:`carom.engine.pair_steps`)."""
-
-    edges: tuple  # edges of the box [length]
-    inverse: tuple  # their inverses
-    bits: int  # low bits of a word that hold the step
-
-    def mirror(self, i, ref):
-        return (i << self.bits) | (np.int64(ref) & ((np.int64(1) << self.bits) - 1))
-
-
-for _question in (index, index_bits):
-    _question.register(SteppedImage)(_question.registry[SectorImage])
-for _question in (lasting, separation, in_box):
-    _question.register(SteppedImage)(_question.registry[NearestImage])
-
-
 @inner
 def count_images(images, i, axis, crossings):
     """Add ``crossings`` of the box to the image count of component ``i``, where images are counted."""

@@ -6,40 +6,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import fast, inner, optional, required
-from carom.compiling.simd import LANES, WIDTH, asked_of, candidate_block, gather_rows, least, pack_fields
-from carom.engine.boundary import NearestImage, SectorImage, SteppedImage, index, index_bits
+from carom.compiling.registry import fast, inner, optional
+from carom.compiling.simd import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
+from carom.engine.boundary import index, index_bits
 from carom.engine.lattice import candidate_relative_to, relative_to
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.pair_steps import step_of
+from carom.engine.pair_steps import candidate_time, refined_time, step_of
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
-from carom.models.questions.interaction import contact_time, interaction_time
 from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import step_core_square, step_time
+from carom.models.questions.steps import step_core_square
 
 NO_CANDIDATE = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
 
 NO_REF = np.int64(-1)
 """No word: nothing is left out of a search."""
-
-
-@required
-def candidate_time(boundary, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate that a word names, and that is at a place of the lanes."""
-
-
-@candidate_time.register
-def _(boundary: NearestImage | SectorImage, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-    return asked_of(interaction_time, pair, lanes, lane_index, i, index(boundary, ref), (rr, rv, vv, now))
-
-
-@candidate_time.register
-def _(boundary: SteppedImage, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-    j, step = index(boundary, ref), step_of(boundary, ref)
-    return asked_of(step_time, pair, lanes, lane_index, i, j, (step, rr, rv, vv, now))
 
 
 @fast
@@ -144,23 +127,6 @@ def relative(model, state, i, ref, now):
     """Return r.r, r.v and v.v of the candidate relative to i at the time now."""
     other = state.rows[np.uint64(index(model.boundary, ref))]
     return relative_to(model.motion, model.boundary, i, ref, state.rows[i], other, now)
-
-
-@required
-def refined_time(boundary, pair, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate found, and whether a negative one was clamped."""
-
-
-@refined_time.register
-def _(boundary: NearestImage | SectorImage, pair, i, ref, rr, rv, vv, now):
-    return contact_time(pair, i, np.int64(index(boundary, ref)), rr, rv, vv, now)
-
-
-@refined_time.register
-def _(boundary: SteppedImage, pair, i, ref, rr, rv, vv, now):
-    j, step = np.int64(index(boundary, ref)), step_of(boundary, ref)
-    t = step_time(pair, i, j, step, rr, rv, vv, now)
-    return t if t < NEVER else max(-rv / vv, 0.0), False
 
 
 @optional

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from carom.engine.boundary import NearestImage, SectorImage, SteppedImage
+from carom.engine.boundary import NearestImage, SectorImage
 from carom.engine.neighbors.all_pairs import make_everybody, make_pairs
 from carom.engine.neighbors.grid import make_grid, make_tilt_window
 from carom.engine.neighbors.lists import Lists, make_lists
@@ -22,7 +22,7 @@ from carom.engine.neighbors.sizes import (
     starts_of,
 )
 from carom.engine.neighbors.skins import EqualBounds, GrowingBounds, UnequalBounds
-from carom.engine.pair_steps import make_steps
+from carom.engine.pair_steps import SteppedImage, make_steps
 from carom.engine.system import System
 
 SLACK = 1.0 - 2.0**-20
