@@ -39,7 +39,7 @@ def recount_listed(neighbors, rules, boundary, i, was):
 
 
 @recount_listed.register
-def _(neighbors: Lists, rules, boundary, i, was):
+def _recount_listed_of_lists(neighbors: Lists, rules, boundary, i, was):
     start_index = start(neighbors.bounds, i)
     for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
         recount_word(neighbors, rules, boundary, i, neighbors.refs[k], was)

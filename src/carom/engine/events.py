@@ -60,7 +60,7 @@ def retime(timing, model, state, i):
 
 
 @retime.register
-def _(timing: FromRows, model, state, i):
+def _retime_of_from_rows(timing: FromRows, model, state, i):
     rows = state.rows
     slightly = EARLIER * state.clock[0].length
     ref = np.int64(state.partner[i])

@@ -104,7 +104,7 @@ def retime_contact(motion, obstacles, model, state, i, code):
 
 
 @retime_contact.register
-def _(motion: Inertial, obstacles, model, state, i, code):
+def _retime_contact_of_inertial(motion: Inertial, obstacles, model, state, i, code):
     if obstacles is None:
         return
     touch, number = meet_obstacle(obstacles.timing, model, state, i, 0.0, True, NEVER)

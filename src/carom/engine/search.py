@@ -80,14 +80,14 @@ def search(model, state, neighbors, i, now, block_half, avoided):
 
 @earliest_partner.register(Sectors)
 @earliest_partner.register(Lists)
-def _(neighbors, model, state, i, now, block_half, avoided):
+def _earliest_partner_of_listed(neighbors, model, state, i, now, block_half, avoided):
     refs, start_index, count = candidates(neighbors, model.boundary, i, block_half)
     return nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
 
 
 @earliest_newcomer.register(Sectors)
 @earliest_newcomer.register(Lists)
-def _(neighbors, model, state, i, now, refs, start_index, count):
+def _earliest_newcomer_of_listed(neighbors, model, state, i, now, refs, start_index, count):
     return nearest(model, state, i, now, refs, start_index, count, 0, NO_REF)
 
 
@@ -152,7 +152,7 @@ def start_before(square, vv, event_time):
 
 
 @contact_time_of.register
-def _(timing: FromRows, model, state, i, ref, now, t):
+def _contact_time_of_from_rows(timing: FromRows, model, state, i, ref, now, t):
     rows = state.rows
     event_time = now + t
     then = max(np.float64(rows[i].t), np.float64(rows[np.uint64(index(model.boundary, ref))].t))
@@ -165,7 +165,7 @@ def _(timing: FromRows, model, state, i, ref, now, t):
 
 
 @contact_time_of.register
-def _(timing: FarSteps, model, state, i, ref, now, t):
+def _contact_time_of_far_steps(timing: FarSteps, model, state, i, ref, now, t):
     event_time, clamped = contact_time_of(None, model, state, i, ref, now, t)
     rr, rv, vv = relative(model, state, i, ref, now)
     core = step_core_square(model.pair, step_of(model.boundary, ref))
@@ -180,5 +180,5 @@ def _(timing: FarSteps, model, state, i, ref, now, t):
 
 
 @contact_time_of.register
-def _(timing: FromCache, model, state, i, ref, now, t):
+def _contact_time_of_from_cache(timing: FromCache, model, state, i, ref, now, t):
     return contact_time_of(None, model, state, i, ref, timing.from_time[i], t)

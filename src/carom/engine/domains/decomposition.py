@@ -78,12 +78,12 @@ def layer_of(neighbors, i, axis):
 
 
 @layer_of.register
-def _(neighbors: Sectors, i, axis):
+def _layer_of_sectors(neighbors: Sectors, i, axis):
     return np.uint64(neighbors.cell[i, np.uint64(axis)])
 
 
 @layer_of.register
-def _(neighbors: Lists, i, axis):
+def _layer_of_lists(neighbors: Lists, i, axis):
     return np.uint64(grid_coordinate(neighbors, neighbors.reference[i], axis) >> (bits(neighbors) - FINE))
 
 
@@ -93,12 +93,12 @@ def prefetch_layer(neighbors, i):
 
 
 @prefetch_layer.register
-def _(neighbors: Sectors, i):
+def _prefetch_layer_of_sectors(neighbors: Sectors, i):
     prefetch_cell(neighbors, i)
 
 
 @prefetch_layer.register
-def _(neighbors: Lists, i):
+def _prefetch_layer_of_lists(neighbors: Lists, i):
     prefetch(neighbors.reference, np.int64(i))
 
 

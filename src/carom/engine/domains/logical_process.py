@@ -30,7 +30,6 @@ from carom.engine.domains.lp_state import (
 )
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.neighbors.skins import GrowingBounds
 from carom.engine.observers.interface import Observers, count_pair, listed, record
 from carom.engine.observers.own import name_of
 from carom.engine.search import FromRows
@@ -49,12 +48,11 @@ MEMORY = (shift_epoch, start_steps, error_message, growth, record_impulse)
 def obstacle_to_windows(engine: Engine) -> str | None:
     """Return what keeps an engine from running in windows, in words, or None."""
     model, neighbors = engine.model, engine.neighbors
-    bounds = getattr(neighbors, "bounds", None)
     if not isinstance(neighbors, Lists | Sectors):
         return "its few or thinly spread components"
     if not isinstance(model.boundary, NearestImage) or not isinstance(model.timing, FromRows):
         return "its small box, or its steps of pairs"
-    if isinstance(bounds, GrowingBounds) or hasattr(model.pair, "rates"):
+    if hasattr(model.pair, "rates"):
         return "its growing diameters"
     if model.impact is not None:
         return "contacts that change the energy"

@@ -65,7 +65,7 @@ def announce_at_borders(calendar, time, i, mask):
 
 
 @note_border_event.register
-def _(calendar: LpQueue, bucket, time, i):
+def _note_border_event_of_lp(calendar: LpQueue, bucket, time, i):
     if calendar.lp[0].held_borders & INTERIOR != 0:
         return
     mask = mask_of(calendar, np.uint64(i))
@@ -77,7 +77,7 @@ def _(calendar: LpQueue, bucket, time, i):
 
 
 @clear_notes.register
-def _(calendar: LpQueue):
+def _clear_notes_of_lp(calendar: LpQueue):
     lp = calendar.lp[0]
     calendar.flags[:] = 0
     lp.announced_bucket = -2
@@ -128,7 +128,7 @@ def scan_component(calendar, state, bucket, i):
 
 
 @publish_time.register
-def _(calendar: LpQueue, state, time):
+def _publish_time_of_lp(calendar: LpQueue, state, time):
     lp, control, published_time = calendar.lp[0], calendar.control[0], calendar.channels.published_time
     # What was said holds on: once a bucket is enough, unless this process waits, has read messages, or comes
     # to the end of what it has to do.
@@ -167,12 +167,12 @@ def _(calendar: LpQueue, state, time):
 
 
 @choose_width.register
-def _(calendar: LpQueue, n, longest):
+def _choose_width_of_lp(calendar: LpQueue, n, longest):
     """All processes lay out their calendars at the same times: nobody waits for another that does."""
     return
 
 
 @narrow.register
-def _(calendar: LpQueue, longest):
+def _narrow_of_lp(calendar: LpQueue, longest):
     """For the same reason a process whose lines run out is given more of them."""
     return False

@@ -177,7 +177,7 @@ def no_straggler(calendar, i, now):
 
 
 @safe_to_process.register
-def _(calendar: LpQueue, state, boundary, i, now):
+def _safe_to_process_of_lp(calendar: LpQueue, state, boundary, i, now):
     lp = calendar.lp[0]
     lp.waits += 1
     mask = mask_of(calendar, i)
@@ -209,7 +209,7 @@ def _(calendar: LpQueue, state, boundary, i, now):
 
 
 @should_return.register
-def _(calendar: LpQueue):
+def _should_return_of_lp(calendar: LpQueue):
     lp = calendar.lp[0]
     if lp.waits % lp.spins_before_yield == 0:
         if lp.held_borders != 0:

@@ -358,7 +358,7 @@ def search_everybody(everybody, model, state, now):
 
 
 @cross.register
-def _(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
+def _cross_of_all_pairs(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
     return True, neighbors.names, np.uint64(0), np.int64(0)
 
 

@@ -21,7 +21,7 @@ from carom.engine.neighbors.sizes import (
     spans_of,
     starts_of,
 )
-from carom.engine.neighbors.skins import EqualBounds, GrowingBounds, UnequalBounds
+from carom.engine.neighbors.skins import EqualBounds, UnequalBounds
 from carom.engine.pair_steps import SteppedImage, make_steps
 from carom.engine.system import System
 
@@ -134,13 +134,11 @@ def _build_lists(scheme: NeighborPlan, system: System, pair, motion) -> Lists:
         ghostly = system.particles.with_ghost(bound)
         marks = system.particles.with_ghost(levels.levels, np.uint8)
         largest = np.array(levels.reaches)
-        if system.rates is not None:
-            bounds = GrowingBounds(
-                ghostly, pair.radii, pair.rates, starts, marks, len(shapes), largest, SLACK
-            )
+        if system.rates is None:
+            skins, growing = system.particles.with_ghost(bound - sizes) * SLACK, ()
         else:
-            skins = system.particles.with_ghost(bound - sizes) * SLACK
-            bounds = UnequalBounds(ghostly, skins, starts, marks, len(shapes), largest)
+            skins, growing = None, (pair.radii, pair.rates, SLACK)
+        bounds = UnequalBounds(ghostly, skins, starts, marks, len(shapes), largest, *growing)
     pair_steps = make_steps(system.interaction, system.particles)
     grid = make_grid(shapes, around)
     window = make_tilt_window(motion)

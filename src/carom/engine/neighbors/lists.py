@@ -52,7 +52,7 @@ from carom.models.questions.particles import NEVER
 class Lists(NamedTuple):
     """Components by neighbour."""
 
-    bounds: Any  # EqualBounds, UnequalBounds or GrowingBounds
+    bounds: Any  # EqualBounds or UnequalBounds
     grid: Grid
     cells: np.ndarray
     """Components in each cell, (cells + 1, room) uint32; the last row is there to be read beyond the one
