@@ -67,7 +67,7 @@ class Executive:
         self._detailed = False
         self._capacity = 0
         self._processes: list[Any] = []
-        self._saved: tuple[np.ndarray, np.ndarray | None] | None = None
+        self._saved: Any = None  # the state that a window begins with
         self._width = 0.0  # of the buckets of all parts
         self._decided = True  # whether the last window was kept, or undone
         self._queues_valid = False  # whether the calendars of the parts are those of the true state
@@ -155,13 +155,15 @@ class Executive:
         """Keep a window, or go back to its beginning; return which of the two."""
         from carom.engine import constants
         from carom.engine.domains.logical_process import stopped
+        from carom.engine.domains.rollback import commit
 
         reached = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
         reached = reached and not stopped(self._processes)
         count = sum(int(process.engine.tallies[0].collisions) for process in self._processes)
         good = reached and self.run_state.collisions + count < target
         if good:
-            self._merge()
+            engine: Any = self.run_state.engine
+            commit(engine, self._processes, self._all_events, self._pool.each, self.run_state.flush_log)
             self._at(epoch, end)
             self._queues_valid = True
             self.timings.collisions += count
@@ -209,30 +211,20 @@ class Executive:
         return n * k // self.workers, n * (k + 1) // self.workers
 
     def _save_state(self, k: int) -> None:
-        """Copy rows and images, for the case that the window is lost."""
-        assert self._saved is not None
-        state: Any = self.run_state.engine.state
-        mine = slice(*self._mine(k))
-        rows, images = self._saved
-        rows[mine] = state.rows.view(np.ndarray)[mine]
-        if images is not None:
-            images[mine] = state.images[mine]
+        """Keep a share of the state, for the case that the window is lost."""
+        from carom.engine.domains.rollback import save_state
+
+        save_state(self._saved, self.run_state.engine.state, slice(*self._mine(k)))
 
     def _roll_back(self, epoch: int, start: float) -> None:
         """Go back to the beginning of a window that was lost: scheduling leaves no trace."""
         from carom.compiling.deferred_signals import signals_held
+        from carom.engine.domains.rollback import roll_back
 
-        assert self._saved is not None
-        run_state = self.run_state
-        state: Any = run_state.engine.state
-        rows, images = self._saved
         with signals_held():
-            state.rows.view(np.ndarray)[: len(rows)] = rows
-            if images is not None:
-                state.images[...] = images
-            state.clock.epoch[0], state.clock.now[0] = epoch, start
-            run_state.scheduled = False
-        run_state.schedule()
+            roll_back(self._saved, self.run_state.engine.state, epoch, start)
+            self.run_state.scheduled = False
+        self.run_state.schedule()
 
     def _advance_epoch_of(self, k: int) -> None:
         from carom.engine.build import stripped
@@ -306,45 +298,6 @@ class Executive:
             time.sleep(0)
         return True
 
-    def _merge(self) -> None:
-        from carom.engine.domains.event_log_merge import merge, order_tasks
-
-        run_state, engine = self.run_state, self.run_state.engine
-        heads = np.zeros(self.workers, np.int64)
-        total = engine.tallies[0]
-        for process in self._processes:
-            tally = process.engine.tallies[0]
-            for name in ("advancements", "transits", "returns", "clamped"):
-                total[name] += tally[name]
-            total.depth = max(total.depth, tally.depth)
-        self._pool.each(self._put_in_order)
-        tasks = order_tasks(self._all_events)
-        self._pool.each(self._find_order, tasks)
-        while not merge(
-            self._all_events,
-            heads,
-            engine.state.clock,
-            engine.tallies,
-            engine.model.observers,
-            engine.model.obstacles,
-            engine.model.boundary,
-        ):
-            run_state.flush_log()
-
-    def _put_in_order(self, k: int) -> None:
-        """Sort what part k has noted, where something came late."""
-        from carom.engine.domains.event_log_merge import put_in_order
-
-        process = self._processes[k]
-        if process.engine.calendar.lp[0].stragglers != 0:
-            put_in_order(process.recorder.lp_events)
-
-    def _find_order(self, k: int, tasks: list[tuple[Any, ...]]) -> None:
-        """Find the order of all collisions in a part of the window's time."""
-        from carom.engine.domains.event_log_merge import find_order
-
-        find_order(*tasks[k])
-
     # What windows teach -----------------------------------------------------------------------------------
 
     def _after_commit(self) -> None:
@@ -411,6 +364,7 @@ class Executive:
             make_process,
             refill_queue,
         )
+        from carom.engine.domains.rollback import make_saved_state
 
         run_state, workers = self.run_state, self.workers
         scene: Any = run_state.scene
@@ -431,8 +385,7 @@ class Executive:
             for k in range(workers)
         ]
         self._engine, self._queues_valid, self._busy = engine, False, [0.0] * workers
-        rows, images = engine.state.rows.view(np.ndarray)[: scene.n], engine.state.images
-        self._saved = np.empty_like(rows), None if images is None else np.empty_like(images)
+        self._saved = make_saved_state(engine.state)
         begin_window(self._processes, 0, 0.0, 0.0, 0.0)
         refill_queue(self._processes[0].engine, 0, 0.0, self._width)
         self._cycle(0, 0, -math.inf)
