@@ -90,8 +90,8 @@ def _in_time(generic):
 def entry(function):
     """Compile an entry point of the engine, cached on disk where a cache folder can be written.
 
-    Each set of classes among the arguments has its own code: Numba takes two classes of tuples with the same
-    name and fields for one, as those of a notebook cell run twice.
+    It is specialised for the classes among its arguments, each set of which has code of its own: Numba takes
+    two classes of tuples with the same name and fields for one, as those of a notebook cell run twice.
     """
     if config.DISABLE_JIT:
         return function

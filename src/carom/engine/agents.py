@@ -1,7 +1,7 @@
 """Units that decide by rules: when a rule is called, and the consequences of its decision.
 
 It is called when a pair crosses a circle, a timer runs out, or a unit in a circle has changed (these two with
-the partner WAKE). A queue tells units of such a change: each gets an event at the present time.
+the partner TIMER_EVENT). A queue tells units of such a change: each gets an event at the present time.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ ASKED = index, index_bits, lasting, mirror, separation, in_box
 
 @answering(*ASKED)
 class NearestImage(NamedTuple):
-    """A periodic box in which no component can meet two images of another before one changes sector."""
+    """The minimum image convention (MinimumImage): nobody meets two images of another before one moves on."""
 
     edges: tuple  # edges of the box [length]
     inverse: tuple  # their inverses

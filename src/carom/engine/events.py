@@ -110,9 +110,9 @@ def pair_up(model, state, calendar, i, ref, event_time):
     """Give i and the component that ``ref`` names their new event; a third party gets an advancement."""
     rows = state.rows
     j = np.uint64(index(model.boundary, ref))
-    third = np.int64(state.partner[j])
-    if third >= 0:
-        m = np.uint64(index(model.boundary, third))
+    third_party = np.int64(state.partner[j])
+    if third_party >= 0:
+        m = np.uint64(index(model.boundary, third_party))
         if m != np.uint64(i):
             state.partner[m] = LAMBDA
             insert(calendar, m, np.float64(rows[j].event_time))

@@ -53,7 +53,7 @@ def receive(calendar, state):
 
 @optional
 def publish_time(calendar, state, time):
-    """Tell the others that nothing is due here before ``time``, as a null message does."""
+    """Tell the others that nothing is due here before ``time``, as a null message does: its safe time."""
     return
 
 

@@ -3,7 +3,7 @@
 Each runs ahead in the middle of its slab by its own calendar. An event in the *zone* of a border waits until
 the other process has nothing earlier there, and holds the border's lock. What is scheduled for another's
 component is sent as a message. Borders and processes remember their last events: one that comes too late for
-those rolls the window back.
+those, a straggler, rolls the window back (:mod:`.rollback`).
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ def no_earlier_event(calendar, side, now, i):
             lp.unread[np.uint64(slot)] = NEVER
         elif lp.unread[np.uint64(slot)] <= now or lp.written[np.uint64(slot)] - read > MOST_MESSAGES // 2:
             return False
-    clock = load(channels.published_time, LINE * other)
-    if clock > now or (clock == now and lp.me < other):
+    safe_time = load(channels.published_time, LINE * other)
+    if safe_time > now or (safe_time == now and lp.me < other):
         return True
-    too_far = clock + lp.lookahead * calendar.control[0].width <= now
+    too_far = safe_time + lp.lookahead * calendar.control[0].width <= now
     if too_far or load(channels.published_time, LINE * other + 1) <= now:
         return False
     rows, columns = calendar.patches[0], calendar.patches[1]

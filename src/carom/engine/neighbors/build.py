@@ -13,7 +13,7 @@ from carom.engine.neighbors.lists import Lists, make_lists
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.sectors import Sectors, make_sectors
 from carom.engine.neighbors.sizes import (
-    ROUNDING_MARGIN,
+    SECTOR_MARGIN,
     bounds_of,
     cells_around,
     shape_of,
@@ -92,7 +92,7 @@ def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
         for axis, (edge, size) in enumerate(zip(system.box, scheme.shape, strict=True)):
             if system.periodic[axis]:
                 contact = system.diameter * system.stretch[axis]
-                free = 0.5 * (edge / size - contact * (1.0 + ROUNDING_MARGIN))
+                free = 0.5 * (edge / size - contact * (1.0 + SECTOR_MARGIN))
                 # The images of neighbours must be told apart as before.
                 slacks[axis] = max(SLACK * min(free, 0.25 * edge - edge / size), 0.0)
     return slacks

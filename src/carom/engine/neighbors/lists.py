@@ -1,4 +1,4 @@
-"""Neighbour lists (Verlet lists): the sector's idea with a sphere for a sector.
+"""Neighbour lists (NeighborLists, Verlet lists): the sector's idea with a sphere for a sector.
 
 A surface stays in a sphere around its reference point, its *bound*; two are listed while their bounds
 overlap. At its bound a component takes a new point and renews its own list only. Points are integer fractions

@@ -18,7 +18,7 @@ from carom.engine.system import System
 
 SECTOR = 0.88  # side of a sector in spacings ``(V / n)^(1/d)``, where a diameter is less (docs/benchmarks)
 
-ROUNDING_MARGIN = 2.0**-40
+SECTOR_MARGIN = 2.0**-40
 """Part of a diameter that a sector is wider than that, to absorb the rounding of its faces."""
 
 WIDEST, MOST_SECTORS = 2.0**17, 2.0**20
@@ -31,7 +31,7 @@ def sector_of(system: System, spacing: float) -> tuple[float, float]:
     """Return the side of a sector, and how wide one may be at most, unless there were too many [length]."""
     box, diameter = system.box, system.diameter
     widest_side = max(WIDEST * system.smallest, max(box) / MOST_SECTORS ** (1.0 / system.dimension))
-    side = max(diameter * (1.0 + ROUNDING_MARGIN), min(SECTOR * spacing, max(box), widest_side))
+    side = max(diameter * (1.0 + SECTOR_MARGIN), min(SECTOR * spacing, max(box), widest_side))
     if system.rates is not None:
         side = max(side, 1.05 * diameter)
     return side, widest_side
@@ -323,7 +323,7 @@ def best_side(system: System, least: float, path: float) -> float:
     """
     sides = [least * WIDER**k for k in range(STEPS)]
     if system.dimension >= HIGH:
-        tight = system.diameter * (1.0 + ROUNDING_MARGIN)
+        tight = system.diameter * (1.0 + SECTOR_MARGIN)
         finer = [tight * WIDER**k for k in range(STEPS) if tight * WIDER**k < least]
         sides += [side for side in finer if math.prod(edge / side for edge in system.box) < MOST_SECTORS]
     return min(sides, key=lambda side: sector_cost(system, side, path))
