@@ -22,6 +22,10 @@ from carom.engine.calendar import (
     next_event,
     pop,
     prefetch_calendar,
+    publish_time,
+    receive,
+    safe_to_process,
+    should_return,
 )
 from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import (
@@ -49,7 +53,6 @@ from carom.engine.neighbors.interface import begin_epoch, build, cross, earliest
 from carom.engine.neighbors.prefetch import leaves_first, prefetch_first
 from carom.engine.observers.interface import ends_run, is_full
 from carom.engine.one_body import run_one_body
-from carom.engine.queue_hooks import publish_time, receive, safe_to_process, should_return
 from carom.engine.search import NO_REF, search
 from carom.models.questions.particles import NEVER
 

@@ -25,8 +25,7 @@ from carom.errors import InputError
 from carom.io.events import read_events
 from carom.simulation import mechanics, recorder, stretches
 from carom.simulation.workers import choose_workers, window_length
-from carom.simulation.workers.executive import COMMITS_IN_A_ROW, Executive
-from carom.simulation.workers.timings import Settings
+from carom.simulation.workers.executive import COMMITS_IN_A_ROW, Executive, Settings
 
 
 def fluid(cells=12):

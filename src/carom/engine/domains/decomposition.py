@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.prefetch import prefetch
+from carom.compiling.intrinsics import prefetch
 from carom.compiling.registry import inner, required
 from carom.engine.neighbors.grid import bits, coordinate_bits, grid_coordinate
 from carom.engine.neighbors.lists import Lists

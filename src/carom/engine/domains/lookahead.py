@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.atomics import load, store
-from carom.compiling.prefetch import prefetch
+from carom.compiling.intrinsics import load, prefetch, store
 from carom.compiling.registry import inner
-from carom.engine.calendar import ENTRIES, bucket_of, buckets_in_window, choose_width, narrow, time_of
+from carom.engine.calendar import (
+    ENTRIES,
+    bucket_of,
+    buckets_in_window,
+    choose_width,
+    clear_notes,
+    narrow,
+    note_border_event,
+    publish_time,
+    time_of,
+)
 from carom.engine.domains.decomposition import ANNOUNCED, MAY_REACH_BORDER, OWN, PATCHES, prefetch_layer
 from carom.engine.domains.lp_state import INTERIOR, LINE, MOST_ANNOUNCED, LpQueue, mask_of, patch_at, row_of
-from carom.engine.queue_hooks import clear_notes, note_border_event, publish_time
 from carom.models.questions.particles import NEVER
 
 HORIZON = 16  # buckets in which a process looks for events in zones in advance

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.atomics import store
+from carom.compiling.intrinsics import store
 from carom.compiling.registry import inner
 from carom.engine.domains.decomposition import PATCHES, layer_of
 

@@ -4,9 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.atomics import load, store
+from carom.compiling.intrinsics import load, store
 from carom.compiling.registry import inner
-from carom.engine.calendar import MOST_NEW_ENTRIES, insert, time_of
+from carom.engine.calendar import (
+    MOST_NEW_ENTRIES,
+    count_local,
+    insert,
+    is_remote,
+    local_component,
+    receive,
+    send_if_remote,
+    time_of,
+)
 from carom.engine.domains.decomposition import BORDER_BELOW, BORDERS, OWN, READ_HALO, WRITE_HALO
 from carom.engine.domains.lp_state import (
     INTERIOR,
@@ -20,7 +29,6 @@ from carom.engine.domains.lp_state import (
     mask_of,
     slot_of,
 )
-from carom.engine.queue_hooks import count_local, is_remote, local_component, receive, send_if_remote
 
 
 @is_remote.register

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.atomics import load, take, yield_thread
+from carom.compiling.intrinsics import load, take, yield_thread
 from carom.compiling.registry import inner
 from carom.engine.boundary import index
-from carom.engine.calendar import pop, time_of
+from carom.engine.calendar import pop, safe_to_process, should_return, time_of
 from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, HISTORY, OWN, layer_of, layers_apart
 from carom.engine.domains.lp_state import (
     HISTORY_LENGTH,
@@ -36,7 +36,6 @@ from carom.engine.domains.lp_state import (
 )
 from carom.engine.domains.messages import unlock
 from carom.engine.neighbors.prefetch import leaves_first
-from carom.engine.queue_hooks import safe_to_process, should_return
 from carom.models.questions.particles import NEVER
 
 MOST_WAITS = 1 << 20  # refusals after which a thread asks whether all are to stop

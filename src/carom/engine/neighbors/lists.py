@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.prefetch import prefetch, prefetch_now
+from carom.compiling.intrinsics import prefetch, prefetch_now
 from carom.compiling.registry import answering, inner
 from carom.compiling.simd import LANES, copy_words, pack
 from carom.engine import pair_steps

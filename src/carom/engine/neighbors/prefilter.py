@@ -20,8 +20,8 @@ and L the longest edge over the shortest:
   (2 W T + 9 L + 3).
 
 The sum of both errors is below ``16 e (1 + L) (1 + W (T + S))``, the error of positions. The rest is exact
-but for two roundings to whole numbers: half a unit at the first plane, and at each plane half a unit of the step,
-with 3 e L edges that the step itself was off before.
+but for two roundings to whole numbers: half a unit at the first plane, and at each plane half a unit of the
+step, with 3 e L edges that the step itself was off before.
 """
 
 from __future__ import annotations

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.prefetch import prefetch
+from carom.compiling.intrinsics import prefetch
 from carom.compiling.registry import answering, inner
 from carom.compiling.simd import LANES, copy_words, replace_words
 from carom.engine.boundary import index, index_bits, mirror, separation

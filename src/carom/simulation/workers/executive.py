@@ -12,7 +12,6 @@ import numpy as np
 
 from carom.simulation.pace import Pace
 from carom.simulation.workers.thread_pool import ThreadPool, cores
-from carom.simulation.workers.timings import LOOKAHEAD, MANY, Settings, Timings
 from carom.simulation.workers.window_length import LENGTH, WindowLength
 
 if TYPE_CHECKING:
@@ -35,6 +34,40 @@ MORE, LEAST_ROOM = 1.5, 4096
 EXTRA_CAPACITY = 4  # for how many more each list and each cell has room, where all have the same
 
 COMMITS_IN_A_ROW = 16  # windows kept in a row after which parts may be further ahead of each other again
+
+
+LEAST_PER_WINDOW = 0.1  # collisions for each particle below which a stretch is not worth a window
+
+LOOKAHEAD = 8.0  # widths of a bucket, of a few cycles each, that a part may be ahead of another
+
+MANY = 100_000
+"""Components below which that is less, in proportion: more often something comes late then."""
+
+
+@dataclass
+class Timings:
+    """Where the time of a run in windows went [s], and what came of it."""
+
+    windows: int = 0  # kept
+    repeats: int = 0  # run again
+    collisions: int = 0  # in windows that were kept
+    wall: float = 0.0  # in windows
+    save_state: float = 0.0  # keeping what a window begins with
+    run: float = 0.0
+    merge: float = 0.0  # adding up
+    epochs: float = 0.0  # going over into the next
+    rolled_back: float = 0.0  # windows that were run again
+    busy: float = 0.0  # CPU time of all workers in ``run``
+
+
+@dataclass
+class Settings:
+    """How long windows are, how far parts may be ahead, and whether there must be any; None: as measured."""
+
+    collisions: float | None = None  # a particle, in a window
+    lookahead: float | None = None  # widths of a bucket at a border; halved where it loses a window
+    least: float = LEAST_PER_WINDOW  # a particle, below which the plain cycle runs
+    compare: bool = True  # time the plain cycle now and then
 
 
 @dataclass
@@ -228,14 +261,14 @@ class Executive:
 
     def _advance_epoch_of(self, k: int) -> None:
         from carom.engine.build import stripped
-        from carom.engine.domains.next_epoch import advance_epoch
+        from carom.engine.collisions import advance_epoch
 
         engine = stripped(self.run_state.engine)
         advance_epoch(engine.model, engine.state, engine.neighbors, *map(np.int64, self._mine(k)))
 
     def _retime_of(self, k: int) -> None:
         from carom.engine.build import stripped
-        from carom.engine.domains.next_epoch import retime_all
+        from carom.engine.collisions import retime_all
 
         engine = stripped(self.run_state.engine)
         retime_all(engine.model, engine.state, *map(np.int64, self._mine(k)))
