@@ -136,7 +136,8 @@ class NamedFiles(FunctionCache):
         if origins is None:
             return None, None
         models = [(cls.__module__, cls.__qualname__) for cls in classes_in(kinds)]
-        kind = f"{self._impl.filename_base}.{_short(numba.__version__, config.BOUNDSCHECK, key[:2], models)}"
+        checked = config.BOUNDSCHECK  # type: ignore[attr-defined]  # made when Numba is imported
+        kind = f"{self._impl.filename_base}.{_short(numba.__version__, checked, key[:2], models)}"
         folder = Path(self.cache_path)
         return folder / kind, folder / f"{kind}.{_short(key, origins)}.nbc"
 

@@ -93,7 +93,7 @@ def entry(function):
     It is specialised for the classes among its arguments, each set of which has code of its own: Numba takes
     two classes of tuples with the same name and fields for one, as those of a notebook cell run twice.
     """
-    if config.DISABLE_JIT:
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]  # made when Numba is imported
         return function
     compiled: dict[tuple[type, ...], Any] = {}
 

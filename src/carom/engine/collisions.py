@@ -8,7 +8,6 @@ from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
 from carom.compiling.registry import inner
 from carom.engine.advance import advance, into_next_epoch
-from carom.engine.agents import on_crossing
 from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA
 from carom.engine.events import retime
@@ -25,6 +24,7 @@ from carom.engine.observers.interface import (
 from carom.engine.obstacles import age_obstacles
 from carom.engine.pair_steps import logged, outcome
 from carom.engine.rubbing import rub
+from carom.engine.rules import on_crossing
 from carom.models.questions.contact import exchanged_part
 from carom.models.questions.interaction import core_square, growth, record_impulse
 from carom.models.questions.memory import shift_epoch

@@ -199,9 +199,9 @@ def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
         number -= len(group)
         crowd = together(group) if len(group) >= CROWD_FROM else None
         chain = Chain(tuple(group), number, chain) if crowd is None else Crowd(crowd, number, chain)
-    places = (np.zeros(dimension) for _ in range(3))
+    x, image, v = (np.zeros(dimension) for _ in range(3))
     live = ObstacleWork(np.zeros(total), np.zeros(1)) if any(map(is_live, models)) else None
-    return Obstacles(walls, chain, np.zeros(total, np.int64), np.zeros(total), *places, live)
+    return Obstacles(walls, chain, np.zeros(total, np.int64), np.zeros(total), x, image, v, live)
 
 
 def kind_of(model) -> tuple:

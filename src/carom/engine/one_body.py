@@ -13,7 +13,6 @@ import numpy as np
 
 from carom.compiling.registry import inner, optional
 from carom.engine.advance import advance, place_at
-from carom.engine.agents import rule_event, run_rule
 from carom.engine.constants import LAMBDA, OBSTACLE, TIMER_EVENT
 from carom.engine.observers.interface import (
     ObstacleEvent,
@@ -25,6 +24,7 @@ from carom.engine.observers.interface import (
     record,
 )
 from carom.engine.obstacles import gained, reflect_component, soonest
+from carom.engine.rules import rule_event, run_rule
 from carom.engine.search import FromRows, start_before
 from carom.models.drives import kick, next_time
 from carom.models.motions.free_flight import Inertial

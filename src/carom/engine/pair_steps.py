@@ -13,8 +13,16 @@ import numpy as np
 
 from carom.compiling.registry import answering, inner, optional, required
 from carom.compiling.simd import asked_of
-from carom.engine import boundary as images
-from carom.engine.boundary import NearestImage, SectorImage, index
+from carom.engine.boundary import (
+    NearestImage,
+    SectorImage,
+    in_box,
+    index,
+    index_bits,
+    lasting,
+    mirror,
+    separation,
+)
 from carom.errors import CaromError
 from carom.models.questions.interaction import contact_time, interaction_time, jump
 from carom.models.questions.particles import NEVER
@@ -57,19 +65,13 @@ def step_of(boundary, ref):
     return np.int64(ref) & ((np.int64(1) << boundary.bits) - 1)
 
 
-@answering(images, candidate_time, refined_time, outcome, logged)
+@answering(mirror, candidate_time, refined_time, outcome, logged)
 class SteppedImage(NamedTuple):
     """A :class:`NearestImage` whose words name steps of pairs."""
 
     edges: tuple  # edges of the box [length]
     inverse: tuple  # their inverses
     bits: int  # low bits of a word that hold the step
-
-    index = SectorImage.index  # type: ignore[assignment]  # of a tuple
-    index_bits = SectorImage.index_bits
-    lasting = NearestImage.lasting
-    separation = NearestImage.separation
-    in_box = NearestImage.in_box
 
     def mirror(self, i, ref):
         return (i << self.bits) | step_of(self, ref)
@@ -95,6 +97,16 @@ class SteppedImage(NamedTuple):
 
     def logged(self, ref, kind):
         return (index(self, ref) << self.bits) | kind
+
+
+for _question, _like in (
+    (index, SectorImage),
+    (index_bits, SectorImage),
+    (lasting, NearestImage),
+    (separation, NearestImage),
+    (in_box, NearestImage),
+):
+    _question.register(SteppedImage)(_question.registry[_like])
 
 
 @optional

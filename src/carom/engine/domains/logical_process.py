@@ -81,8 +81,8 @@ def clone(value: Any) -> Any:
         copied[...] = value
         return copied.view(type(value))
     if isinstance(value, tuple):
-        processes = [clone(process) for process in value]
-        return type(value)(*processes) if hasattr(value, "_fields") else tuple(processes)
+        parts = [clone(part) for part in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     return value
 
 

@@ -134,11 +134,11 @@ def _build_lists(scheme: NeighborPlan, system: System, pair, motion) -> Lists:
         ghostly = system.particles.with_ghost(bound)
         marks = system.particles.with_ghost(levels.levels, np.uint8)
         largest = np.array(levels.reaches)
+        rest = starts, marks, len(shapes), largest
         if system.rates is None:
-            skins, growing = system.particles.with_ghost(bound - sizes) * SLACK, ()
+            bounds = UnequalBounds(ghostly, system.particles.with_ghost(bound - sizes) * SLACK, *rest)
         else:
-            skins, growing = None, (pair.radii, pair.rates, SLACK)
-        bounds = UnequalBounds(ghostly, skins, starts, marks, len(shapes), largest, *growing)
+            bounds = UnequalBounds(ghostly, None, *rest, pair.radii, pair.rates, SLACK)
     pair_steps = make_steps(system.interaction, system.particles)
     grid = make_grid(shapes, around)
     window = make_tilt_window(motion)
