@@ -15,8 +15,8 @@ from helpers.sheared import Naive
 
 import carom
 from carom.engine.neighbors import grid
+from carom.engine.neighbors.bounds import list_range_sq
 from carom.engine.neighbors.grid import coordinate_bits
-from carom.engine.neighbors.skins import list_range_sq
 from carom.errors import InputError
 from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution

@@ -11,9 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import answers, inner
+from carom.engine.neighbors.bounds import EqualBounds
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
-from carom.engine.neighbors.skins import EqualBounds
 from carom.engine.system import System
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles.balls import SolidBall

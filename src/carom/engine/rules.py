@@ -12,8 +12,8 @@ from carom.compiling.registry import inner, required
 from carom.engine.advance import advance
 from carom.engine.boundary import index, separation
 from carom.engine.constants import TIMER_EVENT
+from carom.engine.neighbors.bounds import start
 from carom.engine.neighbors.lists import Lists
-from carom.engine.neighbors.skins import start
 from carom.engine.observers.interface import gain, record
 from carom.engine.pair_steps import put_step, step_of
 from carom.models.interactions.units import (

@@ -8,6 +8,7 @@ import numpy as np
 
 from carom.engine.boundary import NearestImage, SectorImage
 from carom.engine.neighbors.all_pairs import make_everybody, make_pairs
+from carom.engine.neighbors.bounds import EqualBounds, UnequalBounds
 from carom.engine.neighbors.grid import make_grid, make_tilt_window
 from carom.engine.neighbors.lists import Lists, make_lists
 from carom.engine.neighbors.plan import NeighborPlan
@@ -21,7 +22,6 @@ from carom.engine.neighbors.sizes import (
     spans_of,
     starts_of,
 )
-from carom.engine.neighbors.skins import EqualBounds, UnequalBounds
 from carom.engine.pair_steps import SteppedImage, make_steps
 from carom.engine.system import System
 

@@ -19,6 +19,17 @@ from carom.engine import pair_steps
 from carom.engine.boundary import index
 from carom.engine.lattice import position_at
 from carom.engine.neighbors import interface, prefetch as prefetching
+from carom.engine.neighbors.bounds import (
+    EqualBounds,
+    class_count,
+    list_range_sq,
+    list_range_sq_found,
+    max_range_sq,
+    pack_bounds,
+    size_class,
+    skin_at,
+    start,
+)
 from carom.engine.neighbors.grid import (
     Grid,
     bits,
@@ -32,17 +43,6 @@ from carom.engine.neighbors.grid import (
     speed_from_reference,
 )
 from carom.engine.neighbors.prefetch import HUGE, leaves_first, prefetch_members, prefetch_own
-from carom.engine.neighbors.skins import (
-    EqualBounds,
-    class_count,
-    list_range_sq,
-    list_range_sq_found,
-    max_range_sq,
-    pack_bounds,
-    size_class,
-    skin_at,
-    start,
-)
 from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing, stepped_word
 from carom.engine.state import aligned, filled
 from carom.models.questions.particles import NEVER
