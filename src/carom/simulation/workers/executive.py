@@ -10,6 +10,25 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from carom.compiling.deferred_signals import signals_held
+from carom.engine import constants, cycle
+from carom.engine.build import stripped
+from carom.engine.calendar import FEWEST, LARGE_SYSTEM_FACTOR, MOST
+from carom.engine.collisions import advance_epoch, retime_all
+from carom.engine.domains.decomposition import most_slabs, slabs_of
+from carom.engine.domains.event_log_merge import lp_events_of, make_all_events
+from carom.engine.domains.logical_process import (
+    begin_window,
+    has_messages,
+    make_channels,
+    make_process,
+    refill_queue,
+    stop,
+    stopped,
+    with_larger_heap,
+)
+from carom.engine.domains.rollback import commit, make_saved_state, roll_back, save_state
+from carom.engine.neighbors.prefetch import HUGE
 from carom.simulation.pace import Pace
 from carom.simulation.workers.thread_pool import ThreadPool, cores
 from carom.simulation.workers.window_length import LENGTH, WindowLength
@@ -142,15 +161,10 @@ class Executive:
 
     def _fits(self) -> bool:
         """Return whether the box has room for the slabs, with the neighbour scheme that the run has now."""
-        from carom.engine.domains.decomposition import most_slabs
-
         neighbors: Any = self.run_state.engine.neighbors
         return self.workers == 1 or self.workers <= most_slabs(neighbors, self.run_state.scene.box)
 
     def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
-        from carom.compiling.deferred_signals import signals_held
-        from carom.engine.domains.logical_process import begin_window
-
         began = time.perf_counter()
         self._ready(epoch, start)
         self._all_events.used[:] = 0
@@ -186,10 +200,6 @@ class Executive:
         self, codes: list[int], epoch: int, start: float, end: float, target: int
     ) -> bool:
         """Keep a window, or go back to its beginning; return which of the two."""
-        from carom.engine import constants
-        from carom.engine.domains.logical_process import stopped
-        from carom.engine.domains.rollback import commit
-
         reached = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
         reached = reached and not stopped(self._processes)
         count = sum(int(process.engine.tallies[0].collisions) for process in self._processes)
@@ -213,8 +223,6 @@ class Executive:
 
     def _next_epoch(self, epoch: int) -> bool:
         """Begin the next epoch with all workers, where all has happened that was due in this one."""
-        from carom.compiling.deferred_signals import signals_held
-
         if not self._queues_valid or self._committed != self._state():
             return False
         began = time.perf_counter()
@@ -230,8 +238,6 @@ class Executive:
 
     def _at(self, epoch: int, now: float) -> None:
         """Note that the true state is now of this time."""
-        from carom.engine.domains.logical_process import refill_queue
-
         refill_queue(self.run_state.engine, epoch, now)
         self.run_state.clock.epoch, self.run_state.clock.offset = epoch, now
         self._committed = self._state()
@@ -245,31 +251,20 @@ class Executive:
 
     def _save_state(self, k: int) -> None:
         """Keep a share of the state, for the case that the window is lost."""
-        from carom.engine.domains.rollback import save_state
-
         save_state(self._saved, self.run_state.engine.state, slice(*self._mine(k)))
 
     def _roll_back(self, epoch: int, start: float) -> None:
         """Go back to the beginning of a window that was lost: scheduling leaves no trace."""
-        from carom.compiling.deferred_signals import signals_held
-        from carom.engine.domains.rollback import roll_back
-
         with signals_held():
             roll_back(self._saved, self.run_state.engine.state, epoch, start)
             self.run_state.scheduled = False
         self.run_state.schedule()
 
     def _advance_epoch_of(self, k: int) -> None:
-        from carom.engine.build import stripped
-        from carom.engine.collisions import advance_epoch
-
         engine = stripped(self.run_state.engine)
         advance_epoch(engine.model, engine.state, engine.neighbors, *map(np.int64, self._mine(k)))
 
     def _retime_of(self, k: int) -> None:
-        from carom.engine.build import stripped
-        from carom.engine.collisions import retime_all
-
         engine = stripped(self.run_state.engine)
         retime_all(engine.model, engine.state, *map(np.int64, self._mine(k)))
 
@@ -284,15 +279,10 @@ class Executive:
             self._busy[k] = time.thread_time() - began
 
     def _halt(self) -> None:
-        from carom.engine.domains.logical_process import stop
-
         stop(self._processes)
 
     def _to_the_end(self, k: int, epoch: int, end: float) -> int:
         """Run part k to the end of the window, or until all are to stop."""
-        from carom.engine import constants
-        from carom.engine.domains.logical_process import stopped, with_larger_heap
-
         code = constants.SPENT
         while not stopped(self._processes):
             code = self._cycle(k, epoch, end)
@@ -306,8 +296,6 @@ class Executive:
         return code
 
     def _cycle(self, k: int, epoch: int, end: float) -> int:
-        from carom.engine import cycle
-
         process = self._processes[k]
         until = np.int64(epoch), end
         code, _ = cycle.run(*process.engine, *until, np.int64(2**62), np.int64(CYCLES))
@@ -315,8 +303,6 @@ class Executive:
 
     def _wait_for_others(self, k: int) -> bool:
         """Wait at the end of the window; False if part k has messages to read, True if all is over."""
-        from carom.engine.domains.logical_process import has_messages, stopped
-
         with self._idling:
             self._idle[k] = True
             if all(self._idle) and not any(map(has_messages, self._processes)):
@@ -342,8 +328,6 @@ class Executive:
 
     def _after_rollback(self, codes: list[int], epoch: int, end: float, length: float, good: bool) -> None:
         """Prepare to run a window again, from where it began."""
-        from carom.engine import constants
-
         self._streak = 0
         self._window_length.rollback()
         if constants.NEEDS_NEIGHBORS in codes:
@@ -369,8 +353,6 @@ class Executive:
 
     def _ready(self, epoch: int, start: float) -> None:
         """Make the parts, where the engine is another than before, and lay out their calendars."""
-        from carom.engine.domains.logical_process import refill_queue
-
         other = self._engine is None or self._engine.neighbors is not self.run_state.engine.neighbors
         if other or self._detailed != self._details():
             self._make_processes()
@@ -389,16 +371,6 @@ class Executive:
 
     def _make_processes(self) -> None:
         """Make the parts, and compile what they run: at a time before anything is due."""
-        from carom.engine.domains.decomposition import slabs_of
-        from carom.engine.domains.event_log_merge import lp_events_of, make_all_events
-        from carom.engine.domains.logical_process import (
-            begin_window,
-            make_channels,
-            make_process,
-            refill_queue,
-        )
-        from carom.engine.domains.rollback import make_saved_state
-
         run_state, workers = self.run_state, self.workers
         scene: Any = run_state.scene
         engine: Any = run_state.engine
@@ -425,9 +397,6 @@ class Executive:
 
     def _bucket_width(self) -> float:
         """Return how wide the buckets of all parts should be: a few cycles of each fall into one."""
-        from carom.engine.calendar import FEWEST, LARGE_SYSTEM_FACTOR, MOST
-        from carom.engine.neighbors.prefetch import HUGE
-
         n = self.run_state.scene.n
         cycles = EVENTS * self._window_length.rate() * n / self.workers
         return (LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0) * math.sqrt(FEWEST * MOST) / cycles
