@@ -29,9 +29,8 @@ from soak import compare
 
 import carom
 from carom.engine.domains.decomposition import most_slabs
-from carom.simulation.workers.executive import Executive
+from carom.simulation.workers.executive import Executive, Settings, Timings
 from carom.simulation.workers.thread_pool import cores
-from carom.simulation.workers.timings import Settings, Timings
 
 ROUNDS = 3
 PER_ROUND, LEAST = 24.0, 3_000_000

@@ -213,7 +213,7 @@ def test_a_compiler_that_has_stopped_keeps_nobody_waiting_for_ever(tmp_path, mon
 def test_code_that_checks_bounds_has_files_of_its_own(tmp_path, monkeypatch):
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     for checked in (None, 1):
-        monkeypatch.setattr(cache, "BOUNDS_CHECKED", checked)
+        monkeypatch.setattr(cache.config, "BOUNDSCHECK", checked)
         assert entry(twice)(1.5) == 3.0
     assert len([*tmp_path.rglob("*.nbc")]) == 2
 

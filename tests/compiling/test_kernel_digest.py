@@ -1,7 +1,9 @@
 """What the digest of a compiled kernel covers: all that it is compiled of, and nothing else."""
 
+import importlib
 import json
 import os
+import pkgutil
 import shutil
 import subprocess
 import sys
@@ -10,6 +12,9 @@ from pathlib import Path
 import pytest
 
 import carom
+import carom.engine
+import carom.models
+from carom.compiling import registry
 
 KERNELS = """
 import numba
@@ -103,6 +108,15 @@ def said(program, *words, source=None):
 @pytest.fixture(scope="module")
 def digests():
     return json.loads(said(KERNELS + DIGESTS))
+
+
+def test_what_is_a_question_somebody_answers():
+    for room in (carom.models, carom.engine):
+        for each in pkgutil.walk_packages(room.__path__, f"{room.__name__}."):
+            importlib.import_module(each.name)
+    questions = [each for each, _ in registry._noted if hasattr(each, "registry")]
+    unanswered = {each.__qualname__ for each in questions if len(each.registry) < 2}
+    assert unanswered <= {"at_pair", "at_obstacle", "at_epoch", "call_rule"}  # which the user answers
 
 
 def test_every_kind_of_scene_has_kernels_of_its_own(digests):

@@ -28,7 +28,7 @@ FLOWN = 12
 back, and the fastest fly three times as far as the mean.
 """
 
-WALL = 20.0
+WALL = 200.0
 """Seconds after which a run that should have ended stalls."""
 
 

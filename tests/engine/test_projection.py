@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from carom.engine.advance import project
 from carom.engine.boundary import NearestImage
-from carom.engine.projection import project
 from carom.engine.state import make_state
 from carom.models.motions.free_flight import Inertial
 

@@ -7,8 +7,8 @@ import numpy as np
 from carom.engine import cycle
 from carom.engine.boundary import SectorImage
 from carom.engine.constants import NEEDS_NEIGHBORS
-from carom.engine.neighbors.points import coordinate_bits
-from carom.engine.neighbors.skins import EqualBounds, list_range_sq, size_class, skin_at, start
+from carom.engine.neighbors.bounds import EqualBounds, list_range_sq, size_class, skin_at, start
+from carom.engine.neighbors.grid import coordinate_bits
 
 
 def present(sim):

@@ -13,13 +13,13 @@ import pytest
 @contextlib.contextmanager
 def uncompiled():
     """Let simulations of this process run as plain Python."""
-    from carom.engine import cycle, obstacles, projection
+    from carom.engine import advance, cycle, obstacles
     from carom.simulation import run_loop
     from carom.simulation.measuring import stall_detector
 
     # Compiled code divides by zero without a word.
     with pytest.MonkeyPatch.context() as patch, np.errstate(all="ignore"):
-        for module, name in ((cycle, "schedule"), (cycle, "run"), (projection, "project")):
+        for module, name in ((cycle, "schedule"), (cycle, "run"), (advance, "project")):
             compiled = getattr(module, name)
             patch.setattr(module, name, getattr(compiled, "__wrapped__", compiled))
         for module, name in (

@@ -10,8 +10,8 @@ import numpy as np
 import carom
 from carom.compiling import registry
 from carom.engine.build import PARTS
+from carom.engine.constants import POWERS
 from carom.engine.observers.interface import at_rest, listed
-from carom.engine.tallies import POWERS
 from carom.models import (
     TIMER,
     Active,

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import carom
-from carom.engine.dynamic_obstacles import age_obstacles, with_work
-from carom.engine.obstacles import make_obstacles
+from carom.engine.obstacles import age_obstacles, make_obstacles
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.files.tables import obstacle_from_table
@@ -371,9 +370,9 @@ def _(obstacle: Clock, before, instant, passed, slower):
 
 def test_an_obstacle_is_live_whichever_question_it_answers():
     piston, clock, rests = Piston(0.5, np.zeros(1)), Clock(np.zeros(1)), HalfSpace((0.0, 1.0), 0.0)
-    assert with_work(make_obstacles(2, None, (rests,)), (rests,)).live is None
+    assert make_obstacles(2, None, (rests,)).live is None
     for model in (piston, clock):
-        obstacles = with_work(make_obstacles(2, None, (rests, model)), (rests, model))
+        obstacles = make_obstacles(2, None, (rests, model))
         assert obstacles.live is not None
         age_obstacles(obstacles, 3.0)
     assert piston.begun[0] == 3.0

@@ -14,9 +14,9 @@ from helpers.neighbors import lists_of
 from helpers.sheared import Naive
 
 import carom
-from carom.engine.neighbors import tilt_window
-from carom.engine.neighbors.points import coordinate_bits
-from carom.engine.neighbors.skins import list_range_sq
+from carom.engine.neighbors import grid
+from carom.engine.neighbors.bounds import list_range_sq
+from carom.engine.neighbors.grid import coordinate_bits
 from carom.errors import InputError
 from carom.models import Andersen, Ball, Kind, Ranges, Rough, Shear
 from carom.models.contacts.restitution import Restitution
@@ -132,12 +132,12 @@ def near_in_window(sim):
 
 def test_a_way_is_multiplied_with_a_move_as_in_space_at_every_tilt_of_a_window(monkeypatch):
     """In lattice coordinates the product of a way r and a move s is r . (M^T M s), with M of the tilt."""
-    monkeypatch.setattr(tilt_window, "grid_difference", lambda move, to, since, axis: move[axis])
-    pull = getattr(tilt_window.pull, "py_func", tilt_window.pull)
+    monkeypatch.setattr(grid, "grid_difference", lambda move, to, since, axis: move[axis])
+    pull = getattr(grid.pull, "py_func", grid.pull)
     rng, closest = np.random.default_rng(4), 0.0
     for _ in range(200):
         middle, half, move = rng.uniform(-0.6, 0.6), rng.uniform(0.05, 0.2), rng.normal(size=3)
-        window = tilt_window.TiltWindow(np.array([middle]), half)
+        window = grid.TiltWindow(np.array([middle]), half)
         found = np.array([pull(window, move, 1, 0, axis) for axis in range(3)])
         for tilt in middle + half * np.linspace(-1.0, 1.0, 9):
             shear = np.array([[1.0, tilt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

@@ -16,8 +16,7 @@ from helpers.marks import slow
 import carom
 from carom.models.obstacles.shaken import Displaced
 from carom.models.questions.memory import KEPT, fields_of, shift_epoch
-from carom.simulation.workers.executive import Executive
-from carom.simulation.workers.timings import Settings
+from carom.simulation.workers.executive import Executive, Settings
 
 SCALE = 15
 """Speeds of the other twin are so many powers of two larger; with kT times 10^6 they are beyond 2^20."""

@@ -10,10 +10,11 @@ import hashlib
 from typing import Any
 
 from llvmlite import ir
-from numba.core import cgutils, types
+from numba import types
 from numba.extending import models, register_model
 
 from carom.compiling.intrinsics import compiled_as
+from carom.compiling.numba_parts import cgutils
 
 
 class _Known:

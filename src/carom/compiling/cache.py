@@ -13,14 +13,11 @@ from pathlib import Path
 
 import filelock
 import numba
-from numba.core import config, types
-from numba.core.caching import FunctionCache
-from numba.core.runtime import rtsys
+from numba import config, types
 
 from carom.compiling.code_digest import classes_in, digest_of
 from carom.compiling.compile_listeners import notify
-
-BOUNDS_CHECKED = getattr(config, "BOUNDSCHECK", None)  # what NUMBA_BOUNDSCHECK says
+from carom.compiling.numba_parts import FunctionCache, rtsys
 
 CHECKED = hashlib.sha256().digest_size
 """Bytes at the beginning of a file: the SHA-256 of the others, which begin with the seconds that it took."""
@@ -139,7 +136,8 @@ class NamedFiles(FunctionCache):
         if origins is None:
             return None, None
         models = [(cls.__module__, cls.__qualname__) for cls in classes_in(kinds)]
-        kind = f"{self._impl.filename_base}.{_short(numba.__version__, BOUNDS_CHECKED, key[:2], models)}"
+        checked = config.BOUNDSCHECK  # type: ignore[attr-defined]  # made when Numba is imported
+        kind = f"{self._impl.filename_base}.{_short(numba.__version__, checked, key[:2], models)}"
         folder = Path(self.cache_path)
         return folder / kind, folder / f"{kind}.{_short(key, origins)}.nbc"
 

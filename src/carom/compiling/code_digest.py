@@ -18,7 +18,8 @@ from pathlib import Path
 
 import numpy as np
 from numba import types
-from numba.core.dispatcher import Dispatcher
+
+from carom.compiling.numba_parts import Dispatcher
 
 FACES: set = set()
 """Functions that are generic in the type of a model (``registry.required``, ``registry.optional``)."""

@@ -39,7 +39,7 @@ def listen(listener: Callable[[str], object]) -> Callable[[], None]:
     It is given a sentence that says what, or an empty text where nobody knows. Code from the cache is not
     reported.
     """
-    from numba.core import event
+    from carom.compiling.numba_parts import event
 
     class Watch(event.Listener):
         """Passes on what Numba says."""

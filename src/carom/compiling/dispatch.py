@@ -10,7 +10,7 @@ from contextlib import suppress
 from functools import partial, wraps
 from typing import Any
 
-from numba.core import config
+from numba import config
 
 from carom.compiling import registry
 from carom.compiling.cache import cached
@@ -90,10 +90,10 @@ def _in_time(generic):
 def entry(function):
     """Compile an entry point of the engine, cached on disk where a cache folder can be written.
 
-    Each set of classes among the arguments has its own code: Numba takes two classes of tuples with the same
-    name and fields for one, as those of a notebook cell run twice.
+    It is specialised for the classes among its arguments, each set of which has code of its own: Numba takes
+    two classes of tuples with the same name and fields for one, as those of a notebook cell run twice.
     """
-    if getattr(config, "DISABLE_JIT", 0):
+    if config.DISABLE_JIT:  # type: ignore[attr-defined]  # made when Numba is imported
         return function
     compiled: dict[tuple[type, ...], Any] = {}
 

@@ -6,12 +6,17 @@ its passes look for what our functions do not have, and recompute what has not c
 
 from __future__ import annotations
 
-from numba.core import compiler, typed_passes, untyped_passes
-from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler_machinery import PassManager
-from numba.core.postproc import PostProcessor
-from numba.core.typing.templates import builtin_registry
 from numba.extending import overload
+
+from carom.compiling.numba_parts import (
+    JITCodeLibrary,
+    PassManager,
+    PostProcessor,
+    builtin_registry,
+    compiler,
+    typed_passes,
+    untyped_passes,
+)
 
 PASSES = (
     untyped_passes.TranslateByteCode,

@@ -21,14 +21,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from llvmlite import ir
-from numba.core import cgutils, types
-from numba.core.registry import cpu_target
-from numba.core.typeconv import Conversion
+from numba import types
 from numba.extending import intrinsic, models, overload, register_model
 
 from carom.compiling.borrowed import BorrowedArray, BorrowedTuple, BorrowedUniTuple
 from carom.compiling.dispatch import INLINE
 from carom.compiling.intrinsics import compiled_as
+from carom.compiling.numba_parts import Conversion, cgutils, cpu_target
 from carom.compiling.registry import room_for
 
 LANES = 8  # values in a register

@@ -1,9 +1,10 @@
-"""The paper's ``advance``: the old event of a component is brought to a later time."""
+"""The paper's ``advance``, the old event of a component brought to a later time, and its projecting."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from carom.compiling.dispatch import entry
 from carom.compiling.registry import inner
 from carom.engine.boundary import count_images, in_box
 from carom.engine.lattice import position_at, velocity_at
@@ -14,10 +15,10 @@ from carom.models.questions.motion import carry
 @inner
 def advance(model, state, neighbors, i, now):
     """Bring the old event of component i to the time now, its position into the box."""
-    me = state.rows[i]
-    t = now - me.t
-    me.t = now
-    x0, v0, t = carry(model.motion, me.x, me.v, t, me.x, me.v)
+    old_event = state.rows[i]
+    t = now - old_event.t
+    old_event.t = now
+    x0, v0, t = carry(model.motion, old_event.x, old_event.v, t, old_event.x, old_event.v)
     for axis in range(len(model.boundary.edges)):
         x = position_at(model.motion, axis, x0, v0, t, now)
         crossings = np.floor(x * model.boundary.inverse[axis])
@@ -25,8 +26,8 @@ def advance(model, state, neighbors, i, now):
             x -= crossings * model.boundary.edges[axis]
             count_images(state.images, i, axis, np.int64(crossings))
             on_wrap(neighbors, i, axis, crossings)
-        me.x[axis] = x
-        me.v[axis] = velocity_at(model.motion, axis, v0, t)
+        old_event.x[axis] = x
+        old_event.v[axis] = velocity_at(model.motion, axis, v0, t)
 
 
 @inner
@@ -41,8 +42,29 @@ def into_next_epoch(model, state, neighbors, i, length):
 @inner
 def place_at(model, state, i, now, x, v):
     """Write position, in the box, and velocity of component i at the time now into ``x`` and ``v``."""
-    me = state.rows[i]
-    x0, v0, t = carry(model.motion, me.x, me.v, now - me.t, x, v)
+    old_event = state.rows[i]
+    x0, v0, t = carry(model.motion, old_event.x, old_event.v, now - old_event.t, x, v)
     for axis in range(len(model.boundary.edges)):
         x[axis] = in_box(model.boundary, i, axis, position_at(model.motion, axis, x0, v0, t, now))
         v[axis] = velocity_at(model.motion, axis, v0, t)
+
+
+@entry
+def project(motion, boundary, state, time, positions, velocities, images):
+    """Write everybody's state at ``time`` (in the epoch) to the arrays given; nothing else changes."""
+    for i in range(np.uint64(len(state.partner))):
+        old_event = state.rows[i]
+        x0, v0, t = carry(motion, old_event.x, old_event.v, time - old_event.t, positions[i], velocities[i])
+        for axis in range(len(boundary.edges)):
+            edge = boundary.edges[axis]
+            x = position_at(motion, axis, x0, v0, t, time)
+            crossings = np.floor(x * boundary.inverse[axis])
+            x -= crossings * edge
+            if x >= edge:
+                x -= edge
+                crossings += 1.0
+            elif x < 0.0:  # a division that rounded up: x is a hair below the face
+                x = 0.0
+            positions[i, axis] = x
+            velocities[i, axis] = velocity_at(motion, axis, v0, t)
+            count_images(images, i, axis, np.int64(crossings))

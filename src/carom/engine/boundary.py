@@ -51,7 +51,7 @@ ASKED = index, index_bits, lasting, mirror, separation, in_box
 
 @answering(*ASKED)
 class NearestImage(NamedTuple):
-    """A periodic box in which no component can meet two images of another before one changes sector."""
+    """The minimum image convention (MinimumImage): nobody meets two images of another before one moves on."""
 
     edges: tuple  # edges of the box [length]
     inverse: tuple  # their inverses
@@ -111,24 +111,6 @@ class SectorImage(NamedTuple):
 
     def in_box(self, i, axis, x):
         return x - self.wraps[i, axis] * self.edges[axis] if self.inverse[axis] > 0.0 else x
-
-
-@answering(*ASKED)
-class SteppedImage(NamedTuple):
-    """A :class:`NearestImage` whose words name steps of pairs (:mod:`carom.engine.pair_steps`)."""
-
-    edges: tuple  # edges of the box [length]
-    inverse: tuple  # their inverses
-    bits: int  # low bits of a word that hold the step
-
-    def mirror(self, i, ref):
-        return (i << self.bits) | (np.int64(ref) & ((np.int64(1) << self.bits) - 1))
-
-
-for _question in (index, index_bits):
-    _question.register(SteppedImage)(_question.registry[SectorImage])
-for _question in (lasting, separation, in_box):
-    _question.register(SteppedImage)(_question.registry[NearestImage])
 
 
 @inner

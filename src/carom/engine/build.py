@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -9,12 +10,10 @@ import numpy as np
 
 from carom.compiling.registry import inner
 from carom.compiling.simd import make_lanes
-from carom.engine import agents, obstacle_events  # noqa: F401 (agents registers its events)
 from carom.engine.calendar import Calendar, make_calendar, most_lines
-from carom.engine.contact_timing import timing_of
-from carom.engine.dynamic_obstacles import is_live, with_work
+from carom.engine.constants import POWERS, TALLY
 from carom.engine.lattice import in_lattice
-from carom.engine.neighbors.all_pairs import Everybody, Pairs
+from carom.engine.neighbors.all_pairs import AlongCurves, Everybody, Pairs
 from carom.engine.neighbors.build import build_neighbors
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
@@ -22,14 +21,29 @@ from carom.engine.neighbors.sectors import Sectors
 from carom.engine.observers.build import make_observers
 from carom.engine.observers.interface import at_rest, kept_arrays
 from carom.engine.obstacle_grid import with_grids
-from carom.engine.obstacles import Crowd, make_obstacles
+from carom.engine.obstacles import Crowd, is_live, make_obstacles
+from carom.engine.one_body import make_timers, wall_timing
+from carom.engine.search import FarSteps, FromCache, FromRows
 from carom.engine.state import State, aligned, make_state
 from carom.engine.system import System
-from carom.engine.tallies import POWERS, TALLY
-from carom.engine.timed_events import make_timers
 from carom.models.copies import copied
 from carom.models.interactions.units import Units
+from carom.models.mathematics.contact import MOST_DIAMETERS
 from carom.models.questions.memory import copy_state
+from carom.models.questions.steps import step_core_square
+
+MOST_FLOWN = 8.0
+"""Diameters that two may fly relative to each other from the moment from which their contact is computed: the
+square of their distance is rounded, and the contact is off by some 32 roundings.
+"""
+
+SLIGHT = 2.0**-10
+"""Diameters below which contacts are not computed from such a moment: the box leaves no room for it."""
+
+ALIKE = 2.0**-4
+"""Part of the smallest diameter that a distance of contact may be for this to hold for it, too: it is then
+off by less than a scene tolerates. Where one is less, the flight is measured by that.
+"""
 
 
 class Model(NamedTuple):
@@ -45,7 +59,7 @@ class Model(NamedTuple):
     observers: Any  # what adds something up of the events (:mod:`carom.engine.observers`), or None
     rules: Any  # the pair model again, where units decide by rules, or None
     timers: Any
-    """What kicks single components at times of its own (:mod:`carom.engine.timed_events`), or None."""
+    """What kicks single components at times of its own (:mod:`carom.engine.one_body`), or None."""
 
 
 PARTS = ("pair", "motion", "impact", "obstacles", "timers")
@@ -80,7 +94,7 @@ def make_model(system: System) -> Model:
         motion=system.motion.model(particles),
         boundary=None,
         impact=impact,
-        obstacles=with_work(obstacles, system.obstacle_models),
+        obstacles=obstacles,
         timing=None,
         observers=None,
         rules=pair if isinstance(pair, Units) else None,
@@ -102,7 +116,7 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
     obstacles = model.obstacles
     if obstacles is not None:
         chain = with_grids(obstacles.chain, scheme, system, neighbors, pair)
-        at_obstacles = obstacle_events.timing_of(timing, model.motion, obstacles.live)
+        at_obstacles = wall_timing(timing, model.motion, obstacles.live)
         obstacles = obstacles._replace(chain=chain, timing=at_obstacles)
     return Engine(
         model._replace(
@@ -117,6 +131,32 @@ def build(scheme: NeighborPlan, system: System, positions, velocities) -> Engine
         make_calendar(system.n, scheme.width, scheme.heap),
         np.zeros(1, TALLY).view(np.recarray),
     )
+
+
+def timing_of(
+    scheme: NeighborPlan, system: System, neighbors, pair
+) -> FromRows | FarSteps | FromCache | AlongCurves | None:
+    """Return how the time of a contact is computed."""
+    if scheme.kind == "all":
+        return FromCache(neighbors.from_time)
+    if scheme.kind == "pairs":
+        return AlongCurves(scheme.span)
+    if system.stepped:
+        core = _smallest_core(system.interaction, pair, system)
+        return FarSteps() if scheme.list_range > MOST_DIAMETERS * core else None
+    # Half a box away, pairs would be taken for other images.
+    growing = 1.0 if system.rates is None else 2.0
+    free_space = 0.49 * system.narrowest / max(system.stretch) - growing * system.diameter
+    size = system.smallest if system.nearest >= ALIKE * system.smallest else system.nearest
+    ahead = min(MOST_FLOWN * size, free_space)
+    return FromRows(ahead**2) if ahead >= SLIGHT * size else None
+
+
+def _smallest_core(interaction: Any, pair, system: System) -> float:
+    """Return the diameter of the smallest hard core, circles not counted; infinity without one."""
+    count, _ = interaction.steps(system.particles)
+    squares = [float(step_core_square(pair, step)) for step in range(count)]
+    return math.sqrt(min((square for square in squares if square > 0.0), default=math.inf))
 
 
 @inner

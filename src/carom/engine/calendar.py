@@ -17,18 +17,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.prefetch import prefetch
+from carom.compiling.intrinsics import prefetch
 from carom.compiling.registry import inner, optional
 from carom.engine.boundary import index
 from carom.engine.neighbors.prefetch import HUGE, LARGE, prefetch_next
-from carom.engine.queue_hooks import (
-    clear_notes,
-    count_local,
-    is_remote,
-    local_component,
-    note_border_event,
-    send_if_remote,
-)
 from carom.engine.state import aligned
 from carom.models.questions.particles import NEVER
 
@@ -106,6 +98,70 @@ def make_calendar(n: int, width: float, heap: int = 0) -> Calendar:
         np.zeros(heap),
         np.zeros(heap, np.int32),
     )
+
+
+# What a calendar does that is one of several, each for a part of the box: ``engine/domains`` has the answers.
+# For one that is alone the cycle has no branch and no byte.
+
+
+@optional
+def is_remote(calendar, i):
+    """Return whether component i belongs to another calendar; by default there is none."""
+    return False
+
+
+@optional
+def count_local(calendar, start_index, end):
+    """Return how many of a range belong to this calendar (all by default); its heap is empty and free."""
+    return end - start_index
+
+
+@optional
+def local_component(calendar, start_index, k):
+    """Return the k-th of those."""
+    return start_index + k
+
+
+@optional
+def send_if_remote(calendar, i, time):
+    """Send i, due at ``time``, to the calendar that it belongs to; return whether that is another one."""
+    return False
+
+
+@optional
+def note_border_event(calendar, bucket, time, i):
+    """Take notice of an entry; by default nobody does."""
+    return
+
+
+@optional
+def clear_notes(calendar):
+    """Forget all such notices: everything is entered anew."""
+    return
+
+
+@optional
+def receive(calendar, state):
+    """Begin a cycle: enter what other calendars have sent."""
+    return
+
+
+@optional
+def publish_time(calendar, state, time):
+    """Tell the others that nothing is due here before ``time``, as a null message does: its safe time."""
+    return
+
+
+@optional
+def safe_to_process(calendar, state, boundary, i, now):
+    """Return whether the first event here, of component i, may be processed for all that others hold."""
+    return True
+
+
+@optional
+def should_return(calendar):
+    """Return whether the cycle is to end because this was refused too often."""
+    return False
 
 
 @inner

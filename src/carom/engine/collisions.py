@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.registry import inner, required
+from carom.compiling.borrowed import borrowed
+from carom.compiling.dispatch import entry
+from carom.compiling.registry import inner
 from carom.engine.advance import advance, into_next_epoch
-from carom.engine.agents import on_crossing
-from carom.engine.boundary import NearestImage, SectorImage, SteppedImage, index
+from carom.engine.boundary import index
 from carom.engine.constants import LAMBDA
-from carom.engine.dynamic_obstacles import age_obstacles
 from carom.engine.events import retime
 from carom.engine.lattice import contact_vector, contact_velocity, remap
 from carom.engine.neighbors.interface import must_renew
@@ -21,53 +21,15 @@ from carom.engine.observers.interface import (
     count_pair,
     record,
 )
-from carom.engine.pair_steps import put_step, step_of
+from carom.engine.obstacles import age_obstacles
+from carom.engine.pair_steps import logged, outcome
 from carom.engine.rubbing import rub
+from carom.engine.rules import on_crossing
 from carom.models.questions.contact import exchanged_part
-from carom.models.questions.interaction import core_square, growth, jump, record_impulse
+from carom.models.questions.interaction import core_square, growth, record_impulse
 from carom.models.questions.memory import shift_epoch
 from carom.models.questions.motion import push_direction
 from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import CORE, step_core_square, step_jump
-
-
-@required
-def outcome(boundary, pair, neighbors, tally, i, ref, rr, rv, now):
-    """Return what the event of i and a word adds, as ``jump`` does, its kind, and both steps or zeros."""
-
-
-@outcome.register
-def _(boundary: NearestImage | SectorImage, pair, neighbors, tally, i, ref, rr, rv, now):
-    a, b, virial = jump(pair, np.int64(i), np.int64(index(boundary, ref)), rr, rv, now)
-    return a, b, virial, CORE, 0, 0
-
-
-@outcome.register
-def _(boundary: SteppedImage, pair, neighbors, tally, i, ref, rr, rv, now):
-    j = np.int64(index(boundary, ref))
-    before = step_of(boundary, ref)
-    a, b, virial, step, kind = step_jump(pair, np.int64(i), j, before, rr, rv, now)
-    if step != before:
-        put_step(neighbors, np.uint64(i), np.uint64(j), step)
-        put_step(neighbors, np.uint64(j), np.uint64(i), step)
-    pair.events[before, kind] += 1
-    tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
-    return a, b, virial, kind, before, step
-
-
-@required
-def logged(boundary, ref, kind):
-    """Return what the log holds of a word: where there are steps, the kind of the event in place of one."""
-
-
-@logged.register
-def _(boundary: NearestImage | SectorImage, ref, kind):
-    return ref
-
-
-@logged.register
-def _(boundary: SteppedImage, ref, kind):
-    return (index(boundary, ref) << boundary.bits) | kind
 
 
 @inner
@@ -139,3 +101,19 @@ def new_epoch(model, state, neighbors):
     for i in range(np.uint64(len(state.partner))):
         retime(model.timing, model, state, i)
     return False
+
+
+@entry
+def advance_epoch(model, state, neighbors, start_index, end):
+    """Carry the components from ``start_index`` to ``end`` into the next epoch."""
+    model, state, neighbors = borrowed(model), borrowed(state), borrowed(neighbors)
+    for i in range(np.uint64(start_index), np.uint64(end)):
+        into_next_epoch(model, state, neighbors, i, state.clock[0].length)
+
+
+@entry
+def retime_all(model, state, start_index, end):
+    """Compute the contacts of the components from ``start_index`` to ``end`` in a new epoch."""
+    model, state = borrowed(model), borrowed(state)
+    for i in range(np.uint64(start_index), np.uint64(end)):
+        retime(model.timing, model, state, i)

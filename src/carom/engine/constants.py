@@ -1,4 +1,8 @@
-"""The values that stand for 'nothing': one place, shared by every module of the engine."""
+"""What an event may be instead of a collision, why the cycle returns, and what events are summed up in."""
+
+from __future__ import annotations
+
+import numpy as np
 
 LAMBDA = -1
 """Partner of an advancement: nobody (the paper's Lambda)."""
@@ -18,3 +22,17 @@ NEEDS_NEIGHBORS = 5
 NEEDS_LOG = 6
 REACHED_HIT = 7
 NEEDS_EVENTS = 8
+
+TALLY = np.dtype(
+    [
+        ("collisions", "i8"),
+        ("advancements", "i8"),
+        ("transits", "i8"),
+        ("clamped", "i8"),
+        ("returns", "i8"),
+        ("virial", "f8"),
+        ("depth", "f8"),
+    ]
+)
+
+POWERS = {"virial": -1}  # which sums have the dimension ``time**power``

@@ -10,7 +10,6 @@ import numpy as np
 
 from carom.compiling.borrowed import borrowed
 from carom.compiling.dispatch import entry
-from carom.engine.agents import notify_next
 from carom.engine.boundary import index, lasting, mirror
 from carom.engine.build import bare_model
 from carom.engine.calendar import (
@@ -23,6 +22,10 @@ from carom.engine.calendar import (
     next_event,
     pop,
     prefetch_calendar,
+    publish_time,
+    receive,
+    safe_to_process,
+    should_return,
 )
 from carom.engine.collisions import collide, new_epoch
 from carom.engine.constants import (
@@ -39,6 +42,7 @@ from carom.engine.constants import (
 )
 from carom.engine.events import (
     enqueue,
+    notify_next,
     offer_newcomer,
     predict,
     recheck_one_body,
@@ -49,7 +53,6 @@ from carom.engine.neighbors.interface import begin_epoch, build, cross, earliest
 from carom.engine.neighbors.prefetch import leaves_first, prefetch_first
 from carom.engine.observers.interface import ends_run, is_full
 from carom.engine.one_body import run_one_body
-from carom.engine.queue_hooks import publish_time, receive, safe_to_process, should_return
 from carom.engine.search import NO_REF, search
 from carom.models.questions.particles import NEVER
 

@@ -7,11 +7,11 @@ import numpy as np
 from carom.compiling.registry import inner, optional
 from carom.engine.boundary import index, mirror
 from carom.engine.calendar import insert, time_of
-from carom.engine.constants import LAMBDA
+from carom.engine.constants import LAMBDA, TIMER_EVENT
 from carom.engine.neighbors.interface import transit_time
-from carom.engine.obstacle_events import event_in_view, retime_contact
-from carom.engine.one_body import schedule_one_body
+from carom.engine.one_body import event_in_view, retime_contact, schedule_one_body
 from carom.engine.search import NO_REF, FromRows, contact_time_of, search
+from carom.models.interactions.units import NO_AGENT
 from carom.models.questions.particles import NEVER
 
 EARLIER = 2.0**-40
@@ -60,7 +60,7 @@ def retime(timing, model, state, i):
 
 
 @retime.register
-def _(timing: FromRows, model, state, i):
+def _retime_of_from_rows(timing: FromRows, model, state, i):
     rows = state.rows
     slightly = EARLIER * state.clock[0].length
     ref = np.int64(state.partner[i])
@@ -110,9 +110,9 @@ def pair_up(model, state, calendar, i, ref, event_time):
     """Give i and the component that ``ref`` names their new event; a third party gets an advancement."""
     rows = state.rows
     j = np.uint64(index(model.boundary, ref))
-    third = np.int64(state.partner[j])
-    if third >= 0:
-        m = np.uint64(index(model.boundary, third))
+    third_party = np.int64(state.partner[j])
+    if third_party >= 0:
+        m = np.uint64(index(model.boundary, third_party))
         if m != np.uint64(i):
             state.partner[m] = LAMBDA
             insert(calendar, m, np.float64(rows[j].event_time))
@@ -175,3 +175,21 @@ def start_over(model, state, neighbors, calendar, tally, i, now):
     if held >= 0:
         enqueue(state, calendar, j)
     enqueue(state, calendar, i)
+
+
+@inner
+def notify_next(rules, model, state, calendar, now):
+    """Give the next unit in the queue of news an event now, its partner an advancement; False if empty."""
+    if rules is None or rules.queued[0] == 0:
+        return False
+    rules.queued[0] -= 1
+    i = np.uint64(rules.queue[rules.queued[0]])
+    if rules.news[i] == NO_AGENT:  # it has been removed meanwhile
+        return True
+    held = np.int64(state.partner[i])
+    state.rows[i].event_time = now
+    state.partner[i] = TIMER_EVENT
+    enqueue(state, calendar, i)
+    if held >= 0:
+        release(model, state, calendar, i, held)
+    return True

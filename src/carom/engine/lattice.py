@@ -121,13 +121,13 @@ def remap(motion, state, edges, length):
 
 
 @position_at.register
-def _(motion: Sheared, axis, x, v, t, now):
+def _position_at_of_sheared(motion: Sheared, axis, x, v, t, now):
     speed = v[axis] - tilt_at(motion, now) * v[GRADIENT] if axis == 0 else np.float64(v[axis])
     return x[axis] + speed * t
 
 
 @velocity_at.register
-def _(motion: Sheared, axis, v, t):
+def _velocity_at_of_sheared(motion: Sheared, axis, v, t):
     return v[axis] - motion.rate * v[GRADIENT] * t if axis == 0 else np.float64(v[axis])
 
 
@@ -139,7 +139,7 @@ def _apart(motion, boundary, i, ref, axis, me, other, now):
 
 
 @relative_to.register
-def _(motion: Sheared, boundary, i, ref, me, other, now):
+def _relative_to_of_sheared(motion: Sheared, boundary, i, ref, me, other, now):
     rr = 0.0
     rv = 0.0
     vv = 0.0
@@ -170,7 +170,7 @@ def _candidate_apart(motion, boundary, i, ref, axis, me, block, k, now):
 
 
 @candidate_relative_to.register
-def _(motion: Sheared, boundary, i, ref, me, block, k, now):
+def _candidate_relative_to_of_sheared(motion: Sheared, boundary, i, ref, me, block, k, now):
     dimension = len(boundary.edges)
     elapsed = now - block[np.uint64(dimension), k]
     rr = 0.0
@@ -197,7 +197,7 @@ def _gradient_apart(boundary, i, ref, me, other):
 
 
 @contact_vector.register
-def _(motion: Sheared, boundary, i, ref, axis, me, other, now):
+def _contact_vector_of_sheared(motion: Sheared, boundary, i, ref, axis, me, other, now):
     r = separation(boundary, i, ref, axis, np.float64(other.x[axis]) - np.float64(me.x[axis]))
     if axis == 0:
         r += tilt_at(motion, now) * _gradient_apart(boundary, i, ref, me, other)
@@ -205,7 +205,7 @@ def _(motion: Sheared, boundary, i, ref, axis, me, other, now):
 
 
 @contact_velocity.register
-def _(motion: Sheared, boundary, i, ref, axis, me, other):
+def _contact_velocity_of_sheared(motion: Sheared, boundary, i, ref, axis, me, other):
     v = np.float64(other.v[axis]) - np.float64(me.v[axis])
     if axis == 0:
         v += motion.rate * _gradient_apart(boundary, i, ref, me, other)
@@ -213,7 +213,7 @@ def _(motion: Sheared, boundary, i, ref, axis, me, other):
 
 
 @exit_time_at.register
-def _(motion: Sheared, axis, me, now, low, high):
+def _exit_time_at_of_sheared(motion: Sheared, axis, me, now, low, high):
     x = position_at(motion, axis, me.x, me.v, now - me.t, now)
     v = np.float64(velocity_at(motion, axis, me.v, now - me.t))
     g = 0.0
@@ -224,7 +224,7 @@ def _(motion: Sheared, axis, me, now, low, high):
 
 
 @remap.register
-def _(motion: Sheared, state, edges, length):
+def _remap_of_sheared(motion: Sheared, state, edges, length):
     motion.tilt[0] += motion.rate * length
     turns = np.rint(motion.tilt[0] / motion.ratio)
     if turns == 0.0:

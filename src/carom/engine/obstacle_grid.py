@@ -10,12 +10,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, answers, inner
-from carom.engine import obstacles
+from carom.compiling.registry import answers, inner
+from carom.engine.neighbors.bounds import EqualBounds
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.plan import NeighborPlan
-from carom.engine.neighbors.skins import EqualBounds
-from carom.engine.obstacles import Chain
 from carom.engine.system import System
 from carom.models.motions.free_flight import FreeFlight
 from carom.models.obstacles.balls import SolidBall
@@ -33,7 +31,6 @@ class Spheres(NamedTuple):
     radii: np.ndarray  # (k,) [length]
 
 
-@answering(obstacles)
 class Grid(NamedTuple):
     """Cells of a crowd (:class:`carom.models.obstacles.cells.Cells`), and how far a path is followed."""
 
@@ -47,52 +44,6 @@ class Grid(NamedTuple):
     cell: np.ndarray  # room for the place of a cell, (d,) int64
     turns: np.ndarray  # room for the boxes from that of the component to this cell, (d,) int64
 
-    def soonest_member(self, crowd, obstacles, model, size, rate, every, now, before, sight):
-        boundary, x, v = model.boundary, obstacles.x, obstacles.v
-        best = NEVER
-        number = np.int64(-1)
-        limit = NEVER
-        for axis in range(len(self.sides)):
-            if v[axis] != 0.0:
-                limit = min(limit, sight.since + self.reach[axis] / abs(v[axis]))
-        place_in(self, obstacles, boundary)
-        before = min(before, sight.until)
-        going = True
-        while going:
-            cell = np.int64(0)
-            leaves = NEVER
-            axis_out = np.int64(0)
-            way = np.int64(0)
-            for axis in range(len(self.sides)):
-                cell = cell * self.shape[axis] + self.cell[axis]
-                if v[axis] != 0.0:
-                    up = np.int64(v[axis] > 0.0)
-                    ahead = self.cell[axis] + self.turns[axis] * self.shape[axis] + up
-                    t = (ahead * self.sides[axis] - x[axis]) / v[axis]
-                    if t < leaves:
-                        leaves = t
-                        axis_out = np.int64(axis)
-                        way = 2 * up - 1
-            for k in range(self.starts[cell], self.starts[cell + 1]):
-                for axis in range(len(self.sides)):
-                    edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
-                    turns = np.float64(self.shifts[k, axis] - self.turns[axis])
-                    obstacles.image[axis] = x[axis] + turns * edge
-                who = np.int64(self.members[k])
-                wanted = min(best, before, limit)
-                if not in_reach(self.spheres, who, obstacles.image, v, size, rate, wanted):
-                    continue
-                t = meeting(model.motion, member(crowd, who), obstacles.image, v, size, rate, now)
-                # Of two at one time, the first: as where all are asked.
-                if t < best or (t == best and who < number):
-                    best = t
-                    number = who
-            going = min(best, before) > leaves and leaves < limit
-            if going:
-                going = step_in(self, boundary, axis_out, way)
-        # What is farther away is found after the next look.
-        return (best, number) if best <= limit else (NEVER, np.int64(-1))
-
 
 def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any, pair: Any) -> Any:
     """Return a chain of obstacles whose crowds have cells, if flights are straight and radii known."""
@@ -101,7 +52,7 @@ def with_grids(chain: Any, scheme: NeighborPlan, system: System, neighbors: Any,
     if chain is None or not isinstance(system.motion, FreeFlight) or own_radius:
         return chain
     tail = with_grids(chain.tail, scheme, system, neighbors, pair)
-    if isinstance(chain, Chain):
+    if not hasattr(chain, "grid"):  # not of a crowd
         return chain._replace(tail=tail)
     particles = system.particles
     largest = float(particles.radii.max())
@@ -125,6 +76,55 @@ def _reach(neighbors: Any) -> tuple[float, ...]:
     equal = isinstance(bounds, EqualBounds)
     across = math.sqrt(bounds.square) if equal else 2.0 * float(bounds.bounds.max())
     return (across,) * len(neighbors.grid_step)
+
+
+@inner
+def soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sight):
+    """Return the time until one of a crowd is touched, if below ``before``, and which."""
+    boundary, x, v = model.boundary, obstacles.x, obstacles.v
+    best = NEVER
+    number = np.int64(-1)
+    limit = NEVER
+    for axis in range(len(grid.sides)):
+        if v[axis] != 0.0:
+            limit = min(limit, sight.since + grid.reach[axis] / abs(v[axis]))
+    place_in(grid, obstacles, boundary)
+    before = min(before, sight.until)
+    going = True
+    while going:
+        cell = np.int64(0)
+        leaves = NEVER
+        axis_out = np.int64(0)
+        way = np.int64(0)
+        for axis in range(len(grid.sides)):
+            cell = cell * grid.shape[axis] + grid.cell[axis]
+            if v[axis] != 0.0:
+                up = np.int64(v[axis] > 0.0)
+                ahead = grid.cell[axis] + grid.turns[axis] * grid.shape[axis] + up
+                t = (ahead * grid.sides[axis] - x[axis]) / v[axis]
+                if t < leaves:
+                    leaves = t
+                    axis_out = np.int64(axis)
+                    way = 2 * up - 1
+        for k in range(grid.starts[cell], grid.starts[cell + 1]):
+            for axis in range(len(grid.sides)):
+                edge = boundary.edges[axis] if boundary.inverse[axis] > 0.0 else 0.0
+                turns = np.float64(grid.shifts[k, axis] - grid.turns[axis])
+                obstacles.image[axis] = x[axis] + turns * edge
+            who = np.int64(grid.members[k])
+            wanted = min(best, before, limit)
+            if not in_reach(grid.spheres, who, obstacles.image, v, size, rate, wanted):
+                continue
+            t = meeting(model.motion, member(crowd, who), obstacles.image, v, size, rate, now)
+            # Of two at one time, the first: as where all are asked.
+            if t < best or (t == best and who < number):
+                best = t
+                number = who
+        going = min(best, before) > leaves and leaves < limit
+        if going:
+            going = step_in(grid, boundary, axis_out, way)
+    # What is farther away is found after the next look.
+    return (best, number) if best <= limit else (NEVER, np.int64(-1))
 
 
 @inner

@@ -1,7 +1,8 @@
 """What is fixed: the one-component interactions, the paper's partners N + k.
 
 Obstacles are numbered, and nested in a chain, so that the compiler knows the type of each. The engine asks
-when a component touches one (``encounter``) and for the normal there (``outward``).
+when a component touches one (``encounter``) and for the normal there (``outward``). One is *live* that moves,
+loses energy or has a memory: its value has ``live``.
 """
 
 from __future__ import annotations
@@ -10,17 +11,61 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional
+from carom.compiling import registry
+from carom.compiling.registry import answering, inner, optional
 from carom.engine.advance import place_at
+from carom.engine.obstacle_grid import soonest_in_cells
+from carom.engine.rubbing import rub_obstacle
 from carom.models.obstacles.cells import CROWD_FROM, together
 from carom.models.questions.interaction import growth, mass, radius
-from carom.models.questions.memory import ROOM, kept
+from carom.models.questions.memory import ROOM, kept, remembers, shift_epoch
 from carom.models.questions.motion import push, rebound_speed
-from carom.models.questions.obstacle import anchor, is_periodic, meeting, member, members, outward
+from carom.models.questions.obstacle import (
+    LIVE,
+    anchor,
+    at_time,
+    is_periodic,
+    meeting,
+    member,
+    members,
+    outward,
+    recoil,
+)
 from carom.models.questions.particles import NEVER
 from carom.models.questions.walls import wall_meeting, wall_normal, yields
 
 
+@optional
+def soonest_link(chain, obstacles, model, size, rate, every, now, sight):
+    """Return the time until a component touches one of a chain of obstacles, and its number."""
+    return NEVER, np.int64(-1)
+
+
+@optional
+def normal_along(chain, obstacles, boundary, number):
+    """Put the normal of the obstacle of that number into the room for an image, if it is in the chain."""
+    return
+
+
+@optional
+def strike(chain, model, state, i, number, now):
+    """Replace the room's velocity by that after the contact with an obstacle, and find its normal.
+
+    It is elastic where the number is none of a chain of single obstacles: a wall of the box, one of a crowd.
+    """
+    there = model.obstacles
+    recoil(
+        None, model.motion, i, mass(model.pair, i), there.x, there.v, there.image, growth(model.pair, i), now
+    )
+
+
+@optional
+def age_link(chain, duration):
+    """Refer the times that obstacles of a chain remember to the start of the next epoch."""
+    return
+
+
+@answering(soonest_link, normal_along, strike, age_link)
 class Chain(NamedTuple):
     """Obstacles of one kind, and the chain of the other kinds: a list that types can walk along."""
 
@@ -28,7 +73,42 @@ class Chain(NamedTuple):
     number: int  # number of the first of them
     tail: Any  # the rest, a Chain, a Crowd or None
 
+    def soonest_link(self, obstacles, model, size, rate, every, now, sight):
+        best, number = soonest_link(self.tail, obstacles, model, size, rate, every, now, sight)
+        for k in range(len(self.head)):
+            t = soonest_image(self.head[k], obstacles, model, size, rate, every, now)
+            if t < best:
+                best = t
+                number = np.int64(self.number + k)
+        return best, number
 
+    def normal_along(self, obstacles, boundary, number):
+        normal_along(self.tail, obstacles, boundary, number)
+        k = number - self.number
+        if 0 <= k < len(self.head):
+            touching_normal(self.head[k], obstacles, boundary)
+
+    def strike(self, model, state, i, number, now):
+        k = number - self.number
+        if 0 <= k < len(self.head):
+            there = model.obstacles
+            rate = growth(model.pair, i)
+            at_time(self.head[k], now)
+            touching_normal(self.head[k], there, model.boundary)
+            recoil(
+                self.head[k], model.motion, i, mass(model.pair, i), there.x, there.v, there.image, rate, now
+            )
+            rub_obstacle(self.head[k], model.impact, model, state, i, now)
+        else:
+            strike(self.tail, model, state, i, number, now)
+
+    def age_link(self, duration):
+        age_link(self.tail, duration)
+        for k in range(len(self.head)):
+            shift_epoch(self.head[k], duration)
+
+
+@answering(soonest_link, normal_along, strike, age_link)
 class Crowd(NamedTuple):
     """A link of many of one kind, in arrays: each in a tuple would be compiled, minutes for hundreds."""
 
@@ -37,6 +117,26 @@ class Crowd(NamedTuple):
     tail: Any  # the rest, a Chain, a Crowd or None
     grid: Any = None
     """Cells in which they are looked up (:mod:`carom.engine.obstacle_grid`), or None where all are asked."""
+
+    def soonest_link(self, obstacles, model, size, rate, every, now, sight):
+        best, number = soonest_link(self.tail, obstacles, model, size, rate, every, now, sight)
+        t, k = soonest_member(self.grid, self.head, obstacles, model, size, rate, every, now, best, sight)
+        return (t, np.int64(self.number + k)) if t < best else (best, number)
+
+    def normal_along(self, obstacles, boundary, number):
+        normal_along(self.tail, obstacles, boundary, number)
+        k = number - self.number
+        if 0 <= k < members(self.head):
+            touching_normal(member(self.head, k), obstacles, boundary)
+
+    def strike(self, model, state, i, number, now):
+        k = number - self.number
+        if 0 <= k < members(self.head):
+            touching_normal(member(self.head, k), model.obstacles, model.boundary)
+        strike(self.tail, model, state, i, number, now)
+
+    def age_link(self, duration):
+        age_link(self.tail, duration)
 
 
 HAIR = 2.0**-40  # part of a time by which it may be rounded
@@ -66,11 +166,23 @@ class Obstacles(NamedTuple):
     v: Annotated[np.ndarray, ROOM]
     """Room for a velocity, (d,)."""
     live: Any = None
-    """What those that move, lose energy or remember add up to (:mod:`carom.engine.dynamic_obstacles`), or
-    None.
-    """
+    """What live ones add up to, :class:`ObstacleWork`, or None."""
     timing: Any = None
-    """How the time of a contact is computed (:mod:`carom.engine.obstacle_events`); None: from now."""
+    """How the time of a contact is computed (:mod:`carom.engine.one_body`); None: from now."""
+
+
+class ObstacleWork(NamedTuple):
+    """What live obstacles add up to."""
+
+    work: Annotated[np.ndarray, kept(-2)]
+    """Energy that each wall and obstacle gave to components, (numbers,) float64."""
+    energy: Annotated[np.ndarray, ROOM]
+    """That of the contact now, (1,) float64."""
+
+
+def is_live(model: Any) -> bool:
+    """Return whether the model of an obstacle remembers something, or answers one of these questions."""
+    return remembers(model) or any(registry.answers(question, type(model)) for question in LIVE)
 
 
 def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
@@ -87,8 +199,9 @@ def make_obstacles(dimension: int, walls, models) -> Obstacles | None:
         number -= len(group)
         crowd = together(group) if len(group) >= CROWD_FROM else None
         chain = Chain(tuple(group), number, chain) if crowd is None else Crowd(crowd, number, chain)
-    places = (np.zeros(dimension) for _ in range(3))
-    return Obstacles(walls, chain, np.zeros(total, np.int64), np.zeros(total), *places)
+    x, image, v = (np.zeros(dimension) for _ in range(3))
+    live = ObstacleWork(np.zeros(total), np.zeros(1)) if any(map(is_live, models)) else None
+    return Obstacles(walls, chain, np.zeros(total, np.int64), np.zeros(total), x, image, v, live)
 
 
 def kind_of(model) -> tuple:
@@ -134,33 +247,11 @@ def soonest(obstacles, model, state, i, now, every, until):
     return best, number
 
 
-@optional
-def soonest_link(chain, obstacles, model, size, rate, every, now, sight):
-    """Return the time until a component touches one of a chain of obstacles, and its number."""
-    return NEVER, np.int64(-1)
-
-
-@soonest_link.register
-def _(chain: Chain, obstacles, model, size, rate, every, now, sight):
-    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now, sight)
-    for k in range(len(chain.head)):
-        t = soonest_image(chain.head[k], obstacles, model, size, rate, every, now)
-        if t < best:
-            best = t
-            number = np.int64(chain.number + k)
-    return best, number
-
-
-@soonest_link.register
-def _(chain: Crowd, obstacles, model, size, rate, every, now, sight):
-    best, number = soonest_link(chain.tail, obstacles, model, size, rate, every, now, sight)
-    t, k = soonest_member(chain.grid, chain.head, obstacles, model, size, rate, every, now, best, sight)
-    return (t, np.int64(chain.number + k)) if t < best else (best, number)
-
-
-@optional
+@inner
 def soonest_member(grid, crowd, obstacles, model, size, rate, every, now, before, sight):
-    """Return the time until one of a crowd is touched, if below ``before``, and which; by default ask all."""
+    """Return the time until one of a crowd is touched, if below ``before``, and which."""
+    if grid is not None:
+        return soonest_in_cells(grid, crowd, obstacles, model, size, rate, now, before, sight)
     best = NEVER
     number = np.int64(-1)
     for k in range(members(crowd)):
@@ -204,49 +295,40 @@ def reflect_component(model, state, i, number, now):
     return momentum
 
 
-@optional
+@inner
 def reflect(live, model, state, i, number, now):
     """Give i its velocity after the contact; return the momentum along the normal.
 
     That of a wall is in the room for an image.
     """
     obstacles = model.obstacles
-    normal_along(obstacles.chain, obstacles, model.boundary, number)
     me = state.rows[i]
-    speed = 0.0
+    if live is None:
+        normal_along(obstacles.chain, obstacles, model.boundary, number)
+        speed = 0.0
+        for axis in range(len(model.boundary.edges)):
+            speed += obstacles.image[axis] * me.v[axis]
+        change = rebound_speed(model.motion, growth(model.pair, np.int64(i)) - speed)
+        push(model.motion, change, me.v, obstacles.image)
+        return mass(model.pair, np.int64(i)) * change
+    strike(obstacles.chain, model, state, np.int64(i), number, now)
+    along = 0.0
+    energy = 0.0
     for axis in range(len(model.boundary.edges)):
-        speed += obstacles.image[axis] * me.v[axis]
-    change = rebound_speed(model.motion, growth(model.pair, np.int64(i)) - speed)
-    push(model.motion, change, me.v, obstacles.image)
-    return mass(model.pair, np.int64(i)) * change
+        change = obstacles.v[axis] - me.v[axis]
+        along += obstacles.image[axis] * change
+        energy += 0.5 * change * (obstacles.v[axis] + me.v[axis])
+        me.v[axis] = obstacles.v[axis]
+    weight = mass(model.pair, np.int64(i))
+    live.energy[0] = weight * energy
+    live.work[number] += weight * energy
+    return weight * along
 
 
 @inner
 def gained(live, momentum, rate):
     """Return the energy that a contact with an obstacle gave to a component that grows at this rate."""
     return momentum * rate if live is None else live.energy[0]
-
-
-@optional
-def normal_along(chain, obstacles, boundary, number):
-    """Put the normal of the obstacle of that number into the room for an image, if it is in the chain."""
-    return
-
-
-@normal_along.register
-def _(chain: Chain, obstacles, boundary, number):
-    normal_along(chain.tail, obstacles, boundary, number)
-    k = number - chain.number
-    if 0 <= k < len(chain.head):
-        touching_normal(chain.head[k], obstacles, boundary)
-
-
-@normal_along.register
-def _(chain: Crowd, obstacles, boundary, number):
-    normal_along(chain.tail, obstacles, boundary, number)
-    k = number - chain.number
-    if 0 <= k < members(chain.head):
-        touching_normal(member(chain.head, k), obstacles, boundary)
 
 
 @inner
@@ -258,3 +340,28 @@ def touching_normal(obstacle, obstacles, boundary):
             obstacles.x[axis] -= turns * boundary.edges[axis]
     for axis in range(len(boundary.edges)):
         obstacles.image[axis] = outward(obstacle, obstacles.x, axis)
+
+
+@inner
+def age_obstacles(obstacles, duration):
+    """Refer the times that obstacles remember to the start of the next epoch, if there are live ones."""
+    if obstacles is not None:
+        age_live(obstacles.live, obstacles.chain, duration)
+
+
+@inner
+def age_live(live, chain, duration):
+    """Do so, if there are live ones."""
+    if live is not None:
+        age_link(chain, duration)
+
+
+def spared_by_number(chain: Any) -> dict[int, tuple[int, int]]:
+    """Return, by obstacle, contacts that lost nothing, and those thrown faster than they came."""
+    found: dict[int, tuple[int, int]] = {}
+    while chain is not None:
+        for k, model in enumerate(chain.head if isinstance(chain, Chain) else ()):
+            if hasattr(model, "spared"):
+                found[chain.number + k] = (int(model.spared[0]), int(model.spared[1]))
+        chain = chain.tail
+    return found

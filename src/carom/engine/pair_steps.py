@@ -1,7 +1,8 @@
-"""The step of a pair: bits of the words in neighbour lists, ``index << bits | step``; None without steps.
+"""Pairs with steps and without: the time and the outcome of their events, through one interface.
 
-A pair has two entries, which change together at its events. Renewed lists keep the words of old neighbours;
-new ones come from beyond all steps. Only the caller derives steps from distances, at the start of a run.
+The step of a pair is in bits of the words in neighbour lists, ``index << bits | step``. A pair has two
+entries, which change together at its events. Renewed lists keep the words of old neighbours; new ones come
+from beyond all steps. Only the caller derives steps from distances, at the start of a run.
 """
 
 from __future__ import annotations
@@ -10,18 +11,122 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import inner, optional, required
+from carom.compiling.registry import answering, inner, optional, required
+from carom.compiling.simd import asked_of
+from carom.engine.boundary import (
+    NearestImage,
+    SectorImage,
+    in_box,
+    index,
+    index_bits,
+    lasting,
+    mirror,
+    separation,
+)
 from carom.errors import CaromError
-from carom.models.questions.steps import step_bits
+from carom.models.questions.interaction import contact_time, interaction_time, jump
+from carom.models.questions.particles import NEVER
+from carom.models.questions.steps import CORE, step_bits, step_core_square, step_jump, step_time
 
 
+@optional
+def candidate_time(boundary, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
+    """Return the time until i meets the candidate that a word names, and that is at a place of the lanes."""
+    return asked_of(interaction_time, pair, lanes, lane_index, i, index(boundary, ref), (rr, rv, vv, now))
+
+
+@optional
+def refined_time(boundary, pair, i, ref, rr, rv, vv, now):
+    """Return the time until i meets the candidate found, and whether a negative one was clamped."""
+    return contact_time(pair, i, np.int64(index(boundary, ref)), rr, rv, vv, now)
+
+
+@optional
+def outcome(boundary, pair, neighbors, tally, i, ref, rr, rv, now):
+    """Return what the event of i and a word adds, as ``jump`` does, its kind, and both steps or zeros."""
+    a, b, virial = jump(pair, np.int64(i), np.int64(index(boundary, ref)), rr, rv, now)
+    return a, b, virial, CORE, 0, 0
+
+
+@optional
+def logged(boundary, ref, kind):
+    """Return what the log holds of a word: where there are steps, the kind of the event in place of one."""
+    return ref
+
+
+@required
+def put_step(neighbors, i, j, step):
+    """Write into the list of i that it and j are on another step."""
+
+
+@inner
+def step_of(boundary, ref):
+    """Return the step that a word names."""
+    return np.int64(ref) & ((np.int64(1) << boundary.bits) - 1)
+
+
+@answering(mirror, candidate_time, refined_time, outcome, logged)
+class SteppedImage(NamedTuple):
+    """A :class:`NearestImage` whose words name steps of pairs."""
+
+    edges: tuple  # edges of the box [length]
+    inverse: tuple  # their inverses
+    bits: int  # low bits of a word that hold the step
+
+    def mirror(self, i, ref):
+        return (i << self.bits) | step_of(self, ref)
+
+    def candidate_time(self, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
+        j, step = index(self, ref), step_of(self, ref)
+        return asked_of(step_time, pair, lanes, lane_index, i, j, (step, rr, rv, vv, now))
+
+    def refined_time(self, pair, i, ref, rr, rv, vv, now):
+        t = step_time(pair, i, np.int64(index(self, ref)), step_of(self, ref), rr, rv, vv, now)
+        return t if t < NEVER else max(-rv / vv, 0.0), False
+
+    def outcome(self, pair, neighbors, tally, i, ref, rr, rv, now):
+        j = np.int64(index(self, ref))
+        before = step_of(self, ref)
+        a, b, virial, step, kind = step_jump(pair, np.int64(i), j, before, rr, rv, now)
+        if step != before:
+            put_step(neighbors, np.uint64(i), np.uint64(j), step)
+            put_step(neighbors, np.uint64(j), np.uint64(i), step)
+        pair.events[before, kind] += 1
+        tally.depth = max(tally.depth, step_core_square(pair, before) / rr)
+        return a, b, virial, kind, before, step
+
+    def logged(self, ref, kind):
+        return (index(self, ref) << self.bits) | kind
+
+
+for _question, _like in (
+    (index, SectorImage),
+    (index_bits, SectorImage),
+    (lasting, NearestImage),
+    (separation, NearestImage),
+    (in_box, NearestImage),
+):
+    _question.register(SteppedImage)(_question.registry[_like])
+
+
+@optional
+def fresh_word(pair_steps, i, j):
+    """Return the word under which i lists j, a newcomer from beyond all steps."""
+    return np.uint32(j)
+
+
+@answering(fresh_word)
 class PairSteps(NamedTuple):
-    """How words name steps."""
+    """How words of lists name steps; None without steps."""
 
     bits: int  # low bits of a word that hold the step
     ready: np.ndarray  # whether lists have been built and steps written into them since, (1,) int64
 
+    def fresh_word(self, i, j):
+        return np.uint32(np.uint64(j) << np.uint64(self.bits))
 
+
+@answering(fresh_word)
 class SpeciesSteps(NamedTuple):
     """The same where pairs of species have steps of their own."""
 
@@ -30,6 +135,10 @@ class SpeciesSteps(NamedTuple):
     kinds: np.ndarray  # species, (n + 1,) int64
     species: int  # K
     outside: np.ndarray  # step of a pair of species that is out of reach, (K * K,) int64
+
+    def fresh_word(self, i, j):
+        pair_of_species = self.kinds[i] * self.species + self.kinds[j]
+        return stepped_word(self, j, self.outside[pair_of_species])
 
 
 def make_steps(interaction: Any, particles: Any) -> PairSteps | SpeciesSteps | None:
@@ -55,23 +164,6 @@ def named(pair_steps, ref):
     return ref if pair_steps is None else np.uint32(ref >> np.uint32(pair_steps.bits))
 
 
-@optional
-def fresh_word(pair_steps, i, j):
-    """Return the word under which i lists j, a newcomer from beyond all steps."""
-    return np.uint32(j)
-
-
-@fresh_word.register
-def _(pair_steps: PairSteps, i, j):
-    return np.uint32(np.uint64(j) << np.uint64(pair_steps.bits))
-
-
-@fresh_word.register
-def _(pair_steps: SpeciesSteps, i, j):
-    pair_of_species = pair_steps.kinds[i] * pair_steps.species + pair_steps.kinds[j]
-    return stepped_word(pair_steps, j, pair_steps.outside[pair_of_species])
-
-
 @inner
 def put_newcomer(pair_steps, newcomers, k, i, j):
     """Put the word of a newcomer in the place of its index."""
@@ -90,20 +182,9 @@ def standing(pair_steps):
 
 
 @inner
-def step_of(boundary, ref):
-    """Return the step that a word names."""
-    return np.int64(ref) & ((np.int64(1) << boundary.bits) - 1)
-
-
-@inner
 def stepped_word(pair_steps, j, step):
     """Return the word that names component j and a step."""
     return np.uint32((np.uint64(j) << np.uint64(pair_steps.bits)) | np.uint64(step))
-
-
-@required
-def put_step(neighbors, i, j, step):
-    """Write into the list of i that it and j are on another step."""
 
 
 def _entries(lists: Any) -> tuple[np.ndarray, np.ndarray]:

@@ -23,7 +23,7 @@ def rub(impact, model, state, i, j, ref, rr, virial, now):
 
 
 @rub.register
-def _(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
+def _rub_of_rubbing(impact: Rubbing, model, state, i, j, ref, rr, virial, now):
     me, other = state.rows[i], state.rows[j]
     dimension = len(model.boundary.edges)
     distance = math.sqrt(rr)
@@ -60,7 +60,7 @@ def mobility(pair, impact, i):
 
 
 @mobility.register
-def _(pair: PinnedCores, impact, i):
+def _mobility_of_pinned_cores(pair: PinnedCores, impact, i):
     inverse = pair.inverse[i]
     return inverse, (1.0 / impact.inertia[i] if inverse > 0.0 else 0.0)
 
@@ -75,7 +75,7 @@ def rub_obstacle(obstacle, impact, model, state, i, now):
 
 
 @rub_obstacle.register
-def _(obstacle: RoughSurface, impact, model, state, i, now):
+def _rub_obstacle_of_rough_surface(obstacle: RoughSurface, impact, model, state, i, now):
     there = model.obstacles
     dimension = len(model.boundary.edges)
     momentum = 0.0

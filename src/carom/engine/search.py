@@ -6,40 +6,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import fast, inner, optional, required
-from carom.compiling.simd import LANES, WIDTH, asked_of, candidate_block, gather_rows, least, pack_fields
-from carom.engine.boundary import NearestImage, SectorImage, SteppedImage, index, index_bits
+from carom.compiling.registry import fast, inner, optional
+from carom.compiling.simd import LANES, WIDTH, candidate_block, gather_rows, least, pack_fields
+from carom.engine.boundary import index, index_bits
 from carom.engine.lattice import candidate_relative_to, relative_to
 from carom.engine.neighbors.interface import candidates, earliest_newcomer, earliest_partner
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.pair_steps import step_of
+from carom.engine.pair_steps import candidate_time, refined_time, step_of
 from carom.models.mathematics.contact import MOST_DIAMETERS, contact_time_known
-from carom.models.questions.interaction import contact_time, interaction_time
 from carom.models.questions.particles import NEVER
-from carom.models.questions.steps import step_core_square, step_time
+from carom.models.questions.steps import step_core_square
 
 NO_CANDIDATE = np.int64(0x7FEFFFFFFFFFFFFF)
 """Bits of the largest finite float: nobody found."""
 
 NO_REF = np.int64(-1)
 """No word: nothing is left out of a search."""
-
-
-@required
-def candidate_time(boundary, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate that a word names, and that is at a place of the lanes."""
-
-
-@candidate_time.register
-def _(boundary: NearestImage | SectorImage, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-    return asked_of(interaction_time, pair, lanes, lane_index, i, index(boundary, ref), (rr, rv, vv, now))
-
-
-@candidate_time.register
-def _(boundary: SteppedImage, pair, lanes, lane_index, i, ref, rr, rv, vv, now):
-    j, step = index(boundary, ref), step_of(boundary, ref)
-    return asked_of(step_time, pair, lanes, lane_index, i, j, (step, rr, rv, vv, now))
 
 
 @fast
@@ -97,14 +80,14 @@ def search(model, state, neighbors, i, now, block_half, avoided):
 
 @earliest_partner.register(Sectors)
 @earliest_partner.register(Lists)
-def _(neighbors, model, state, i, now, block_half, avoided):
+def _earliest_partner_of_listed(neighbors, model, state, i, now, block_half, avoided):
     refs, start_index, count = candidates(neighbors, model.boundary, i, block_half)
     return nearest(model, state, i, now, refs, start_index, count, block_half, avoided)
 
 
 @earliest_newcomer.register(Sectors)
 @earliest_newcomer.register(Lists)
-def _(neighbors, model, state, i, now, refs, start_index, count):
+def _earliest_newcomer_of_listed(neighbors, model, state, i, now, refs, start_index, count):
     return nearest(model, state, i, now, refs, start_index, count, 0, NO_REF)
 
 
@@ -146,23 +129,6 @@ def relative(model, state, i, ref, now):
     return relative_to(model.motion, model.boundary, i, ref, state.rows[i], other, now)
 
 
-@required
-def refined_time(boundary, pair, i, ref, rr, rv, vv, now):
-    """Return the time until i meets the candidate found, and whether a negative one was clamped."""
-
-
-@refined_time.register
-def _(boundary: NearestImage | SectorImage, pair, i, ref, rr, rv, vv, now):
-    return contact_time(pair, i, np.int64(index(boundary, ref)), rr, rv, vv, now)
-
-
-@refined_time.register
-def _(boundary: SteppedImage, pair, i, ref, rr, rv, vv, now):
-    j, step = np.int64(index(boundary, ref)), step_of(boundary, ref)
-    t = step_time(pair, i, j, step, rr, rv, vv, now)
-    return t if t < NEVER else max(-rv / vv, 0.0), False
-
-
 @optional
 def contact_time_of(timing, model, state, i, ref, now, t):
     """Return when i touches the candidate found after a time t, and whether a negative wait was clamped."""
@@ -186,7 +152,7 @@ def start_before(square, vv, event_time):
 
 
 @contact_time_of.register
-def _(timing: FromRows, model, state, i, ref, now, t):
+def _contact_time_of_from_rows(timing: FromRows, model, state, i, ref, now, t):
     rows = state.rows
     event_time = now + t
     then = max(np.float64(rows[i].t), np.float64(rows[np.uint64(index(model.boundary, ref))].t))
@@ -199,7 +165,7 @@ def _(timing: FromRows, model, state, i, ref, now, t):
 
 
 @contact_time_of.register
-def _(timing: FarSteps, model, state, i, ref, now, t):
+def _contact_time_of_far_steps(timing: FarSteps, model, state, i, ref, now, t):
     event_time, clamped = contact_time_of(None, model, state, i, ref, now, t)
     rr, rv, vv = relative(model, state, i, ref, now)
     core = step_core_square(model.pair, step_of(model.boundary, ref))
@@ -214,5 +180,5 @@ def _(timing: FarSteps, model, state, i, ref, now, t):
 
 
 @contact_time_of.register
-def _(timing: FromCache, model, state, i, ref, now, t):
+def _contact_time_of_from_cache(timing: FromCache, model, state, i, ref, now, t):
     return contact_time_of(None, model, state, i, ref, timing.from_time[i], t)

@@ -23,8 +23,8 @@ class State(NamedTuple):
     """All components."""
 
     rows: Any
-    """Old event and time of the new one: fields x (d), t, v (d), due; n + 1 rows, the last one a ghost that
-    nobody meets.
+    """Old event, fields x (d), t, v (d), and ``event_time`` of the new one; n + 1 rows, the last one a ghost
+    that nobody meets.
     """
     partner: np.ndarray
     """Partner of the new event, (n,) int32: a word, or LAMBDA for an advancement or no event."""
@@ -84,7 +84,7 @@ def filled(shape: int | tuple[int, ...], value: float, dtype) -> np.ndarray:
 
 
 def make_state(positions, velocities, epoch_length: float, count_images: bool, number: type) -> State:
-    """Return the state at time zero, nothing scheduled yet; rows hold numbers of the type given."""
+    """Return the initial state, nothing scheduled yet; rows hold numbers of the type given."""
     n, dimension = positions.shape
     kind = row_type(dimension, number)
     rows = aligned(n + 1, kind)

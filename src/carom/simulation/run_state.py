@@ -47,8 +47,8 @@ def frame_of(
     ``in_epoch`` is the present since the start of the epoch of the state [engine's time], ``step`` the
     collisions so far, ``diameters`` (n,) at present.
     """
+    from carom.engine.advance import project
     from carom.engine.lattice import tilt_of
-    from carom.engine.projection import project
 
     positions, velocities = np.empty((scene.n, scene.dimension)), np.empty((scene.n, scene.dimension))
     images = None if state.images is None else state.images.copy()

@@ -26,8 +26,7 @@ from carom.io.events import read_events
 from carom.simulation.files import recorder
 from carom.simulation.measuring import mechanics, stretches
 from carom.simulation.workers import choose_workers, window_length
-from carom.simulation.workers.executive import COMMITS_IN_A_ROW, Executive
-from carom.simulation.workers.timings import Settings
+from carom.simulation.workers.executive import COMMITS_IN_A_ROW, Executive, Settings
 
 
 def fluid(cells=12):

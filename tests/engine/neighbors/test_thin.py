@@ -12,7 +12,7 @@ from helpers.oracle import assert_equal_to_oracle, moving
 from helpers.oracle_scenes import case, check, placed
 
 import carom
-from carom.engine.neighbors import cost_model, plan as scheme, sector_side
+from carom.engine.neighbors import plan as scheme, sizes
 from carom.engine.neighbors.contact_cache import CAPACITY, best_of, contact_of, keep, make_contacts
 from carom.engine.state import State
 from carom.models.questions.particles import NEVER
@@ -70,7 +70,7 @@ def test_wider_sectors_where_flights_are_long():
         found = chosen(n, dimension, 1e-4)
         members = n / np.prod(found.shape)
         assert found.kind == "sectors"
-        assert members > 1.5 * sector_side.SECTOR**dimension
+        assert members > 1.5 * sizes.SECTOR**dimension
 
 
 @pytest.mark.parametrize(("dimension", "packing_fraction"), [(2, 0.05), (2, 0.3), (3, 0.05), (3, 0.2)])
@@ -78,7 +78,7 @@ def test_ordinary_densities_keep_their_sectors(dimension, packing_fraction):
     n = 1000
     found = chosen(n, dimension, packing_fraction)
     scene = carom.Scene.random(n, packing_fraction, dimension, seed=1)
-    side = max(sector_side.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
+    side = max(sizes.SECTOR * (scene.volume / n) ** (1.0 / dimension), 1.0 + 2.0**-40)
     assert found.shape == tuple(int(edge / side) for edge in scene.box)
 
 
@@ -201,8 +201,8 @@ def test_contacts_that_find_no_room_are_found_again():
 
 
 def test_what_is_thin_costs_what_the_mean_free_path_says():
-    assert cost_model.crossings(2) == pytest.approx(4 / np.pi)
-    assert cost_model.crossings(3) == pytest.approx(1.5)
+    assert sizes.crossings(2) == pytest.approx(4 / np.pi)
+    assert sizes.crossings(3) == pytest.approx(1.5)
 
 
 def test_in_high_dimension_sectors_are_small_enough_to_tell_most_images_apart():

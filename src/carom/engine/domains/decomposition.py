@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.prefetch import prefetch
+from carom.compiling.intrinsics import prefetch
 from carom.compiling.registry import inner, required
+from carom.engine.neighbors.grid import bits, coordinate_bits, grid_coordinate
 from carom.engine.neighbors.lists import Lists
-from carom.engine.neighbors.points import bits, coordinate_bits, grid_coordinate
 from carom.engine.neighbors.sectors import Sectors, prefetch_cell
 
 BORDER_BELOW, BORDER_ABOVE, OWN, MAY_REACH_BORDER, READ_HALO, HISTORY, WRITE_HALO = 1, 2, 4, 8, 32, 64, 128
@@ -78,12 +78,12 @@ def layer_of(neighbors, i, axis):
 
 
 @layer_of.register
-def _(neighbors: Sectors, i, axis):
+def _layer_of_sectors(neighbors: Sectors, i, axis):
     return np.uint64(neighbors.cell[i, np.uint64(axis)])
 
 
 @layer_of.register
-def _(neighbors: Lists, i, axis):
+def _layer_of_lists(neighbors: Lists, i, axis):
     return np.uint64(grid_coordinate(neighbors, neighbors.reference[i], axis) >> (bits(neighbors) - FINE))
 
 
@@ -93,12 +93,12 @@ def prefetch_layer(neighbors, i):
 
 
 @prefetch_layer.register
-def _(neighbors: Sectors, i):
+def _prefetch_layer_of_sectors(neighbors: Sectors, i):
     prefetch_cell(neighbors, i)
 
 
 @prefetch_layer.register
-def _(neighbors: Lists, i):
+def _prefetch_layer_of_lists(neighbors: Lists, i):
     prefetch(neighbors.reference, np.int64(i))
 
 

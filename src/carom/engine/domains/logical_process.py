@@ -14,6 +14,7 @@ from carom.compiling.simd import make_lanes
 from carom.engine.boundary import NearestImage
 from carom.engine.build import Engine, enlarge_heap
 from carom.engine.calendar import make_calendar
+from carom.engine.constants import TALLY
 from carom.engine.domains.decomposition import PATCHES, Slabs
 from carom.engine.domains.event_log_merge import LpEvents, LpRecorder
 from carom.engine.domains.lp_state import (
@@ -29,12 +30,10 @@ from carom.engine.domains.lp_state import (
 )
 from carom.engine.neighbors.lists import Lists
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.neighbors.skins import GrowingBounds
 from carom.engine.observers.interface import Observers, count_pair, listed, record
 from carom.engine.observers.own import name_of
 from carom.engine.search import FromRows
 from carom.engine.state import aligned
-from carom.engine.tallies import TALLY
 from carom.models.motions.free_flight import Inertial
 from carom.models.motions.gravity import Falling
 from carom.models.questions.interaction import growth, record_impulse
@@ -49,12 +48,11 @@ MEMORY = (shift_epoch, start_steps, error_message, growth, record_impulse)
 def obstacle_to_windows(engine: Engine) -> str | None:
     """Return what keeps an engine from running in windows, in words, or None."""
     model, neighbors = engine.model, engine.neighbors
-    bounds = getattr(neighbors, "bounds", None)
     if not isinstance(neighbors, Lists | Sectors):
         return "its few or thinly spread components"
     if not isinstance(model.boundary, NearestImage) or not isinstance(model.timing, FromRows):
         return "its small box, or its steps of pairs"
-    if isinstance(bounds, GrowingBounds) or hasattr(model.pair, "rates"):
+    if hasattr(model.pair, "rates"):
         return "its growing diameters"
     if model.impact is not None:
         return "contacts that change the energy"
@@ -83,8 +81,8 @@ def clone(value: Any) -> Any:
         copied[...] = value
         return copied.view(type(value))
     if isinstance(value, tuple):
-        processes = [clone(process) for process in value]
-        return type(value)(*processes) if hasattr(value, "_fields") else tuple(processes)
+        parts = [clone(part) for part in value]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     return value
 
 

@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.atomics import load, store
-from carom.compiling.prefetch import prefetch
+from carom.compiling.intrinsics import load, prefetch, store
 from carom.compiling.registry import inner
-from carom.engine.calendar import ENTRIES, bucket_of, buckets_in_window, choose_width, narrow, time_of
+from carom.engine.calendar import (
+    ENTRIES,
+    bucket_of,
+    buckets_in_window,
+    choose_width,
+    clear_notes,
+    narrow,
+    note_border_event,
+    publish_time,
+    time_of,
+)
 from carom.engine.domains.decomposition import ANNOUNCED, MAY_REACH_BORDER, OWN, PATCHES, prefetch_layer
 from carom.engine.domains.lp_state import INTERIOR, LINE, MOST_ANNOUNCED, LpQueue, mask_of, patch_at, row_of
-from carom.engine.queue_hooks import clear_notes, note_border_event, publish_time
 from carom.models.questions.particles import NEVER
 
 HORIZON = 16  # buckets in which a process looks for events in zones in advance
@@ -65,7 +73,7 @@ def announce_at_borders(calendar, time, i, mask):
 
 
 @note_border_event.register
-def _(calendar: LpQueue, bucket, time, i):
+def _note_border_event_of_lp(calendar: LpQueue, bucket, time, i):
     if calendar.lp[0].held_borders & INTERIOR != 0:
         return
     mask = mask_of(calendar, np.uint64(i))
@@ -77,7 +85,7 @@ def _(calendar: LpQueue, bucket, time, i):
 
 
 @clear_notes.register
-def _(calendar: LpQueue):
+def _clear_notes_of_lp(calendar: LpQueue):
     lp = calendar.lp[0]
     calendar.flags[:] = 0
     lp.announced_bucket = -2
@@ -128,7 +136,7 @@ def scan_component(calendar, state, bucket, i):
 
 
 @publish_time.register
-def _(calendar: LpQueue, state, time):
+def _publish_time_of_lp(calendar: LpQueue, state, time):
     lp, control, published_time = calendar.lp[0], calendar.control[0], calendar.channels.published_time
     # What was said holds on: once a bucket is enough, unless this process waits, has read messages, or comes
     # to the end of what it has to do.
@@ -167,12 +175,12 @@ def _(calendar: LpQueue, state, time):
 
 
 @choose_width.register
-def _(calendar: LpQueue, n, longest):
+def _choose_width_of_lp(calendar: LpQueue, n, longest):
     """All processes lay out their calendars at the same times: nobody waits for another that does."""
     return
 
 
 @narrow.register
-def _(calendar: LpQueue, longest):
+def _narrow_of_lp(calendar: LpQueue, longest):
     """For the same reason a process whose lines run out is given more of them."""
     return False

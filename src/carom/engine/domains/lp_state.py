@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.atomics import store
+from carom.compiling.intrinsics import store
 from carom.compiling.registry import inner
 from carom.engine.domains.decomposition import PATCHES, layer_of
 
@@ -73,8 +73,8 @@ class Channels(NamedTuple):
     """What processes tell each other; each writes on cache lines of its own."""
 
     published_time: np.ndarray
-    """Of each process: nothing is due before this time, and nothing that it has not announced before that
-    one, (processes, 8) float64.
+    """Of each process: nothing is due before this time, its safe time, and nothing that it has not announced
+    before that one, (processes, 8) float64.
     """
     sent_count: np.ndarray
     """Messages sent to each process from below and from above, and whether all are to stop, (processes, 8)
@@ -83,12 +83,12 @@ class Channels(NamedTuple):
     acknowledged: np.ndarray
     """Messages that each process has read, (processes, 8) int64."""
     messages: np.ndarray
-    """The messages: components that are due, (processes, 2, MAIL) int32."""
+    """The messages: components that are due, (processes, 2, MOST_MESSAGES) int32."""
     border_locks: np.ndarray
     """Whether somebody holds the border below each process, and the events in its zone, (processes, 8) int64.
     """
     history: np.ndarray
-    """The last of them, (processes, PAST, 8 or more) float64: a cache line each."""
+    """The last of them, (processes, HISTORY_LENGTH, 8 or more) float64: a cache line each."""
     event_time: np.ndarray
     """Earliest event announced in each patch of both borders, (processes, 2, PATCHES) float64."""
 
@@ -102,7 +102,7 @@ class LpQueue(NamedTuple):
     event_time: np.ndarray
     component: np.ndarray
     neighbors: Any  # the neighbour scheme, which says where components are
-    lp: Any  # one record of type DESK
+    lp: Any  # one record of type LP_STATE
     channels: Channels
     mask: np.ndarray  # what each layer is to the process, (layers,) uint8
     along: np.ndarray  # two axes along which borders are divided into patches, (2,) int64
@@ -110,9 +110,9 @@ class LpQueue(NamedTuple):
     rows: np.ndarray  # the row of patches that each layer along each of them is in, (2, layers) int64
     layers: np.ndarray  # layers along each axis, (d,) int64
     conflict_range: np.ndarray  # layers between two events up to which they may touch the same, (d,) int64
-    history: np.ndarray  # the last events, (PAST, 8 or more) float64
-    announced_times: np.ndarray  # times of the events announced on each side, (2, NOTES) float64
-    announced_patches: np.ndarray  # their patches, (2, NOTES) int64
+    history: np.ndarray  # the last events, (HISTORY_LENGTH, 8 or more) float64
+    announced_times: np.ndarray  # times of the events announced on each side, (2, MOST_ANNOUNCED) float64
+    announced_patches: np.ndarray  # their patches, (2, MOST_ANNOUNCED) int64
     flags: np.ndarray  # whether a bucket may hold one, (buckets,) uint8
 
 

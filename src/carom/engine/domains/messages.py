@@ -4,9 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.atomics import load, store
+from carom.compiling.intrinsics import load, store
 from carom.compiling.registry import inner
-from carom.engine.calendar import MOST_NEW_ENTRIES, insert, time_of
+from carom.engine.calendar import (
+    MOST_NEW_ENTRIES,
+    count_local,
+    insert,
+    is_remote,
+    local_component,
+    receive,
+    send_if_remote,
+    time_of,
+)
 from carom.engine.domains.decomposition import BORDER_BELOW, BORDERS, OWN, READ_HALO, WRITE_HALO
 from carom.engine.domains.lp_state import (
     INTERIOR,
@@ -20,16 +29,15 @@ from carom.engine.domains.lp_state import (
     mask_of,
     slot_of,
 )
-from carom.engine.queue_hooks import count_local, is_remote, local_component, receive, send_if_remote
 
 
 @is_remote.register
-def _(calendar: LpQueue, i):
+def _is_remote_of_lp(calendar: LpQueue, i):
     return mask_of(calendar, i) & OWN == 0
 
 
 @count_local.register
-def _(calendar: LpQueue, start_index, end):
+def _count_local_of_lp(calendar: LpQueue, start_index, end):
     # Rows of others are not looked at: half of the memory that two processes would ask for.
     count = np.uint64(0)
     for i in range(start_index, end):
@@ -39,12 +47,12 @@ def _(calendar: LpQueue, start_index, end):
 
 
 @local_component.register
-def _(calendar: LpQueue, start_index, k):
+def _local_component_of_lp(calendar: LpQueue, start_index, k):
     return np.uint64(calendar.component[k])
 
 
 @send_if_remote.register
-def _(calendar: LpQueue, i, time):
+def _send_if_remote_of_lp(calendar: LpQueue, i, time):
     lp, channels = calendar.lp[0], calendar.channels
     if lp.held_borders & INTERIOR != 0:
         return False
@@ -69,7 +77,7 @@ def _(calendar: LpQueue, i, time):
 
 
 @receive.register
-def _(calendar: LpQueue, state):
+def _receive_of_lp(calendar: LpQueue, state):
     lp, channels, control = calendar.lp[0], calendar.channels, calendar.control[0]
     if lp.held_borders & BORDERS != 0:
         unlock(calendar)

@@ -3,17 +3,17 @@
 Each runs ahead in the middle of its slab by its own calendar. An event in the *zone* of a border waits until
 the other process has nothing earlier there, and holds the border's lock. What is scheduled for another's
 component is sent as a message. Borders and processes remember their last events: one that comes too late for
-those rolls the window back.
+those, a straggler, rolls the window back (:mod:`.rollback`).
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.atomics import load, take, yield_thread
+from carom.compiling.intrinsics import load, take, yield_thread
 from carom.compiling.registry import inner
 from carom.engine.boundary import index
-from carom.engine.calendar import pop, time_of
+from carom.engine.calendar import pop, safe_to_process, should_return, time_of
 from carom.engine.domains.decomposition import ANNOUNCED, BORDERS, HISTORY, OWN, layer_of, layers_apart
 from carom.engine.domains.lp_state import (
     HISTORY_LENGTH,
@@ -36,7 +36,6 @@ from carom.engine.domains.lp_state import (
 )
 from carom.engine.domains.messages import unlock
 from carom.engine.neighbors.prefetch import leaves_first
-from carom.engine.queue_hooks import safe_to_process, should_return
 from carom.models.questions.particles import NEVER
 
 MOST_WAITS = 1 << 20  # refusals after which a thread asks whether all are to stop
@@ -54,10 +53,10 @@ def no_earlier_event(calendar, side, now, i):
             lp.unread[np.uint64(slot)] = NEVER
         elif lp.unread[np.uint64(slot)] <= now or lp.written[np.uint64(slot)] - read > MOST_MESSAGES // 2:
             return False
-    clock = load(channels.published_time, LINE * other)
-    if clock > now or (clock == now and lp.me < other):
+    safe_time = load(channels.published_time, LINE * other)
+    if safe_time > now or (safe_time == now and lp.me < other):
         return True
-    too_far = clock + lp.lookahead * calendar.control[0].width <= now
+    too_far = safe_time + lp.lookahead * calendar.control[0].width <= now
     if too_far or load(channels.published_time, LINE * other + 1) <= now:
         return False
     rows, columns = calendar.patches[0], calendar.patches[1]
@@ -177,7 +176,7 @@ def no_straggler(calendar, i, now):
 
 
 @safe_to_process.register
-def _(calendar: LpQueue, state, boundary, i, now):
+def _safe_to_process_of_lp(calendar: LpQueue, state, boundary, i, now):
     lp = calendar.lp[0]
     lp.waits += 1
     mask = mask_of(calendar, i)
@@ -209,7 +208,7 @@ def _(calendar: LpQueue, state, boundary, i, now):
 
 
 @should_return.register
-def _(calendar: LpQueue):
+def _should_return_of_lp(calendar: LpQueue):
     lp = calendar.lp[0]
     if lp.waits % lp.spins_before_yield == 0:
         if lp.held_borders != 0:

@@ -297,11 +297,11 @@ def exact_meeting(everybody, model, state, i, j, now, avoided):
     last = np.floor(ahead + abs(w) * (everybody.span - now) + everybody.width)
     for number in range(np.int64(last - first_plane) + 1):
         at_plane = (first_plane + number - ahead) * period
-        from_time = True
+        near = True
         for axis in range(dimension - 1):
             coordinate = flight[np.uint64(2 * axis)] + flight[np.uint64(2 * axis + 1)] * at_plane
-            from_time &= abs(coordinate - np.rint(coordinate)) <= everybody.width
-        if not from_time:
+            near &= abs(coordinate - np.rint(coordinate)) <= everybody.width
+        if not near:
             continue
         start_index = approach(everybody, model, state, i, j, now, now + at_plane)
         rr, rv, vv = relative(model, state, i, j, start_index)
@@ -328,8 +328,8 @@ def search_all(everybody, model, state, i, now, after, avoided):
     position_error = position_error_of(everybody, elapsed, covered)
     start_index = np.int64(after) + 1
     for start in range(start_index // BLOCK * BLOCK, n, BLOCK):
-        from_time = prefilter(everybody, elapsed, covered, position_error, start)
-        lane, last = marked(everybody, max(start_index - start, 0), from_time)
+        limit = prefilter(everybody, elapsed, covered, position_error, start)
+        lane, last = marked(everybody, max(start_index - start, 0), limit)
         while lane < BLOCK:
             j = np.int64(start) + np.int64(lane)
             if j < n and j != np.int64(i) and contacts.counts[j] != STALE:
@@ -343,7 +343,7 @@ def search_all(everybody, model, state, i, now, after, avoided):
                         everybody.from_time[i] = shortly
             if lane == last:
                 break
-            lane, _ = marked(everybody, lane + 1, from_time)
+            lane, _ = marked(everybody, lane + 1, limit)
     return chosen
 
 
@@ -358,7 +358,7 @@ def search_everybody(everybody, model, state, now):
 
 
 @cross.register
-def _(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
+def _cross_of_all_pairs(neighbors: Everybody | Pairs, motion, boundary, state, i, now):
     return True, neighbors.names, np.uint64(0), np.int64(0)
 
 

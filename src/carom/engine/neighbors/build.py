@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from carom.engine.boundary import NearestImage, SectorImage, SteppedImage
+from carom.engine.boundary import NearestImage, SectorImage
 from carom.engine.neighbors.all_pairs import make_everybody, make_pairs
-from carom.engine.neighbors.grid import make_grid
+from carom.engine.neighbors.bounds import EqualBounds, UnequalBounds
+from carom.engine.neighbors.grid import make_grid, make_tilt_window
 from carom.engine.neighbors.lists import Lists, make_lists
 from carom.engine.neighbors.plan import NeighborPlan
-from carom.engine.neighbors.sector_side import ROUNDING_MARGIN
 from carom.engine.neighbors.sectors import Sectors, make_sectors
-from carom.engine.neighbors.size_classes import (
+from carom.engine.neighbors.sizes import (
+    SECTOR_MARGIN,
     bounds_of,
     cells_around,
     shape_of,
@@ -21,9 +22,7 @@ from carom.engine.neighbors.size_classes import (
     spans_of,
     starts_of,
 )
-from carom.engine.neighbors.skins import EqualBounds, GrowingBounds, UnequalBounds
-from carom.engine.neighbors.tilt_window import make_tilt_window
-from carom.engine.pair_steps import make_steps
+from carom.engine.pair_steps import SteppedImage, make_steps
 from carom.engine.system import System
 
 SLACK = 1.0 - 2.0**-20
@@ -93,7 +92,7 @@ def slacks_of(scheme: NeighborPlan, system: System) -> list[float]:
         for axis, (edge, size) in enumerate(zip(system.box, scheme.shape, strict=True)):
             if system.periodic[axis]:
                 contact = system.diameter * system.stretch[axis]
-                free = 0.5 * (edge / size - contact * (1.0 + ROUNDING_MARGIN))
+                free = 0.5 * (edge / size - contact * (1.0 + SECTOR_MARGIN))
                 # The images of neighbours must be told apart as before.
                 slacks[axis] = max(SLACK * min(free, 0.25 * edge - edge / size), 0.0)
     return slacks
@@ -135,13 +134,11 @@ def _build_lists(scheme: NeighborPlan, system: System, pair, motion) -> Lists:
         ghostly = system.particles.with_ghost(bound)
         marks = system.particles.with_ghost(levels.levels, np.uint8)
         largest = np.array(levels.reaches)
-        if system.rates is not None:
-            bounds = GrowingBounds(
-                ghostly, pair.radii, pair.rates, starts, marks, len(shapes), largest, SLACK
-            )
+        rest = starts, marks, len(shapes), largest
+        if system.rates is None:
+            bounds = UnequalBounds(ghostly, system.particles.with_ghost(bound - sizes) * SLACK, *rest)
         else:
-            skins = system.particles.with_ghost(bound - sizes) * SLACK
-            bounds = UnequalBounds(ghostly, skins, starts, marks, len(shapes), largest)
+            bounds = UnequalBounds(ghostly, None, *rest, pair.radii, pair.rates, SLACK)
     pair_steps = make_steps(system.interaction, system.particles)
     grid = make_grid(shapes, around)
     window = make_tilt_window(motion)

@@ -28,7 +28,7 @@ class Contacts(NamedTuple):
     """Of each component ROOM records: the other, its version then, a time shortly before the contact, and the
     time of the contact, rounded as rows round it; (n ROOM,).
     """
-    counts: np.ndarray  # how many of them are filled, or CHANGED, (n,) int64
+    counts: np.ndarray  # how many of them are filled, or STALE, (n,) int64
     versions: np.ndarray  # how often the flight of each has changed, (n,) int64
     first_dropped: np.ndarray  # time of the earliest contact that found no room, or NEVER, (n,)
 

@@ -1,4 +1,4 @@
-"""Neighbour lists (Verlet lists): the sector's idea with a sphere for a sector.
+"""Neighbour lists (NeighborLists, Verlet lists): the sector's idea with a sphere for a sector.
 
 A surface stays in a sphere around its reference point, its *bound*; two are listed while their bounds
 overlap. At its bound a component takes a new point and renews its own list only. Points are integer fractions
@@ -12,17 +12,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom.compiling.prefetch import prefetch, prefetch_now
+from carom.compiling.intrinsics import prefetch, prefetch_now
 from carom.compiling.registry import answering, inner
 from carom.compiling.simd import LANES, copy_words, pack
 from carom.engine import pair_steps
 from carom.engine.boundary import index
 from carom.engine.lattice import position_at
 from carom.engine.neighbors import interface, prefetch as prefetching
-from carom.engine.neighbors.grid import Grid, cell_of, cells_near
-from carom.engine.neighbors.points import bits, coordinate_bits
-from carom.engine.neighbors.prefetch import HUGE, leaves_first, prefetch_members, prefetch_own
-from carom.engine.neighbors.skins import (
+from carom.engine.neighbors.bounds import (
     EqualBounds,
     class_count,
     list_range_sq,
@@ -33,13 +30,19 @@ from carom.engine.neighbors.skins import (
     skin_at,
     start,
 )
-from carom.engine.neighbors.tilt_window import (
+from carom.engine.neighbors.grid import (
+    Grid,
+    bits,
+    cell_of,
+    cells_near,
+    coordinate_bits,
     ends_with,
     from_reference,
     least_difference,
     open_window,
     speed_from_reference,
 )
+from carom.engine.neighbors.prefetch import HUGE, leaves_first, prefetch_members, prefetch_own
 from carom.engine.pair_steps import fresh_word, named, put_newcomer, standing, stepped_word
 from carom.engine.state import aligned, filled
 from carom.models.questions.particles import NEVER
@@ -49,7 +52,7 @@ from carom.models.questions.particles import NEVER
 class Lists(NamedTuple):
     """Components by neighbour."""
 
-    bounds: Any  # EqualBounds, UnequalBounds or GrowingBounds
+    bounds: Any  # EqualBounds or UnequalBounds
     grid: Grid
     cells: np.ndarray
     """Components in each cell, (cells + 1, room) uint32; the last row is there to be read beyond the one
@@ -67,7 +70,7 @@ class Lists(NamedTuple):
     counts: np.ndarray  # how many neighbours, (n,) uint16, or int32 where there is room for more
     steps: Any
     """How words name the steps of pairs (:mod:`carom.engine.pair_steps`), or None where they have none."""
-    window: Any  # tilts of the lattice that the lists are for (:mod:`.tilt_window`), or None where none tilts
+    window: Any  # tilts of the lattice that the lists are for (:mod:`.grid`), or None where none tilts
 
     def candidates(self, boundary, i, half):
         return self.refs, start(self.bounds, i), np.int64(self.counts[i])
@@ -79,8 +82,8 @@ class Lists(NamedTuple):
         b = slack * rate
         a = -rate * rate
         for axis in range(len(self.grid_step)):
-            r = from_reference(motion, self, boundary, me, self.reference[i], axis, now)
-            v = speed_from_reference(motion, self, boundary, me, self.reference[i], axis, now)
+            r = from_reference(self.window, motion, self, boundary, me, self.reference[i], axis, now)
+            v = speed_from_reference(self.window, motion, self, boundary, me, self.reference[i], axis, now)
             rr += r * r
             b += r * v
             a += v * v

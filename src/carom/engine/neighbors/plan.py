@@ -1,4 +1,4 @@
-"""The neighbour scheme of a scene, and the sizes of its arrays: a measured rule (docs/benchmarks)."""
+"""The choice of a neighbour scheme, of its arrays and its epochs: a measured rule (docs/benchmarks)."""
 
 from __future__ import annotations
 
@@ -6,11 +6,14 @@ import math
 from dataclasses import dataclass, replace
 
 from carom.engine.calendar import usual_heap
-from carom.engine.neighbors import cost_model
-from carom.engine.neighbors.capacities import cell_capacity_of, list_capacity_of
-from carom.engine.neighbors.epoch_length import horizon_of, lengths_of, power_of_two, short
-from carom.engine.neighbors.list_ranges import list_ranges, of_dimension, refuse_lists
-from carom.engine.neighbors.sector_side import sector_of
+from carom.engine.neighbors import sizes
+from carom.engine.neighbors.sizes import (
+    ListRanges,
+    cell_capacity_of,
+    list_capacity_of,
+    list_ranges,
+    of_dimension,
+)
 from carom.engine.system import System
 
 DENSEST = (1.0, 0.9069, 0.7405, 0.6169, 0.4653, 0.3729, 0.2953, 0.2537)
@@ -63,6 +66,68 @@ def collision_rate(packing_fraction: float, dimension: int, diameter: float, spe
     return 2.0 * math.sqrt(dimension / math.pi) * excess * speed / diameter
 
 
+SMALLEST_GROWTH = 2.0**-30
+"""Part of their diameter by which components must be able to grow before they are as wide as the box."""
+
+LONGEST_PLUNGE = 1024.0
+"""Diameters that a pair would fly in an epoch at the speed it has in its deepest well, at most: times are
+then rounded by 1e-13 of a diameter.
+"""
+
+
+def power_of_two(x: float) -> float:
+    """Return the power of two just below a number, or the number."""
+    return 2.0 ** math.floor(math.log2(x))
+
+
+def short(x: float) -> float:
+    """Return a number of twenty binary digits just below, so that sums and differences of a few are exact."""
+    if not math.isfinite(x):
+        return x
+    digit = power_of_two(x) * 2.0**-20
+    return math.floor(x / digit) * digit
+
+
+def lengths_of(system: System, speed: float, rate: float, alone: bool) -> tuple[float, float]:
+    """Return the length of an epoch and the width of the calendar's buckets; ``alone`` without sectors."""
+    epoch = 1.0
+    if speed > 0.0:
+        crossing = 4.0 * max(system.box) / speed
+        epoch = power_of_two(min(16.0 / rate, crossing) if rate > 0.0 else crossing)
+    if system.plunge > 0.0:
+        epoch = min(epoch, power_of_two(LONGEST_PLUNGE * system.smallest / system.plunge))
+    if alone and speed > 0.0:
+        epoch = sizes.epoch_of(system, speed, rate)
+    longest = getattr(system.motion, "longest_epoch", lambda: math.inf)()
+    if longest < math.inf:
+        epoch = min(epoch, power_of_two(float(system.unit.to_kernel(longest, 1))))
+    width = epoch
+    if speed > 0.0 and rate > 0.0:
+        width = min(power_of_two(4.0 / (system.n * rate)), epoch)
+    return epoch, width
+
+
+def horizon_of(system: System, neighbors: str, shape: tuple[int, ...], ranges: ListRanges) -> float:
+    """Return the time after which components that grow need another scheme."""
+    if system.rates is None:
+        return math.inf
+    box, diameter = system.box, system.diameter
+    if neighbors == "lists":  # until somebody has grown over half of its margin
+        return 0.5 * (0.5 * (ranges.list_range - diameter)) / float((system.rates / system.paces).max())
+    if neighbors != "sectors":
+        return math.inf
+    # Along an axis of a lattice that tilts, sectors must be wider than a diameter.
+    narrow = min(edge / size / axis for edge, size, axis in zip(box, shape, system.stretch, strict=True))
+    horizon = (1.0 - 2.0**-20) * (narrow - diameter) / (2.0 * float(system.rates.max()))
+    if horizon * 2.0 * float(system.rates.max()) < SMALLEST_GROWTH * diameter:
+        raise ValueError(
+            f"The components have grown to a diameter of {diameter:g} in a box of edges "
+            f"{', '.join(f'{edge:g}' for edge in box)}: one as wide as the box would meet itself. Use "
+            "more of them, or a box more nearly cubic."
+        )
+    return horizon
+
+
 DILUTE = (0.01, 0.51, 0.36, 0.18, 0.07, 0.03)
 """Packing fraction in d = 1 to 6 below which sectors run faster than lists."""
 
@@ -105,8 +170,8 @@ def choose(
     spacing = density ** (-1.0 / system.dimension)
     ranges = list_ranges(system, shell)
     if neighbors == "lists":
-        refuse_lists(system, ranges)
-    if neighbors == "all" and (lack := cost_model.fits_everybody(system)) is not None:
+        sizes.refuse_lists(system, ranges)
+    if neighbors == "all" and (lack := sizes.fits_everybody(system)) is not None:
         raise ValueError(f"neighbors='all' needs {lack}; use neighbors='auto'.")
     requested = neighbors
     if neighbors == "auto":
@@ -116,18 +181,18 @@ def choose(
     if neighbors == "lists":
         side = ranges.list_range
     else:
-        side, widest_side = sector_of(system, spacing)
-        if system.rates is None and neighbors == "sectors" and cost_model.is_thin(system) and rate > 0.0:
-            side = min(cost_model.best_side(system, side, speed / rate), max(system.box), widest_side)
+        side, widest_side = sizes.sector_of(system, spacing)
+        if system.rates is None and neighbors == "sectors" and sizes.is_thin(system) and rate > 0.0:
+            side = min(sizes.best_side(system, side, speed / rate), max(system.box), widest_side)
         # With walls, obstacles, kicks or growth a run does not wait for pairs at today's rate.
         pairs_only = all(system.periodic) and not system.obstacles and system.straight
         lasts = begins and pairs_only and system.rates is None and system.drive is None and speed > 0.0 < rate
-        if requested == "auto" and cost_model.prefers_everybody(system, side, speed, rate):
+        if requested == "auto" and sizes.prefers_everybody(system, side, speed, rate):
             neighbors = "all"
-        elif lasts and requested == "auto" and cost_model.is_thin(system):
-            cost = cost_model.sector_cost(system, side, speed / rate)
+        elif lasts and requested == "auto" and sizes.is_thin(system):
+            cost = sizes.sector_cost(system, side, speed / rate)
             if cost > SLOWEST:
-                lack = cost_model.fits_everybody(system) or "double precision and elastic contacts"
+                lack = sizes.fits_everybody(system) or "double precision and elastic contacts"
                 raise ValueError(
                     f"A collision would take about {1e-9 * cost:.2g} s: there is one in {speed / rate:.2g} "
                     f"length units of flight, and at each crossing of a sector the 3^{system.dimension} "

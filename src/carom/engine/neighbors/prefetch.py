@@ -17,7 +17,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from carom.compiling.prefetch import prefetch
+from carom.compiling.intrinsics import prefetch
 from carom.compiling.registry import inner, optional
 
 LARGE = 10_000

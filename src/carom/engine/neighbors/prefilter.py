@@ -19,9 +19,9 @@ and L the longest edge over the shortest:
 - Where the first plane is passed is computed from numbers below 2 W T + 3 L, with an error of at most e
   (2 W T + 9 L + 3).
 
-The sum of both errors is below ``16 e (1 + L) (1 + W (T + S))``, and is called blur. The rest is exact but
-for two roundings to whole numbers: half a unit at the first plane, and at each plane half a unit of the step,
-with 3 e L edges that the step itself was off before.
+The sum of both errors is below ``16 e (1 + L) (1 + W (T + S))``, the error of positions. The rest is exact
+but for two roundings to whole numbers: half a unit at the first plane, and at each plane half a unit of the
+step, with 3 e L edges that the step itself was off before.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ STEP_ROUNDING = 3.0 * ROUNDING * UNITS
 SLOWEST = 2.0**-84  # velocity [units / span] below which nothing moves
 
 COARSE = 2.0**-6
-"""Blur beyond which every path is looked at closely: the fastest flies thousands of boxes within an epoch."""
+"""Error of positions [edges] beyond which every path is looked at closely: some fly thousands of boxes."""
 
 
 @inner

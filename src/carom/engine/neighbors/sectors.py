@@ -1,4 +1,7 @@
-"""Sectors: the paper's cells, at least a diameter wide; a component looks into the 3^d around its own."""
+"""Sectors: the paper's cells, at least a diameter wide; a component looks into the 3^d around its own.
+
+Elsewhere a cell list (CellList).
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.prefetch import prefetch
+from carom.compiling.intrinsics import prefetch
 from carom.compiling.registry import answering, inner
 from carom.compiling.simd import LANES, copy_words, replace_words
 from carom.engine.boundary import index, index_bits, mirror, separation
@@ -69,8 +72,8 @@ class Sectors(NamedTuple):
         total = start_index
         count, below, cell, above = neighbor_rows(self, i)
         if narrow(self):
-            for strip in range(np.uint64(count)):
-                base, code = neighbor_cells[strip], 3 * np.int64(strip)
+            for row in range(np.uint64(count)):
+                base, code = neighbor_cells[row], 3 * np.int64(row)
                 total += copy_members(self, boundary, base + below, code, total)
                 total += copy_members(self, boundary, base + cell, code + 1, total)
                 total += copy_members(self, boundary, base + above, code + 2, total)
@@ -83,25 +86,25 @@ class Sectors(NamedTuple):
         return self.refs, start_index, np.int64(total - start_index)
 
     def transit_time(self, motion, boundary, state, i, now):
-        strip = state.rows[i]
+        me = state.rows[i]
         best = NEVER
         exit_face = np.int64(0)
         for axis in range(len(self.sides)):
             cell, side = unwrapped(self, i, axis), self.sides[axis]
             beyond = slack(self.extra_slack, self, i, axis)
-            t, up = exit_time_at(motion, axis, strip, now, side * cell - beyond, side * (cell + 1) + beyond)
+            t, up = exit_time_at(motion, axis, me, now, side * cell - beyond, side * (cell + 1) + beyond)
             exit_face = 2 * axis + up if t < best else exit_face
             best = min(t, best)
         self.exit_face[i] = exit_face
         return now + best
 
     def rebin(self, motion, boundary, state, i, now):
-        strip = state.rows[i]
+        me = state.rows[i]
         new = np.int64(0)
         changed = False
         for axis in range(len(self.sides)):
-            v = np.float64(strip.v[axis])
-            x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
+            v = np.float64(me.v[axis])
+            x = position_at(motion, axis, me.x, me.v, now - me.t, now)
             way = best_cell(self, i, axis, x, v)
             new = new * self.shape[axis] + wrap(self, axis, np.int64(self.cell[i, axis]) + way)
             changed |= way != 0
@@ -109,8 +112,8 @@ class Sectors(NamedTuple):
             return
         remove_member(self, sector_of(self, i), np.uint32(i))
         for axis in range(len(self.sides)):
-            v = np.float64(strip.v[axis])
-            x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
+            v = np.float64(me.v[axis])
+            x = position_at(motion, axis, me.x, me.v, now - me.t, now)
             move(self, i, axis, best_cell(self, i, axis, x, v))
 
     def cross(self, motion, boundary, state, i, now):
@@ -163,9 +166,9 @@ class Sectors(NamedTuple):
         now = state.clock[0].now
         self.members[:, self.members.shape[1] - 1] = 0
         for i in range(np.uint64(len(state.partner))):
-            strip = state.rows[i]
+            me = state.rows[i]
             for axis in range(len(self.sides)):
-                x = position_at(motion, axis, strip.x, strip.v, now - strip.t, now)
+                x = position_at(motion, axis, me.x, me.v, now - me.t, now)
                 cell = np.int64(np.floor(x / self.sides[axis]))
                 wraps = cell // self.shape[axis]
                 self.cell[i, axis] = cell - wraps * self.shape[axis]
@@ -222,11 +225,11 @@ def neighbor_rows(sectors, i):
         cell, length = np.int64(sectors.cell[i, axis]), sectors.shape[axis + 1]
         below, above = wrap(sectors, axis, cell - 1), wrap(sectors, axis, cell + 1)
         for k in range(count):
-            strip = np.uint64(count - 1 - k)
-            base = neighbor_cells[strip]
-            neighbor_cells[np.uint64(3) * strip + np.uint64(2)] = (base + above) * length
-            neighbor_cells[np.uint64(3) * strip + np.uint64(1)] = (base + cell) * length
-            neighbor_cells[np.uint64(3) * strip] = (base + below) * length
+            row = np.uint64(count - 1 - k)
+            base = neighbor_cells[row]
+            neighbor_cells[np.uint64(3) * row + np.uint64(2)] = (base + above) * length
+            neighbor_cells[np.uint64(3) * row + np.uint64(1)] = (base + cell) * length
+            neighbor_cells[np.uint64(3) * row] = (base + below) * length
         count *= 3
     cell = np.int64(sectors.cell[i, last])
     return count, wrap(sectors, last, cell - 1), cell, wrap(sectors, last, cell + 1)
@@ -243,11 +246,11 @@ def neighbor_rows_ahead(sectors, i, exit_face, cell):
     for k in range(len(sectors.sides) - 1):
         below, above = steps_along(sectors, i, k + np.int64(k >= axis))
         for back in range(count):
-            strip = np.uint64(count - 1 - back)
-            base = neighbor_cells[strip]
-            neighbor_cells[np.uint64(3) * strip + np.uint64(2)] = base + above
-            neighbor_cells[np.uint64(3) * strip + np.uint64(1)] = base
-            neighbor_cells[np.uint64(3) * strip] = base + below
+            row = np.uint64(count - 1 - back)
+            base = neighbor_cells[row]
+            neighbor_cells[np.uint64(3) * row + np.uint64(2)] = base + above
+            neighbor_cells[np.uint64(3) * row + np.uint64(1)] = base
+            neighbor_cells[np.uint64(3) * row] = base + below
         count *= 3
     return count
 

@@ -181,12 +181,12 @@ for _question in (
 
 
 @is_full.register
-def _(observer: Observers):
+def _is_full_of_observers(observer: Observers):
     return is_full(observer.head) or is_full(observer.tail)
 
 
 @ends_run.register
-def _(observer: Observers):
+def _ends_run_of_observers(observer: Observers):
     return ends_run(observer.head) or ends_run(observer.tail)
 
 

@@ -83,17 +83,17 @@ class Units(NamedTuple):
     """How many crossings there were from each step, of each kind, (steps, 4) int64."""
     radii: np.ndarray  # of the units at walls and obstacles [length]
     masses: np.ndarray
-    watch: np.ndarray  # which circle of a kind ends the step inwards, or NOBODY, (kinds, steps) int64
+    watch: np.ndarray  # which circle of a kind ends the step inwards, or NO_AGENT, (kinds, steps) int64
     kinds: Annotated[np.ndarray, kept()]  # of each unit at present, int64
     present: Annotated[np.ndarray, kept()]  # 1, or 0 of units that are removed, int64
     counts: Annotated[np.ndarray, kept()]
     """How many units of each kind are in each circle of each unit, (n + 1, circles, kinds) int64."""
     memory: Annotated[np.ndarray, kept()]  # numbers of the rule's own, (n + 1, m) float64
     timers: Annotated[np.ndarray, MOMENT]  # when each unit is to be asked, in the epoch, or NEVER
-    targets: Annotated[np.ndarray, kept()]  # whom each unit aims at, or NOBODY, int64
+    targets: Annotated[np.ndarray, kept()]  # whom each unit aims at, or NO_AGENT, int64
     drawn: Annotated[np.ndarray, kept()]  # random numbers that each has drawn, int64
     news: Annotated[np.ndarray, kept()]
-    """Who has changed in a circle of each unit that has not been told yet, or NOBODY, int64."""
+    """Who has changed in a circle of each unit that has not been told yet, or NO_AGENT, int64."""
     queue: Annotated[np.ndarray, kept()]  # who is to be told, int64
     queued: Annotated[np.ndarray, kept()]  # how many these are, (1,) int64
     asked: Annotated[np.ndarray, kept()]  # how often the rule was asked, by cause, (5,) int64

@@ -33,9 +33,6 @@ MISSPELT = 0.85
 
 OF_INTERACTIONS = ("radii", "masses")  # what every interaction has, for obstacles and for elastic contacts
 
-OF_STEPS = ("energy", "events")
-"""What an interaction with steps has: the energy of a pair on each, and the number of events on each."""
-
 PACKAGES = sys.stdlib_module_names | {"carom", "numba", "numpy", "scipy"}
 """Packages whose functions the compiler knows, or never can."""
 

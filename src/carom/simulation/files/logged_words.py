@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from carom.engine.advance import advance
-from carom.engine.agents import recount_listed, recount_word
-from carom.engine.boundary import NearestImage, SteppedImage
+from carom.engine.boundary import NearestImage
 from carom.engine.neighbors.build import edges_of, images_in
 from carom.engine.neighbors.sectors import make_sectors
-from carom.engine.pair_steps import fresh_word, make_steps, put_step, stepped_word
+from carom.engine.pair_steps import SteppedImage, fresh_word, make_steps, put_step, stepped_word
+from carom.engine.rules import recount_listed, recount_word
 from carom.engine.system import System
 from carom.models.questions.interaction import core_square
 from carom.models.questions.steps import start_steps

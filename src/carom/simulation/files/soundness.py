@@ -20,11 +20,11 @@ from carom.engine.build import arrays
 from carom.engine.calendar import ENTRIES
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
 from carom.engine.neighbors.all_pairs import Everybody
+from carom.engine.neighbors.bounds import EqualBounds
 from carom.engine.neighbors.contact_cache import CAPACITY, STALE
+from carom.engine.neighbors.grid import coordinate_bits
 from carom.engine.neighbors.lists import Lists
-from carom.engine.neighbors.points import coordinate_bits
 from carom.engine.neighbors.sectors import Sectors
-from carom.engine.neighbors.skins import EqualBounds
 from carom.engine.observers.interface import kept_arrays, limits, listed
 from carom.engine.observers.own import Own
 from carom.models.interactions.units import COMPLAINTS, Units

@@ -25,7 +25,7 @@ REACH = (12.0, 12.0, 8.0)
 
 def check(run_state: RunState) -> None:
     """Raise InputError where flights bend or change their speeds, or there are several workers."""
-    from carom.engine.dynamic_obstacles import is_live
+    from carom.engine.obstacles import is_live
 
     if run_state.executive is not None:
         raise InputError(

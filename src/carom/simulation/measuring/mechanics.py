@@ -268,7 +268,7 @@ def impacts(run_state: RunState) -> tuple[Impacts, ...]:
     hits = tally.hits[numbers].tolist()
     found = list(map(Impacts, obstacle_names(run_state.scene), hits, impulses(run_state)))
     if tally.live is not None:
-        from carom.engine.dynamic_obstacles import spared_by_number
+        from carom.engine.obstacles import spared_by_number
 
         elastic_contacts = spared_by_number(tally.chain)
         for index, k in enumerate(numbers):

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 from carom import checks
 from carom.errors import InputError
-from carom.simulation.workers.executive import Executive
 from carom.simulation.workers.thread_pool import cores
 
 if TYPE_CHECKING:
     from carom.simulation.run_state import RunState
+    from carom.simulation.workers.executive import Executive
 
 FEWEST_EACH: dict[int, int] = {2: 50_000, 3: 125_000}
 """Components for each worker from which on several were measured to be faster than one, by dimension."""
@@ -49,6 +49,8 @@ def executive_of(run_state: RunState, workers: int | str) -> Executive | None:
         scene, most = run_state.scene, most_slabs(engine.neighbors, run_state.scene.box)
         count = automatic(scene.n, scene.dimension, most) if asked is None else min(asked, most)
         if count > 1:
+            from carom.simulation.workers.executive import Executive
+
             return Executive(run_state, count)
         obstacle = "its small box"
     if asked is None:

@@ -10,9 +10,27 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from carom.compiling.deferred_signals import signals_held
+from carom.engine import constants, cycle
+from carom.engine.build import stripped
+from carom.engine.calendar import FEWEST, LARGE_SYSTEM_FACTOR, MOST
+from carom.engine.collisions import advance_epoch, retime_all
+from carom.engine.domains.decomposition import most_slabs, slabs_of
+from carom.engine.domains.event_log_merge import lp_events_of, make_all_events
+from carom.engine.domains.logical_process import (
+    begin_window,
+    has_messages,
+    make_channels,
+    make_process,
+    refill_queue,
+    stop,
+    stopped,
+    with_larger_heap,
+)
+from carom.engine.domains.rollback import commit, make_saved_state, roll_back, save_state
+from carom.engine.neighbors.prefetch import HUGE
 from carom.simulation.pace import Pace
 from carom.simulation.workers.thread_pool import ThreadPool, cores
-from carom.simulation.workers.timings import LOOKAHEAD, MANY, Settings, Timings
 from carom.simulation.workers.window_length import LENGTH, WindowLength
 
 if TYPE_CHECKING:
@@ -35,6 +53,40 @@ MORE, LEAST_ROOM = 1.5, 4096
 EXTRA_CAPACITY = 4  # for how many more each list and each cell has room, where all have the same
 
 COMMITS_IN_A_ROW = 16  # windows kept in a row after which parts may be further ahead of each other again
+
+
+LEAST_PER_WINDOW = 0.1  # collisions for each particle below which a stretch is not worth a window
+
+LOOKAHEAD = 8.0  # widths of a bucket, of a few cycles each, that a part may be ahead of another
+
+MANY = 100_000
+"""Components below which that is less, in proportion: more often something comes late then."""
+
+
+@dataclass
+class Timings:
+    """Where the time of a run in windows went [s], and what came of it."""
+
+    windows: int = 0  # kept
+    repeats: int = 0  # run again
+    collisions: int = 0  # in windows that were kept
+    wall: float = 0.0  # in windows
+    save_state: float = 0.0  # keeping what a window begins with
+    run: float = 0.0
+    merge: float = 0.0  # adding up
+    epochs: float = 0.0  # going over into the next
+    rolled_back: float = 0.0  # windows that were run again
+    busy: float = 0.0  # CPU time of all workers in ``run``
+
+
+@dataclass
+class Settings:
+    """How long windows are, how far parts may be ahead, and whether there must be any; None: as measured."""
+
+    collisions: float | None = None  # a particle, in a window
+    lookahead: float | None = None  # widths of a bucket at a border; halved where it loses a window
+    least: float = LEAST_PER_WINDOW  # a particle, below which the plain cycle runs
+    compare: bool = True  # time the plain cycle now and then
 
 
 @dataclass
@@ -67,7 +119,7 @@ class Executive:
         self._detailed = False
         self._capacity = 0
         self._processes: list[Any] = []
-        self._saved: tuple[np.ndarray, np.ndarray | None] | None = None
+        self._saved: Any = None  # the state that a window begins with
         self._width = 0.0  # of the buckets of all parts
         self._decided = True  # whether the last window was kept, or undone
         self._queues_valid = False  # whether the calendars of the parts are those of the true state
@@ -109,15 +161,10 @@ class Executive:
 
     def _fits(self) -> bool:
         """Return whether the box has room for the slabs, with the neighbour scheme that the run has now."""
-        from carom.engine.domains.decomposition import most_slabs
-
         neighbors: Any = self.run_state.engine.neighbors
         return self.workers == 1 or self.workers <= most_slabs(neighbors, self.run_state.scene.box)
 
     def _run(self, epoch: int, start: float, end: float, target: int) -> bool:
-        from carom.compiling.deferred_signals import signals_held
-        from carom.engine.domains.logical_process import begin_window
-
         began = time.perf_counter()
         self._ready(epoch, start)
         self._all_events.used[:] = 0
@@ -153,15 +200,13 @@ class Executive:
         self, codes: list[int], epoch: int, start: float, end: float, target: int
     ) -> bool:
         """Keep a window, or go back to its beginning; return which of the two."""
-        from carom.engine import constants
-        from carom.engine.domains.logical_process import stopped
-
         reached = all(code in (constants.REACHED_TIME, constants.IDLE) for code in codes)
         reached = reached and not stopped(self._processes)
         count = sum(int(process.engine.tallies[0].collisions) for process in self._processes)
         good = reached and self.run_state.collisions + count < target
         if good:
-            self._merge()
+            engine: Any = self.run_state.engine
+            commit(engine, self._processes, self._all_events, self._pool.each, self.run_state.flush_log)
             self._at(epoch, end)
             self._queues_valid = True
             self.timings.collisions += count
@@ -178,8 +223,6 @@ class Executive:
 
     def _next_epoch(self, epoch: int) -> bool:
         """Begin the next epoch with all workers, where all has happened that was due in this one."""
-        from carom.compiling.deferred_signals import signals_held
-
         if not self._queues_valid or self._committed != self._state():
             return False
         began = time.perf_counter()
@@ -195,8 +238,6 @@ class Executive:
 
     def _at(self, epoch: int, now: float) -> None:
         """Note that the true state is now of this time."""
-        from carom.engine.domains.logical_process import refill_queue
-
         refill_queue(self.run_state.engine, epoch, now)
         self.run_state.clock.epoch, self.run_state.clock.offset = epoch, now
         self._committed = self._state()
@@ -209,42 +250,21 @@ class Executive:
         return n * k // self.workers, n * (k + 1) // self.workers
 
     def _save_state(self, k: int) -> None:
-        """Copy rows and images, for the case that the window is lost."""
-        assert self._saved is not None
-        state: Any = self.run_state.engine.state
-        mine = slice(*self._mine(k))
-        rows, images = self._saved
-        rows[mine] = state.rows.view(np.ndarray)[mine]
-        if images is not None:
-            images[mine] = state.images[mine]
+        """Keep a share of the state, for the case that the window is lost."""
+        save_state(self._saved, self.run_state.engine.state, slice(*self._mine(k)))
 
     def _roll_back(self, epoch: int, start: float) -> None:
         """Go back to the beginning of a window that was lost: scheduling leaves no trace."""
-        from carom.compiling.deferred_signals import signals_held
-
-        assert self._saved is not None
-        run_state = self.run_state
-        state: Any = run_state.engine.state
-        rows, images = self._saved
         with signals_held():
-            state.rows.view(np.ndarray)[: len(rows)] = rows
-            if images is not None:
-                state.images[...] = images
-            state.clock.epoch[0], state.clock.now[0] = epoch, start
-            run_state.scheduled = False
-        run_state.schedule()
+            roll_back(self._saved, self.run_state.engine.state, epoch, start)
+            self.run_state.scheduled = False
+        self.run_state.schedule()
 
     def _advance_epoch_of(self, k: int) -> None:
-        from carom.engine.build import stripped
-        from carom.engine.domains.next_epoch import advance_epoch
-
         engine = stripped(self.run_state.engine)
         advance_epoch(engine.model, engine.state, engine.neighbors, *map(np.int64, self._mine(k)))
 
     def _retime_of(self, k: int) -> None:
-        from carom.engine.build import stripped
-        from carom.engine.domains.next_epoch import retime_all
-
         engine = stripped(self.run_state.engine)
         retime_all(engine.model, engine.state, *map(np.int64, self._mine(k)))
 
@@ -259,15 +279,10 @@ class Executive:
             self._busy[k] = time.thread_time() - began
 
     def _halt(self) -> None:
-        from carom.engine.domains.logical_process import stop
-
         stop(self._processes)
 
     def _to_the_end(self, k: int, epoch: int, end: float) -> int:
         """Run part k to the end of the window, or until all are to stop."""
-        from carom.engine import constants
-        from carom.engine.domains.logical_process import stopped, with_larger_heap
-
         code = constants.SPENT
         while not stopped(self._processes):
             code = self._cycle(k, epoch, end)
@@ -281,8 +296,6 @@ class Executive:
         return code
 
     def _cycle(self, k: int, epoch: int, end: float) -> int:
-        from carom.engine import cycle
-
         process = self._processes[k]
         until = np.int64(epoch), end
         code, _ = cycle.run(*process.engine, *until, np.int64(2**62), np.int64(CYCLES))
@@ -290,8 +303,6 @@ class Executive:
 
     def _wait_for_others(self, k: int) -> bool:
         """Wait at the end of the window; False if part k has messages to read, True if all is over."""
-        from carom.engine.domains.logical_process import has_messages, stopped
-
         with self._idling:
             self._idle[k] = True
             if all(self._idle) and not any(map(has_messages, self._processes)):
@@ -306,45 +317,6 @@ class Executive:
             time.sleep(0)
         return True
 
-    def _merge(self) -> None:
-        from carom.engine.domains.event_log_merge import merge, order_tasks
-
-        run_state, engine = self.run_state, self.run_state.engine
-        heads = np.zeros(self.workers, np.int64)
-        total = engine.tallies[0]
-        for process in self._processes:
-            tally = process.engine.tallies[0]
-            for name in ("advancements", "transits", "returns", "clamped"):
-                total[name] += tally[name]
-            total.depth = max(total.depth, tally.depth)
-        self._pool.each(self._put_in_order)
-        tasks = order_tasks(self._all_events)
-        self._pool.each(self._find_order, tasks)
-        while not merge(
-            self._all_events,
-            heads,
-            engine.state.clock,
-            engine.tallies,
-            engine.model.observers,
-            engine.model.obstacles,
-            engine.model.boundary,
-        ):
-            run_state.flush_log()
-
-    def _put_in_order(self, k: int) -> None:
-        """Sort what part k has noted, where something came late."""
-        from carom.engine.domains.event_log_merge import put_in_order
-
-        process = self._processes[k]
-        if process.engine.calendar.lp[0].stragglers != 0:
-            put_in_order(process.recorder.lp_events)
-
-    def _find_order(self, k: int, tasks: list[tuple[Any, ...]]) -> None:
-        """Find the order of all collisions in a part of the window's time."""
-        from carom.engine.domains.event_log_merge import find_order
-
-        find_order(*tasks[k])
-
     # What windows teach -----------------------------------------------------------------------------------
 
     def _after_commit(self) -> None:
@@ -356,8 +328,6 @@ class Executive:
 
     def _after_rollback(self, codes: list[int], epoch: int, end: float, length: float, good: bool) -> None:
         """Prepare to run a window again, from where it began."""
-        from carom.engine import constants
-
         self._streak = 0
         self._window_length.rollback()
         if constants.NEEDS_NEIGHBORS in codes:
@@ -383,8 +353,6 @@ class Executive:
 
     def _ready(self, epoch: int, start: float) -> None:
         """Make the parts, where the engine is another than before, and lay out their calendars."""
-        from carom.engine.domains.logical_process import refill_queue
-
         other = self._engine is None or self._engine.neighbors is not self.run_state.engine.neighbors
         if other or self._detailed != self._details():
             self._make_processes()
@@ -403,15 +371,6 @@ class Executive:
 
     def _make_processes(self) -> None:
         """Make the parts, and compile what they run: at a time before anything is due."""
-        from carom.engine.domains.decomposition import slabs_of
-        from carom.engine.domains.event_log_merge import lp_events_of, make_all_events
-        from carom.engine.domains.logical_process import (
-            begin_window,
-            make_channels,
-            make_process,
-            refill_queue,
-        )
-
         run_state, workers = self.run_state, self.workers
         scene: Any = run_state.scene
         engine: Any = run_state.engine
@@ -431,17 +390,13 @@ class Executive:
             for k in range(workers)
         ]
         self._engine, self._queues_valid, self._busy = engine, False, [0.0] * workers
-        rows, images = engine.state.rows.view(np.ndarray)[: scene.n], engine.state.images
-        self._saved = np.empty_like(rows), None if images is None else np.empty_like(images)
+        self._saved = make_saved_state(engine.state)
         begin_window(self._processes, 0, 0.0, 0.0, 0.0)
         refill_queue(self._processes[0].engine, 0, 0.0, self._width)
         self._cycle(0, 0, -math.inf)
 
     def _bucket_width(self) -> float:
         """Return how wide the buckets of all parts should be: a few cycles of each fall into one."""
-        from carom.engine.calendar import FEWEST, LARGE_SYSTEM_FACTOR, MOST
-        from carom.engine.neighbors.prefetch import HUGE
-
         n = self.run_state.scene.n
         cycles = EVENTS * self._window_length.rate() * n / self.workers
         return (LARGE_SYSTEM_FACTOR if n >= HUGE else 1.0) * math.sqrt(FEWEST * MOST) / cycles

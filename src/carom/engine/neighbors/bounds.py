@@ -1,6 +1,6 @@
 """Bounds: spheres around reference points that the surfaces of components do not leave.
 
-Three models, chosen by type (one diameter, several, growing ones), give their radii, how far each component
+Two models, chosen by type (one diameter, several or growing ones), give their radii, how far each component
 may move inside (its *skin*), the room of its list, and its level.
 """
 
@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from carom.compiling.registry import answering, required
+from carom.compiling.registry import answering, inner, required
 from carom.compiling.simd import pack
 
 
@@ -104,12 +104,16 @@ class UnequalBounds(NamedTuple):
     """Bounds of components of several diameters."""
 
     bounds: np.ndarray  # radius of each bound, (n + 1,) float64 [length]
-    skins: np.ndarray
-    """Distance from its reference point that a component may reach, (n + 1,) float64 [length]."""
+    skins: np.ndarray | None
+    """Distance from its reference point that each may reach, (n + 1,) float64 [length]; None: they grow."""
     starts: np.ndarray  # where each list begins, and where the last one ends, (n + 1,) int64
     size_classes: np.ndarray  # level of each component, (n + 1,) uint8
     grids: int  # how many levels there are
     largest: np.ndarray  # the largest bound in each, (grids,) float64
+    radii: np.ndarray | None = None
+    """Radii of components that grow, at the beginning of the epoch: the array of the cores themselves."""
+    rates: np.ndarray | None = None  # rates at which they grow, theirs too
+    slack: float = 0.0  # part of the margin that they use
 
     def list_range_sq(self, i, j):
         both = self.bounds[i] + self.bounds[j]
@@ -123,7 +127,7 @@ class UnequalBounds(NamedTuple):
         return both * both
 
     def skin_at(self, i, now):
-        return self.skins[i], 0.0
+        return _skin_of(self.rates, self, i, now)
 
     def start(self, i):
         return np.uint64(self.starts[i])
@@ -139,25 +143,9 @@ class UnequalBounds(NamedTuple):
         return self.grids
 
 
-@answering(*ASKED)
-class GrowingBounds(NamedTuple):
-    """Bounds of components that grow inside them."""
-
-    bounds: np.ndarray  # radius of each bound, (n + 1,) float64 [length]
-    radii: np.ndarray
-    """Radii of the components at the beginning of the epoch: the array of the cores themselves."""
-    rates: np.ndarray  # rates at which they grow, theirs too
-    starts: np.ndarray  # where each list begins, and where the last one ends, (n + 1,) int64
-    size_classes: np.ndarray  # level of each component, (n + 1,) uint8
-    grids: int  # how many levels there are
-    largest: np.ndarray  # the largest bound in each, (grids,) float64
-    slack: float  # part of the margin that is used
-
-    def skin_at(self, i, now):
-        left = self.bounds[i] - self.radii[i] - self.rates[i] * now
-        return max(left, 0.0) * self.slack, self.rates[i]
-
-
-for _question in ASKED:
-    if GrowingBounds not in _question.registry:
-        _question.register(GrowingBounds)(_question.registry[UnequalBounds])
+@inner
+def _skin_of(rates, bounds, i, now):
+    if rates is None:
+        return bounds.skins[i], 0.0
+    left = bounds.bounds[i] - bounds.radii[i] - rates[i] * now
+    return max(left, 0.0) * bounds.slack, rates[i]

@@ -1,7 +1,7 @@
 """Units that decide by rules: when a rule is called, and the consequences of its decision.
 
 It is called when a pair crosses a circle, a timer runs out, or a unit in a circle has changed (these two with
-the partner WAKE). A queue tells units of such a change: each gets an event at the present time.
+the partner TIMER_EVENT). A queue tells units of such a change: each gets an event at the present time.
 """
 
 from __future__ import annotations
@@ -12,17 +12,14 @@ from carom.compiling.registry import inner, required
 from carom.engine.advance import advance
 from carom.engine.boundary import index, separation
 from carom.engine.constants import TIMER_EVENT
-from carom.engine.events import enqueue, release
+from carom.engine.neighbors.bounds import start
 from carom.engine.neighbors.lists import Lists
-from carom.engine.neighbors.skins import start
 from carom.engine.observers.interface import gain, record
-from carom.engine.one_body import earlier_event, run_event
 from carom.engine.pair_steps import put_step, step_of
 from carom.models.interactions.units import (
     ENTERED,
     LEFT,
     NO_AGENT,
-    Units,
     apply,
     call_rule,
     cause_of,
@@ -42,7 +39,7 @@ def recount_listed(neighbors, rules, boundary, i, was):
 
 
 @recount_listed.register
-def _(neighbors: Lists, rules, boundary, i, was):
+def _recount_listed_of_lists(neighbors: Lists, rules, boundary, i, was):
     start_index = start(neighbors.bounds, i)
     for k in range(start_index, start_index + np.uint64(neighbors.counts[i])):
         recount_word(neighbors, rules, boundary, i, neighbors.refs[k], was)
@@ -108,18 +105,24 @@ def on_crossing(rules, model, state, neighbors, i, j, ref, kind, now):
         _settle(rules, model, state, neighbors, 1, j, now)
 
 
-@earlier_event.register
-def _(source: Units, model, state, i, now, t, code):
-    until = now if source.news[i] != NO_AGENT else max(source.timers[i], now)
+@inner
+def rule_event(rules, model, state, i, now, t, code):
+    """Return time and code of the next call of unit i's rule, if before ``t``; else ``t`` and ``code``."""
+    if rules is None:
+        return t, code
+    until = now if rules.news[i] != NO_AGENT else max(rules.timers[i], now)
     return (until, TIMER_EVENT) if until < t else (t, code)
 
 
-@run_event.register
-def _(source: Units, model, state, neighbors, i, code, now):
+@inner
+def run_rule(rules, model, state, neighbors, i, code, now):
+    """Call the rule of unit i alone, if the code names that; tell whether it does."""
+    if rules is None:
+        return False
     if code != TIMER_EVENT:
         return False
     advance(model, state, neighbors, i, now)
-    on_timer(source, model, state, neighbors, i, code, now)
+    on_timer(rules, model, state, neighbors, i, code, now)
     record(model.observers, state.clock[0], np.int64(i), code, 0.0)
     return True
 
@@ -141,21 +144,3 @@ def on_timer(rules, model, state, neighbors, i, ref, now):
             place_other(rules, 0, axis, r, velocity(model.motion, axis, far.v[axis], now - far.t))
     call_rule(rules.rule, rules.units[0], rules.told[0])
     _settle(rules, model, state, neighbors, 0, i, now)
-
-
-@inner
-def notify_next(rules, model, state, calendar, now):
-    """Give the next unit in the queue of news an event now, its partner an advancement; False if empty."""
-    if rules is None or rules.queued[0] == 0:
-        return False
-    rules.queued[0] -= 1
-    i = np.uint64(rules.queue[rules.queued[0]])
-    if rules.news[i] == NO_AGENT:  # it has been removed meanwhile
-        return True
-    held = np.int64(state.partner[i])
-    state.rows[i].event_time = now
-    state.partner[i] = TIMER_EVENT
-    enqueue(state, calendar, i)
-    if held >= 0:
-        release(model, state, calendar, i, held)
-    return True
