@@ -22,9 +22,8 @@ import numpy as np
 
 from carom import checks
 from carom.errors import FileError, InputError
-from carom.notebook import table
 from carom.paths import replacing, writing
-from carom.table import cell, csv_of
+from carom.table import cell, csv_of, in_html
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -116,7 +115,7 @@ class Result:
 
     def _repr_html_(self) -> str:
         title, rows = self._rows()
-        return table(title, [(name, value.replace("+-", "±")) for name, value in rows])
+        return in_html(title, [(name, value.replace("+-", "±")) for name, value in rows])
 
     def __str__(self) -> str:
         return visible("\n".join(self._lines()), lines=True)
@@ -408,15 +407,10 @@ def _csv(result: Result) -> str:
     return "".join(comments) + csv_of(columns, rows, result._digits)
 
 
-def rows_of(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
-    """Return the rows of a table, each a dictionary, from its columns by name."""
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-
-
 def html_of(caption: str, columns: Mapping[str, Iterable[Any]]) -> str:
     """Return a whole table in HTML, with a caption, from its columns by name."""
-    cells = [[shown(value) for value in row.values()] for row in rows_of(columns)]
-    return table(caption, cells, [name.replace("_", " ") for name in columns])
+    cells = [list(map(shown, row)) for row in zip(*columns.values(), strict=True)]
+    return in_html(caption, cells, [name.replace("_", " ") for name in columns])
 
 
 def shown(value: Any) -> str:

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from rich.progress import Progress
 
 import carom
-from carom import notebook, texts
+from carom import texts
 from carom.cli import files, tables, trouble
 from carom.cli.screen import columns
 from carom.errors import CaromWarning, FileError
@@ -26,7 +26,7 @@ from carom.observables.rdf import PartialRDFResult, RDFResult
 from carom.pictures import plots
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.study import spherical_code
-from carom.table import of_texts
+from carom.table import in_html, of_texts
 
 HOSTILE = (
     "<img src=x onerror=alert(1)>", "</script><script>alert(1)</script>", "<!--<script>", '"><b>', "'&amp;",
@@ -115,7 +115,7 @@ def test_what_a_notebook_shows_of_a_result_is_text():
     )
     assert not acting(str(code))
     assert isinstance(code, SphericalCode)
-    shown = Page(notebook.table(HOSTILE[0], [HOSTILE[:2]], HOSTILE[2:4]))
+    shown = Page(in_html(HOSTILE[0], [HOSTILE[:2]], HOSTILE[2:4]))
     assert shown.elements == ["table", "caption", "tr", "th", "th", "tr", "th", "td"]
     scene = carom.Scene(
         [[1.0, 1.0], [3.0, 3.0]], 5.0, species=np.array([0, 1]), species_names=(HOSTILE[0], "b")

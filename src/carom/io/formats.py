@@ -16,6 +16,7 @@ from carom.frame import Frame
 from carom.io.foreign_source import PACKED, opened
 from carom.io.validation import flaw, step_back
 from carom.paths import existing, reading, uninterrupted, writing
+from carom.table import in_html
 from carom.texts import counted
 
 if TYPE_CHECKING:
@@ -136,9 +137,9 @@ class Reader(ABC):
         return f"<{self.path}: {holds}>"
 
     def _repr_html_(self) -> str:
-        from carom.notebook import embedded, table
+        from carom.notebook import embedded
 
-        return embedded(self) or table(str(self.path), [("frames", str(len(self)))])
+        return embedded(self) or in_html(str(self.path), [("frames", str(len(self)))])
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all frames as an ``xarray.Dataset``, in memory.
