@@ -89,6 +89,10 @@ class Result:
         """Return the columns of the table by name; by default one row of all numbers and texts."""
         return {name: [value] for name, value in self._words().items() if not isinstance(value, list | dict)}
 
+    def _with_errors(self, *names: str) -> dict[str, Any]:
+        """Return the fields of these names, each before its error: ``tensor`` and ``tensor_error``."""
+        return {each: getattr(self, each) for name in names for each in (name, f"{name}_error")}
+
     def _above(self) -> dict[str, Any]:
         """Return what stands above the table in a .csv file: numbers that are the same in all rows."""
         above: dict[str, Any] = {}
@@ -209,6 +213,21 @@ class Result:
         from carom.pictures.results import draw
 
         return draw(self, path)
+
+
+class Binned(Result):
+    """Base of results over bins with ``edges`` (b + 1,)."""
+
+    edges: np.ndarray
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Middle of each bin, (b,), in the unit of the edges."""
+        return 0.5 * (self.edges[:-1] + self.edges[1:])
+
+    def _bins(self, name: str = "x") -> dict[str, Any]:
+        """Return the columns of both ends of each bin."""
+        return {f"{name}_lo": self.edges[:-1], f"{name}_hi": self.edges[1:]}
 
 
 def from_dict(values: Mapping[str, Any]) -> Any:
@@ -336,7 +355,7 @@ def _value(value: Any, annotation: str) -> Any:
     if kind in KINDS and isinstance(value, dict) and value.get("kind") == kind:
         return from_dict(value)
     if kind == "np.ndarray" and isinstance(value, list):
-        array = np.array(_finite(value))
+        array = np.array(_nested(value, _number))
         if array.dtype.kind in "biuf":
             return array
     if kind in _TYPES and type(number := _number(value)) in _TYPES[kind]:
@@ -346,21 +365,20 @@ def _value(value: Any, annotation: str) -> Any:
     raise InputError(f"{checks.describe(value)} is none of the kind {kind}.")
 
 
-def _finite(value: Any) -> Any:
-    return [_finite(each) for each in value] if isinstance(value, list) else _number(value)
-
-
 def _number(value: Any) -> Any:
     return float(value) if isinstance(value, str) and value in _NOT_FINITE else value
 
 
+def _nested(value: Any, leaf: Callable[[Any], Any]) -> Any:
+    """Return lists and dictionaries of values, each as ``leaf`` makes it."""
+    if isinstance(value, Mapping):
+        return {str(name): _nested(each, leaf) for name, each in value.items()}
+    return [_nested(each, leaf) for each in value] if isinstance(value, list | tuple) else leaf(value)
+
+
 def _written(value: Any) -> Any:
     """Return a value for JSON, in which numbers that are not finite are texts."""
-    if isinstance(value, list):
-        return [_written(each) for each in value]
-    if isinstance(value, dict):
-        return {name: _written(each) for name, each in value.items()}
-    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+    return _nested(value, lambda x: str(x) if isinstance(x, float) and not math.isfinite(x) else x)
 
 
 def _all(result: Result) -> dict[str, Any]:
@@ -420,10 +438,4 @@ def shown(value: Any) -> str:
 
 def plain(value: Any) -> Any:
     """Return a value as JSON has it: null for a number that is not finite, lists for tuples."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, Mapping):
-        return {str(key): plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(each) for each in value]
-    return value
+    return _nested(value, lambda x: None if isinstance(x, float) and not math.isfinite(x) else x)

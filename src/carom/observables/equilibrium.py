@@ -60,10 +60,7 @@ def doubts_about(result: Any) -> list[str]:
 def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
     """Return doubts about a number in equal blocks, sentences on a ``name`` such as "the pressure".
 
-    Tests: a trend (:func:`carom.observables.drift.drift` of up to 16 parts of 8 independent samples or more,
-    at 1e-3), else a decay at the start (:func:`carom.observables.drift.relaxation`, the same level); fewer
-    than 8 independent samples in 16 blocks or more, as in a relaxation, or fewer than 4. In equilibrium one
-    run in some thousand is doubted.
+    Tested are a trend, else a decay at the start, each at 1e-3, and the number of independent samples.
     """
     said = []
     trend = drift(values, _parts(np.asarray(values, dtype=np.float64))) if found.error > 0.0 else 0.0
@@ -92,12 +89,10 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
 def equipartition(
     names: Sequence[str], series: Sequence[Sequence[float]], freedoms: Sequence[float]
 ) -> list[str]:
-    """Return a sentence on the species that are hotter or colder than the whole; none if there are none.
+    """Return a sentence on the species that are hotter or colder than the whole, at a level of 1e-3, or none.
 
-    ``series`` (m, K) is the temperature of each over that of all, at equal intervals. Its mean is compared
-    with 1 by Student's t at 1e-3 for all together. The error is from blocking, but at most that of one sample
-    in equilibrium, ``sqrt(2 / f (1 - f / F))`` for f of F degrees of freedom, for a species that exchanges no
-    energy.
+    ``series`` (m, K) is the temperature of each over that of all; its error is at most that of one sample in
+    equilibrium, ``sqrt(2 / f (1 - f / F))`` for f of F degrees of freedom.
     """
     tail = 0.5 * LEVEL / max(len(names), 1)
     found = []
@@ -153,10 +148,8 @@ def slow_exchange(
 def slow_structure(scene: Scene, square: float) -> list[str]:
     """Return a sentence if a stretch is too short for the slow fluctuations near freezing, or nothing.
 
-    There a part of the pressure relaxes as slowly as the arrangement: in space 1 % of the variance of a
-    block, unseen in a short stretch, which doubles that of the mean. It has relaxed when particles have left
-    their neighbourhoods, by their mean ``square`` displacement [length^2]. Crystals, glasses and rods on a
-    line are not concerned.
+    They have relaxed when particles have left their neighborhoods, by their mean ``square`` displacement
+    [length^2]: in space they are 1 % of the variance of a block, but double that of the mean.
     """
     freezing = FREEZING.get(scene.dimension)
     if freezing is None or scene.packing_fraction < NEAR_FREEZING * freezing:

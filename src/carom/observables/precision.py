@@ -121,8 +121,7 @@ class Prediction:
 def _independent(estimate: Estimate) -> float:
     """Return the number of independent blocks that the error is based on.
 
-    All count where neighbors are anticorrelated (tau < 1), as of rods on a line: blocking ends with few large
-    blocks, and the error bar is rather too large.
+    All count where neighbors are anticorrelated (tau < 1), as of rods: blocking ends with few large blocks.
     """
     if estimate.tau < 1.0:
         return estimate.tau * estimate.n_eff

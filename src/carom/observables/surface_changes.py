@@ -71,9 +71,7 @@ def place_of(scene: Scene, k: int) -> int | None:
 def freed(impulses: np.ndarray, changes: np.ndarray, durations: np.ndarray) -> tuple[Estimate, np.ndarray]:
     """Return the force with its error bar, and the momentum of each block without multiples of the changes.
 
-    ``impulses`` (n,) [mass length / time] are received in blocks, ``changes`` (n, m) those of bounded sums.
-    Multiples and error come from 64 stretches, or from blocks if fewer. With fewer than 8 m blocks a
-    regression would follow the noise, and the momentum is unchanged.
+    ``impulses`` (n,) are received in blocks, ``changes`` (n, m) those of bounded sums [mass length / time].
     """
     n, m = changes.shape
     if n < 8 * m or not np.isfinite(changes).all():

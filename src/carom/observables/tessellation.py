@@ -28,9 +28,7 @@ faces of up to two. They make no neighbors, unless another is up to eight times 
 def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (particle, neighbor) of each bond from both ends, (m, 2), and its vector, (m, d) [length].
 
-    Bonds are in the order of particles; in a small box every image with a common face has one. Obstacles cut
-    no cell off. The empty sphere around a corner touches the cell's particle, so it reaches at most its
-    diameter beyond the box: the layer of images is so deep that none leaves it.
+    The empty sphere around a corner touches the cell's particle: images are needed up to its diameter.
     """
     n, d = places.shape
     depth = FIRST * (math.prod(room.box) / n) ** (1.0 / d)
