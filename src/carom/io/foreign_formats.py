@@ -14,7 +14,7 @@ import numpy as np
 from carom.io.extxyz import Index, parse
 from carom.io.extxyz_header import ids_of, lattice_of, number_of, periodic_axes, words_of
 from carom.io.foreign_source import Snapshot, Source, text_of, tilted_cell
-from carom.io.gsd import hoomd_for
+from carom.io.gsd import hoomd_for, refuse_more_than_there_is
 from carom.io.hdf5 import Input
 
 if TYPE_CHECKING:
@@ -219,12 +219,7 @@ class Gsd(Source):
 
     def read(self, k: int) -> Snapshot:
         """Return snapshot k."""
-        count = next(
-            (self._file.file.read_chunk(frame=m, name="particles/N")[0]
-             for m in (k, 0) if self._file.file.chunk_exists(frame=m, name="particles/N")), 0,
-        )  # fmt: skip
-        if count > self.path.stat().st_size:  # gsd makes room for them
-            raise ValueError(f"frame {k} announces {count} particles, which the file does not hold")
+        refuse_more_than_there_is(self._file, self.path, k)
         stored = self._file[k]
         particles, (lx, ly, lz, xy, xz, yz) = stored.particles, map(float, stored.configuration.box)
         cell = tilted_cell((lx, ly, lz), xy * ly, xz * lz, yz * lz)

@@ -66,6 +66,16 @@ def put(group: h5py.Group, name: str, array: np.ndarray) -> h5py.Dataset:
     )
 
 
+def growing(
+    group: h5py.Group, name: str, shape: tuple[int, ...], kind: Any, rows: int, count: int = 0
+) -> h5py.Dataset:
+    """Make a data set with a checksum, of ``count`` rows to which more are added, in chunks of ``rows``."""
+    return group.create_dataset(
+        name, shape=(count, *shape), maxshape=(None, *shape), chunks=(rows, *shape), dtype=kind,
+        fletcher32=True, fillvalue=missing(kind),
+    )  # fmt: skip
+
+
 def _inspect(file: h5py.File) -> None:
     """Raise ValueError unless all objects are plain groups, or data sets with all bytes in this file."""
     import h5py
