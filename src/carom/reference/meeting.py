@@ -39,25 +39,14 @@ class Contacts(NamedTuple):
 
     diameters: np.ndarray  # of each sphere, then of the fixed balls, (n,) [length]
     growth: np.ndarray  # of their diameters, (n,) [length / time]
-    species: np.ndarray | None = None  # (n,), given together with ``matrix``
-    matrix: np.ndarray | None = None
-    """Contact distances between species (K, K); without it, a pair touches at the mean of its diameters."""
 
     def of(self, i: Any, j: Any) -> tuple[Any, Any]:
         """Return the contact distance and its rate of growth: of a pair, or of arrays of pairs."""
-        distance = (self.diameters[i] + self.diameters[j]) / 2
-        rate = (self.growth[i] + self.growth[j]) / 2
-        if self.matrix is None or self.species is None:
-            return distance, rate
-        # Balls belong to no species.
-        free = len(self.species) - 1
-        tabled = self.matrix[self.species[np.minimum(i, free)], self.species[np.minimum(j, free)]]
-        return np.where(np.less_equal(j, free), tabled, distance)[()], rate
+        return (self.diameters[i] + self.diameters[j]) / 2, (self.growth[i] + self.growth[j]) / 2
 
     def floats(self) -> Contacts:
         """Return the same in doubles."""
-        matrix = None if self.matrix is None else self.matrix.astype(float)
-        return Contacts(self.diameters.astype(float), self.growth.astype(float), self.species, matrix)
+        return Contacts(self.diameters.astype(float), self.growth.astype(float))
 
 
 class NoMeetingFound(CaromError):
