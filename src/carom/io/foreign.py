@@ -36,9 +36,9 @@ SOURCES = {
     "TRR": "libraries.Xtc",
     "DCD": "libraries.Dcd",
     "ASE trajectory": "libraries.Traj",
-    "CIF": "libraries.Cif",
-    "POSCAR": "libraries.Poscar",
-    "XDATCAR": "libraries.Xdatcar",
+    "CIF": "libraries.OfAse",
+    "POSCAR": "libraries.OfAse",
+    "XDATCAR": "libraries.OfAse",
 }
 """What reads a format, imported when a file of it is opened: all others ask this table."""
 

@@ -98,10 +98,10 @@ def _of_elements(symbols: Any, n: int) -> np.ndarray:
 
 
 class _Blocks(Source):
-    """Text of frames: line ``announced`` is the number of particles, and ``around`` lines are of none."""
+    """Text of frames: line ``count_line`` has the number of particles, and ``around`` lines are of none."""
 
     ordered = True
-    announced = around = 0
+    count_line = around = 0
     comment = "\n"
 
     def __init__(self, path: Path):
@@ -113,7 +113,7 @@ class _Blocks(Source):
         at = 0
         while at < len(self._lines):
             self._starts.append(at)
-            number = "".join(self._lines[at + self.announced : at + self.announced + 1]).strip()
+            number = "".join(self._lines[at + self.count_line : at + self.count_line + 1]).strip()
             if not number.isdecimal() or int(number) == 0:
                 raise ValueError(f"frame {len(self) - 1} has {number!r} for its number of particles")
             at += int(number) + self.around
@@ -132,7 +132,7 @@ class Gro(_Blocks):
     """GRO of GROMACS, also of several frames."""
 
     units = "nm"
-    announced, around = 1, 3
+    count_line, around = 1, 3
 
     def read(self, k: int) -> Snapshot:
         """Return snapshot k; velocities that only some lines have are none."""
@@ -181,7 +181,7 @@ class Sph(_Blocks):
     Lines that begin with # are comments.
     """
 
-    announced, around = 0, 2
+    count_line, around = 0, 2
     comment = "#"
 
     def read(self, k: int) -> Snapshot:

@@ -17,7 +17,7 @@ from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader, Writer
 from carom.io.hdf5 import Input, Output
-from carom.io.inspection import growing, missing, put
+from carom.io.inspection import fill_value, growing, put
 from carom.io.locks import Claim, patiently, under_way
 from carom.paths import reading, reason, writing
 from carom.scene.lattices import MOST_DIMENSIONS
@@ -123,7 +123,7 @@ class _Store:
         if "image" not in self.columns:
             return None
         images = self.columns["image"][k][:, : self.dimension]
-        if images.min() == missing(np.int32):
+        if images.min() == fill_value(np.int32):
             raise ValueError(f"the image counts of frame {k} are lost")
         return np.ascontiguousarray(images, dtype=np.int32)
 

@@ -89,10 +89,12 @@ class Oracle(NaiveSystem):
     def _next(self, limit: Any) -> Meeting | None:
         fixed = self._next_fixed()
         limit = limit if fixed is None else min(limit, fixed.delay)
+        # Balls are spheres that stand still.
+        centers = np.array([ball.center for ball in self._balls]).reshape(-1, len(self.box))
+        places, speeds = np.concatenate([self._x, centers]), np.concatenate([self._v, centers * 0])
         meeting = next_meeting(
-            self._x, self._v, self._contacts(), self.box, self.arithmetic, periodic=self._around,
-            balls=np.stack([ball.center for ball in self._balls]) if self._balls else None,
-            limit=limit, guess=self._guess,
+            places, speeds, self._contacts(), self.box, self.arithmetic, periodic=self._around, limit=limit,
+            guess=self._guess,
         )  # fmt: skip
         n = len(self._x)
         if meeting is not None and meeting.j >= n:
