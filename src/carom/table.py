@@ -119,10 +119,7 @@ class Table(Sequence[Any]):
     _repr_html_ = html
 
     def rich(self, console: Console) -> Any:
-        """Return the table for a terminal, with one value per line if it is too wide.
-
-        Of a table without rows, the title and the notes are all there is.
-        """
+        """Return the table for a terminal, a value a line if it is too wide; without rows title and notes."""
         from rich import box
         from rich.measure import Measurement
         from rich.table import Table as Rich

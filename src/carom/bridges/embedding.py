@@ -89,10 +89,7 @@ def names_of(frame: Frame) -> tuple[str, ...]:
 
 
 def symbols_of(frame: Frame) -> list[str]:
-    """Return the chemical symbols of the species: their names if all are symbols, or else X for each.
-
-    X is no element. ASE fails with names that are no symbols, and takes B for boron.
-    """
+    """Return the chemical symbols of the species, or X for each, as ASE fails with any other name."""
     names = names_of(frame)
     return list(names) if all(name in SYMBOLS for name in names) else ["X"] * len(names)
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io import checksums
+from carom.io.formats import Closing
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import growing, put
 from carom.io.locks import Claim, patiently, steady
@@ -159,13 +159,11 @@ def _initial(file: h5py.File) -> Iterator[tuple[str, Any]]:
         yield name, values
 
 
-class EventLog:
-    """Writer of an event log.
+class EventLog(Closing):
+    """Writer of an event log: a new one from the state ``initial`` on, or an old one after ``keep`` events.
 
-    With ``initial``, the state before the first event, a new log begins in place of what is there, with a
-    column of ``kinds`` if asked. Otherwise it continues after its first ``keep`` events (all by default);
-    ``sums``, checksums of columns and initial state by then, are compared before anything is dropped. The
-    attribute ``sums`` has those of now, None where a log continues without.
+    ``sums``, checksums of columns and initial state by then, are compared before anything is dropped; the
+    attribute has those of now, None where a log continues without.
     """
 
     def __init__(
@@ -284,17 +282,6 @@ class EventLog:
         """Flush and close the file; a second time does nothing."""
         with uninterrupted(), writing(self.path):
             self._output.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        try:
-            self.close()
-        except FileError:
-            # After a failed write, closing fails as well; only the first error is reported.
-            if error is None:
-                raise
 
 
 def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None = None) -> Events:

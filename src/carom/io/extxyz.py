@@ -122,11 +122,10 @@ def _triples(vectors: np.ndarray) -> list[str]:
 
 
 class Index:
-    """Where the frames of a file start.
+    """Where the frames of a file start: ``offsets`` (bytes) of each complete one, and of the end of the last.
 
-    ``offsets`` are the first byte of each complete frame, and the byte after the last; ``torn`` says that
-    part of a frame follows, ``unended`` that it lacks only the last newline and perhaps digits. With
-    ``whole`` such a frame is complete, as other programs leave a file; any other part is a ValueError.
+    ``torn`` says that part of a frame follows, ``unended`` that it lacks the last newline and perhaps digits.
+    With ``whole`` such a frame is complete, as other programs leave it; any other part is a ValueError.
     """
 
     def __init__(self, path: Path, limit: int | None = None, *, whole: bool = False):

@@ -220,10 +220,7 @@ class ExtxyzParser(TopologyReaderBase):
 
 
 class H5mdReader(H5MDReader):
-    """MDAnalysis's H5MD reader, which also knows the spacing of frames and can unwrap positions.
-
-    Of a file of Carom it keeps doubles and periodic axes, too.
-    """
+    """MDAnalysis's H5MD reader, with the spacing of frames, unwrapped positions, and doubles of Carom."""
 
     format = "H5MD"
     _same_frames = False

@@ -106,10 +106,7 @@ class Course:
         )
 
     def average(self, sums: np.ndarray, weights: np.ndarray) -> Estimate:
-        """Return the ratio of two sums over blocks.
-
-        While diameters grow, its error is that of the scatter about a smooth curve, the trend.
-        """
+        """Return the ratio of two sums over blocks; while diameters grow, its error is that about a trend."""
         count = len(sums)
         if not self.grows or count < 4:
             return ratio(sums, weights)

@@ -122,11 +122,9 @@ def slow_exchange(
 ) -> list[str]:
     """Return a sentence on the species that exchanged too little energy for a reliable error bar, or none.
 
-    No error bar holds what fluctuates more slowly than the stretch. A temperature has the variance
-    ``alone**2`` (:func:`equipartition`), and its mean square change between successive samples is ``2
-    alone**2 (1 - a)`` with their correlation a. Of k samples ``m = k (1 - a) / (1 + a)`` are independent if
-    it relaxes exponentially, also in stretches far shorter. Named if m < 1/4, or if m < 8 and half of ``alone
-    / sqrt(max(m, 1))``, its deviation by chance, exceeds the ``relative_error`` of what was measured.
+    The mean square change ``2 alone**2 (1 - a)`` between successive temperatures tells their correlation a,
+    also in stretches far shorter than its decay. Of k samples ``m = k (1 - a) / (1 + a)`` are independent:
+    too few if m < 1/4, or if m < 8 and half of ``alone / sqrt(max(m, 1))`` exceeds the ``relative_error``.
     """
     found = []
     for name, values, alone in _temperatures(names, series, freedoms):

@@ -1,4 +1,4 @@
-"""The bases of observables of blocks, and of their results: one number, by which a run knows when to end."""
+"""The bases of observables of blocks, and of results with one number by which a run knows when to end."""
 
 from __future__ import annotations
 

@@ -46,9 +46,8 @@ def lengthen(
 ) -> bool:
     """Make a stretch longer until its error bar is small enough; False if there was not enough time.
 
-    ``extend`` continues to a length [blocks] and returns what was reached, or None without time.
-    ``error_bar`` returns None if there will never be one. ``expect`` gets length and estimate, if it must be
-    longer.
+    ``extend`` continues to a length [blocks] and returns what was reached, or None without time;
+    ``error_bar`` returns None if there will never be one.
     """
     while (reached := extend(length)) is not None:
         found = error_bar()

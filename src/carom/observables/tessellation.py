@@ -84,10 +84,7 @@ def _last_digit(places: np.ndarray) -> float:
 
 
 def _faces(points: np.ndarray, n: int, limit: float) -> tuple[np.ndarray, float]:
-    """Return the pairs (m, 2) that share a face and the diameter of the widest empty sphere, of n cells.
-
-    It is infinite where a cell is open. Faces up to the width ``limit`` may be those of rounding.
-    """
+    """Return the pairs (m, 2) with a face wider than ``limit``, and the width of the widest empty sphere."""
     from scipy.spatial import QhullError, Voronoi
 
     try:

@@ -178,10 +178,7 @@ class WallPressureResult(OneNumber):
 
 
 def obstacle_names(scene: Scene) -> tuple[str, ...]:
-    """Return the names of walls and obstacles in the order of their numbers.
-
-    A wall with properties is an obstacle of its name; the plain one, which nothing meets, is "plain y_low".
-    """
+    """Return the names of walls and obstacles; a plain wall beside one of its name is "plain y_low"."""
     taken = [each.name for each in standing(scene)]
     plain = (each.name for each in walls(scene.box, scene.periodic))
     return (*(f"plain {name}" if name in taken else name for name in plain), *taken)

@@ -146,9 +146,7 @@ def _mean(image: np.ndarray) -> np.ndarray:
 def _nearest(
     centres: np.ndarray, squares: np.ndarray, extents: Extents, camera: Camera, top: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nearest sphere at each pixel of the band from the row ``top`` on, and its depth; NOBODY and
-    -inf where there is none.
-    """
+    """Return the nearest sphere at each pixel of a band, or NOBODY, and its depth, or -inf."""
     bottom = min(top + BAND, camera.height)
     owner = np.full((bottom - top, camera.width), NOBODY, dtype=np.int32)
     depth = np.full((bottom - top, camera.width), -np.inf, dtype=np.float32)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,12 +39,8 @@ COLORS = (INK, WARM, GREY, PALE)
 def draw(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
     """Return the picture of a ``result``, and save it if a ``path`` is given."""
     name = type(result).__name__
-    if name == "PressureResult":
-        return plots.pressure(result, path=path)
-    if name == "RDFResult":
-        return plots.rdf(result, path=path)
-    if name == "PartialRDFResult":
-        return plots.partial_rdf(result, path=path)
+    if name in _WHOLE:
+        return _WHOLE[name](result, path=path)
     if name not in _PICTURES:
         raise InputError(f"There is no picture of a {name}; to_dataframe() gives a table.")
     figure, axes = sheet(7.0, 4.2)
@@ -196,6 +192,11 @@ def _free_flights(axes: Axes, result: FreeFlightsResult) -> None:
     axes.set(xlabel="free time", ylabel="probability density")
 
 
+_WHOLE: dict[str, Callable[..., Figure]] = {
+    "PartialRDFResult": plots.partial_rdf,
+    "PressureResult": plots.pressure,
+    "RDFResult": plots.rdf,
+}
 _PICTURES: dict[str, Any] = {
     "BondOrderResult": _bond_order,
     "CrystallinityResult": _crystallinity,
