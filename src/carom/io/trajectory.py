@@ -6,7 +6,7 @@ import contextlib
 import importlib
 import os
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, overload
 
@@ -103,7 +103,7 @@ def open_writer(
     path: str | os.PathLike[str], mode: str = "w", scene: Any = None, *, keep: int | None = None
 ) -> Writer:
     """Open a trajectory for writing; see :func:`carom.open`."""
-    writer: type[Any] = _module(path).WRITER
+    writer: Callable[..., Writer] = _module(path).WRITER
     if mode not in ("w", "x", "a"):
         raise InputError(f"The mode is {mode!r}; expected 'r', 'w', 'x' or 'a'.")
     if keep is not None:
@@ -116,14 +116,12 @@ def open_writer(
         raise FileError(f"{path} exists already and was left as it is; choose another name or mode 'w'.")
     if mode == "a":
         if path.exists():
-            appended: Writer = writer(existing(path), scene, append=True, keep=keep)
-            return appended
+            return writer(existing(path), scene, append=True, keep=keep)
         if keep:
             raise FileError(
                 f"{path} does not exist, and {keep} frames of it were to be kept; rebuild it first."
             )
-    begun: Writer = writer(path, scene)
-    return begun
+    return writer(path, scene)
 
 
 def open(
