@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from carom.notebook import table
+from carom.table import in_html
 
 
 class Sizes(NamedTuple):
@@ -100,7 +100,7 @@ class Block(NamedTuple):
             rows.append(("kT", f"{self.kT:.6g}"))
         if self.impulses:
             rows.append(("impulses", ", ".join(f"{impulse:.6g}" for impulse in self.impulses)))
-        return table("Block", rows)
+        return in_html("Block", rows)
 
     @property
     def kT(self) -> float | None:

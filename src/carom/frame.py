@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom.table import in_html
 from carom.texts import axis_name, span, visible
 
 if TYPE_CHECKING:
@@ -140,9 +141,9 @@ class Frame:
         return facts
 
     def _repr_html_(self) -> str:
-        from carom.notebook import embedded, table
+        from carom.notebook import embedded
 
-        return embedded(self) or table("Frame", self._facts().items())
+        return embedded(self) or in_html("Frame", self._facts().items())
 
     def to_ase(self) -> ase.Atoms:
         """Return this frame as an ``ase.Atoms``; errors are those of :func:`carom.io.to_ase`."""

@@ -1,11 +1,11 @@
-"""Short tables in HTML and progress bars for notebooks; on a terminal, bars are on standard error."""
+"""The viewer and progress bars in notebooks; on a terminal, bars are on standard error."""
 
 from __future__ import annotations
 
 import contextlib
 import functools
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from carom.texts import html
@@ -23,19 +23,6 @@ LEAST = 0.005
 
 LARGEST = 300_000
 """Most positions of spheres, 12 bytes each, of a frame or trajectory that shows itself in a notebook."""
-
-GRID = "border-collapse:collapse;font-variant-numeric:tabular-nums"
-
-
-def table(caption: str, rows: Iterable[Sequence[str]], head: Sequence[str] = ()) -> str:
-    """Return a short table in HTML: a caption, perhaps column heads, and rows whose first cell is a name."""
-
-    def cells(kind: str, values: Sequence[str]) -> str:
-        return "".join(f"<{kind}>{html(value)}</{kind}>" for value in values)
-
-    top = f"<tr>{cells('th', head)}</tr>" if head else ""
-    body = "".join(f"<tr>{cells('th', row[:1])}{cells('td', row[1:])}</tr>" for row in rows)
-    return f'<table style="{GRID}"><caption>{html(caption)}</caption>{top}{body}</table>'
 
 
 def embedded(frames: Any) -> str | None:

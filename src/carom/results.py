@@ -22,9 +22,8 @@ import numpy as np
 
 from carom import checks
 from carom.errors import FileError, InputError
-from carom.notebook import table
 from carom.paths import replacing, writing
-from carom.table import cell, csv_of
+from carom.table import cell, csv_of, in_html
 from carom.texts import visible
 
 if TYPE_CHECKING:
@@ -90,6 +89,10 @@ class Result:
         """Return the columns of the table by name; by default one row of all numbers and texts."""
         return {name: [value] for name, value in self._words().items() if not isinstance(value, list | dict)}
 
+    def _with_errors(self, *names: str) -> dict[str, Any]:
+        """Return the fields of these names, each before its error: ``tensor`` and ``tensor_error``."""
+        return {each: getattr(self, each) for name in names for each in (name, f"{name}_error")}
+
     def _above(self) -> dict[str, Any]:
         """Return what stands above the table in a .csv file: numbers that are the same in all rows."""
         above: dict[str, Any] = {}
@@ -116,7 +119,7 @@ class Result:
 
     def _repr_html_(self) -> str:
         title, rows = self._rows()
-        return table(title, [(name, value.replace("+-", "±")) for name, value in rows])
+        return in_html(title, [(name, value.replace("+-", "±")) for name, value in rows])
 
     def __str__(self) -> str:
         return visible("\n".join(self._lines()), lines=True)
@@ -210,6 +213,21 @@ class Result:
         from carom.pictures.results import draw
 
         return draw(self, path)
+
+
+class Binned(Result):
+    """Base of results over bins with ``edges`` (b + 1,)."""
+
+    edges: np.ndarray
+
+    @property
+    def middle(self) -> np.ndarray:
+        """Middle of each bin, (b,), in the unit of the edges."""
+        return 0.5 * (self.edges[:-1] + self.edges[1:])
+
+    def _bins(self, name: str = "x") -> dict[str, Any]:
+        """Return the columns of both ends of each bin."""
+        return {f"{name}_lo": self.edges[:-1], f"{name}_hi": self.edges[1:]}
 
 
 def from_dict(values: Mapping[str, Any]) -> Any:
@@ -337,7 +355,7 @@ def _value(value: Any, annotation: str) -> Any:
     if kind in KINDS and isinstance(value, dict) and value.get("kind") == kind:
         return from_dict(value)
     if kind == "np.ndarray" and isinstance(value, list):
-        array = np.array(_finite(value))
+        array = np.array(_nested(value, _number))
         if array.dtype.kind in "biuf":
             return array
     if kind in _TYPES and type(number := _number(value)) in _TYPES[kind]:
@@ -347,21 +365,20 @@ def _value(value: Any, annotation: str) -> Any:
     raise InputError(f"{checks.describe(value)} is none of the kind {kind}.")
 
 
-def _finite(value: Any) -> Any:
-    return [_finite(each) for each in value] if isinstance(value, list) else _number(value)
-
-
 def _number(value: Any) -> Any:
     return float(value) if isinstance(value, str) and value in _NOT_FINITE else value
 
 
+def _nested(value: Any, leaf: Callable[[Any], Any]) -> Any:
+    """Return lists and dictionaries of values, each as ``leaf`` makes it."""
+    if isinstance(value, Mapping):
+        return {str(name): _nested(each, leaf) for name, each in value.items()}
+    return [_nested(each, leaf) for each in value] if isinstance(value, list | tuple) else leaf(value)
+
+
 def _written(value: Any) -> Any:
     """Return a value for JSON, in which numbers that are not finite are texts."""
-    if isinstance(value, list):
-        return [_written(each) for each in value]
-    if isinstance(value, dict):
-        return {name: _written(each) for name, each in value.items()}
-    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
+    return _nested(value, lambda x: str(x) if isinstance(x, float) and not math.isfinite(x) else x)
 
 
 def _all(result: Result) -> dict[str, Any]:
@@ -408,15 +425,10 @@ def _csv(result: Result) -> str:
     return "".join(comments) + csv_of(columns, rows, result._digits)
 
 
-def rows_of(columns: Mapping[str, Iterable[Any]]) -> list[dict[str, Any]]:
-    """Return the rows of a table, each a dictionary, from its columns by name."""
-    return [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
-
-
 def html_of(caption: str, columns: Mapping[str, Iterable[Any]]) -> str:
     """Return a whole table in HTML, with a caption, from its columns by name."""
-    cells = [[shown(value) for value in row.values()] for row in rows_of(columns)]
-    return table(caption, cells, [name.replace("_", " ") for name in columns])
+    cells = [list(map(shown, row)) for row in zip(*columns.values(), strict=True)]
+    return in_html(caption, cells, [name.replace("_", " ") for name in columns])
 
 
 def shown(value: Any) -> str:
@@ -426,10 +438,4 @@ def shown(value: Any) -> str:
 
 def plain(value: Any) -> Any:
     """Return a value as JSON has it: null for a number that is not finite, lists for tuples."""
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, Mapping):
-        return {str(key): plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [plain(each) for each in value]
-    return value
+    return _nested(value, lambda x: None if isinstance(x, float) and not math.isfinite(x) else x)

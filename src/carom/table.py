@@ -8,6 +8,7 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, make_dataclass
+from itertools import repeat
 from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 from carom.checks import needed
@@ -16,6 +17,7 @@ from carom.texts import html, visible
 if TYPE_CHECKING:
     from rich.console import Console
 
+GRID = "border-collapse:collapse;font-variant-numeric:tabular-nums"
 WIDE = 200  # characters of a line of a table as plain text
 
 
@@ -104,16 +106,12 @@ class Table(Sequence[Any]):
     def html(self) -> str:
         """Return the table in HTML."""
         columns, rows = self._cells()
-        side = [' class="text"' if column.left else "" for column in columns]
-
-        def line(tag: str, texts: Iterable[str], mark: str = "") -> str:
-            inside = (f"<{tag}{s}>{html(text)}</{tag}>" for text, s in zip(texts, side, strict=True))
-            return f"<tr{mark}>{''.join(inside)}</tr>"
-
+        sides = [' class="text"' if column.left else "" for column in columns]
         heads = [column.head for column in columns]
-        head = line("th", heads) if any(heads) else ""
+        head = f"<tr>{_in_html('th', heads, sides)}</tr>" if any(heads) else ""
         marks = [' class="flagged"' * self.flagged(row) for row in self.rows]
-        body = "\n".join(line("td", texts, mark) for texts, mark in zip(rows, marks, strict=True))
+        lines = (_in_html("td", texts, sides) for texts in rows)
+        body = "\n".join(f"<tr{mark}>{line}</tr>" for mark, line in zip(marks, lines, strict=True))
         caption = f"<caption>{html(self.title)}</caption>" if self.title else ""
         notes = "".join(f"<p>{html(note)}</p>" for note in self.notes)
         return f'<div class="scroll"><table>{caption}{head}\n{body}</table></div>{notes}'
@@ -121,10 +119,7 @@ class Table(Sequence[Any]):
     _repr_html_ = html
 
     def rich(self, console: Console) -> Any:
-        """Return the table for a terminal, with one value per line if it is too wide.
-
-        Of a table without rows, the title and the notes are all there is.
-        """
+        """Return the table for a terminal, a value a line if it is too wide; without rows title and notes."""
         from rich import box
         from rich.measure import Measurement
         from rich.table import Table as Rich
@@ -195,6 +190,18 @@ def of_texts(
 def facts(title: str, pairs: Iterable[tuple[str, str]], notes: Sequence[str] = ()) -> Table:
     """Return a table of names and values, without heads."""
     return of_texts(("", ""), pairs, title, notes, left=2)
+
+
+def in_html(title: str, rows: Iterable[Sequence[str]], heads: Sequence[str] = ()) -> str:
+    """Return a short table for a notebook: rows whose first cell is a name, perhaps below column heads."""
+    head = f"<tr>{_in_html('th', heads)}</tr>" if heads else ""
+    body = "".join(f"<tr>{_in_html('th', row[:1])}{_in_html('td', row[1:])}</tr>" for row in rows)
+    return f'<table style="{GRID}"><caption>{html(title)}</caption>{head}{body}</table>'
+
+
+def _in_html(tag: str, texts: Sequence[str], sides: Sequence[str] = ()) -> str:
+    """Return the cells of a row; ``sides`` are their attributes."""
+    return "".join(f"<{tag}{s}>{html(t)}</{tag}>" for t, s in zip(texts, sides or repeat(""), strict=False))
 
 
 def _columns(hints: dict[str, Any]) -> Iterator[tuple[str, Column]]:

@@ -7,8 +7,8 @@ import numpy as np
 import carom
 from carom.io.events import read_events, read_initial
 from carom.models.files.to_tables import obstacle_to_table
-from carom.reference import NaiveSystem
 from carom.reference.arithmetic import make_arithmetic
+from helpers.naive.oracle import Oracle
 
 EPS = np.finfo(float).eps
 
@@ -43,7 +43,7 @@ def oracle_of(scene, nudge=0.0, growth=0.0, elastic_below=0.0, arithmetic="mpmat
     rng = np.random.default_rng(0)
     exact = make_arithmetic(arithmetic, 50)
     number, shape, speed = exact.number, scene.positions.shape, np.abs(scene.velocities).max()
-    return NaiveSystem(
+    return Oracle(
         exact.array(scene.positions, "positions") + number(nudge * max(scene.box)) * rng.normal(size=shape),
         exact.array(scene.velocities, "velocities") + number(nudge * speed) * rng.normal(size=shape),
         scene.box,

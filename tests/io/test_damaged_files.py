@@ -96,7 +96,7 @@ def test_no_flipped_bit_changes_an_event(tmp_path):
     path = logged(tmp_path)
     whole, events = path.read_bytes(), make_events(1000)
     rng, refused = np.random.default_rng(2), 0
-    places = [chunks(path, name)[0] for name in events._fields]
+    places = [chunks(path, name)[0] for name in events._fields[:6]]
     for k in range(2 * FLIPS):
         path.write_bytes(flipped(whole, rng, *(places[k % 6] if k < FLIPS else (0, None))))
         try:

@@ -3,6 +3,7 @@
 import dataclasses
 import gzip
 import json
+import sys
 import warnings
 
 import ase
@@ -92,6 +93,18 @@ def test_a_dump_is_found_by_its_name_or_its_first_line_and_particles_by_their_id
         assert frame.species_names == ("2", "3")
         assert frame.images is None
     assert told.endswith("(LAMMPS dump): assumed a mass of 1; no velocities; left out c_pe.")
+
+
+def test_opening_a_format_imports_what_reads_it_and_no_other(tmp_path, monkeypatch):
+    rooms = ("carom.io.lammps", "carom.io.foreign_formats", "carom.io.libraries")
+    for name in rooms:
+        monkeypatch.delitem(sys.modules, name, raising=False)
+    (tmp_path / "a.data").write_text(
+        "\n1 atoms\n0 9 xlo xhi\n0 9 ylo yhi\n0 9 zlo zhi\n\nAtoms # atomic\n\n1 1 1 2 3\n"
+    )
+    with pytest.warns(CaromWarning, match="a mass of 1"):
+        assert carom.io.read(tmp_path / "a.data").n == 1
+    assert [name in sys.modules for name in rooms] == [True, False, False]
 
 
 def test_types_that_are_numbers_are_in_the_order_of_their_values(tmp_path):

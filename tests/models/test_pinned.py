@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from helpers.goes_on import assert_goes_on
 from helpers.marks import slow
+from helpers.naive.oracle import Oracle
 
 import carom
 from carom.errors import InputError, OverlapError
 from carom.models import Ball
 from carom.models.files.to_tables import obstacle_to_table
 from carom.models.interactions.pinned import Pinned
-from carom.reference import NaiveSystem
 
 EPS = np.finfo(float).eps
 
@@ -46,7 +46,7 @@ def test_the_order_of_events_is_the_oracles_with_fixed_balls(dimension, neighbor
     free, balls = as_balls(scene)
     names = np.flatnonzero(free)
     oracle = iter(
-        NaiveSystem(
+        Oracle(
             scene.positions[free],
             scene.velocities[free],
             scene.box,

@@ -11,6 +11,7 @@ import carom.io
 from carom import notebook
 from carom.errors import InputError
 from carom.observables import Estimate
+from carom.table import in_html
 
 MADE = (
     "import numpy as np, carom\n"
@@ -130,7 +131,7 @@ def test_a_missing_package_is_named(monkeypatch):
 
 
 def test_tables_escape_what_they_show():
-    assert "&lt;b&gt;" in notebook.table("<b>", [("a", "<c>")])
+    assert "&lt;b&gt;" in in_html("<b>", [("a", "<c>")])
     assert "10.012 ± 0.003" in Estimate(10.0123, 0.0031, 100.0, 1.0, 64)._repr_html_()
 
 

@@ -17,16 +17,15 @@ from matplotlib.figure import Figure
 from rich.progress import Progress
 
 import carom
-from carom import notebook, texts
+from carom import texts
 from carom.cli import files, tables, trouble
 from carom.cli.screen import columns
 from carom.errors import CaromWarning, FileError
-from carom.observables.histograms import Histograms
-from carom.observables.rdf import PartialRDFResult, RDFResult
+from carom.observables.rdf import PartialRDFResult
 from carom.pictures import plots
 from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.study import spherical_code
-from carom.table import of_texts
+from carom.table import in_html, of_texts
 
 HOSTILE = (
     "<img src=x onerror=alert(1)>", "</script><script>alert(1)</script>", "<!--<script>", '"><b>', "'&amp;",
@@ -115,7 +114,7 @@ def test_what_a_notebook_shows_of_a_result_is_text():
     )
     assert not acting(str(code))
     assert isinstance(code, SphericalCode)
-    shown = Page(notebook.table(HOSTILE[0], [HOSTILE[:2]], HOSTILE[2:4]))
+    shown = Page(in_html(HOSTILE[0], [HOSTILE[:2]], HOSTILE[2:4]))
     assert shown.elements == ["table", "caption", "tr", "th", "th", "tr", "th", "td"]
     scene = carom.Scene(
         [[1.0, 1.0], [3.0, 3.0]], 5.0, species=np.array([0, 1]), species_names=(HOSTILE[0], "b")
@@ -172,10 +171,8 @@ def test_species_of_any_name_are_in_the_legend_and_in_the_table(tmp_path):
         0.0, 0, rng.random((40, 2)) * 9.0, np.zeros((40, 2)), (9.0, 9.0), np.full(40, 1e-3), np.ones(40),
         species=np.arange(40) % 2, species_names=names,
     )  # fmt: skip
-    wanted = {f"{names[a]}-{names[b]}": ((a, b), None) for a, b in ((0, 0), (0, 1), (1, 1))}
-    counted = Histograms(wanted, rmax=3.0, width=0.5)
-    counted.add(frame)
-    found = {name: RDFResult(**fields) for name, fields in counted.result().items()}
+    wanted = {f"{names[a]}-{names[b]}": (a, b) for a, b in ((0, 0), (0, 1), (1, 1))}
+    found = {name: carom.RDF(rmax=3.0, width=0.5, pair=pair).over([frame]) for name, pair in wanted.items()}
     figure = plots.partial_rdf(found, path=tmp_path / "rdf.png")
     shown = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
     assert [text.replace(r"\$", "$").strip("\N{ZERO WIDTH SPACE}") for text in shown] == list(wanted)

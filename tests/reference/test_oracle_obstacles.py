@@ -8,11 +8,11 @@ import mpmath
 import numpy as np
 import pytest
 from helpers.mixtures import mixture
+from helpers.naive.oracle import Oracle
 from helpers.oracle import moving, oracle_of
 
 from carom.errors import InputError, OverlapError
 from carom.models import Ball, CylindricalContainer, Plane, SphericalContainer
-from carom.reference import NaiveSystem
 from carom.reference.arithmetic import make_arithmetic
 from carom.reference.meeting import contact_time
 from carom.scene.scene import Scene
@@ -23,7 +23,7 @@ FORTY_DIGITS = mpmath.mpf(10) ** -40
 
 def test_a_rod_between_walls_goes_to_and_fro_exactly():
     # Room for the centre from 1/2 to 7/2: it reaches the upper wall after 2, then a wall every 3.
-    rod = NaiveSystem([["3/2"]], [[1]], [4], periodic=False, arithmetic="fraction")
+    rod = Oracle([["3/2"]], [[1]], [4], periodic=False, arithmetic="fraction")
     hits = list(itertools.islice(rod, 4))
     assert [(c.time, c.i, c.j) for c in hits] == [(2, 0, 2), (5, 0, 1), (8, 0, 2), (11, 0, 1)]
     assert [c.impulse for c in hits] == [2, 2, 2, 2]
@@ -35,7 +35,7 @@ def test_a_rod_between_walls_goes_to_and_fro_exactly():
 def test_one_sphere_in_a_hard_box_is_its_mirrored_images(dimension):
     rng = np.random.default_rng(dimension)
     box, x, v = 2 + rng.random(dimension), 0.5 + rng.random(dimension), rng.normal(size=dimension)
-    sphere = NaiveSystem([x], [v], box, periodic=False)
+    sphere = Oracle([x], [v], box, periodic=False)
     sphere.advance_to(50)
     room = box - 1
     unfolded = (x - 0.5 + 50 * v) % (2 * room)
@@ -48,7 +48,7 @@ def test_one_sphere_in_a_hard_box_is_its_mirrored_images(dimension):
 def test_chords_of_a_circle_are_all_as_long():
     # Distance from the centre when nearest: 0.6 of a room of 2; chords of 2 * 1.6, at a speed of 1.
     jar = {"type": "sphere", "center": [3, 3], "radius": "5/2"}
-    disk = NaiveSystem([[3, "4.2"]], [[1, 0]], [6, 6], periodic=False, obstacles=[jar])
+    disk = Oracle([[3, "4.2"]], [[1, 0]], [6, 6], periodic=False, obstacles=[jar])
     times = [c.time for c in itertools.islice(disk, 50)]
     assert abs(times[0] * 10 - 16) < FORTY_DIGITS
     assert max(abs(5 * (b - a) - 16) for a, b in itertools.pairwise(times)) < FORTY_DIGITS
@@ -58,7 +58,7 @@ def test_chords_of_a_circle_are_all_as_long():
 
 def test_a_cylinder_lets_go_along_its_axis():
     tube = {"type": "cylinder", "axis": 0, "center": [0, 2, 2], "radius": 2}
-    ball = NaiveSystem([[0, 2, 2]], [[7, 0, 1]], [4, 4, 4], periodic=[True, False, False], obstacles=[tube])
+    ball = Oracle([[0, 2, 2]], [[7, 0, 1]], [4, 4, 4], periodic=[True, False, False], obstacles=[tube])
     hits = list(itertools.islice(ball, 3))
     # The cylinder touches the walls of its box: at the same instant the wall, which comes first, is met.
     assert [c.time for c in hits] == [mpmath.mpf("1.5"), mpmath.mpf("4.5"), mpmath.mpf("7.5")]
@@ -70,7 +70,7 @@ def test_a_tilted_plane_reflects():
     slope = {"type": "plane", "normal": [1, 1], "offset": 3}
     exact = make_arithmetic("mpmath")
     size = exact.sqrt(exact.number(2))
-    disk = NaiveSystem([[2, 4]], [[0, -1]], [10, 10], diameter=size, periodic=False, obstacles=[slope])
+    disk = Oracle([[2, 4]], [[0, -1]], [10, 10], diameter=size, periodic=False, obstacles=[slope])
     hit = disk.step()
     assert hit.j == 1 + 4
     assert abs(hit.time - 2) < FORTY_DIGITS
@@ -103,7 +103,7 @@ def test_fixed_balls_are_met_under_all_images(dimension, radius):
             continue  # beyond what the search has looked through
         found += 1
         ball = {"type": "ball", "center": center, "radius": radius}
-        table = NaiveSystem([x], [v], box, diameter=0.2, obstacles=[ball], arithmetic="float")
+        table = Oracle([x], [v], box, diameter=0.2, obstacles=[ball], arithmetic="float")
         hit = table.step()
         assert hit.j == 1
         assert hit.time == pytest.approx(right, rel=1e-9)
@@ -115,7 +115,7 @@ def test_fixed_balls_are_met_under_all_images(dimension, radius):
 
 def test_spheres_at_rest_grow_into_each_other_and_part():
     # A gap of 2 closes at (1 + 1/3) / 2; then they part at twice that.
-    pair = NaiveSystem([[1], [4]], [[0], [0]], [10], growth=[1, "1/3"], arithmetic="fraction")
+    pair = Oracle([[1], [4]], [[0], [0]], [10], growth=[1, "1/3"], arithmetic="fraction")
     hit = pair.step()
     assert (hit.time, hit.i, hit.j, hit.image) == (3, 0, 1, (0,))
     assert pair.velocities.tolist() == [[Fraction(-2, 3)], [Fraction(2, 3)]]
@@ -123,7 +123,7 @@ def test_spheres_at_rest_grow_into_each_other_and_part():
 
 
 def test_a_growing_sphere_is_thrown_back_from_a_wall():
-    rod = NaiveSystem([[5]], [[-1]], [10], growth=1, periodic=False, arithmetic="fraction")
+    rod = Oracle([[5]], [[-1]], [10], growth=1, periodic=False, arithmetic="fraction")
     hit = rod.step()  # its radius grows by 1/2: a gap of 4.5 closes at 1.5
     assert (hit.time, hit.j) == (3, 1)
     assert rod.velocities.tolist() == [[2]]  # 2 (1/2) - (-1)
@@ -131,7 +131,7 @@ def test_a_growing_sphere_is_thrown_back_from_a_wall():
 
 
 def test_a_sphere_that_grows_into_its_own_image_is_reported():
-    rod = NaiveSystem([[5]], [[-1]], [10], growth=1, arithmetic="fraction")
+    rod = Oracle([[5]], [[-1]], [10], growth=1, arithmetic="fraction")
     assert rod.advance_to(9) == []
     with pytest.raises(OverlapError, match="overlaps its own image"):
         rod.advance_to(10)
@@ -154,9 +154,7 @@ def test_parting_spheres_that_grow_faster_are_caught_up_with():
 @pytest.mark.parametrize("restitution", ["1/2", "9/10"])
 def test_a_collision_leaves_part_of_the_normal_velocity(restitution):
     e = Fraction(restitution)
-    pair = NaiveSystem(
-        [[1], [4]], [[1], [0]], [10], masses=[1, 2], restitution=restitution, arithmetic="fraction"
-    )
+    pair = Oracle([[1], [4]], [[1], [0]], [10], masses=[1, 2], restitution=restitution, arithmetic="fraction")
     assert pair.step().impulse == (1 + e) * Fraction(2, 3)
     a, b = pair.velocities[:, 0]
     assert (b - a, a + 2 * b) == (e, 1)
@@ -164,7 +162,7 @@ def test_a_collision_leaves_part_of_the_normal_velocity(restitution):
 
 def test_slow_contacts_are_elastic():
     for threshold, kept in ((1, Fraction(1, 2)), ("1001/1000", 1)):
-        pair = NaiveSystem(
+        pair = Oracle(
             [[1], [4]], [[1], [0]], [10], restitution="1/2", elastic_below=threshold, arithmetic="fraction"
         )
         pair.step()
@@ -172,7 +170,7 @@ def test_slow_contacts_are_elastic():
 
 
 def test_restitution_and_growth_act_on_the_surfaces():
-    pair = NaiveSystem([[1], [4]], [[1], [0]], [10], growth=1, restitution="1/2", arithmetic="fraction")
+    pair = Oracle([[1], [4]], [[1], [0]], [10], growth=1, restitution="1/2", arithmetic="fraction")
     pair.step()
     # Surfaces approach at 1 + 1 and part at half of that, the centres at 1 more.
     assert pair.velocities[1, 0] - pair.velocities[0, 0] == 2
@@ -180,7 +178,7 @@ def test_restitution_and_growth_act_on_the_surfaces():
 
 def test_species_touch_where_their_matrix_says():
     table = [[1, "3/2"], ["3/2", 2]]
-    line = NaiveSystem(
+    line = Oracle(
         [[1], [6], [12]],
         [[1], [0], [0]],
         [30],
@@ -264,4 +262,4 @@ def test_growing_spheres_touch_when_they_collide():
 )
 def test_what_does_not_fit_is_refused(settings, error, says):
     with pytest.raises(error, match=says):
-        NaiveSystem([[1, 1], [5, 5]], [[0, 1], [0, 0]], [8, 8], **settings)
+        Oracle([[1, 1], [5, 5]], [[0, 1], [0, 0]], [8, 8], **settings)

@@ -46,15 +46,21 @@ def about_axes(spins: np.ndarray) -> np.ndarray:
     return result
 
 
+def spins_of(about: np.ndarray | None, dimension: int) -> np.ndarray | None:
+    """Return the spins (n, 1) or (n, 3) of vectors about the axes: the inverse of :func:`about_axes`."""
+    if about is None or dimension == 1:
+        return None
+    about = np.ascontiguousarray(about, dtype=np.float64).reshape(len(about), -1)
+    return about[:, -1:].copy() if dimension == 2 else about
+
+
 def edges(box: tuple[float, ...]) -> tuple[float, ...]:
     """Return the box's edges [length], at least three of them, with placeholders where d < 3."""
     return tuple(box) + (max(box),) * (3 - len(box))
 
 
 def cell_of(frame: Frame) -> np.ndarray:
-    """Return the edges of the cell, a vector a row: (3, 3), or (d, d) of more dimensions. Those of a sheared
-    box have no right angles.
-    """
+    """Return the edges of the cell, a vector a row: (3, 3), or (d, d) in more dimensions."""
     cell = np.diag(np.array(edges(tuple(frame.box))))
     if frame.tilt:
         cell[1, 0] = frame.tilt * frame.box[1]
@@ -83,10 +89,7 @@ def names_of(frame: Frame) -> tuple[str, ...]:
 
 
 def symbols_of(frame: Frame) -> list[str]:
-    """Return the chemical symbols of the species: their names if all are symbols, or else X for each.
-
-    X is no element. ASE fails with names that are no symbols, and takes B for boron.
-    """
+    """Return the chemical symbols of the species, or X for each, as ASE fails with any other name."""
     names = names_of(frame)
     return list(names) if all(name in SYMBOLS for name in names) else ["X"] * len(names)
 
@@ -123,9 +126,7 @@ def require_at_most_three(dimension: int, format_name: str) -> None:
 def momenta(velocities: np.ndarray, masses: np.ndarray) -> np.ndarray:
     """Return momenta that, divided by the mass, give the velocities exactly where that is possible.
 
-    ASE divides, and ``(m * v) / m`` can miss v by one unit in the last place; a neighbour of ``m * v`` often
-    gives it. Where the significands of m and v multiply to 2 or more, some v have no exact momentum; ``velo``
-    holds the velocity itself. With masses that are powers of two every velocity is exact.
+    ``(m * v) / m`` can miss v by one unit in the last place; a neighbour of ``m * v`` often gives it.
     """
     mass = masses[:, np.newaxis]
     result = velocities * mass

@@ -27,14 +27,23 @@ __all__ = ["Reader", "Writer", "convert", "from_ase", "open", "read", "rebuild",
 def universe(
     source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame, *, unwrapped: bool = False
 ) -> MDAnalysis.Universe:
-    """Return an MDAnalysis Universe of a file or of Frames; see ``carom.io.mdanalysis.universe``.
+    """Return an MDAnalysis Universe of a file or of Frames.
 
     Parameters
     ----------
     source : path, Reader, Frame or sequence of Frames
-        A trajectory, or frames in memory.
+        A trajectory that :func:`carom.open` reads (it stays open as long as the Universe), or frames in
+        memory.
     unwrapped : bool
-        Whether positions are unwrapped by the image counts.
+        Whether positions are ``positions + images * box``, as mean squared displacements need them, instead
+        of in the box.
+
+    Returns
+    -------
+    MDAnalysis.Universe
+        With radii, masses, velocities, box and time (``trajectory.dt`` is the spacing of the frames); of
+        fewer than three dimensions padded with zeros. The species are the names and types of its atoms, so
+        that ``select_atoms("name small")`` selects one.
     """
     from carom.io import mdanalysis
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from carom import checks
-from carom.bridges.embedding import embed, momenta, parted, periodic
+from carom.bridges.embedding import embed, momenta, parted, periodic, spins_of
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.validation import flaw
@@ -78,7 +78,7 @@ def from_ase(atoms: ase.Atoms, *, diameter: float | None = None) -> Frame:
         species=None if kinds is None else np.asarray(kinds),
         species_names=() if kinds is None else parted(str(atoms.info.get("species_names", ""))),
         periodic=tuple(bool(flag) for flag in atoms.pbc[:dimension]),
-        spins=_spins(atoms, dimension),
+        spins=spins_of(atoms.arrays.get("angular_velocity"), dimension),
         tilt=tilt,
     )
     wrong = flaw(frame)
@@ -103,15 +103,6 @@ def _tilt(atoms: ase.Atoms, cell: np.ndarray) -> float | None:
         )
     told = atoms.info.get("tilt")
     return float(told) if told is not None else (shift / float(cell[1, 1]) if shift else None)
-
-
-def _spins(atoms: ase.Atoms, dimension: int) -> np.ndarray | None:
-    """Return the spins in the array ``angular_velocity``: in the plane they turn about the third axis."""
-    about = atoms.arrays.get("angular_velocity")
-    if about is None or dimension == 1:
-        return None
-    about = np.array(about, dtype=np.float64).reshape(len(atoms), -1)
-    return about[:, -1:].copy() if dimension == 2 else about
 
 
 def _in_order(atoms: ase.Atoms) -> ase.Atoms:

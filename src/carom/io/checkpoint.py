@@ -36,8 +36,7 @@ def save(
 ) -> None:
     """Write a checkpoint that replaces `path` once it is complete and on the disk, and never otherwise.
 
-    Arrays of any dtype but object are kept bit for bit. Attributes are None, bool, int (of any size), float,
-    str, lists and dicts; NumPy scalars become Python ones.
+    Arrays of any dtype but object are kept bit for bit; attributes are what JSON can hold.
     """
     text = _to_json(attributes)
     large = sum(np.asarray(array).nbytes for array in arrays.values()) > LARGE

@@ -7,23 +7,25 @@ holds the initial state. The layout is in ``docs/layouts.md``.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
 from carom.errors import FileError, InputError
 from carom.io import checksums
+from carom.io.formats import Closing
 from carom.io.hdf5 import Input, Output
-from carom.io.inspection import missing, put
+from carom.io.inspection import growing, put
 from carom.io.locks import Claim, patiently, steady
 from carom.paths import existing, reading, uninterrupted, writable, writing
 from carom.version import __version__
 
 if TYPE_CHECKING:
     import h5py
+
+T = TypeVar("T")
 
 _KIND = "event log"
 _FORMAT, _LAYOUT = "carom-events", 1
@@ -49,22 +51,9 @@ class Events(NamedTuple):
     j: np.ndarray  # int32: the other component; n + k for wall or obstacle k
     image: np.ndarray  # int32: which periodic image of j it was
     impulse: np.ndarray  # [mass * length / time] on j along the line of centres
-
-
-class StepEvents(NamedTuple):
-    """:class:`Events` where pairs have steps (``carom.models.interactions.wells``), and their kinds.
-
-    ``kind`` (int8) is 0 for thrown back at the inner end (core), 1 for across it (in), 2 for across the outer
-    end (out), 3 for thrown back there (bounce); 0 at walls and obstacles.
-    """
-
-    epoch: np.ndarray
-    time: np.ndarray
-    i: np.ndarray
-    j: np.ndarray
-    image: np.ndarray
-    impulse: np.ndarray
-    kind: np.ndarray
+    kind: np.ndarray | None = None
+    """int8, where pairs have steps (``carom.models.interactions.wells``): 0 for thrown back at the inner end
+    (core), 1 for across it (in), 2 for across the outer end (out), 3 for thrown back there (bounce)."""
 
 
 def _columns(file: h5py.File) -> dict[str, type]:
@@ -114,16 +103,15 @@ def verify(path: Path, count: int, sums: Mapping[str, int]) -> None:
     """Refuse a log whose first ``count`` events are not those with these checksums; it is only read."""
     existing(path)
 
-    def read() -> None:
-        with reading(path, _KIND), Input(path) as file:
-            if (there := _count(file)) < count:
-                raise FileError(f"{path} is damaged: it holds {there} events, and {count} were written.")
-            for name, value in _sums_of(file, count):
-                if value != sums.get(name):
-                    raise FileError(f"{path} is damaged: its {name} is not what was written.")
+    def look(file: h5py.File) -> None:
+        if (there := _count(file)) < count:
+            raise FileError(f"{path} is damaged: it holds {there} events, and {count} were written.")
+        for name, value in _sums_of(file, count):
+            if value != sums.get(name):
+                raise FileError(f"{path} is damaged: its {name} is not what was written.")
 
     try:
-        patiently(path, read)
+        _looked_up(path, look)
     except FileError as error:
         raise FileError(
             f"{str(error).rstrip('.')}; it was left as it is: restore it from a copy, or repeat the run."
@@ -139,10 +127,9 @@ def _sums_of(file: h5py.File, count: int) -> Iterator[tuple[str, int]]:
         yield name, checksums.of_arrays(pieces)
 
 
-def _read(file: h5py.File, start: int, stop: int) -> Events | StepEvents:
+def _read(file: h5py.File, start: int, stop: int) -> Events:
     """Return these events; raise ValueError if no run can have produced them."""
-    columns = {name: file[name][start:stop] for name in _columns(file)}
-    events = StepEvents(**columns) if "kind" in columns else Events(**columns)
+    events = Events(**{name: file[name][start:stop] for name in _columns(file)})
     if not stop > start:
         return events
     wrong = ""
@@ -154,7 +141,7 @@ def _read(file: h5py.File, start: int, stop: int) -> Events | StepEvents:
         wrong = "a time is before that of the event before it"
     elif min(events.i.min(), events.j.min(), events.image.min()) < 0 or (events.i == events.j).any():
         wrong = "a component or an image is negative, or a component meets itself"
-    elif isinstance(events, StepEvents) and not 0 <= events.kind.min() <= events.kind.max() <= 3:
+    elif events.kind is not None and not 0 <= events.kind.min() <= events.kind.max() <= 3:
         wrong = "a kind of event is none of 0 to 3"
     if wrong:
         raise ValueError(f"among the events {start} to {stop - 1} {wrong}")
@@ -172,13 +159,11 @@ def _initial(file: h5py.File) -> Iterator[tuple[str, Any]]:
         yield name, values
 
 
-class EventLog:
-    """Writer of an event log.
+class EventLog(Closing):
+    """Writer of an event log: a new one from the state ``initial`` on, or an old one after ``keep`` events.
 
-    With ``initial``, the state before the first event, a new log begins in place of what is there, with a
-    column of ``kinds`` if asked. Otherwise it continues after its first ``keep`` events (all by default);
-    ``sums``, checksums of columns and initial state by then, are compared before anything is dropped. The
-    attribute ``sums`` has those of now, None where a log continues without.
+    ``sums``, checksums of columns and initial state by then, are compared before anything is dropped; the
+    attribute has those of now, None where a log continues without.
     """
 
     def __init__(
@@ -218,15 +203,7 @@ class EventLog:
             for name, array in arrays.items():
                 put(group, name, array)
             for name, dtype in self._columns.items():
-                self._file.create_dataset(
-                    name,
-                    shape=(0,),
-                    maxshape=(None,),
-                    chunks=(_CHUNK,),
-                    dtype=dtype,
-                    fletcher32=True,
-                    fillvalue=missing(dtype),
-                )
+                growing(self._file, name, (), dtype, _CHUNK)
             self._output.flush()
         self._events = 0
         self.sums = {**dict.fromkeys(self._columns, 0), "initial": _sum_of_initial(arrays)}
@@ -273,7 +250,7 @@ class EventLog:
         impulse: np.ndarray,
         kind: np.ndarray | None = None,
     ) -> None:
-        """Append events: (k,) arrays as in :class:`Events`, or :class:`StepEvents` with their ``kinds``.
+        """Append events: (k,) arrays as in :class:`Events`.
 
         On return they have been handed to the system, so that they survive a kill of this process.
         """
@@ -306,48 +283,38 @@ class EventLog:
         with uninterrupted(), writing(self.path):
             self._output.close()
 
-    def __enter__(self) -> Self:
-        return self
 
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        try:
-            self.close()
-        except FileError:
-            # After a failed write, closing fails as well; only the first error is reported.
-            if error is None:
-                raise
-
-
-def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None = None) -> Events | StepEvents:
+def read_events(path: str | os.PathLike[str], start: int = 0, stop: int | None = None) -> Events:
     """Return the events ``start <= k < stop`` of a log, by default all."""
-    path = existing(path)
 
-    def read() -> Events | StepEvents:
-        with reading(path, _KIND), Input(path) as file:
-            first, last, _ = slice(start, stop).indices(_count(file))
-            return _read(file, first, max(first, last))
+    def read(file: h5py.File) -> Events:
+        first, last, _ = slice(start, stop).indices(_count(file))
+        return _read(file, first, max(first, last))
 
-    return patiently(path, read)
+    return _looked_up(path, read)
 
 
 def count_events(path: str | os.PathLike[str]) -> int:
     """Return the number of events of a log."""
-    path = existing(path)
-
-    def read() -> int:
-        with reading(path, _KIND), Input(path) as file:
-            return _count(file)
-
-    return patiently(path, read)
+    return _looked_up(path, _count)
 
 
 def read_initial(path: str | os.PathLike[str]) -> dict[str, Any]:
     """Return the initial state of a log, as the arrays it was made with."""
+
+    def read(file: h5py.File) -> dict[str, Any]:
+        _count(file)  # refuses what is no log
+        return dict(_initial(file))
+
+    return _looked_up(path, read)
+
+
+def _looked_up(path: str | os.PathLike[str], look: Callable[[h5py.File], T]) -> T:
+    """Return what ``look`` finds in a log, which a run may be writing."""
     path = existing(path)
 
-    def read() -> dict[str, Any]:
+    def read() -> T:
         with reading(path, _KIND), Input(path) as file:
-            _count(file)
-            return dict(_initial(file))
+            return look(file)
 
     return patiently(path, read)

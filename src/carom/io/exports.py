@@ -23,10 +23,7 @@ Report = Callable[[int, int], object]
 
 
 def export(frames: Any, path: Path, suffix: str, report: Report | None = None) -> None:
-    """Write frames to a file of a format of ``EXPORTED``, calling ``report(done, total)`` after each.
-
-    A LAMMPS data file holds the last one alone.
-    """
+    """Write frames to a file of a format of ``EXPORTED``; of LAMMPS's data files the last one alone."""
     name = EXPORTED[suffix]
     require_at_most_three(frames[0].dimension, name)
     if name == "LAMMPS data":
@@ -121,10 +118,7 @@ def _short(names: tuple[str, ...]) -> list[str]:
 
 
 def _name_atoms(world: Any, frame: Frame) -> None:
-    """Name the atoms of a PDB file after their species.
-
-    Without elements, programs guess them from the names: "small" would be samarium.
-    """
+    """Name the atoms of a PDB file after their species, with elements, which programs guess otherwise."""
     kinds = _kinds(frame) - 1
     world.atoms.names = np.array(_short(names_of(frame)), dtype=object)[kinds]
     world.add_TopologyAttr("elements", np.array(symbols_of(frame), dtype=object)[kinds])

@@ -1,15 +1,7 @@
 """Extended XYZ: text for exchange with ASE and OVITO, with every bit of a double.
 
-One frame is a line with the number of components, a line of ``key=value`` pairs, and a line per component::
-
-    Lattice="10 0 0 0 10 0 0 0 10" Properties=species:S:1:pos:R:3:momenta:R:3:masses:R:1:radius:R:1:
-    velo:R:3:id:I:1 pbc="T T T" time=0.5 step=120 dimension=3 carom=0.1.0       (all of it one line)
-
-ASE takes velocities from ``momenta``, OVITO from ``velo``; ``images:I:3`` follows where frames hold image
-counts, and ``kind:I:1`` (the number of the species) where they are mixtures, with ``species_names="..."`` in
-the second line. ``species`` holds these names, which are the types in OVITO. Where names are no chemical
-symbols, ``Z:I:1`` is 0, and ASE reads it instead of them. ``color:R:3`` gives mixtures in OVITO the colours
-of Carom's pictures. All numbers have 17 significant digits, which determine a double; colours have 3.
+Layout: ``docs/layouts.md``. ASE takes velocities from ``momenta``, OVITO from ``velo``. Where names are no
+chemical symbols, ``Z`` is 0, and ASE reads it instead of them.
 """
 
 from __future__ import annotations
@@ -34,6 +26,7 @@ from carom.bridges.embedding import (
     parted,
     periodic,
     require_at_most_three,
+    spins_of,
     symbols_of,
 )
 from carom.bridges.palette import colours_of
@@ -129,11 +122,10 @@ def _triples(vectors: np.ndarray) -> list[str]:
 
 
 class Index:
-    """Where the frames of a file start.
+    """Where the frames of a file start: ``offsets`` (bytes) of each complete one, and of the end of the last.
 
-    ``offsets`` are the first byte of each complete frame, and the byte after the last; ``torn`` says that
-    part of a frame follows, ``unended`` that it lacks only the last newline and perhaps digits. With
-    ``whole`` such a frame is complete, as other programs leave a file; any other part is a ValueError.
+    ``torn`` says that part of a frame follows, ``unended`` that it lacks the last newline and perhaps digits.
+    With ``whole`` such a frame is complete, as other programs leave it; any other part is a ValueError.
     """
 
     def __init__(self, path: Path, limit: int | None = None, *, whole: bool = False):
@@ -270,7 +262,7 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
     tilt = tilt_of(info, lattice)
     if any(word.strip("+-0.") for word in words_of(info.get("Origin", ""))):
         raise ValueError(f"the origin of its box is {info['Origin']!r}; expected 0 0 0")
-    kinds = columns.get("kind")
+    kinds, spinning = columns.get("kind"), "angular_velocity" in columns
     return Frame(
         time=number_of(info, "time"),
         step=number_of(info, "step", int),
@@ -283,17 +275,9 @@ def _to_frame(info: dict[str, str], columns: dict[str, np.ndarray]) -> Frame:
         species=None if kinds is None else np.ascontiguousarray(kinds),
         species_names=parted(info.get("species_names", "")) if kinds is not None else (),
         periodic=periodic_axes(info, dimension),
-        spins=_spins(columns, dimension),
+        spins=spins_of(vectors(columns, "angular_velocity", 3), dimension) if spinning else None,
         tilt=tilt,
     )
-
-
-def _spins(columns: dict[str, np.ndarray], dimension: int) -> np.ndarray | None:
-    """Return the spins that a file holds: in the plane they turn about the third axis."""
-    if "angular_velocity" not in columns or dimension == 1:
-        return None
-    about = np.ascontiguousarray(vectors(columns, "angular_velocity", 3), dtype=np.float64)
-    return about[:, 2:].copy() if dimension == 2 else about
 
 
 _UNREAD = np.empty(0, np.int64)
@@ -329,21 +313,6 @@ class ExtxyzReader(Reader):
 
     def __len__(self) -> int:
         return len(self._index)
-
-    @property
-    def end(self) -> int:
-        """The byte after the last complete frame."""
-        return self._index.offsets[-1]
-
-    @property
-    def unended(self) -> bool:
-        """Whether a frame follows of which the last newline is missing."""
-        return self._index.unended
-
-    @property
-    def torn(self) -> bool:
-        """Whether part of a frame follows."""
-        return self._index.torn
 
     def _read(self, k: int) -> Frame:
         start, stop = self._index.offsets[k : k + 2]
@@ -388,13 +357,14 @@ class ExtxyzWriter(Writer):
     def _keep(self, keep: int | None) -> int:
         """Return the byte after the first `keep` frames, at which writing continues."""
         with ExtxyzReader(self.path, torn=True, limit=keep) as reader:
-            if keep is None and (reader.unended or (reader.torn and not len(reader))):
+            index = reader._index
+            if keep is None and (index.unended or (index.torn and not len(index))):
                 raise FileError(
                     f"{self.path} holds {len(reader)} complete frames and was left as it is: "
-                    + (UNENDED if reader.unended else "mode 'a' with keep=0 drops the rest.")
+                    + (UNENDED if index.unended else "mode 'a' with keep=0 drops the rest.")
                 )
             self._retain(reader, keep)
-            return reader.end
+            return index.offsets[-1]
 
     def _append(self, frame: Frame) -> None:
         rest = memoryview(render(frame))
@@ -412,3 +382,6 @@ class ExtxyzWriter(Writer):
     def _close(self) -> None:
         self._file.close()
         self._claim.close()
+
+
+READER, WRITER = ExtxyzReader, ExtxyzWriter

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +14,6 @@ import numpy as np
 from carom import checks
 from carom.errors import CaromError, CaromWarning, FileError, InputError
 from carom.frame import Frame
-from carom.io import foreign_formats, lammps, libraries
 from carom.io.ase import wrapped
 from carom.io.formats import Reader
 from carom.io.validation import narrowed
@@ -23,24 +23,24 @@ from carom.scene.species import MOST_SPECIES
 if TYPE_CHECKING:
     from carom.io.foreign_source import Snapshot, Source
 
-SOURCES: dict[str, Callable[[Path], Source]] = {
-    "LAMMPS dump": lammps.Dump,
-    "LAMMPS data": lammps.Data,
-    "XYZ": foreign_formats.Xyz,
-    "GSD": foreign_formats.Gsd,
-    "H5MD": foreign_formats.H5md,
-    "PDB": libraries.Pdb,
-    "GRO": foreign_formats.Gro,
-    "EDMD": foreign_formats.Sph,
-    "XTC": libraries.Xtc,
-    "TRR": libraries.Xtc,
-    "DCD": libraries.Dcd,
-    "ASE trajectory": libraries.Traj,
-    "CIF": libraries.Cif,
-    "POSCAR": libraries.Poscar,
-    "XDATCAR": libraries.Xdatcar,
+SOURCES = {
+    "LAMMPS dump": "lammps.Dump",
+    "LAMMPS data": "lammps.Data",
+    "XYZ": "foreign_formats.Xyz",
+    "GSD": "foreign_formats.Gsd",
+    "H5MD": "foreign_formats.H5md",
+    "PDB": "libraries.Pdb",
+    "GRO": "foreign_formats.Gro",
+    "EDMD": "foreign_formats.Sph",
+    "XTC": "libraries.Xtc",
+    "TRR": "libraries.Xtc",
+    "DCD": "libraries.Dcd",
+    "ASE trajectory": "libraries.Traj",
+    "CIF": "libraries.OfAse",
+    "POSCAR": "libraries.OfAse",
+    "XDATCAR": "libraries.OfAse",
 }
-"""What reads a format: all others ask this table."""
+"""What reads a format, imported when a file of it is opened: all others ask this table."""
 
 Diameter = float | Mapping[str, float]
 
@@ -67,7 +67,8 @@ class ForeignReader(Reader):
             checks.number(diameter, "diameter", low=0.0)
         self._diameter = diameter
         with self._understood():
-            self._source = SOURCES[form](path)
+            module, name = SOURCES[form].split(".")
+            self._source: Source = getattr(importlib.import_module(f"carom.io.{module}"), name)(path)
         try:
             with self._understood():
                 if not len(self):
@@ -188,10 +189,7 @@ class ForeignReader(Reader):
         return edges, shift / float(edges[1]) if shift else None
 
     def _strays(self, snapshot: Snapshot) -> bool:
-        """Tell whether particles fill more than one and a half of the periodic box.
-
-        Wherever its corner is, wrapped ones fill one, and molecules that stick out a little more.
-        """
+        """Tell whether particles fill more than 1.5 boxes; wrapped ones fill one, molecules a little more."""
         edges, tilt = self._check_box(snapshot)
         places = self._from_corner(snapshot)
         places[:, 0] -= (tilt * places[:, 1]) if tilt else 0.0

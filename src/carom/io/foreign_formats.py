@@ -14,7 +14,7 @@ import numpy as np
 from carom.io.extxyz import Index, parse
 from carom.io.extxyz_header import ids_of, lattice_of, number_of, periodic_axes, words_of
 from carom.io.foreign_source import Snapshot, Source, text_of, tilted_cell
-from carom.io.gsd import hoomd_for
+from carom.io.gsd import hoomd_for, refuse_more_than_there_is
 from carom.io.hdf5 import Input
 
 if TYPE_CHECKING:
@@ -98,10 +98,10 @@ def _of_elements(symbols: Any, n: int) -> np.ndarray:
 
 
 class _Blocks(Source):
-    """Text of frames: line ``announced`` is the number of particles, and ``around`` lines are of none."""
+    """Text of frames: line ``count_line`` has the number of particles, and ``around`` lines are of none."""
 
     ordered = True
-    announced = around = 0
+    count_line = around = 0
     comment = "\n"
 
     def __init__(self, path: Path):
@@ -113,7 +113,7 @@ class _Blocks(Source):
         at = 0
         while at < len(self._lines):
             self._starts.append(at)
-            number = "".join(self._lines[at + self.announced : at + self.announced + 1]).strip()
+            number = "".join(self._lines[at + self.count_line : at + self.count_line + 1]).strip()
             if not number.isdecimal() or int(number) == 0:
                 raise ValueError(f"frame {len(self) - 1} has {number!r} for its number of particles")
             at += int(number) + self.around
@@ -132,7 +132,7 @@ class Gro(_Blocks):
     """GRO of GROMACS, also of several frames."""
 
     units = "nm"
-    announced, around = 1, 3
+    count_line, around = 1, 3
 
     def read(self, k: int) -> Snapshot:
         """Return snapshot k; velocities that only some lines have are none."""
@@ -181,7 +181,7 @@ class Sph(_Blocks):
     Lines that begin with # are comments.
     """
 
-    announced, around = 0, 2
+    count_line, around = 0, 2
     comment = "#"
 
     def read(self, k: int) -> Snapshot:
@@ -219,12 +219,7 @@ class Gsd(Source):
 
     def read(self, k: int) -> Snapshot:
         """Return snapshot k."""
-        count = next(
-            (self._file.file.read_chunk(frame=m, name="particles/N")[0]
-             for m in (k, 0) if self._file.file.chunk_exists(frame=m, name="particles/N")), 0,
-        )  # fmt: skip
-        if count > self.path.stat().st_size:  # gsd makes room for them
-            raise ValueError(f"frame {k} announces {count} particles, which the file does not hold")
+        refuse_more_than_there_is(self._file, self.path, k)
         stored = self._file[k]
         particles, (lx, ly, lz, xy, xz, yz) = stored.particles, map(float, stored.configuration.box)
         cell = tilted_cell((lx, ly, lz), xy * ly, xz * lz, yz * lz)

@@ -16,6 +16,7 @@ from carom.frame import Frame
 from carom.io.foreign_source import PACKED, opened
 from carom.io.validation import flaw, step_back
 from carom.paths import existing, reading, uninterrupted, writing
+from carom.table import in_html
 from carom.texts import counted
 
 if TYPE_CHECKING:
@@ -52,16 +53,25 @@ FOREIGN = {
 }
 
 #: Suffix -> format of another program that is written by :func:`carom.io.convert`.
-EXPORTED = {
-    ".lammpstrj": "LAMMPS dump",
-    ".dump": "LAMMPS dump",
-    ".data": "LAMMPS data",
-    ".dcd": "DCD",
-    ".pdb": "PDB",
-}
+EXPORTED = {suffix: FOREIGN[suffix] for suffix in (".lammpstrj", ".dump", ".data", ".dcd", ".pdb")}
 
 
-class Reader(ABC):
+class Closing:
+    """Base of what is open: a context manager, of whose errors the first one is reported."""
+
+    def close(self) -> None:
+        """Close the file; a second time does nothing."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        # After a failed write, closing fails as well.
+        with contextlib.nullcontext() if error is None else contextlib.suppress(FileError):
+            self.close()
+
+
+class Reader(Closing, ABC):
     """A trajectory file as a sequence of Frames, as :func:`carom.open` returns it for a ``path``.
 
     A frame is read when it is accessed. ``len(reader)``, ``reader[-1]``, ``reader[::2]`` (a list) and ``for
@@ -136,9 +146,9 @@ class Reader(ABC):
         return f"<{self.path}: {holds}>"
 
     def _repr_html_(self) -> str:
-        from carom.notebook import embedded, table
+        from carom.notebook import embedded
 
-        return embedded(self) or table(str(self.path), [("frames", str(len(self)))])
+        return embedded(self) or in_html(str(self.path), [("frames", str(len(self)))])
 
     def to_xarray(self) -> xarray.Dataset:
         """Return all frames as an ``xarray.Dataset``, in memory.
@@ -155,17 +165,8 @@ class Reader(ABC):
 
         return to_xarray(list(self))
 
-    def close(self) -> None:  # noqa: B027  (extxyz holds nothing open)
-        """Close the file."""
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        self.close()
-
-
-class Writer(ABC):
+class Writer(Closing, ABC):
     """A trajectory file open for writing, as :func:`carom.open` returns it for a ``path`` and a ``scene``.
 
     A frame is complete when ``write`` returns. All frames of a file have the same numbers of particles and
@@ -266,14 +267,6 @@ class Writer(ABC):
                 raise InputError(
                     f"The frames of {self.path} {has} {what} and {lacks}; write it to another file."
                 )
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: type | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        # After a failed write, closing fails as well; only the first error is reported.
-        with contextlib.nullcontext() if error is None else contextlib.suppress(FileError):
-            self.close()
 
 
 _CELL = rb"[^\n]*\n[-+.\d \t]+\r?\n([ \t]*[-+]?\d*\.?\d+){3}"

@@ -33,16 +33,21 @@ def hoomd_for(path: Path) -> Any:
     return checks.needed("gsd.hoomd", str(path), "'carom[gsd]'")
 
 
+def refuse_more_than_there_is(trajectory: gsd.hoomd.HOOMDTrajectory, path: Path, k: int) -> None:
+    """Raise ValueError if frame k announces more particles than the file has bytes, as gsd makes room."""
+    for frame in (0, k):
+        if trajectory.file.chunk_exists(frame=frame, name="particles/N"):
+            count = int(trajectory.file.read_chunk(frame=frame, name="particles/N")[0])
+            if count > path.stat().st_size:
+                raise ValueError(f"frame {frame} announces {count} particles, which the file does not hold")
+
+
 def _open(path: Path, mode: str) -> gsd.hoomd.HOOMDTrajectory:
     return hoomd_for(path).open(str(path), mode)
 
 
 def _append(trajectory: gsd.hoomd.HOOMDTrajectory, stored: gsd.hoomd.Frame) -> None:
-    """Append a frame.
-
-    gsd leaves default values of the first one out, and OVITO draws spheres without a diameter with its own.
-    Later frames take what they lack from the first.
-    """
+    """Append a frame; of the first one also defaults, without which OVITO draws spheres with its own."""
     if len(trajectory) == 0:
         for name in ("diameter", "mass"):
             values = getattr(stored.particles, name)
@@ -154,20 +159,10 @@ class GsdReader(Reader):
     def _read(self, k: int) -> Frame:
         def read() -> Frame:
             with reading(self.path, _KIND):
-                self._refuse_more_than_there_is(k)
+                refuse_more_than_there_is(self._file, self.path, k)
                 return _to_frame(self._file[k])
 
         return patiently(self.path, read)
-
-    def _refuse_more_than_there_is(self, k: int) -> None:
-        """Raise ValueError if frame k announces more particles than the file has bytes, as gsd makes room."""
-        for frame in (0, k):
-            if self._file.file.chunk_exists(frame=frame, name="particles/N"):
-                count = int(self._file.file.read_chunk(frame=frame, name="particles/N")[0])
-                if count > self.path.stat().st_size:
-                    raise ValueError(
-                        f"frame {frame} announces {count} particles, which the file does not hold"
-                    )
 
     def close(self) -> None:
         """Close the file."""
@@ -228,3 +223,6 @@ class GsdWriter(Writer):
                 self._file = None
         finally:
             self._claim.close()
+
+
+READER, WRITER = GsdReader, GsdWriter

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from carom.bridges.embedding import about_axes, cell_of, edges, embed, joined, parted, periodic
+from carom.bridges.embedding import about_axes, cell_of, edges, embed, joined, parted, periodic, spins_of
 from carom.errors import FileError, InputError
 from carom.frame import Frame
 from carom.io.formats import Reader, Writer
 from carom.io.hdf5 import Input, Output
-from carom.io.inspection import missing, put
+from carom.io.inspection import fill_value, growing, put
 from carom.io.locks import Claim, patiently, under_way
 from carom.paths import reading, reason, writing
 from carom.scene.lattices import MOST_DIMENSIONS
@@ -32,60 +32,63 @@ _GROUP = "particles/trajectory"
 _LENGTH, _TIME, _VELOCITY = "Angstrom", "ps", "Angstrom ps-1"
 
 
+class _Column(NamedTuple):
+    """A data set that grows: where it lies in the group, type and shape of a row, rows of a chunk, unit."""
+
+    at: str
+    kind: str
+    shape: tuple[int, ...]
+    rows: int = 1
+    unit: str | None = None
+
+
+def _layout(n: int, dimension: int, *, sheared: bool) -> dict[str, _Column]:
+    """Return the data sets of ``docs/layouts.md`` by name, in the order in which a frame is written."""
+    width = max(3, dimension)
+    return {
+        "step": _Column("position/step", "i8", (), 512),
+        "time": _Column("position/time", "f8", (), 512, _TIME),
+        "edges": _Column("box/edges/value", "f8", (width, width) if sheared else (width,), 512, _LENGTH),
+        "velocity": _Column("velocity/value", "f8", (n, width), unit=_VELOCITY),
+        "image": _Column("image/value", "i4", (n, width)),
+        "angular_velocity": _Column("angular_velocity/value", "f8", (n, 3), unit="ps-1"),
+        "box/tilt": _Column("box/tilt/value", "f8", (), 512),
+        "diameter": _Column("diameter/value", "f8", (n,), unit=_LENGTH),
+        # Last: MDAnalysis counts positions, which must never be longer than the other data sets.
+        "position": _Column("position/value", "f8", (n, width), unit=_LENGTH),
+    }
+
+
 class _Store:
     """The data sets of an open file, in the order in which a frame is written."""
 
     def __init__(self, file: h5py.File):
         group, notes = file[_GROUP], file["parameters/carom"].attrs
-        self.columns = {
-            "step": _growing(group, "position/step"),
-            "time": _growing(group, "position/time"),
-            "edges": _growing(group, "box/edges/value"),
-            "velocity": _growing(group, "velocity/value"),
-        }
-        for name in ("image", "angular_velocity", "box/tilt"):
-            if name in group:
-                self.columns[name] = _growing(group, f"{name}/value")
-        # Not `"value" in ...`: on a data set, this compares every element, each in its own call.
-        fixed = file.get(f"{_GROUP}/diameter", getclass=True) is not type(file[_GROUP])
-        if not fixed:
-            self.columns["diameter"] = _growing(group, "diameter/value")
-        # Last: MDAnalysis counts positions, which must never be longer than the other data sets.
-        self.columns["position"] = _growing(group, "position/value")
         self.dimension = int(notes["dimension"])
-        self.n = int(self.columns["position"].shape[1])
-        self._check_shapes()
-        self.masses = _fixed(group, "mass", "f8", self.n)
-        self.diameters = _fixed(group, "diameter", "f8", self.n) if fixed else None
-        self.species = _fixed(group, "species", "i4", self.n).astype(np.int64) if "species" in group else None
-        self.names = parted(notes["species_names"].decode()) if "species_names" in notes else ()
-        self.boundary = tuple(bool(kind == b"periodic") for kind in group["box"].attrs["boundary"])
-
-    def _check_shapes(self) -> None:
-        """Raise ValueError unless the data sets are those of the table in ``docs/layouts.md``."""
+        self.n = int(group["position/value"].shape[1])
         if not 1 <= self.dimension <= MOST_DIMENSIONS:
             raise ValueError(f"its dimension is {self.dimension}; expected 1 to {MOST_DIMENSIONS}")
-        width = max(3, self.dimension)
-        rows = {
-            "step": ("i8", ()),
-            "time": ("f8", ()),
-            "edges": ("f8", (width, width) if "box/tilt" in self.columns else (width,)),
-            "box/tilt": ("f8", ()),
-            "velocity": ("f8", (self.n, width)),
-            "image": ("i4", (self.n, width)),
-            "angular_velocity": ("f8", (self.n, 3)),
-            "diameter": ("f8", (self.n,)),
-            "position": ("f8", (self.n, width)),
-        }
-        for name, data in self.columns.items():
-            kind, shape = rows[name]
-            if data.ndim != 1 + len(shape) or data.shape[1:] != shape or not _is(data.dtype, kind):
+        # Not `"value" in ...`: on a data set, this compares every element, each in its own call.
+        fixed = file.get(f"{_GROUP}/diameter", getclass=True) is not type(file[_GROUP])
+        absent = {name for name in ("image", "angular_velocity", "box/tilt") if name not in group}
+        absent |= {"diameter"} if fixed else set()
+        self.columns: dict[str, h5py.Dataset] = {}
+        for name, column in _layout(self.n, self.dimension, sheared="box/tilt" in group).items():
+            if name in absent:
+                continue
+            data = self.columns[name] = _growing(group, column.at)
+            if data.shape[1:] != column.shape or not data.shape or not _is(data.dtype, column.kind):
                 raise ValueError(f"its {name} is of the shape {data.shape} and the type {data.dtype}")
             if data.chunks is None:
                 raise ValueError(f"its {name} cannot grow")
         lengths = {name: len(data) for name, data in self.columns.items()}
         if min(lengths.values()) < lengths["position"]:
             raise ValueError(f"its data sets differ in length: {lengths}")
+        self.masses = _fixed(group, "mass", "f8", self.n)
+        self.diameters = _fixed(group, "diameter", "f8", self.n) if fixed else None
+        self.species = _fixed(group, "species", "i4", self.n).astype(np.int64) if "species" in group else None
+        self.names = parted(notes["species_names"].decode()) if "species_names" in notes else ()
+        self.boundary = tuple(bool(kind == b"periodic") for kind in group["box"].attrs["boundary"])
 
     def __len__(self) -> int:
         return len(self.columns["position"])
@@ -108,7 +111,7 @@ class _Store:
             species=self.species,
             species_names=self.names,
             periodic=self.boundary[:d],
-            spins=self._spins(k),
+            spins=spins_of(columns["angular_velocity"][k], d) if "angular_velocity" in columns else None,
             tilt=float(columns["box/tilt"][k]) if "box/tilt" in columns else None,
         )
 
@@ -116,18 +119,11 @@ class _Store:
         edges = self.columns["edges"][k]
         return np.diag(edges) if edges.ndim == 2 else edges
 
-    def _spins(self, k: int) -> np.ndarray | None:
-        """Return the spins of frame k: in the plane they turn about the third axis."""
-        if "angular_velocity" not in self.columns:
-            return None
-        about = self.columns["angular_velocity"][k]
-        return np.ascontiguousarray(about[:, 2:] if self.dimension == 2 else about, dtype=np.float64)
-
     def _images(self, k: int) -> np.ndarray | None:
         if "image" not in self.columns:
             return None
         images = self.columns["image"][k][:, : self.dimension]
-        if images.min() == missing(np.int32):
+        if images.min() == fill_value(np.int32):
             raise ValueError(f"the image counts of frame {k} are lost")
         return np.ascontiguousarray(images, dtype=np.int32)
 
@@ -171,52 +167,21 @@ def _header(file: h5py.File) -> None:
 
 def _create(file: h5py.File, frame: Frame) -> _Store:
     """Lay out the empty data sets for frames like `frame`."""
-    n, width = frame.n, max(3, frame.dimension)
     file["parameters/carom"].attrs["dimension"] = np.int64(frame.dimension)
     group = file.create_group(_GROUP)
-
-    def grow(
-        parent: h5py.Group, name: str, shape: tuple[int, ...], dtype: Any, unit: str | None, rows: int
-    ) -> None:
-        data = parent.create_dataset(
-            name,
-            shape=(0, *shape),
-            maxshape=(None, *shape),
-            chunks=(rows, *shape),
-            dtype=dtype,
-            fletcher32=True,
-            fillvalue=missing(dtype),
-        )
-        if unit is not None:
-            # A str of variable length, because MDAnalysis compares it with a str.
-            data.attrs["unit"] = unit
-
-    position = group.create_group("position")
-    grow(position, "step", (), np.int64, None, 512)
-    grow(position, "time", (), np.float64, _TIME, 512)
-    grow(position, "value", (n, width), np.float64, _LENGTH, 1)
-    grow(group.create_group("velocity"), "value", (n, width), np.float64, _VELOCITY, 1)
-    box = group.create_group("box")
-    box.attrs["dimension"] = np.int32(width)
-    box.attrs["boundary"] = np.array(
-        [b"periodic" if flag else b"none" for flag in periodic(frame.periodic)], dtype="S8"
-    )
-    sheared = frame.tilt is not None
-    grow(
-        box.create_group("edges"), "value", (width, width) if sheared else (width,), np.float64, _LENGTH, 512
-    )
-    names = ["velocity", "box/edges"]
-    if sheared:
-        grow(box.create_group("tilt"), "value", (), np.float64, None, 512)
-        names.append("box/tilt")
-    if frame.images is not None:
-        grow(group.create_group("image"), "value", (n, width), np.int32, None, 1)
-        names.append("image")
-    if frame.spins is not None:
-        grow(group.create_group("angular_velocity"), "value", (n, 3), np.float64, "ps-1", 1)
-        names.append("angular_velocity")
-    for name in names:  # hard links: one step and one time for all
-        group[name]["step"], group[name]["time"] = position["step"], position["time"]
+    layout = _layout(frame.n, frame.dimension, sheared=frame.tilt is not None)
+    extras = {"box/tilt": frame.tilt, "image": frame.images, "angular_velocity": frame.spins}
+    linked = ["velocity", "box/edges", *(name for name, values in extras.items() if values is not None)]
+    for name in ("step", "time", "position", "velocity", "edges", *linked[2:]):
+        if name == "edges":
+            box = group.create_group("box")
+            box.attrs["dimension"] = np.int32(max(3, frame.dimension))
+            box.attrs["boundary"] = np.array(
+                [b"periodic" if flag else b"none" for flag in periodic(frame.periodic)], dtype="S8"
+            )
+        _made(group, layout[name])
+    for name in linked:  # hard links: one step and one time for all
+        group[name]["step"], group[name]["time"] = group["position/step"], group["position/time"]
     for name, values, unit in (("mass", frame.masses, None), ("diameter", frame.diameters, _LENGTH)):
         data = put(group, name, np.asarray(values, dtype=np.float64))
         if unit is not None:
@@ -228,25 +193,25 @@ def _create(file: h5py.File, frame: Frame) -> _Store:
     return _Store(file)
 
 
+def _made(group: h5py.Group, column: _Column, count: int = 0) -> h5py.Dataset:
+    """Make an empty data set, or one of ``count`` rows."""
+    data = growing(group, column.at, column.shape, np.dtype(column.kind), column.rows, count)
+    if column.unit is not None:
+        # A str of variable length, because MDAnalysis compares it with a str.
+        data.attrs["unit"] = column.unit
+    return data
+
+
 def _in_time(file: h5py.File, count: int) -> _Store:
     """Replace fixed diameters by a data set that grows; its first `count` rows hold the fixed ones."""
     group = file[_GROUP]
     fixed = group["diameter"][:]
     del group["diameter"]
-    moving = group.create_group("diameter")
-    shape = (count, len(fixed))
-    data = moving.create_dataset(
-        "value",
-        shape=shape,
-        maxshape=(None, shape[1]),
-        chunks=(1, shape[1]),
-        dtype=np.float64,
-        fletcher32=True,
-        fillvalue=missing(np.float64),
-    )
-    data.attrs["unit"] = _LENGTH
+    layout = _layout(len(fixed), 1, sheared=False)
+    data = _made(group, layout["diameter"], count)
     data[:] = fixed
-    moving["step"], moving["time"] = group["position/step"], group["position/time"]
+    for clock in ("step", "time"):
+        group[f"diameter/{clock}"] = group[f"position/{clock}"]
     return _Store(file)
 
 
@@ -388,3 +353,6 @@ class H5mdWriter(Writer):
 
     def _close(self) -> None:
         self._output.close()
+
+
+READER, WRITER = H5mdReader, H5mdWriter

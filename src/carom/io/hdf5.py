@@ -240,10 +240,9 @@ class Output:
 
 
 class Input:
-    """An HDF5 file open for reading: ``file`` is its ``h5py.File``.
+    """An HDF5 file open for reading: ``file`` is its ``h5py.File``, over a file object of Python.
 
-    HDF5 opens a file once per process: later readers would see what the first one saw, however it has grown.
-    A Python file object avoids this, also where a Universe of MDAnalysis is still in memory.
+    HDF5 opens a path once per process: later readers would see what the first one saw.
     """
 
     def __init__(self, path: Path):

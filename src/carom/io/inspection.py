@@ -4,7 +4,7 @@ That is content in other files (external storage, virtual data sets), links to t
 and sizes without bytes: each byte of a data set lies in the file, once. Format 1.8 has checksums of groups,
 attributes and data sets, chunks have Fletcher-32. The index of chunks has none and is inspected: each must be
 there once, of full size, at its own address. Where a search in it still fails, HDF5 returns the fill value,
-which no data set holds (:func:`missing`).
+which no data set holds (:func:`fill_value`).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def opened(source: Any, mode: str = "r") -> h5py.File:
     return file
 
 
-def missing(dtype: Any) -> Any:
+def fill_value(dtype: Any) -> Any:
     """Return the fill value for data that HDF5 cannot find: NaN, or the integer farthest from 0."""
     kind = np.dtype(dtype)
     if kind.kind == "f":
@@ -62,8 +62,18 @@ def put(group: h5py.Group, name: str, array: np.ndarray) -> h5py.Dataset:
     rows = max(1, (1 << 26) // (array.nbytes // len(array)))
     chunks = (min(rows, len(array)), *array.shape[1:])
     return group.create_dataset(
-        name, data=array, chunks=chunks, fletcher32=True, fillvalue=missing(array.dtype)
+        name, data=array, chunks=chunks, fletcher32=True, fillvalue=fill_value(array.dtype)
     )
+
+
+def growing(
+    group: h5py.Group, name: str, shape: tuple[int, ...], kind: Any, rows: int, count: int = 0
+) -> h5py.Dataset:
+    """Make a data set with a checksum, of ``count`` rows to which more are added, in chunks of ``rows``."""
+    return group.create_dataset(
+        name, shape=(count, *shape), maxshape=(None, *shape), chunks=(rows, *shape), dtype=kind,
+        fletcher32=True, fillvalue=fill_value(kind),
+    )  # fmt: skip
 
 
 def _inspect(file: h5py.File) -> None:

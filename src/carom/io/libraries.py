@@ -15,23 +15,24 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from carom.io.foreign_source import Snapshot, Source, text_of
+from carom.io.formats import foreign_format_of
 
 if TYPE_CHECKING:
     import ase
 
 
-class _OfAse(Source):
-    """What ASE reads."""
+class OfAse(Source):
+    """What ASE reads: CIF, in which symmetries fill a crystal, and POSCAR, CONTCAR and XDATCAR of VASP."""
 
     units = "angstrom"
     ordered = True
-    form = ""
 
     def __init__(self, path: Path):
         import ase.io
 
         super().__init__(path)
-        self._atoms: Any = ase.io.read(path, index=":", format=self.form)
+        form = {"CIF": "cif", "POSCAR": "vasp", "XDATCAR": "vasp-xdatcar"}[foreign_format_of(path) or ""]
+        self._atoms: Any = ase.io.read(path, index=":", format=form)
 
     def __len__(self) -> int:
         return len(self._atoms)
@@ -48,25 +49,7 @@ class _OfAse(Source):
         )  # fmt: skip
 
 
-class Cif(_OfAse):
-    """CIF; a crystal is filled by its symmetries."""
-
-    form = "cif"
-
-
-class Poscar(_OfAse):
-    """POSCAR and CONTCAR of VASP."""
-
-    form = "vasp"
-
-
-class Xdatcar(_OfAse):
-    """XDATCAR of VASP."""
-
-    form = "vasp-xdatcar"
-
-
-class Traj(_OfAse):
+class Traj(OfAse):
     """ASE's own trajectory, a frame at a time."""
 
     def __init__(self, path: Path):

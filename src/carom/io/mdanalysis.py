@@ -1,9 +1,4 @@
-"""Frames and extended XYZ for MDAnalysis.
-
-Importing this module registers two formats with MDAnalysis. ``MDAnalysis.Universe("run.extxyz")`` then works,
-with time, box, velocities, radii and masses, for the files of Carom and for other extended XYZ (whose
-optional columns may be missing). ``MDAnalysis.Universe("run.h5md")`` then knows types, radii, masses and the
-spacing of frames. :func:`universe` makes a Universe of any file or list of Frames.
+"""Frames, extended XYZ and H5MD for MDAnalysis, with which an import of this module registers two formats.
 
 MDAnalysis stores float32. The doubles are in ``ts.data["positions"]`` and ``ts.data["velocities"]``, (n, d)
 arrays. With ``unwrapped=True`` positions do not jump at the faces of the box, as ``EinsteinMSD`` needs them.
@@ -225,10 +220,7 @@ class ExtxyzParser(TopologyReaderBase):
 
 
 class H5mdReader(H5MDReader):
-    """MDAnalysis's H5MD reader, which also knows the spacing of frames and can unwrap positions.
-
-    Of a file of Carom it keeps doubles and periodic axes, too.
-    """
+    """MDAnalysis's H5MD reader, with the spacing of frames, unwrapped positions, and doubles of Carom."""
 
     format = "H5MD"
     _same_frames = False
@@ -338,24 +330,7 @@ def _topology(
 def universe(
     source: str | os.PathLike[str] | Reader | Sequence[Frame] | Frame, *, unwrapped: bool = False
 ) -> Universe:
-    """Return an MDAnalysis Universe of a file or of Frames.
-
-    Parameters
-    ----------
-    source : path, Reader, Frame or sequence of Frames
-        A trajectory that :func:`carom.open` reads (it stays open as long as the Universe), or frames in
-        memory.
-    unwrapped : bool
-        Whether positions are ``positions + images * box``, as mean squared displacements need them, instead
-        of in the box.
-
-    Returns
-    -------
-    MDAnalysis.Universe
-        With radii, masses, velocities, box and time (``trajectory.dt`` is the spacing of the frames); of
-        fewer than three dimensions padded with zeros. The species are the names and types of its atoms, so
-        that ``select_atoms("name small")`` selects one.
-    """
+    """Return the Universe of :func:`carom.io.universe`."""
     frames: Reader | Sequence[Frame]
     if isinstance(source, Frame):
         frames = [source]

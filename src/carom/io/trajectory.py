@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
@@ -45,20 +46,9 @@ def trajectory_of(path: str | os.PathLike[str]) -> Path:
     return found
 
 
-def _classes(path: str | os.PathLike[str]) -> tuple[Callable[..., Reader], Callable[..., Writer]]:
-    """Return the reader and the writer of the format that a file name asks for."""
-    name = format_of(path)
-    if name == "h5md":
-        from carom.io.h5md import H5mdReader, H5mdWriter
-
-        return H5mdReader, H5mdWriter
-    if name == "extxyz":
-        from carom.io.extxyz import ExtxyzReader, ExtxyzWriter
-
-        return ExtxyzReader, ExtxyzWriter
-    from carom.io.gsd import GsdReader, GsdWriter
-
-    return GsdReader, GsdWriter
+def _module(path: str | os.PathLike[str]) -> Any:
+    """Return the module of the format that a file name asks for, such as :mod:`carom.io.h5md`."""
+    return importlib.import_module(f"carom.io.{format_of(path)}")
 
 
 def open_reader(
@@ -77,8 +67,7 @@ def open_reader(
         from carom.io.foreign import ForeignReader
 
         return ForeignReader(path, form, diameter, box)
-    reader, _ = _classes(path)
-    frames = reader(path, torn=torn)  # first of all a file must be whole
+    frames: Reader = _module(path).READER(path, torn=torn)  # first of all a file must be whole
     for name, given in (("diameter", diameter), ("box", box)):
         if given is not None:
             frames.close()
@@ -103,21 +92,10 @@ def _refuse_states(path: Path) -> None:
 
 def _is_foreign(path: Path) -> bool:
     """Tell whether a file of a format that Carom writes is of another program; a damaged one is none."""
-    name = format_of(path)
     if under_way(path):
         return False
     with contextlib.suppress(InputError, *PARSE_ERRORS):
-        if name == "h5md":
-            from carom.io import h5md
-
-            return h5md.is_foreign(path)
-        if name == "extxyz":
-            from carom.io import extxyz
-
-            return extxyz.is_foreign(path)
-        from carom.io import gsd
-
-        return gsd.is_foreign(path)
+        return bool(_module(path).is_foreign(path))
     return False
 
 
@@ -125,7 +103,7 @@ def open_writer(
     path: str | os.PathLike[str], mode: str = "w", scene: Any = None, *, keep: int | None = None
 ) -> Writer:
     """Open a trajectory for writing; see :func:`carom.open`."""
-    _, writer = _classes(path)
+    writer: Callable[..., Writer] = _module(path).WRITER
     if mode not in ("w", "x", "a"):
         raise InputError(f"The mode is {mode!r}; expected 'r', 'w', 'x' or 'a'.")
     if keep is not None:

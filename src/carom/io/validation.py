@@ -38,8 +38,7 @@ def narrowed(images: np.ndarray) -> np.ndarray:
 def flaw(frame: Frame) -> str | None:
     """Return what is wrong with a frame, as the end of a sentence ("masses hold ..."), or None.
 
-    Valid: 1 component or more in 1 to 12 dimensions; finite reals; edges and masses above 0, diameters 0 or
-    more (a packing starts from points). Positions may lie outside the box, as rounding leaves them at walls.
+    Positions may lie outside the box, as rounding leaves them at walls; diameters may be 0.
     """
     return _shape(frame) or _values(frame)
 

@@ -26,7 +26,7 @@ from carom.observables.neighbors import nearest, pairs_within
 from carom.observables.of_frames import OfFrames, of_species
 from carom.observables.statistics import UNKNOWN, Estimate, arrays, blocking
 from carom.observables.tessellation import voronoi_bonds
-from carom.results import Result
+from carom.results import Binned
 from carom.scene.overlaps import Room, room_of_frame
 
 NEAREST = {2: 6, 3: 12, 4: 24}
@@ -184,11 +184,7 @@ class BondOrder(OfFrames):
 
 
 def orders_of(degree: int, n: int, pairs: np.ndarray, bonds: Callable[[slice], np.ndarray]) -> np.ndarray:
-    """Return the order (n, h) of each particle: the mean of the harmonics of its bonds, 0 without any.
-
-    ``pairs`` (m, 2) has particle and neighbor of each bond; ``bonds`` returns the vectors (k, d) of a slice
-    of them.
-    """
+    """Return the order (n, h) of each particle, 0 without bonds; ``bonds`` makes vectors of ``pairs``."""
     counts = np.bincount(pairs[:, 0], minlength=n)
     sums = None
     for part in _portions(len(pairs)):
@@ -231,7 +227,7 @@ def _refuse_images(room: Room, reach: float, name: str) -> None:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BondOrderResult(Result):
+class BondOrderResult(Binned):
     """Bond-orientational order, with error bars.
 
     Attributes
@@ -262,11 +258,6 @@ class BondOrderResult(Result):
     correlation: np.ndarray
     correlation_error: np.ndarray
 
-    @property
-    def middle(self) -> np.ndarray:
-        """Middle of each bin, (b,) [length]."""
-        return 0.5 * (self.edges[1:] + self.edges[:-1])
-
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
             ("local", self.local_order),
@@ -278,10 +269,7 @@ class BondOrderResult(Result):
     def _columns(self) -> dict[str, Any]:
         if not self.correlation.size:
             return super()._columns()
-        return {
-            "r_lo": self.edges[:-1], "r_hi": self.edges[1:],
-            "correlation": self.correlation, "correlation_error": self.correlation_error,
-        }  # fmt: skip
+        return self._bins("r") | self._with_errors("correlation")
 
     def __str__(self) -> str:
         return (

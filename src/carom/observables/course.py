@@ -90,8 +90,7 @@ class Course:
     def excess(self, virials: np.ndarray) -> Estimate:
         """Return Z - 1 as ``sum(virials) / sum(heat durations)``, for virials in units of ``d N kT``.
 
-        Z does not depend on kT, so blocks of a cooling gas are weighted by collisions: else its hot beginning
-        would dominate. While diameters grow Z changes, and the weight is that of the definition.
+        Blocks of a cooling gas are weighted by collisions: else its hot beginning would dominate.
         """
         pace = np.sqrt(self.heat) if self.cools else np.ones(len(self.heat))
         return self.average(virials / pace, self.durations * self.heat / pace)
@@ -107,10 +106,7 @@ class Course:
         )
 
     def average(self, sums: np.ndarray, weights: np.ndarray) -> Estimate:
-        """Return the ratio of two sums over blocks.
-
-        While diameters grow, its error is that of the scatter about a smooth curve, the trend.
-        """
+        """Return the ratio of two sums over blocks; while diameters grow, its error is that about a trend."""
         count = len(sums)
         if not self.grows or count < 4:
             return ratio(sums, weights)

@@ -13,7 +13,7 @@ from carom.frame import Frame
 from carom.meant import corrected
 from carom.observables.of_frames import OfFrames
 from carom.observables.statistics import arrays, blocking, shown
-from carom.results import Result
+from carom.results import Binned
 from carom.texts import axis_name, counted
 
 
@@ -93,7 +93,7 @@ class DensityProfile(OfFrames):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class DensityProfileResult(Result):
+class DensityProfileResult(Binned):
     """Number density in slabs.
 
     Attributes
@@ -114,11 +114,6 @@ class DensityProfileResult(Result):
     axis: int
     frames: int
 
-    @property
-    def middle(self) -> np.ndarray:
-        """Middle of each slab, (b,) [length]."""
-        return 0.5 * (self.edges[1:] + self.edges[:-1])
-
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
             ("slabs", str(self.density.size)),
@@ -129,6 +124,4 @@ class DensityProfileResult(Result):
         return f"Number density along {axis_name(self.axis)} [1 / length^d], {frames}", rows
 
     def _columns(self) -> dict[str, Any]:
-        return {
-            "x_lo": self.edges[:-1], "x_hi": self.edges[1:], "density": self.density, "error": self.error,
-        }  # fmt: skip
+        return {**self._bins(), "density": self.density, "error": self.error}

@@ -381,10 +381,7 @@ class DynamicsResult(Result):
 
     def _columns(self) -> dict[str, Any]:
         names = ("mean_square", "non_gaussian", "velocity_autocorrelation", "running_diffusion")
-        found = {"time": self.times}
-        for name in names:
-            found |= {name: getattr(self, name), f"{name}_error": getattr(self, f"{name}_error")}
-        return found
+        return {"time": self.times, **self._with_errors(*names)}
 
     def __str__(self) -> str:
         return (

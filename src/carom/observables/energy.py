@@ -12,8 +12,8 @@ import numpy as np
 from carom.block import Block
 from carom.errors import InputError
 from carom.meant import corrected
+from carom.observables.of_blocks import OfBlocks, OneNumber
 from carom.observables.statistics import Estimate, ratio, unwarned
-from carom.results import Result
 from carom.scene.velocities import degrees_of_freedom
 from carom.texts import counted
 
@@ -23,10 +23,19 @@ if TYPE_CHECKING:
 
 @corrected()
 @dataclass(frozen=True)
-class Energy:
+class Energy(OfBlocks["EnergyResult"]):
     """Kinetic, potential and total energy of a particle: an observable of a run.
 
     Give it to :meth:`carom.Simulation.measure`.
+
+    Notes
+    -----
+    The mean potential energy over a block is exact where the total energy is conserved and contacts are all
+    that changes kT: it is the total energy less the integral of the kinetic one. In a field it is the mean of
+    both ends of the block. Without any collision of pairs, a constant energy has an infinite error: nothing
+    is known. Without steps and fields it is zero.
+
+    The kinetic energy is that about the motion of the center of mass: half of kT for each degree of freedom.
 
     Examples
     --------
@@ -39,50 +48,18 @@ class Energy:
     True
     """
 
-    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> EnergyResult:
-        """Return the energy of a scene, from blocks of its run.
+    _what = "the energy"
 
-        Parameters
-        ----------
-        blocks : sequence of Block
-            Stretches of the run, with their ``energy``.
-        scene : Scene
-            The scene of the run.
-        kT : float
-            Temperature of a scene without potential energy, unless blocks hold their own [energy].
-
-        Raises
-        ------
-        InputError
-            If no block of positive duration holds the energy that the scene has.
-
-        Warns
-        -----
-        CaromWarning
-            If there are too few independent blocks.
-
-        Notes
-        -----
-        The mean potential energy over a block is exact where the total energy is conserved and contacts are
-        all that changes kT: it is the total energy less the integral of the kinetic one. In a field it is the
-        mean of both ends of the block. Without any collision of pairs, a constant energy has an infinite
-        error: nothing is known. Without steps and fields it is zero.
-
-        The kinetic energy is that about the motion of the center of mass: half of kT for each degree of
-        freedom.
-        """
-        kept = [block for block in blocks if block.duration > 0.0]
-        if not kept:
-            raise InputError("No block of positive duration was given; run before measuring the energy.")
-        durations = np.array([block.duration for block in kept])
+    def _of(self, blocks: Sequence[Block], scene: Scene, kT: float) -> EnergyResult:
+        durations = np.array([block.duration for block in blocks])
         half = 0.5 * degrees_of_freedom(scene) / scene.n
         if without_potential(scene):
-            heat = [kT * block.duration if block.kT_time is None else block.kT_time for block in kept]
+            heat = [kT * block.duration if block.kT_time is None else block.kT_time for block in blocks]
             thermal = ratio(heat, durations)
             kinetic = thermal.scaled(half)
             return EnergyResult(Estimate.exact(0.0), kinetic, kinetic, thermal, scene.n)
-        energies = [block.energy for block in kept if block.energy is not None]
-        if len(energies) < len(kept):
+        energies = [block.energy for block in blocks if block.energy is not None]
+        if len(energies) < len(blocks):
             raise InputError("Blocks hold no energies; use those that Simulation.blocks() yields.")
         means = np.array([each.potential for each in energies]) / scene.n
         temperatures = np.array([each.kT for each in energies])
@@ -90,8 +67,8 @@ class Energy:
         found = ratio(means * durations, durations)
         with unwarned():  # what is conserved changes by rounding alone
             total = ratio((means + half * temperatures) * durations, durations)
-        if not np.ptp(means) and not any(block.collisions for block in kept):
-            found, total = (Estimate(x.mean, math.inf, 0.0, math.inf, len(kept)) for x in (found, total))
+        if not np.ptp(means) and not any(block.collisions for block in blocks):
+            found, total = (Estimate(x.mean, math.inf, 0.0, math.inf, len(blocks)) for x in (found, total))
         return EnergyResult(
             found, thermal.scaled(half), total, thermal, scene.n,
             tuple(means.tolist()), tuple(durations.tolist()),
@@ -99,7 +76,7 @@ class Energy:
 
 
 @dataclass(frozen=True, eq=False)
-class EnergyResult(Result):
+class EnergyResult(OneNumber):
     """Energies of a particle, averaged over a stretch of a run.
 
     Parameters
@@ -126,6 +103,9 @@ class EnergyResult(Result):
     block_values: tuple[float, ...] = field(default=(), repr=False)
     block_durations: tuple[float, ...] = field(default=(), repr=False)
 
+    _main = "U"
+    quantity = "the potential energy"
+
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
             ("potential U [energy]", self.U),
@@ -141,19 +121,10 @@ class EnergyResult(Result):
             f"at kT = {self.kT.value_text} energy"
         )
 
-    def __float__(self) -> float:
-        """Return the mean of U."""
-        return self.U.mean
-
     @property
     def primary(self) -> Estimate:
         """The quantity that a ``relative_error`` refers to: U, or the kinetic energy where U is zero."""
         return self.kinetic if Estimate.exact(0.0) == self.U else self.U
-
-    @property
-    def quantity(self) -> str:
-        """Name of the measured quantity, for messages."""
-        return "the potential energy"
 
 
 def without_potential(scene: Scene) -> str | None:

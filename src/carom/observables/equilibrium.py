@@ -60,10 +60,7 @@ def doubts_about(result: Any) -> list[str]:
 def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
     """Return doubts about a number in equal blocks, sentences on a ``name`` such as "the pressure".
 
-    Tests: a trend (:func:`carom.observables.drift.drift` of up to 16 parts of 8 independent samples or more,
-    at 1e-3), else a decay at the start (:func:`carom.observables.drift.relaxation`, the same level); fewer
-    than 8 independent samples in 16 blocks or more, as in a relaxation, or fewer than 4. In equilibrium one
-    run in some thousand is doubted.
+    Tested are a trend, else a decay at the start, each at 1e-3, and the number of independent samples.
     """
     said = []
     trend = drift(values, _parts(np.asarray(values, dtype=np.float64))) if found.error > 0.0 else 0.0
@@ -92,12 +89,10 @@ def doubts(name: str, found: Estimate, values: Sequence[float]) -> list[str]:
 def equipartition(
     names: Sequence[str], series: Sequence[Sequence[float]], freedoms: Sequence[float]
 ) -> list[str]:
-    """Return a sentence on the species that are hotter or colder than the whole; none if there are none.
+    """Return a sentence on the species that are hotter or colder than the whole, at a level of 1e-3, or none.
 
-    ``series`` (m, K) is the temperature of each over that of all, at equal intervals. Its mean is compared
-    with 1 by Student's t at 1e-3 for all together. The error is from blocking, but at most that of one sample
-    in equilibrium, ``sqrt(2 / f (1 - f / F))`` for f of F degrees of freedom, for a species that exchanges no
-    energy.
+    ``series`` (m, K) is the temperature of each over that of all; its error is at most that of one sample in
+    equilibrium, ``sqrt(2 / f (1 - f / F))`` for f of F degrees of freedom.
     """
     tail = 0.5 * LEVEL / max(len(names), 1)
     found = []
@@ -127,11 +122,9 @@ def slow_exchange(
 ) -> list[str]:
     """Return a sentence on the species that exchanged too little energy for a reliable error bar, or none.
 
-    No error bar holds what fluctuates more slowly than the stretch. A temperature has the variance
-    ``alone**2`` (:func:`equipartition`), and its mean square change between successive samples is ``2
-    alone**2 (1 - a)`` with their correlation a. Of k samples ``m = k (1 - a) / (1 + a)`` are independent if
-    it relaxes exponentially, also in stretches far shorter. Named if m < 1/4, or if m < 8 and half of ``alone
-    / sqrt(max(m, 1))``, its deviation by chance, exceeds the ``relative_error`` of what was measured.
+    The mean square change ``2 alone**2 (1 - a)`` between successive temperatures tells their correlation a,
+    also in stretches far shorter than its decay. Of k samples ``m = k (1 - a) / (1 + a)`` are independent:
+    too few if m < 1/4, or if m < 8 and half of ``alone / sqrt(max(m, 1))`` exceeds the ``relative_error``.
     """
     found = []
     for name, values, alone in _temperatures(names, series, freedoms):
@@ -153,10 +146,8 @@ def slow_exchange(
 def slow_structure(scene: Scene, square: float) -> list[str]:
     """Return a sentence if a stretch is too short for the slow fluctuations near freezing, or nothing.
 
-    There a part of the pressure relaxes as slowly as the arrangement: in space 1 % of the variance of a
-    block, unseen in a short stretch, which doubles that of the mean. It has relaxed when particles have left
-    their neighbourhoods, by their mean ``square`` displacement [length^2]. Crystals, glasses and rods on a
-    line are not concerned.
+    They have relaxed when particles have left their neighborhoods, by their mean ``square`` displacement
+    [length^2]: in space they are 1 % of the variance of a block, but double that of the mean.
     """
     freezing = FREEZING.get(scene.dimension)
     if freezing is None or scene.packing_fraction < NEAR_FREEZING * freezing:

@@ -9,7 +9,7 @@ import numpy as np
 
 from carom.meant import corrected
 from carom.observables.statistics import Estimate, arrays, ratio, unwarned
-from carom.results import Result
+from carom.results import Binned, Result
 
 
 class FlightSums(NamedTuple):
@@ -64,7 +64,7 @@ class FreeFlights:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Distribution(Result):
+class Distribution(Binned):
     """A probability density over bins of equal width, and its mean.
 
     Attributes
@@ -83,18 +83,11 @@ class Distribution(Result):
     error: np.ndarray
     mean: Estimate
 
-    @property
-    def middle(self) -> np.ndarray:
-        """Middle of each bin, (b,)."""
-        return 0.5 * (self.edges[1:] + self.edges[:-1])
-
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         return f"Distribution in {self.density.size} bins", [("mean", self.mean.value_text)]
 
     def _columns(self) -> dict[str, Any]:
-        return {
-            "x_lo": self.edges[:-1], "x_hi": self.edges[1:], "density": self.density, "error": self.error,
-        }  # fmt: skip
+        return {**self._bins(), "density": self.density, "error": self.error}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,9 +128,7 @@ class FreeFlightsResult(Result):
         found: dict[str, Any] = {"species": np.arange(len(self.free_time))}
         for name in ("free_time", "free_path"):
             found[name], found[f"{name}_error"] = arrays([each.mean for each in getattr(self, name)])
-        for name in ("collision_rate", "return_probability"):
-            found |= {name: getattr(self, name), f"{name}_error": getattr(self, f"{name}_error")}
-        return found
+        return found | self._with_errors("collision_rate", "return_probability")
 
 
 def flights_of(

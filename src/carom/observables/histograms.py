@@ -15,8 +15,9 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.models.motions.shear import LONGEST_STRAIN
 from carom.observables.contact import contact_value
+from carom.observables.of_frames import OfFrames
 from carom.observables.pairs import distance_counts
-from carom.observables.statistics import MIN_BLOCKS, blocking, unwarned
+from carom.observables.statistics import MIN_BLOCKS, blocking
 from carom.scene.overlaps import room_of_frame
 from carom.theory import ball_volume
 
@@ -30,52 +31,23 @@ DEFAULT_REACH = 5.0
 MOST_BINS = 10_000_000
 
 
-class Histograms:
-    """Histograms of distances, for several g(r) by name; parameters as of :class:`carom.RDF`."""
+Wanted = Mapping[str, tuple[tuple[int | str, int | str] | None, float | None]]
+"""The two species of each g(r) and the distance at which they touch [length], by its name."""
 
-    def __init__(
-        self,
-        wanted: Mapping[str, tuple[tuple[int | str, int | str] | None, float | None]],
-        *,
-        bins: int | None = None,
-        width: float | None = None,
-        rmax: float | None = None,
-    ):
-        self._wanted, self._binning = wanted, (bins, width, rmax)
-        self._first: Frame | None = None
-        self._asked: dict[str, tuple[tuple[int, int] | None, np.ndarray]] = {}
-        self._counts: dict[str, list[np.ndarray]] = {name: [] for name in wanted}
-        self._volumes: list[float] = []
 
-    def add(self, frame: Frame) -> None:
-        """Add the next frame."""
-        if self._first is None:
-            self._begin(frame)
-            self._first = frame
-        else:
-            _check_same(self._first, frame, len(self._volumes))
-            self._fit(0.5 * _narrowest(frame))
-        for name, counts in _histograms(frame, self._asked).items():
-            self._counts[name].append(counts)
-        self._volumes.append(math.prod(frame.box))
+class Histograms(OfFrames):
+    """Base of what counts the distances of several g(r) in one pass: ``_wanted``, in bins by ``_binning``."""
 
-    def _fit(self, half: float) -> None:
-        """Leave out the bins beyond half of the shortest edge of a later frame [length]."""
-        for name, (pair, edges) in self._asked.items():
-            kept = int(np.searchsorted(edges, half, side="right"))
-            if kept == len(edges):
-                continue
-            if kept < 2 or self._binning != (None, self._binning[1], None):
-                checked_rmax(float(edges[-1]), 2.0 * half, float(edges[0]))
-            self._asked[name] = pair, edges[:kept]
-            self._counts[name] = [counts[: kept - 1] for counts in self._counts[name]]
+    _what = "g(r)"
+    _uniform = True
+    _same = ("n", "dimension", "diameters", "species")
+
+    _wanted: Wanted
+    _binning: tuple[int | None, float | None, float | None] = (None, None, None)
+    """The parameters bins, width and rmax of :class:`carom.RDF`."""
 
     def _begin(self, first: Frame) -> None:
-        if not all(first.periodic):
-            raise InputError(
-                f"Axis {first.periodic.index(False)} of the box has walls; g(r) is that of a fluid which is "
-                "the same everywhere, in a box with periodic axes only."
-            )
+        self._asked: dict[str, tuple[tuple[int, int] | None, np.ndarray]] = {}
         for name, (pair, contact) in self._wanted.items():
             chosen = None if pair is None else species_pair(first, pair)
             if contact is not None and chosen is None:
@@ -83,14 +55,29 @@ class Histograms:
             diameter = _common_diameter(first) if chosen is None else _contact(first, chosen, contact)
             self._asked[name] = (chosen, _bin_edges(diameter, _narrowest(first), *self._binning))
 
-    def result(self) -> dict[str, dict[str, Any]]:
-        """Return the fields of each :class:`carom.observables.RDFResult` of all frames so far, by name."""
-        if self._first is None:
-            raise InputError("No frame was given; sample some with Simulation.sample(every=0.5, count=100).")
-        return {
-            name: _distribution(self._first, np.array(self._counts[name]), edges, chosen, self._volumes)
-            for name, (chosen, edges) in self._asked.items()
-        }
+    def _of(self, frame: Frame) -> tuple[dict[str, np.ndarray], float]:
+        """Return the pairs in each bin of each g(r), and the volume [length^d]."""
+        self._fit(0.5 * _narrowest(frame))
+        return _histograms(frame, self._asked), math.prod(frame.box)
+
+    def _fit(self, half: float) -> None:
+        """Leave out the bins beyond half of the shortest edge of a frame [length]."""
+        for name, (pair, edges) in self._asked.items():
+            kept = int(np.searchsorted(edges, half, side="right"))
+            if kept == len(edges):
+                continue
+            if kept < 2 or self._binning != (None, self._binning[1], None):
+                checked_rmax(float(edges[-1]), 2.0 * half, float(edges[0]))
+            self._asked[name] = pair, edges[:kept]
+
+    def _found(self) -> Any:
+        """Return the fields of each :class:`carom.observables.RDFResult`, by name."""
+        counted, volumes = zip(*self._samples, strict=True)
+        found = {}
+        for name, (pair, edges) in self._asked.items():
+            counts = np.array([each[name][: len(edges) - 1] for each in counted])
+            found[name] = _distribution(self._first, counts, edges, pair, np.array(volumes))
+        return found
 
 
 def _narrowest(frame: Frame) -> float:
@@ -102,12 +89,12 @@ def _narrowest(frame: Frame) -> float:
 
 
 def _distribution(
-    first: Frame, counts: np.ndarray, edges: np.ndarray, pair: tuple[int, int] | None, volumes: list[float]
+    first: Frame, counts: np.ndarray, edges: np.ndarray, pair: tuple[int, int] | None, volumes: np.ndarray
 ) -> dict[str, Any]:
     """Return the fields of g(r) from histograms (frames, m) of frames like the first, with their volumes."""
     expected = ideal_counts(edges, _pairs(first, pair), first.box)
     neighbors, neighbors_error = _running(first, counts, pair)
-    larger = np.array(volumes) / volumes[0]
+    larger = volumes / volumes[0]
     weighted = counts * larger[:, None] if (larger != 1.0).any() else counts
     return {
         "edges": edges,
@@ -127,19 +114,14 @@ def _distribution(
 
 
 def _running(first: Frame, counts: np.ndarray, pair: tuple[int, int] | None) -> tuple[np.ndarray, np.ndarray]:
-    """Return the numbers of neighbors below the upper edge of each bin, and their errors, (m,) each.
-
-    Blocking is of the sums over bins: bins are not independent, as a particle that leaves one enters the
-    next.
-    """
+    """Return the numbers of neighbors up to the end of each bin, and the errors of these sums, (m,) each."""
     centers = first.n if pair is None else int(np.count_nonzero(first.species == pair[0]))
     per_pair = 1.0 if pair is not None and pair[0] != pair[1] else 2.0
     numbers = np.cumsum(counts, axis=1) * (per_pair / centers)
     if len(counts) < MIN_BLOCKS:
         independent = np.sqrt(np.cumsum(counts.sum(axis=0))) * (per_pair / centers / len(counts))
         return numbers.mean(axis=0), independent
-    with unwarned():  # as for g
-        return numbers.mean(axis=0), np.array([blocking(column).error for column in numbers.T])
+    return numbers.mean(axis=0), np.array([blocking(column).error for column in numbers.T])
 
 
 def _common_diameter(frame: Frame) -> float:
@@ -251,20 +233,6 @@ def _bin_edges(
     return np.linspace(diameter, end, int(bins) + 1)
 
 
-def _check_same(first: Frame, frame: Frame, index: int) -> None:
-    """Raise InputError if a frame is of another system than the first."""
-    for name in ("n", "dimension"):
-        ours, theirs = (np.asarray(getattr(each, name)) for each in (frame, first))
-        if not np.array_equal(ours, theirs):
-            raise InputError(
-                f"Frame {index} has {name} {ours.tolist()}, the first one {theirs.tolist()}; "
-                "g(r) averages frames of the same system."
-            )
-    for name in ("diameters", "species"):
-        if not np.array_equal(getattr(frame, name), getattr(first, name)):
-            raise InputError(f"Frame {index} has other {name} than the first; g(r) averages one system.")
-
-
 def _histograms(
     frame: Frame, asked: Mapping[str, tuple[tuple[int, int] | None, np.ndarray]]
 ) -> dict[str, np.ndarray]:
@@ -344,7 +312,6 @@ def _errors(weighted: np.ndarray, larger: np.ndarray, expected: np.ndarray) -> n
     errors = independent_errors(total, frames * expected)
     if frames < MIN_BLOCKS:
         return errors
-    with unwarned():  # Wide error bars show too few samples; a warning for each bin would not help.
-        for k in np.flatnonzero(total):
-            errors[k] = blocking(weighted[:, k]).error / expected[k]
+    for k in np.flatnonzero(total):
+        errors[k] = blocking(weighted[:, k]).error / expected[k]
     return errors

@@ -32,22 +32,12 @@ GROUPS = 128
 
 @dataclass(frozen=True)
 class Layer:
-    """Averages over a layer.
+    """Averages over a layer; its heights are from the end of the box to which the field pulls."""
 
-    Attributes
-    ----------
-    low, high : float
-        Heights between which its centers are, from the end of the box to which the field pulls [length].
-    members : float
-        Mean number of particles.
-    kT : Estimate or None
-        Granular temperature [energy]; None where never two were in the layer.
-    """
-
-    low: float
-    high: float
-    members: float
-    kT: Estimate | None
+    low: float  # [length]
+    high: float  # [length]
+    members: float  # mean number of particles
+    kT: Estimate | None  # granular temperature [energy]; None where never two were in the layer
 
 
 class Layers:

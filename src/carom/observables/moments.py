@@ -66,11 +66,7 @@ class HelfandMoments:
 
 @dataclass(frozen=True, eq=False)
 class MeanSquares:
-    """Mean squares of changes of Helfand's moments over l times.
-
-    ``shear`` is of an off-diagonal element of the stress: the mean over all elements of the traceless tensor,
-    hence over every orientation. ``heat`` and ``fluxes`` are of one particle.
-    """
+    """Mean squares of changes of Helfand's moments over l times; shear is that of an off-diagonal element."""
 
     times: np.ndarray  # (l,), between the samples [time]
     shear: np.ndarray  # (3, l): kinetic, cross, collisional
@@ -81,11 +77,9 @@ class MeanSquares:
 
 
 def mean_squares(moments: HelfandMoments, lags: Sequence[int], rate: float) -> MeanSquares:
-    """Return mean squares over all stretches of ``lags`` samples, which may overlap.
+    """Return mean squares over all stretches of ``lags`` samples, less ``rate`` times the time in the trace.
 
-    ``rate``, roughly pressure times volume [energy], is subtracted from the change of the trace; the caller
-    corrects for the mean. In an isotropic fluid the traceless stress has ``<S_ab S_cd> = A (delta_ac delta_bd
-    + delta_ad delta_bc - 2/d delta_ab delta_cd)``: the sum of squares is ``A (d - 1) (d + 2)``, and A that of
+    In an isotropic fluid the sum of squares of the traceless stress is ``A (d - 1) (d + 2)``, with A that of
     an off-diagonal element.
     """
     d = moments.dimension

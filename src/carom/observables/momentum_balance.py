@@ -35,10 +35,8 @@ def weighted_momenta(frame: Frame, scene: Scene) -> tuple[float, ...]:
     """Return M [mass length / time] for each wall and obstacle, in the order of ``Simulation.obstacles``.
 
     It is zero for slanting planes and own obstacles (``carom.observables.surface_changes``). Between walls at
-    0 and L the weight of the lower is ``(L - sigma_i / 2 - x) / (L - sigma_i)``: 1 where i touches it, 0 at
-    the upper one. In a container of radius R about c the field is ``(r - c) / (R - sigma_i / 2)``, across the
-    axis for a cylinder. Around a ball it is radial, of constant divergence up to half of the box, zero
-    beyond. That of a plane vanishes at the height of the highest particle, where another plane may be.
+    0 and L the weight of the lower is ``(L - sigma_i / 2 - x) / (L - sigma_i)``; in a container of radius R
+    about c the field is ``(r - c) / (R - sigma_i / 2)``, across the axis for a cylinder.
     """
     momenta, places, radii = frame.masses[:, None] * frame.velocities, frame.positions, 0.5 * frame.diameters
     found: list[float] = []

@@ -68,10 +68,10 @@ class OfFrames:
             self._begin(frame)
             self._first, self._samples = frame, []
         for name in self._same:
-            ours, first = (np.asarray(getattr(each, name)).tolist() for each in (frame, self._first))
-            if ours != first:
-                what = f"{self._what} is that of the same system"
-                raise InputError(f"A frame has {name} {ours}, the first one {first}; {what}.")
+            ours, first = (getattr(each, name) for each in (frame, self._first))
+            if not np.array_equal(ours, first):
+                found = f"{name} {ours!r}, the first one {first!r}" if np.isscalar(ours) else f"other {name}"
+                raise InputError(f"A frame has {found}; {self._what} is that of the same system.")
         self._samples.append(self._of(frame))
 
     def result(self) -> Any:

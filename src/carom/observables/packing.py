@@ -368,11 +368,7 @@ def _backbone(frame: Frame, bonds: np.ndarray, vectors: np.ndarray, sided: bool)
 
 
 def is_held(directions: np.ndarray) -> bool:
-    """Return whether contacts in these directions (m, d) hold a particle from all sides.
-
-    They do if they span the space and a positive combination is zero: non-negative least squares, with
-    coefficients 1 + mu.
-    """
+    """Return whether directions (m, d) of contacts span the space, and a positive combination is zero."""
     from scipy.optimize import nnls
 
     m, dimension = directions.shape

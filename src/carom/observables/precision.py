@@ -46,9 +46,8 @@ def lengthen(
 ) -> bool:
     """Make a stretch longer until its error bar is small enough; False if there was not enough time.
 
-    ``extend`` continues to a length [blocks] and returns what was reached, or None without time.
-    ``error_bar`` returns None if there will never be one. ``expect`` gets length and estimate, if it must be
-    longer.
+    ``extend`` continues to a length [blocks] and returns what was reached, or None without time;
+    ``error_bar`` returns None if there will never be one.
     """
     while (reached := extend(length)) is not None:
         found = error_bar()
@@ -121,8 +120,7 @@ class Prediction:
 def _independent(estimate: Estimate) -> float:
     """Return the number of independent blocks that the error is based on.
 
-    All count where neighbors are anticorrelated (tau < 1), as of rods on a line: blocking ends with few large
-    blocks, and the error bar is rather too large.
+    All count where neighbors are anticorrelated (tau < 1), as of rods: blocking ends with few large blocks.
     """
     if estimate.tau < 1.0:
         return estimate.tau * estimate.n_eff

@@ -16,8 +16,8 @@ from carom.errors import CaromWarning, InputError
 from carom.meant import corrected
 from carom.models.motions.shear import Shear
 from carom.observables.course import Course
+from carom.observables.of_blocks import OneNumber
 from carom.observables.statistics import UNKNOWN, Estimate, unwarned
-from carom.results import Result
 from carom.scene.fields import is_elastic, is_simple
 from carom.scene.velocities import kept_by_motion
 from carom.texts import counted, html
@@ -206,7 +206,7 @@ class Pressure:
 
 
 @dataclass(frozen=True, eq=False)
-class PressureResult(Result):
+class PressureResult(OneNumber):
     """Pressure of a fluid, from the virial and, for equal particles, from the collision rate.
 
     Parameters
@@ -262,6 +262,9 @@ class PressureResult(Result):
     steady: bool = True
     solid: bool = False
 
+    _main = "Z"
+    quantity = "the pressure"
+
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
             ("Z = PV / NkT", self.Z),
@@ -281,20 +284,6 @@ class PressureResult(Result):
         if math.isfinite(self.pressure.mean):
             lines.append(f"P = {self.pressure.value_text} energy / length^{self.dimension}")
         return "\n".join([*lines, *filter(None, [self.note])])
-
-    def __float__(self) -> float:
-        """Return the mean of Z."""
-        return self.Z.mean
-
-    @property
-    def primary(self) -> Estimate:
-        """The quantity that a ``relative_error`` refers to: Z."""
-        return self.Z
-
-    @property
-    def quantity(self) -> str:
-        """Name of the measured quantity, for messages."""
-        return "the pressure"
 
     def infinite_size(self, equation: theory.Equation | None = None) -> Estimate:
         """Return Z of infinitely many particles, by the correction of order 1 / n.
@@ -383,11 +372,10 @@ def finite_size_correction(
 
 
 def finite_size_doubt(packing_fraction: float, n: int, dimension: int) -> str:
-    """Return a sentence on why the correction to infinite size is not reliable; or "".
+    """Return a sentence on why the correction to infinite size is not reliable, or "".
 
-    If the edge is below six diameters and the density beyond 0.7 of freezing, a particle is correlated with
-    the shells around its own images, which is not of order 1 / n. At 0.8, Z of 108 spheres (edge 5.1) stays
-    0.026 low after the correction of 0.017; at 0.5 (edge 6.0) it is accurate to 3e-4.
+    In a small dense box a particle is correlated with the shells around its own images, which is not of order
+    1 / n: at 0.8, Z of 108 spheres (edge 5.1) stays 0.026 low after the correction of 0.017.
     """
     dense = packing_fraction > DENSE * theory.FREEZING.get(dimension, math.inf)
     edge = (n * theory.ball_volume(dimension) / packing_fraction) ** (1.0 / dimension)

@@ -19,7 +19,7 @@ from carom.models.motions.gravity import Gravity
 from carom.models.questions.observer import at_obstacle, at_pair
 from carom.observables.pressure_tensor import about_center, averaged, check_events, drift_of
 from carom.observables.statistics import shown, unwarned
-from carom.results import Result
+from carom.results import Binned
 from carom.texts import counted
 
 if TYPE_CHECKING:
@@ -67,8 +67,7 @@ def is_last(flux, k, way):
 def stay(flux, i, k, start, end, share):
     """Add that particle i was in layer k for a ``share`` of the time from ``start`` to ``end`` of its flight.
 
-    With the velocity u in the middle the integral of ``u_a u_b`` over h is ``(u_a u_b + g_a g_b h^2 / 12)
-    h``.
+    With the velocity u in the middle it carries ``(u_a u_b + g_a g_b h^2 / 12) h`` in a time h.
     """
     middle, h = 0.5 * (start + end), end - start
     at = layer(flux, k)
@@ -368,7 +367,7 @@ def _field(scene: Scene) -> tuple[float, ...]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PressureProfileResult(Result):
+class PressureProfileResult(Binned):
     """The pressure tensor in layers.
 
     Attributes
@@ -408,11 +407,6 @@ class PressureProfileResult(Result):
     blocks: int
 
     @property
-    def middle(self) -> np.ndarray:
-        """Middle of each layer, (b,) [length]."""
-        return 0.5 * (self.edges[1:] + self.edges[:-1])
-
-    @property
     def normal(self) -> np.ndarray:
         """The normal pressure, P_aa for the axis a of the layers, (b,) [energy / length^d]."""
         return self.tensor[:, self.axis, self.axis]
@@ -432,10 +426,7 @@ class PressureProfileResult(Result):
         return f"{title}, {counted(self.blocks, 'block')}", rows
 
     def _columns(self) -> dict[str, Any]:
-        found: dict[str, Any] = {
-            "x_lo": self.edges[:-1], "x_hi": self.edges[1:],
-            "density": self.density, "density_error": self.density_error,
-        }  # fmt: skip
+        found = self._bins() | self._with_errors("density")
         for name, values in (("", self.tensor), ("_error", self.error)):
             for a in range(self.dimension):
                 for b in range(a, self.dimension):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -13,10 +13,9 @@ import numpy as np
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
-from carom.observables.histograms import Histograms
-from carom.observables.of_frames import OfFrames
+from carom.observables.histograms import Histograms, Wanted
 from carom.observables.statistics import Estimate, shown
-from carom.results import Result, from_dict
+from carom.results import Binned, Result, from_dict
 from carom.scene.fields import is_equal
 from carom.scene.species import pair_name
 from carom.texts import counted, visible
@@ -50,7 +49,7 @@ def species_of(scene: Scene) -> np.ndarray | None:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class RDFResult(Result):
+class RDFResult(Binned):
     """A histogram of pair distances, normalised to 1 for an ideal gas of the same n particles.
 
     Parameters
@@ -94,7 +93,7 @@ class RDFResult(Result):
     @property
     def r(self) -> np.ndarray:
         """Centers of the bins (m,) [length]."""
-        return 0.5 * (self.edges[:-1] + self.edges[1:])
+        return self.middle
 
     def coordination(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the mean number of neighbors up to the upper edge of each bin, and its error, (m,) each.
@@ -130,10 +129,7 @@ class RDFResult(Result):
         )
 
     def _columns(self) -> dict[str, Any]:
-        return {
-            "r_lo": self.edges[:-1], "r_hi": self.edges[1:], "g": self.g, "error": self.error,
-            "counts": self.counts,
-        }  # fmt: skip
+        return self._bins("r") | {"g": self.g, "error": self.error, "counts": self.counts}
 
     def to_dataframe(self) -> pandas.DataFrame:
         """Return r, the edges of each bin, g, its error and the counts as a pandas DataFrame.
@@ -150,7 +146,7 @@ class RDFResult(Result):
 
 @corrected()
 @dataclass
-class RDF(OfFrames):
+class RDF(Histograms):
     """The radial distribution function and running coordination numbers: an observable of frames.
 
     g(r) of equal particles, or the partial g_ij(r) of two species of a mixture, in a periodic box. Give it to
@@ -211,22 +207,12 @@ class RDF(OfFrames):
     rmax: float | None = None
     pair: tuple[int | str, int | str] | None = None
     contact: float | None = None
-    _counted: Histograms = field(init=False, repr=False)
-
-    _what = "g(r)"
-    _uniform = True
 
     def __post_init__(self) -> None:
-        wanted = {"": (self.pair, self.contact)}
-        self._counted = Histograms(wanted, bins=self.bins, width=self.width, rmax=self.rmax)
+        self._wanted, self._binning = {"": (self.pair, self.contact)}, (self.bins, self.width, self.rmax)
 
-    def add(self, frame: Frame) -> None:
-        """Add the next frame."""
-        self._counted.add(frame)
-
-    def result(self) -> RDFResult:
-        """Return g(r) of all frames so far."""
-        return _results(self._counted)[""]
+    def _found(self) -> RDFResult:
+        return RDFResult(**super()._found()[""])
 
 
 class PartialRDFResult(Result, dict[str, RDFResult]):
@@ -276,7 +262,7 @@ class PartialRDFResult(Result, dict[str, RDFResult]):
         }
 
 
-class PartialRDF(OfFrames):
+class PartialRDF(Histograms):
     """g_ij(r) of every pair of species of a mixture, in the default bins of :class:`carom.RDF`.
 
     Parameters
@@ -295,13 +281,12 @@ class PartialRDF(OfFrames):
     def __init__(self, scene: Scene):
         self._scene, self._species = scene, species_of(scene)
         self._by_size = self._species is not None and self._species is not scene.species
-        wanted: dict[str, tuple[tuple[int | str, int | str] | None, float | None]] = {}
+        self._wanted = {}
         if self._species is not None:
             self._labels = np.sort(self._species) if self._by_size else self._species
             self._named = scene.species_names if self._species is scene.species else ()
-            wanted = _wanted(scene, self._species, self._named)
-        self.pairs = list(wanted)
-        self._counted = Histograms(wanted)
+            self._wanted = _wanted(scene, self._species, self._named)
+        self.pairs = list(self._wanted)
 
     def fresh(self) -> Self:
         """Return the same observable without any frame."""
@@ -319,11 +304,14 @@ class PartialRDF(OfFrames):
             frame = dataclasses.replace(
                 frame, positions=frame.positions[order], diameters=frame.diameters[order]
             )
-        self._counted.add(dataclasses.replace(frame, species=self._labels, species_names=self._named))
+        super().add(dataclasses.replace(frame, species=self._labels, species_names=self._named))
 
-    def result(self) -> PartialRDFResult:
+    def result(self) -> Any:
         """Return the g_ij(r) of all frames so far, by the name of the pair."""
-        return PartialRDFResult(_results(self._counted) if self.pairs else {})
+        return super().result() if self.pairs else PartialRDFResult({})
+
+    def _found(self) -> PartialRDFResult:
+        return PartialRDFResult({name: RDFResult(**found) for name, found in super()._found().items()})
 
 
 def rdf_of(scene: Scene) -> RDF | PartialRDF:
@@ -331,12 +319,10 @@ def rdf_of(scene: Scene) -> RDF | PartialRDF:
     return RDF() if is_equal(scene) else PartialRDF(scene)
 
 
-def _wanted(
-    scene: Scene, species: np.ndarray, named: tuple[str, ...]
-) -> dict[str, tuple[tuple[int | str, int | str] | None, float | None]]:
+def _wanted(scene: Scene, species: np.ndarray, named: tuple[str, ...]) -> Wanted:
     """Return each pair of species and its contact, by the name of the pair."""
     kinds, counts = np.unique(species, return_counts=True)
-    wanted: dict[str, tuple[tuple[int | str, int | str] | None, float | None]] = {}
+    wanted = {}
     for a, b in itertools.combinations_with_replacement(range(kinds.size), 2):
         i, j = int(kinds[a]), int(kinds[b])
         if scene.contact is not None:
@@ -348,7 +334,3 @@ def _wanted(
         name = pair_name(*(named[k] if named else k for k in (i, j)))
         wanted[name] = ((i, j), None if scene.contact is None else contact)  # of points it is 0
     return wanted
-
-
-def _results(counted: Histograms) -> dict[str, RDFResult]:
-    return {name: RDFResult(**found) for name, found in counted.result().items()}

@@ -13,10 +13,9 @@ import numpy as np
 
 from carom.arithmetic import dot
 from carom.errors import CaromWarning, InputError
-from carom.notebook import table
 from carom.observables.quantiles import chi_squared_below, student_above
 from carom.results import part
-from carom.table import decimals
+from carom.table import decimals, in_html
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -74,7 +73,7 @@ class Estimate:
             ("independent samples", f"{self.n_eff:.0f}"),
             ("blocks to one of them", f"{self.tau:.2g}"),
         ]
-        return table("Estimate", rows)
+        return in_html("Estimate", rows)
 
     def __str__(self) -> str:
         return f"{self.value_text} (n_eff {self.n_eff:.0f}, tau {self.tau:.1f} blocks)"

@@ -1,14 +1,12 @@
 """The force on an obstacle of any shape, without most of the momentum that sound carries to and fro.
 
 For a slanting plane or an own obstacle only the distance ``g_i`` of each particle is known, no field as in
-``momentum_balance``. Two sums over it change with the momentum that the obstacle receives, with s half of the
-box::
+``momentum_balance``. Two sums over it are bounded, with s half of the box::
 
     A = sum_i m_i dg_i/dt        B = sum_i m_i g_i dg_i/dt / s
 
-Both are bounded, so any multiple of their changes may be subtracted from the blocks without a change of the
-long mean. Regression gives those with the least scatter: what remains is less anticorrelated, and its error
-bar less overestimated.
+So any multiple of their changes may be subtracted from the momentum that the obstacle receives in a block,
+without a change of the long mean. Regression gives those with the least scatter.
 """
 
 from __future__ import annotations
@@ -71,9 +69,7 @@ def place_of(scene: Scene, k: int) -> int | None:
 def freed(impulses: np.ndarray, changes: np.ndarray, durations: np.ndarray) -> tuple[Estimate, np.ndarray]:
     """Return the force with its error bar, and the momentum of each block without multiples of the changes.
 
-    ``impulses`` (n,) [mass length / time] are received in blocks, ``changes`` (n, m) those of bounded sums.
-    Multiples and error come from 64 stretches, or from blocks if fewer. With fewer than 8 m blocks a
-    regression would follow the noise, and the momentum is unchanged.
+    ``impulses`` (n,) are received in blocks, ``changes`` (n, m) those of bounded sums [mass length / time].
     """
     n, m = changes.shape
     if n < 8 * m or not np.isfinite(changes).all():

@@ -28,9 +28,7 @@ faces of up to two. They make no neighbors, unless another is up to eight times 
 def voronoi_bonds(room: Room, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return (particle, neighbor) of each bond from both ends, (m, 2), and its vector, (m, d) [length].
 
-    Bonds are in the order of particles; in a small box every image with a common face has one. Obstacles cut
-    no cell off. The empty sphere around a corner touches the cell's particle, so it reaches at most its
-    diameter beyond the box: the layer of images is so deep that none leaves it.
+    The empty sphere around a corner touches the cell's particle: images are needed up to its diameter.
     """
     n, d = places.shape
     depth = FIRST * (math.prod(room.box) / n) ** (1.0 / d)
@@ -86,10 +84,7 @@ def _last_digit(places: np.ndarray) -> float:
 
 
 def _faces(points: np.ndarray, n: int, limit: float) -> tuple[np.ndarray, float]:
-    """Return the pairs (m, 2) that share a face and the diameter of the widest empty sphere, of n cells.
-
-    It is infinite where a cell is open. Faces up to the width ``limit`` may be those of rounding.
-    """
+    """Return the pairs (m, 2) with a face wider than ``limit``, and the width of the widest empty sphere."""
     from scipy.spatial import QhullError, Voronoi
 
     try:

@@ -11,8 +11,8 @@ import numpy as np
 from carom.block import Block
 from carom.errors import InputError
 from carom.meant import corrected
+from carom.observables.of_blocks import OfBlocks, OneNumber
 from carom.observables.statistics import Estimate, ratio
-from carom.results import Result
 from carom.texts import counted
 
 if TYPE_CHECKING:
@@ -21,10 +21,20 @@ if TYPE_CHECKING:
 
 @corrected()
 @dataclass(frozen=True)
-class Volume:
+class Volume(OfBlocks["VolumeResult"]):
     """The mean volume under a barostat, and the pressure: an observable of a run.
 
     Give it to :meth:`carom.Simulation.measure`.
+
+    Notes
+    -----
+    The volume is the mean over time. The pressure is the mean of ``(n kT + W / d) / V`` over time, with the
+    virial W of a time from the collisions and the volume V of the moment. Its expectation is the pressure of
+    the barostat, for any number of particles: the weight of a volume is ``Q(V) exp(-P V / kT)`` with the
+    canonical Q, and the pressure at fixed volume is ``kT d ln Q / dV``. By parts ``<kT d ln Q / dV> = P``,
+    because the weight is zero at both ends. At constant energy and momentum the virial at fixed volume is the
+    canonical one with kT from d (n - 1) degrees of freedom, as in :class:`~carom.Pressure`. Frenkel and Smit,
+    Understanding Molecular Simulation, 2nd ed. (2002), sec. 5.4: the virial pressure at constant pressure.
 
     Examples
     --------
@@ -38,43 +48,12 @@ class Volume:
     True
     """
 
-    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> VolumeResult:
-        """Return the volume of a scene, from blocks of its run at the temperature ``kT``.
+    _what = "the volume"
 
-        Parameters
-        ----------
-        blocks : sequence of Block
-            Stretches of the run, with their ``volumes``.
-        scene : Scene
-            The scene of the run, in any of its boxes.
-        kT : float
-            Temperature [energy].
-
-        Raises
-        ------
-        InputError
-            If no block of positive duration holds the volume.
-
-        Warns
-        -----
-        CaromWarning
-            If there are too few independent blocks.
-
-        Notes
-        -----
-        The volume is the mean over time. The pressure is the mean of ``(n kT + W / d) / V`` over time, with
-        the virial W of a time from the collisions and the volume V of the moment. Its expectation is the
-        pressure of the barostat, for any number of particles: the weight of a volume is ``Q(V) exp(-P V /
-        kT)`` with the canonical Q, and the pressure at fixed volume is ``kT d ln Q / dV``. By parts ``<kT d
-        ln Q / dV> = P``, because the weight is zero at both ends. At constant energy and momentum the virial
-        at fixed volume is the canonical one with kT from d (n - 1) degrees of freedom, as in
-        :class:`~carom.Pressure`. Frenkel and Smit, Understanding Molecular Simulation, 2nd ed. (2002), sec.
-        5.4: the virial pressure at constant pressure.
-        """
-        kept = [(block.duration, block.volumes) for block in blocks if block.duration > 0.0]
-        durations = [duration for duration, _ in kept]
-        sums = [volumes for _, volumes in kept if volumes is not None]
-        if not kept or len(sums) < len(kept):
+    def _of(self, blocks: Sequence[Block], scene: Scene, kT: float) -> VolumeResult:
+        durations = [block.duration for block in blocks]
+        sums = [block.volumes for block in blocks if block.volumes is not None]
+        if len(sums) < len(blocks):
             raise InputError("No block holds the volume: run with a barostat before measuring it.")
         volume = ratio([each.volume for each in sums], durations)
         pressure = ratio(
@@ -94,7 +73,7 @@ class Volume:
 
 
 @dataclass(frozen=True, eq=False)
-class VolumeResult(Result):
+class VolumeResult(OneNumber):
     """Volume and pressure under a barostat, averaged over a stretch of a run.
 
     Parameters
@@ -122,6 +101,9 @@ class VolumeResult(Result):
     block_values: tuple[float, ...] = field(default=(), repr=False)
     block_durations: tuple[float, ...] = field(default=(), repr=False)
 
+    _main = "volume"
+    quantity = "the volume"
+
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         rows = [
             ("V [length^d]", self.volume),
@@ -137,17 +119,3 @@ class VolumeResult(Result):
             f"{self.packing_fraction.value_text}\n"
             f"P = {self.pressure.value_text} energy / length^{self.dimension}"
         )
-
-    def __float__(self) -> float:
-        """Return the mean of V."""
-        return self.volume.mean
-
-    @property
-    def primary(self) -> Estimate:
-        """The quantity that a ``relative_error`` refers to: V."""
-        return self.volume
-
-    @property
-    def quantity(self) -> str:
-        """Name of the measured quantity, for messages."""
-        return "the volume"

@@ -16,9 +16,9 @@ from carom.meant import corrected
 from carom.models.obstacles.faces import bare, stand_ins
 from carom.models.obstacles.planes import Plane, walls
 from carom.models.obstacles.wall_names import sides
+from carom.observables.of_blocks import OfBlocks, OneNumber
 from carom.observables.statistics import Estimate, ratio
 from carom.observables.surface_changes import freed, place_of
-from carom.results import Result
 from carom.scene.fields import standing
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @corrected()
 @dataclass(frozen=True)
-class WallPressure:
+class WallPressure(OfBlocks["WallPressureResult"]):
     """The pressure on a wall or an obstacle: an observable of a run, for :meth:`carom.Simulation.measure`.
 
     Parameters
@@ -51,6 +51,12 @@ class WallPressure:
     A wall for which an obstacle stands is listed, and nothing meets it: ask for the obstacle. A wall with
     properties is asked for by its name.
 
+    The force on walls, containers, balls and planes along an axis comes from the momentum balance of the
+    whole fluid (``carom.observables.momentum_balance``), so that sound waves do not correlate the blocks. It
+    differs from the momentum received per time by a term that does not grow with the run. For slanting planes
+    and your own obstacles, a regression on their distances removes most of the sound
+    (``carom.observables.surface_changes``). If blocks hold neither, the momentum received is used.
+
     Examples
     --------
     >>> import carom
@@ -73,52 +79,22 @@ class WallPressure:
         if self.area is None:
             _area(scene, k)
 
-    def of_scene(self, blocks: Sequence[Block], scene: Scene, *, kT: float) -> WallPressureResult:
-        """Return the pressure on a wall or obstacle of a scene, from blocks of its run.
+    _what = "the pressure"
 
-        Parameters
-        ----------
-        blocks : sequence of Block
-            Sums over the stretches of the run.
-        scene : Scene
-            The scene of the run.
-        kT : float
-            Temperature [energy]; the pressure is not divided by it.
-
-        Raises
-        ------
-        InputError
-            If there is no such obstacle, it needs an area, or no block has a positive duration.
-
-        Warns
-        -----
-        CaromWarning
-            If there are too few independent blocks.
-
-        Notes
-        -----
-        The force on walls, containers, balls and planes along an axis comes from the momentum balance of the
-        whole fluid (``carom.observables.momentum_balance``), so that sound waves do not correlate the blocks.
-        It differs from the momentum received per time by a term that does not grow with the run. For slanting
-        planes and your own obstacles, a regression on their distances removes most of the sound
-        (``carom.observables.surface_changes``). If blocks hold neither, the momentum received is used.
-        """
+    def _of(self, blocks: Sequence[Block], scene: Scene, kT: float) -> WallPressureResult:
         names, k = obstacle_names(scene), self._number(scene)
         area = _area(scene, k) if self.area is None else self.area
-        kept = [block for block in blocks if block.duration > 0.0]
-        if not kept:
-            raise InputError("No block of positive duration was given; run before measuring the pressure.")
-        impulses = np.array([block.impulses[k] for block in kept])
-        if all(block.momentum_changes for block in kept):
-            flux = impulses + np.array([block.momentum_changes[k] for block in kept])
+        impulses = np.array([block.impulses[k] for block in blocks])
+        if all(block.momentum_changes for block in blocks):
+            flux = impulses + np.array([block.momentum_changes[k] for block in blocks])
         else:
             flux = impulses
-        durations = np.array([block.duration for block in kept])
+        durations = np.array([block.duration for block in blocks])
         place = place_of(scene, k)
         if not impulses.any():  # without collisions the scatter is zero, but the error is not
-            force = Estimate(0.0, math.inf, 0.0, math.inf, len(kept))
-        elif place is not None and all(block.surface_changes for block in kept):
-            changes = np.array([block.surface_changes[place : place + 2] for block in kept])
+            force = Estimate(0.0, math.inf, 0.0, math.inf, len(blocks))
+        elif place is not None and all(block.surface_changes for block in blocks):
+            changes = np.array([block.surface_changes[place : place + 2] for block in blocks])
             force, flux = freed(impulses, changes, durations)
         else:
             force = ratio(flux, durations)
@@ -152,7 +128,7 @@ class WallPressure:
 
 
 @dataclass(frozen=True, eq=False)
-class WallPressureResult(Result):
+class WallPressureResult(OneNumber):
     """The pressure on a wall or an obstacle, and the force.
 
     Parameters
@@ -176,6 +152,8 @@ class WallPressureResult(Result):
     block_values: tuple[float, ...] = field(default=(), repr=False)
     block_durations: tuple[float, ...] = field(default=(), repr=False)
 
+    _main = "pressure"
+
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         if self.never_hit:
             return self.name, [("hits", "none")]
@@ -188,31 +166,19 @@ class WallPressureResult(Result):
             return f"P on {self.name}: nothing hit it"
         return f"P on {self.name} = {self.pressure.value_text} energy / length^d"
 
-    def __float__(self) -> float:
-        """Return the mean of the pressure."""
-        return self.pressure.mean
-
     @property
     def never_hit(self) -> bool:
         """Whether nothing hit it: the mean is zero, and its error is not known."""
         return self.force.mean == 0.0 and math.isinf(self.force.error)
 
     @property
-    def quantity(self) -> str:
+    def quantity(self) -> str:  # type: ignore[override]
         """Name of the measured quantity, for messages."""
         return f"the pressure on {self.name}"
 
-    @property
-    def primary(self) -> Estimate:
-        """The quantity that a ``relative_error`` refers to: the pressure."""
-        return self.pressure
-
 
 def obstacle_names(scene: Scene) -> tuple[str, ...]:
-    """Return the names of walls and obstacles in the order of their numbers.
-
-    A wall with properties is an obstacle of its name; the plain one, which nothing meets, is "plain y_low".
-    """
+    """Return the names of walls and obstacles; a plain wall beside one of its name is "plain y_low"."""
     taken = [each.name for each in standing(scene)]
     plain = (each.name for each in walls(scene.box, scene.periodic))
     return (*(f"plain {name}" if name in taken else name for name in plain), *taken)

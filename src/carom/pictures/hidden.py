@@ -17,11 +17,7 @@ FEW = 5000
 
 
 def visible(centres: np.ndarray, radii: np.ndarray) -> np.ndarray:
-    """Return which discs, the last on top, are visible on a fine grid of points, (n,) bool.
-
-    Each point gets the last disc that contains it. A disc without a point is hidden, or its visible part is
-    smaller than the grid resolves; a disc smaller than the distance of two points is kept.
-    """
+    """Return which discs (n,), the last on top, show on a fine grid, or are too small for its points."""
     n = len(radii)
     if n <= FEW:
         return np.ones(n, dtype=bool)

@@ -15,10 +15,7 @@ _unread = False
 
 
 def nobody_reads_docstrings() -> None:
-    """State that this process is a command, in which the docstrings of matplotlib are not used.
-
-    Matplotlib composes the docstrings of all its ``set`` methods, which takes a third of its import.
-    """
+    """State that nobody reads docstrings of matplotlib here, whose composing takes a third of its import."""
     global _unread
     _unread = True
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from carom import notebook
 from carom.simulation.files.csv_log import Numbers, columns_of
+from carom.table import in_html
 from carom.texts import counted
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ class Live:
         """
         found = self._numbers(sim, columns_of(sim))
         rows = [(name, "" if value is None else f"{value:.6g}") for name, value in found.items()]
-        table = notebook.table(counted(sim.n, "particle"), rows)
+        table = in_html(counted(sim.n, "particle"), rows)
         if not self._picture:
             return table
         return f'<div style="display:flex;gap:1em">{table}{_image(sim)}</div>'

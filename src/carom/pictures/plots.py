@@ -1,7 +1,8 @@
 """Pictures: the convergence of the pressure, g(r), snapshots, packings. Each function returns a Figure.
 
-No function uses pyplot's global state. Plotting therefore needs no display, and does not change other figures
-of a notebook.
+A picture that is saved has the suffix of its format (png, pdf, svg); FileError if it cannot be written. No
+function uses pyplot's global state. Plotting therefore needs no display, and does not change other figures of
+a notebook.
 """
 
 from __future__ import annotations
@@ -54,18 +55,12 @@ def pressure(
         number is Z by theory, drawn as it is. By default the usual equation and the best one known for the
         dimension, for equal elastic spheres below freezing; otherwise none.
     path : path, optional
-        Where to save the picture; the suffix is the format (png, pdf, svg).
-
-    Returns
-    -------
-    matplotlib.figure.Figure
+        Where to save the picture.
 
     Raises
     ------
     InputError
         If the estimate has no blocks.
-    FileError
-        If the picture cannot be saved.
 
     Notes
     -----
@@ -108,8 +103,7 @@ def pressure(
         )
     axes.set_xlim(0.0, time[-1])
     _frame_values(axes, shown, means)
-    axes.set_xlabel("time t")
-    axes.set_ylabel("compressibility factor Z")
+    axes.set(xlabel="time t", ylabel="compressibility factor Z")
     axes.set_title(_state(estimate.n, estimate.dimension, eta), fontsize=TITLE, y=TOP)
     axes.legend(loc="best", fontsize=8.5, framealpha=0.92, edgecolor="none")
     lay_out(figure, axes)
@@ -132,15 +126,6 @@ def rdf(
         The contact value that the pressure implies, to compare with the extrapolated one.
     path : path, optional
         Where to save the picture.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    FileError
-        If the picture cannot be saved.
     """
     figure, axes = sheet(7.0, 4.2)
     unit = distribution.diameter or 1.0
@@ -182,16 +167,10 @@ def partial_rdf(
     path : path, optional
         Where to save the picture.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     InputError
         If there is no distribution.
-    FileError
-        If the picture cannot be saved.
     """
     if not distributions:
         raise InputError("There is no g(r), so there is nothing to draw.")
@@ -217,8 +196,7 @@ def partial_rdf(
             zorder=3,
         )
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("distance r/σₘₐₓ")
-    axes.set_ylabel("partial distribution function gᵢⱼ(r)")
+    axes.set(xlabel="distance r/σₘₐₓ", ylabel="partial distribution function gᵢⱼ(r)")
     some = next(iter(distributions.values()))
     axes.set_title(
         f"{_state(some.n, some.dimension, some.packing_fraction)}, {counted(some.frames, 'frame')}",
@@ -238,15 +216,6 @@ def picture(scene: Scene, path: str | os.PathLike[str] | None = None) -> Figure:
         What is drawn.
     path : path, optional
         Where to save the picture.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    FileError
-        If the picture cannot be saved.
     """
     return snapshot(to_frame(scene), obstacles=standing(scene), path=path)
 
@@ -269,15 +238,6 @@ def snapshot(
         Obstacles of the scene, drawn in 2D and 3D. Those of your own class need ``outline`` or ``surface``.
     path : path, optional
         Where to save the picture.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    FileError
-        If the picture cannot be saved.
     """
     from carom.pictures.drawing import draw_disks, draw_obstacles, draw_projection, draw_rods, draw_spheres
 
@@ -310,16 +270,10 @@ def packing(network: PackingNetwork, *, path: str | os.PathLike[str] | None = No
     path : path, optional
         Where to save the picture.
 
-    Returns
-    -------
-    matplotlib.figure.Figure
-
     Raises
     ------
     InputError
         If the packing has another dimension.
-    FileError
-        If the picture cannot be saved.
     """
     from carom.pictures.drawing import draw_network, draw_network_in_space, draw_obstacles
 
@@ -349,15 +303,6 @@ def gaps(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None)
         Network of a packing.
     path : path, optional
         Where to save the picture.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-
-    Raises
-    ------
-    FileError
-        If the picture cannot be saved.
     """
     figure, axes = sheet(6.4, 4.0)
     # Pairs that overlap by rounding are drawn at the left border.
@@ -369,8 +314,7 @@ def gaps(network: PackingNetwork, *, path: str | os.PathLike[str] | None = None)
     axes.axvline(network.gap, color=WARM, linestyle="--", label=f"chosen gap {network.gap:.1e}")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlabel(r"gap $h = r / \sigma_{ij} - 1$")
-    axes.set_ylabel("pairs with a smaller gap")
+    axes.set(xlabel=r"gap $h = r / \sigma_{ij} - 1$", ylabel="pairs with a smaller gap")
     axes.legend(frameon=False, fontsize=8.5)
     return saved(figure, path)
 
@@ -394,11 +338,6 @@ def compression(
         d.
     path : path, optional
         Where to save the picture.
-
-    Raises
-    ------
-    FileError
-        If the picture cannot be saved.
     """
     figure, axes = sheet(7.0, 4.2)
     fraction, pressure = history["packing_fraction"].copy(), history["Z"]

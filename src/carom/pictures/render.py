@@ -146,9 +146,7 @@ def _mean(image: np.ndarray) -> np.ndarray:
 def _nearest(
     centres: np.ndarray, squares: np.ndarray, extents: Extents, camera: Camera, top: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the nearest sphere at each pixel of the band from the row ``top`` on, and its depth; NOBODY and
-    -inf where there is none.
-    """
+    """Return the nearest sphere at each pixel of a band, or NOBODY, and its depth, or -inf."""
     bottom = min(top + BAND, camera.height)
     owner = np.full((bottom - top, camera.width), NOBODY, dtype=np.int32)
     depth = np.full((bottom - top, camera.width), -np.inf, dtype=np.float32)
@@ -192,9 +190,11 @@ def _shaded(
 
     def lit(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, near: np.ndarray) -> np.ndarray:
         """Return the colors (m, 3) of points of the spheres ``who`` at the depths ``near``."""
+        centres, radii, tints = (each[who] for each in spheres)
+        x, y = (columns - centres[:, 0]) / radii, (centres[:, 1] - rows) / radii  # [radii]
         if flat:
-            return _inked(rows, columns, who, *spheres)
-        shade = _lit(rows, columns, who, *spheres)
+            return _inked(x, y, radii, tints)
+        shade = _lit(x, y, tints)
         far = np.clip(0.5 - near / haze, 0.0, 1.0)
         return shade + (0.62 * far * far)[:, None] * (ground - shade)
 
@@ -220,44 +220,22 @@ def _shaded(
     return image
 
 
-def _places(rows: np.ndarray, columns: np.ndarray, who: np.ndarray, centres: np.ndarray, radii: np.ndarray):
-    """Return the coordinates of points on their spheres [radii], to the right and up, and the radii."""
-    size, middles = radii[who], centres[who]
-    return (columns - middles[:, 0]) / size, (middles[:, 1] - rows) / size, size
-
-
-def _inked(
-    rows: np.ndarray,
-    columns: np.ndarray,
-    who: np.ndarray,
-    centres: np.ndarray,
-    radii: np.ndarray,
-    tints: np.ndarray,
-) -> np.ndarray:
-    """Return the colors (m, 3) of points on disks with a rim."""
-    x, y, size = _places(rows, columns, who, centres, radii)
+def _inked(x: np.ndarray, y: np.ndarray, size: np.ndarray, tints: np.ndarray) -> np.ndarray:
+    """Return the colors (m, 3) of points on disks with a rim, whose radius is the ``size`` [pixels]."""
     rim = np.clip(2.0 - (1.0 - np.sqrt(x * x + y * y)) * size / FINE, 0.0, 1.0) * (size > 3 * FINE)
     light = 1.06 - 0.13 * ((x + 0.3) ** 2 + (y - 0.35) ** 2)
-    return tints[who] * (light * (1.0 - 0.55 * rim))[:, None]
+    return tints * (light * (1.0 - 0.55 * rim))[:, None]
 
 
-def _lit(
-    rows: np.ndarray,
-    columns: np.ndarray,
-    who: np.ndarray,
-    centres: np.ndarray,
-    radii: np.ndarray,
-    tints: np.ndarray,
-) -> np.ndarray:
+def _lit(x: np.ndarray, y: np.ndarray, tints: np.ndarray) -> np.ndarray:
     """Return the colors (m, 3) of points on spheres, without haze."""
-    x, y, _ = _places(rows, columns, who, centres, radii)
     z = np.sqrt(np.maximum(1.0 - x * x - y * y, 0.0))
     diffuse = np.maximum(LIGHT[0] * x + LIGHT[1] * y + LIGHT[2] * z, 0.0)
     shine = np.maximum(HALF[0] * x + HALF[1] * y + HALF[2] * z, 0.0)
     for _ in range(6):  # to the power 64
         shine *= shine
     bright = (0.42 + 0.12 * y + 0.58 * diffuse) * (1.0 - 0.35 * (1.0 - z) ** 3)
-    return tints[who] * bright[:, None] + (0.3 * shine)[:, None]
+    return tints * bright[:, None] + (0.3 * shine)[:, None]
 
 
 def _edges(frame: Frame) -> list[tuple[np.ndarray, int]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,12 +39,8 @@ COLORS = (INK, WARM, GREY, PALE)
 def draw(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
     """Return the picture of a ``result``, and save it if a ``path`` is given."""
     name = type(result).__name__
-    if name == "PressureResult":
-        return plots.pressure(result, path=path)
-    if name == "RDFResult":
-        return plots.rdf(result, path=path)
-    if name == "PartialRDFResult":
-        return plots.partial_rdf(result, path=path)
+    if name in _WHOLE:
+        return _WHOLE[name](result, path=path)
     if name not in _PICTURES:
         raise InputError(f"There is no picture of a {name}; to_dataframe() gives a table.")
     figure, axes = sheet(7.0, 4.2)
@@ -103,8 +99,7 @@ def _pressure_tensor(axes: Axes, result: PressureTensorResult) -> None:
     axes.axhline(result.pressure.mean, color=GREY, linestyle="--", linewidth=0.9)
     axes.axhline(0.0, color=GREY, linestyle=":", linewidth=0.8)
     axes.set_xticks(range(len(pairs)), [f"{a}{b}" for a, b in pairs])
-    axes.set_xlabel("axes a, b")
-    axes.set_ylabel("pressure tensor $P_{ab}$")
+    axes.set(xlabel="axes a, b", ylabel="pressure tensor $P_{ab}$")
 
 
 def _pressure_profile(axes: Axes, result: PressureProfileResult) -> None:
@@ -112,8 +107,7 @@ def _pressure_profile(axes: Axes, result: PressureProfileResult) -> None:
     for k, a in enumerate((result.axis, *across)):
         label, color = f"$P_{{{a}{a}}}$", COLORS[k % len(COLORS)]
         _curve(axes, result.middle, result.tensor[:, a, a], result.error[:, a, a], label, color)
-    axes.set_xlabel(axis_name(result.axis))
-    axes.set_ylabel("pressure tensor $P_{aa}$")
+    axes.set(xlabel=axis_name(result.axis), ylabel="pressure tensor $P_{aa}$")
 
 
 def _structure_factor(axes: Axes, result: StructureFactorResult) -> None:
@@ -121,8 +115,7 @@ def _structure_factor(axes: Axes, result: StructureFactorResult) -> None:
     errors = np.where(np.isfinite(result.error), result.error, 0.0)
     axes.errorbar(result.k, result.S, errors, fmt=".-", color=INK, linewidth=0.9, markersize=4)
     axes.set_xlim(left=0.0)
-    axes.set_xlabel("wave number k")
-    axes.set_ylabel("structure factor S(k)")
+    axes.set(xlabel="wave number k", ylabel="structure factor S(k)")
 
 
 def _dynamics(axes: Axes, result: DynamicsResult) -> None:
@@ -148,8 +141,7 @@ def _dynamics(axes: Axes, result: DynamicsResult) -> None:
                 result.times, spread, ":", color=WARM, linewidth=1.3, label=f"2dDt, D = {diffusion:.3g}"
             )
         axes.set_ylim(low, high)
-    axes.set_xlabel("time t")
-    axes.set_ylabel("mean square displacement")
+    axes.set(xlabel="time t", ylabel="mean square displacement")
 
 
 def _bond_order(axes: Axes, result: BondOrderResult) -> None:
@@ -158,8 +150,7 @@ def _bond_order(axes: Axes, result: BondOrderResult) -> None:
         raise InputError("The correlation of orders was not measured; give BondOrder(rmax=...).")
     _curve(axes, result.middle[seen], result.correlation[seen], result.correlation_error[seen])
     axes.axhline(0.0, color=GREY, linewidth=0.8, linestyle=":")
-    axes.set_xlabel("distance r")
-    axes.set_ylabel("correlation of local orders")
+    axes.set(xlabel="distance r", ylabel="correlation of local orders")
 
 
 def _density_profile(axes: Axes, result: DensityProfileResult) -> None:
@@ -167,8 +158,7 @@ def _density_profile(axes: Axes, result: DensityProfileResult) -> None:
     errors = np.where(np.isfinite(result.error), result.error, 0.0)
     axes.errorbar(result.middle, result.density, errors, fmt="none", color=INK, linewidth=0.9)
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel(axis_name(result.axis))
-    axes.set_ylabel("number density")
+    axes.set(xlabel=axis_name(result.axis), ylabel="number density")
 
 
 def _crystallinity(axes: Axes, result: CrystallinityResult) -> None:
@@ -178,15 +168,13 @@ def _crystallinity(axes: Axes, result: CrystallinityResult) -> None:
         label="largest cluster",
     )  # fmt: skip
     axes.set_ylim(bottom=0.0)
-    axes.set_xlabel("time t")
-    axes.set_ylabel("particles")
+    axes.set(xlabel="time t", ylabel="particles")
 
 
 def _distribution(axes: Axes, result: Distribution) -> None:
     _curve(axes, result.middle, result.density, result.error)
     axes.axvline(result.mean.mean, color=GREY, linestyle="--", linewidth=0.9)
-    axes.set_xlabel(f"value, mean {result.mean.value_text.replace('+-', '±')}")
-    axes.set_ylabel("probability density")
+    axes.set(xlabel=f"value, mean {result.mean.value_text.replace('+-', '±')}", ylabel="probability density")
 
 
 def _free_flights(axes: Axes, result: FreeFlightsResult) -> None:
@@ -201,10 +189,14 @@ def _free_flights(axes: Axes, result: FreeFlightsResult) -> None:
         name = "" if k else "without memory"
         axes.plot(each.middle[seen], law, "--", color=color, linewidth=1.0, label=name or None)
     axes.set_yscale("log")
-    axes.set_xlabel("free time")
-    axes.set_ylabel("probability density")
+    axes.set(xlabel="free time", ylabel="probability density")
 
 
+_WHOLE: dict[str, Callable[..., Figure]] = {
+    "PartialRDFResult": plots.partial_rdf,
+    "PressureResult": plots.pressure,
+    "RDFResult": plots.rdf,
+}
 _PICTURES: dict[str, Any] = {
     "BondOrderResult": _bond_order,
     "CrystallinityResult": _crystallinity,

@@ -64,10 +64,9 @@ def _fraction_sqrt(value: Fraction) -> Fraction:
 
 
 def make_arithmetic(name: str, digits: int = 50) -> Arithmetic:
-    """Return the arithmetic ``name``: float (IEEE doubles), mpmath with so many decimal digits, or fraction.
+    """Return the arithmetic ``name``: float (doubles), mpmath with so many digits, or exact fractions.
 
-    mpmath has a context of its own: the global ``mpmath.mp`` is neither read nor changed. Fractions are
-    exact, and their square root raises InputError unless it is rational.
+    mpmath has a context of its own: the global ``mpmath.mp`` is neither read nor changed.
     """
     if name == "float":
         return Arithmetic(

@@ -1,17 +1,11 @@
-"""The algorithms of the paper's Figures 1 and 2, line by line, with the four amendments.
+"""The algorithms of the paper's Figures 1 and 2, line by line, with four amendments to the printed text.
 
 The variables have the paper's names, balls and obstacles are numbered from 1, and every number in a comment
 ``# line 14`` is a line of the figure. No heap and no lists: minima are taken over everything, as printed. The
 interaction times P_ij and Q_ik depend on old events only and are remembered until one of them changes.
 
-Amendments to the printed text, which can be left out to see what happens (`amendments`):
-
-1. When i* has processed its half of a collision, the half of its partner j is still pending at the same
-   time, so the printed ``A(i*)`` holds j, and ``P_i*j`` mixes the new state of i* with the old one of j. The
-   settled partner must be left out of ``A(i*)``; else the clock may stand still.
-2. Line 23 of Figure 2 must require ``1 <= m* <= N``: m* may also be N + k, or negative.
-3. When R is infinite, the partner must become Lambda; else a partner of long ago is left there.
-4. Invariant (8) must allow ``N + 1 <= j``: obstacle 1 has the code N + 1.
+The amendments (docs/algorithm.md) can be left out to see what happens: 1, the settled partner is left out of
+A(i*); 2, the third party is a component; 3, no event, no partner; 4, in (8) ``N + 1 <= j``.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@ r"""The next meeting among moving spheres in a periodic box, over all images tha
 The search goes through time in windows in which no pair moves by more than a quarter of an edge relative to
 each other. With the nearest image within half an edge, an offset of m edges is out of reach of a contact
 distance s where ``(m - 1/2) L > s + L / 4``: for contacts of at most one edge, only the offsets -1, 0, 1
-along each periodic axis can be met. Fixed balls, which may be larger, are met like spheres that stand still.
+along each periodic axis can be met.
 
 **Floats find the candidates, the chosen arithmetic decides.** The sweep over pairs, windows and images uses
 doubles and spheres that are larger by a margin :math:`\eta = 2^{-20} S`, where S bounds every length that
@@ -37,27 +37,16 @@ _WINDOWS = 2**22
 class Contacts(NamedTuple):
     """Distances at which pairs touch, and how fast these grow."""
 
-    diameters: np.ndarray  # of each sphere, then of the fixed balls, (n,) [length]
+    diameters: np.ndarray  # of each sphere, (n,) [length]
     growth: np.ndarray  # of their diameters, (n,) [length / time]
-    species: np.ndarray | None = None  # (n,), given together with ``matrix``
-    matrix: np.ndarray | None = None
-    """Contact distances between species (K, K); without it, a pair touches at the mean of its diameters."""
 
     def of(self, i: Any, j: Any) -> tuple[Any, Any]:
         """Return the contact distance and its rate of growth: of a pair, or of arrays of pairs."""
-        distance = (self.diameters[i] + self.diameters[j]) / 2
-        rate = (self.growth[i] + self.growth[j]) / 2
-        if self.matrix is None or self.species is None:
-            return distance, rate
-        # Balls belong to no species.
-        free = len(self.species) - 1
-        tabled = self.matrix[self.species[np.minimum(i, free)], self.species[np.minimum(j, free)]]
-        return np.where(np.less_equal(j, free), tabled, distance)[()], rate
+        return (self.diameters[i] + self.diameters[j]) / 2, (self.growth[i] + self.growth[j]) / 2
 
     def floats(self) -> Contacts:
         """Return the same in doubles."""
-        matrix = None if self.matrix is None else self.matrix.astype(float)
-        return Contacts(self.diameters.astype(float), self.growth.astype(float), self.species, matrix)
+        return Contacts(self.diameters.astype(float), self.growth.astype(float))
 
 
 class NoMeetingFound(CaromError):
@@ -65,10 +54,7 @@ class NoMeetingFound(CaromError):
 
 
 class Meeting(NamedTuple):
-    """Spheres i < j touch after `delay`, with ``r = x[j] + image * box - x[i]`` at contact.
-
-    A fixed ball has the number n + k of its place among the balls.
-    """
+    """Spheres i < j touch after `delay`, with ``r = x[j] + image * box - x[i]`` at contact."""
 
     delay: Any
     i: int
@@ -149,12 +135,11 @@ def _candidates(
     return pair[found], image[found].astype(np.int64), begin[found] + delay[found]
 
 
-def _blocks(n: int, balls: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Yield all pairs i < j with i < n in lexicographic order, in blocks of about `_ROWS` or of one row."""
-    total = n + balls
-    rows, last = max(1, _ROWS // total), min(n, total - 1)
-    for low in range(0, last, rows):
-        i, j = np.triu_indices(min(rows, last - low), 1, total - low)
+def _blocks(n: int) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Yield all pairs i < j in lexicographic order, in blocks of about `_ROWS` or of one row."""
+    rows = max(1, _ROWS // n)
+    for low in range(0, n - 1, rows):
+        i, j = np.triu_indices(min(rows, n - 1 - low), 1, n - low)
         yield i + low, j + low
 
 
@@ -175,23 +160,18 @@ def next_meeting(
     arithmetic: Arithmetic,
     *,
     periodic: np.ndarray | None = None,
-    balls: np.ndarray | None = None,
     limit: Any = math.inf,
     guess: float = math.inf,
     windows_limit: int = _WINDOWS,
 ) -> Meeting | None:
     """Return the first meeting of any two through any image: the smallest (delay, i, j, image), or None.
 
-    Positions (n, d) are within about one edge of the box; ``balls`` (m, d) are centers of fixed balls. None:
-    no meeting within ``limit`` [time], or never one, as there is no relative motion, or motion along one axis
-    only and a full period without a meeting. ``guess``, a likely delay, changes the speed only, and
-    ``windows_limit`` is the number of quarter-edge windows to look through.
+    Positions (n, d) are within about one edge of the box. None: no meeting within ``limit`` [time], or never
+    one, as there is no relative motion, or motion along one axis only and a full period without a meeting.
+    ``guess``, a likely delay, changes the speed only; ``windows_limit`` counts quarter-edge windows.
     """
-    n, m = len(positions), 0 if balls is None else len(balls)
-    if balls is not None and m:
-        positions = np.concatenate([positions, balls])
-        velocities = np.concatenate([velocities, balls * 0])
-    if n + m < 2:
+    n = len(positions)
+    if n < 2:
         return None
     v, edges = velocities.astype(float), box.astype(float)
     around = np.ones(len(edges), dtype=bool) if periodic is None else periodic
@@ -211,7 +191,7 @@ def next_meeting(
             else positions.astype(float)
         )
         end = start + width * windows
-        for first, second in _blocks(n, m):
+        for first, second in _blocks(n):
             contact, rate = rough.of(first, second)
             pairs, images, delays = _candidates(
                 x, v, first, second, contact + rate * start, rate, edges, around, width, windows
@@ -244,5 +224,5 @@ def next_meeting(
         else:
             if period == math.inf and looked >= 4 and not grows:
                 period = _period(v, edges)
-            windows = min(2 * windows, max(1, 2 * _ROWS // (n + m) ** 2))
+            windows = min(2 * windows, max(1, 2 * _ROWS // n**2))
     return None

@@ -1,21 +1,20 @@
 """The naive algorithm of the paper's introduction: slow, simple, and it defines the correct trajectory.
 
-The earliest meeting of all pairs, images, walls and obstacles is found, every sphere is advanced to it, the
-velocities jump, and the search starts over. Lubachevsky (1991) *calls* its trajectory the correct one (sec.
-7). With 50 digits it is correct for hundreds of collisions, long after doubles have diverged.
+The earliest meeting of all pairs and images is found, every sphere is advanced to it, the velocities jump,
+and the search starts over. Lubachevsky (1991) *calls* its trajectory the correct one (sec. 7). With 50 digits
+it is correct for hundreds of collisions, long after doubles have diverged.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom.errors import InputError, OverlapError
 from carom.reference.arithmetic import ArithmeticName, make_arithmetic
-from carom.reference.fixed import Ball, make_fixed
 from carom.reference.meeting import Contacts, Meeting, next_meeting
 
 # Input in doubles cannot place two spheres at contact better than this, relative to the contact distance.
@@ -32,10 +31,10 @@ class Collision(NamedTuple):
     time : number
         Time of the collision [time], in the arithmetic of the run.
     i, j : int
-        The two spheres, i < j; or a sphere i and n + k, the number of wall or obstacle k.
+        The two spheres, i < j.
     image : tuple of d ints
         ``x[j] + image * box - x[i]`` is the vector between the centers at contact, with unwrapped positions
-        x. For a fixed ball x[j] is its center. The image is zero for walls, planes and containers.
+        x.
     impulse : number
         Momentum >= 0 passed from i to j along the line of centers [mass length / time]; ``m |u_n|`` for equal
         masses m that approach with the normal speed ``|u_n|`` and collide elastically.
@@ -49,7 +48,7 @@ class Collision(NamedTuple):
 
 
 class NaiveSystem:
-    """Hard spheres in a box, with walls and obstacles, advanced from collision to collision.
+    """Elastic hard spheres in a periodic box, advanced from collision to collision.
 
     Parameters
     ----------
@@ -69,39 +68,16 @@ class NaiveSystem:
         Decimal digits of ``"mpmath"``.
     time : number
         The time of the given state [time].
-    species, contact : (n,) ints and (K, K) numbers, optional
-        Species, and contact distances between them instead of the mean of the diameters [length].
-    growth : number or sequence of n numbers
-        Rate at which the diameters grow, at least zero [length / time]. Not together with ``contact``.
-    periodic : bool or sequence of d bools
-        An axis that is not periodic has walls at 0 and at its edge, which the surfaces do not pass.
-    obstacles : sequence of mappings
-        See ``carom.reference.fixed``.
-    restitution, elastic_below : number
-        Fraction of the normal relative velocity that remains after a collision of two spheres, and the normal
-        speed below which collisions are elastic. Walls and obstacles are elastic.
-
-    Attributes
-    ----------
-    hits : (K,) int array
-        Collisions with each wall (lower, upper, axis after axis, where there are walls) and obstacle.
-    impulses : (K,) array of numbers
-        Momentum that each wall and obstacle took up [mass length / time].
 
     Raises
     ------
     InputError
         If shapes or values do not fit.
     OverlapError
-        If two spheres overlap, or one overlaps its own image or an obstacle. Relative depths below 2^-40
-        count as rounding. Later also if a sphere grows as large as the box.
+        If two spheres overlap, or one overlaps its own image. Relative depths below 2^-40 count as rounding.
 
     Notes
     -----
-    With growth, let the distance of contact grow at the rate g. The normal relative velocity u_n of two
-    particles becomes ``g - e (u_n - g)``, which is ``2 g - u_n`` for elastic contacts, e = 1. They then
-    separate faster than they grow.
-
     Simultaneous collisions are processed in the order (time, i, j). Times are equal only if they are the same
     number. Spheres that touch without approaching do not collide.
 
@@ -114,6 +90,9 @@ class NaiveSystem:
     [0.0, 1.0]
     """
 
+    _around: Any = True
+    """Which axes are periodic, (d,) bool, or all."""
+
     def __init__(
         self,
         positions: Any,
@@ -125,13 +104,6 @@ class NaiveSystem:
         arithmetic: ArithmeticName = "mpmath",
         digits: int = 50,
         time: Any = 0,
-        species: Any = None,
-        contact: Any = None,
-        growth: Any = 0,
-        periodic: Any = True,
-        obstacles: Sequence[Mapping[str, Any]] = (),
-        restitution: Any = 1,
-        elastic_below: Any = 0,
     ) -> None:
         self.arithmetic = make_arithmetic(arithmetic, digits)
         array, number = self.arithmetic.array, self.arithmetic.number
@@ -145,28 +117,9 @@ class NaiveSystem:
             raise InputError(f"velocities have shape {self._v.shape}; expected {(n, d)} as the positions.")
         if self.box.shape != (d,) or (self.box <= 0).any():
             raise InputError(f"box is {box!r}; expected {d} positive edges.")
-        sizes, rates = array(diameter, "diameter"), array(growth, "growth")
+        sizes = array(diameter, "diameter")
         self.diameters = np.array([sizes[()]] * n, dtype=self._x.dtype) if sizes.ndim == 0 else sizes
-        self.growth = np.array([rates[()]] * n, dtype=self._x.dtype) if rates.ndim == 0 else rates
         self.masses = array([1] * n if masses is None else masses, "masses")
-        self.periodic = np.broadcast_to(np.array(periodic, dtype=bool), (d,))
-        self._species = None if species is None else np.array(species, dtype=np.int64)
-        self._matrix = None if contact is None else array(contact, "contact")
-        if (
-            self.growth.shape != (n,)
-            or (self.growth < 0).any()
-            or (self.growth.any() and contact is not None)
-        ):
-            raise InputError(
-                f"growth is {growth!r}; expected one or {n} numbers at least zero, and no contact matrix."
-            )
-        if (species is None) != (contact is None):
-            raise InputError("species and contact belong together; give both or none.")
-        self._restitution, self._elastic_below = number(restitution), number(elastic_below)
-        self.fixed = make_fixed(self.box, self.periodic.tolist(), obstacles, self.arithmetic)
-        self._balls = [k for k, fixed in enumerate(self.fixed) if isinstance(fixed, Ball)]
-        self.hits = np.zeros(len(self.fixed), dtype=np.int64)
-        self.impulses = np.array([number(0)] * len(self.fixed), dtype=self._x.dtype)
         for name, values in (("diameter", self.diameters), ("masses", self.masses)):
             if values.shape != (n,) or (values <= 0).any():
                 raise InputError(f"{name} has shape {values.shape}; expected {n} positive numbers.")
@@ -216,68 +169,28 @@ class NaiveSystem:
         NoMeetingFound
             If a very long search in time finds no collision and `until` is infinite.
         """
-        fixed = self._next_fixed()
-        limit = until - self.time if fixed is None else min(until - self.time, fixed.delay)
-        meeting = next_meeting(
-            self._x,
-            self._v,
-            self._contacts(),
-            self.box,
-            self.arithmetic,
-            periodic=self.periodic,
-            balls=self._centers(),
-            limit=limit,
-            guess=self._guess,
-        )
-        n = len(self._x)
-        if meeting is not None and meeting.j >= n:
-            meeting = meeting._replace(j=n + self._balls[meeting.j - n])
-        if fixed is not None and fixed.delay <= limit and (meeting is None or fixed < meeting):
-            meeting = fixed
+        meeting = self._next(until - self.time)
         if meeting is None:
             return None
         recent = float(meeting.delay)
         self._guess = _LOOKAHEAD * recent if recent > 0 else math.inf
-        # The image is that of unwrapped positions, which do not change if the advance wraps the spheres.
-        crossed = self._crossings[meeting.i] - (self._crossings[meeting.j] if meeting.j < n else 0)
-        image = np.array(meeting.image) + crossed
-        self._advance(meeting.delay)
-        if meeting.j < n:
-            return self._jump(meeting.i, meeting.j, image)
-        return self._bounce(meeting.i, meeting.j - n, image)
+        return self._realised(meeting)
 
-    def _contacts(self) -> Contacts:
-        """Return the contact distances, with those of fixed balls after the spheres."""
-        if not self._balls:
-            return Contacts(self.diameters, self.growth, self._species, self._matrix)
-        sizes = np.array([2 * self.fixed[k].radius for k in self._balls], dtype=self._x.dtype)  # type: ignore[union-attr]
-        return Contacts(
-            np.concatenate([self.diameters, sizes]),
-            np.concatenate([self.growth, sizes * 0]),
-            self._species,
-            self._matrix,
+    def _next(self, limit: Any) -> Meeting | None:
+        """Return the next meeting within a time."""
+        return next_meeting(
+            self._x, self._v, self._contacts(), self.box, self.arithmetic, limit=limit, guess=self._guess
         )
 
-    def _centers(self) -> np.ndarray | None:
-        if not self._balls:
-            return None
-        return np.stack([self.fixed[k].center for k in self._balls])  # type: ignore[union-attr]
+    def _realised(self, meeting: Meeting) -> Collision:
+        """Advance all to the meeting of two, and let their velocities jump."""
+        # The image is that of unwrapped positions, which do not change if the advance wraps the spheres.
+        image = np.array(meeting.image) + self._crossings[meeting.i] - self._crossings[meeting.j]
+        self._advance(meeting.delay)
+        return self._jump(meeting.i, meeting.j, image)
 
-    def _next_fixed(self) -> Meeting | None:
-        """Return the first meeting with a wall, plane or container."""
-        best: Meeting | None = None
-        n, zeros = len(self._x), (0,) * len(self.box)
-        for k, fixed in enumerate(self.fixed):
-            if isinstance(fixed, Ball):
-                continue
-            for i in range(n):
-                delay = fixed.encounter(
-                    self._x[i], self._v[i], self.diameters[i] / 2, self.growth[i] / 2, self.arithmetic.sqrt
-                )
-                if delay is not None:
-                    meeting = Meeting(delay, i, n + k, zeros)
-                    best = meeting if best is None or meeting < best else best
-        return best
+    def _contacts(self) -> Contacts:
+        return Contacts(self.diameters, self.diameters * 0)
 
     def advance_to(self, time: Any) -> list[Collision]:
         """Advance to `time`, process all collisions up to and including it, and return them.
@@ -305,15 +218,12 @@ class NaiveSystem:
     def _advance(self, duration: Any) -> None:
         self._x = self._x + self._v * duration
         self.time = self.time + duration
-        if self.growth.any():
-            self.diameters = self.diameters + self.growth * duration
-            self._check_sizes()
         self._wrap()
 
     def _wrap(self) -> None:
         """Bring the positions into the box (up to rounding) and count the crossings."""
         turns = np.floor(self._x.astype(float) / self.box.astype(float)).astype(np.int64)
-        turns *= self.periodic
+        turns *= self._around
         if turns.any():
             self._x = self._x - turns * self.box
             self._crossings += turns
@@ -325,7 +235,7 @@ class NaiveSystem:
         contact, rate = self._contacts().of(i, j)
         reduced = self.masses[i] * self.masses[j] / (self.masses[i] + self.masses[j])
         approach = sum(r * u) - contact * rate
-        kept = self._restitution if -approach >= self._elastic_below * contact else 1
+        kept = self._kept(approach, contact)
         # r.r is the contact distance squared up to rounding; dividing by it conserves the energy better.
         scale = -(1 + kept) * reduced * approach / sum(r * r)
         self._v[i] = self._v[i] - r * (scale / self.masses[i])
@@ -334,21 +244,9 @@ class NaiveSystem:
         self.collisions += 1
         return Collision(self.time, i, j, tuple(int(n) for n in image), scale * contact)
 
-    def _bounce(self, i: int, k: int, image: np.ndarray) -> Collision:
-        """Throw sphere i back from wall or obstacle k."""
-        fixed = self.fixed[k]
-        x = self._x[i]
-        if isinstance(fixed, Ball):
-            away = x - (fixed.center + (image - self._crossings[i]) * self.box)
-        else:
-            away = fixed.outward(x)
-        length = self.arithmetic.sqrt(sum(away * away))
-        change = 2 * (self.growth[i] / 2 - sum(away * self._v[i]) / length)
-        self._v[i] = self._v[i] + away * (change / length)
-        impulse = self.masses[i] * change
-        self.hits[k] += 1
-        self.impulses[k] = self.impulses[k] + impulse
-        return Collision(self.time, i, len(self._x) + k, tuple(int(n) for n in image), impulse)
+    def _kept(self, approach: Any, contact: Any) -> Any:
+        """Return the part that a collision leaves of the normal speed, which is ``-approach / contact``."""
+        return 1
 
     def _check_sizes(self) -> None:
         widest = int(np.argmax(self.diameters))
@@ -366,25 +264,13 @@ class NaiveSystem:
         for i in range(n - 1):
             others = np.arange(i + 1, n)
             r = x[i + 1 :] - x[i]
-            distance = np.sqrt(((r - edges * np.rint(r / edges) * self.periodic) ** 2).sum(axis=1))
+            distance = np.sqrt(((r - edges * np.rint(r / edges) * self._around) ** 2).sum(axis=1))
             contact, _ = rough.of(i, others)
             for other in np.flatnonzero(distance < contact * (1.0 - _CONTACT_ROUNDING)):
                 raise OverlapError(
                     f"Spheres {i} and {i + 1 + other} overlap by {contact[other] - distance[other]:.6g} "
                     f"(distance {distance[other]:.6g}, contact {contact[other]:.6g}); start without overlaps."
                 )
-        for k, fixed in enumerate(self.fixed):
-            for i in range(n):
-                if isinstance(fixed, Ball):
-                    r = x[i] - fixed.center.astype(float)
-                    r = r - edges * np.rint(r / edges) * self.periodic
-                    gap = np.sqrt(r @ r) - float(fixed.radius) - 0.5 * rough.diameters[i]
-                else:
-                    gap = np.float64(fixed.gap(self._x[i], self.diameters[i] / 2))
-                if gap < -_CONTACT_ROUNDING * (edges.max() + rough.diameters[i]):
-                    raise OverlapError(
-                        f"Sphere {i} is inside of wall or obstacle {k} by {-gap:.6g}; start outside of it."
-                    )
 
 
 def collisions(positions: Any, velocities: Any, box: Any, **settings: Any) -> Iterator[Collision]:

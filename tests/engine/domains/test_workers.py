@@ -254,7 +254,7 @@ def test_the_event_log_of_several_workers_is_that_of_one_though_the_buffer_is_fu
     right = logged("one.h5", 1.0)
     monkeypatch.setattr(recorder, "BUFFER", 97)
     found = logged("three.h5", 4.0**25, cores=3)
-    for name, one, other in zip(right._fields, right, found, strict=True):
+    for name, one, other in zip(right._fields[:6], right[:6], found[:6], strict=True):
         power = {"time": 1, "impulse": -1}.get(name, 0)
         np.testing.assert_array_equal(refits.scaled(one, -25 * power), other, err_msg=name)
 
@@ -281,7 +281,7 @@ def test_simultaneous_collisions_of_two_parts_are_logged_by_their_components(tmp
         # By the lower component; but for the few that the calendar knows by the name of the other.
         assert np.mean(log.i[equal] < log.i[equal + 1]) > 0.95
         order = np.lexsort((log.i, log.time, log.epoch))
-        logs.append([field[order] for field in log])
+        logs.append([field[order] for field in log[:6]])
     for one, other in zip(*logs, strict=True):
         np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(frames[0].positions, frames[1].positions)

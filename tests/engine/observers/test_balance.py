@@ -4,13 +4,13 @@ import math
 
 import numpy as np
 import pytest
+from helpers.naive.oracle import Oracle
 from helpers.oracle_scenes import placed
 
 import carom
 from carom.engine.build import arrays, build
 from carom.engine.neighbors.plan import choose
 from carom.models.contacts.restitution import Restitution
-from carom.reference import NaiveSystem
 from carom.scene.velocities import degrees_of_freedom, peculiar, temperature
 from carom.simulation.measuring import mechanics, stretches
 from carom.simulation.system_of_scene import prepare
@@ -91,7 +91,7 @@ def beside_the_oracle(size, seed, growing):
     growth = growth if growing else 0.0 * growth
     settings = {"tuning": carom.Tuning(neighbors="lists", shell=1.3)} if growing else {}
     # In doubles: both trajectories agree for the few collisions that are looked at.
-    oracle = NaiveSystem(
+    oracle = Oracle(
         scene.positions,
         scene.velocities,
         scene.box,

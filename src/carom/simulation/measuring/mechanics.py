@@ -14,13 +14,13 @@ from carom.densities import sphere_volume
 from carom.errors import InputError
 from carom.models.motions.shear import Shear
 from carom.models.species import species_count
-from carom.notebook import table
 from carom.scene.velocities import kept_by_motion
 from carom.simulation.measuring.depths import folded
 from carom.simulation.measuring.invariants import EnergyMomentum
 from carom.simulation.measuring.readings import energy_of_first_steps, energy_of_steps, kT_time, momentum_flux
 from carom.simulation.moves.barostat import volume_sums
 from carom.simulation.run_state import spins_of
+from carom.table import in_html as table
 
 if TYPE_CHECKING:
     from carom.scene.scene import Scene

@@ -24,7 +24,6 @@ from carom.io.validation import flaw
 from carom.models.files.tables import obstacle_from_table
 from carom.models.files.to_tables import obstacle_to_table
 from carom.models.obstacles import Obstacle
-from carom.notebook import table
 from carom.observables.packing import PackingNetwork, network_of
 from carom.paths import replacing, write_text, writing
 from carom.results import Result, plain, shown
@@ -32,6 +31,7 @@ from carom.scene.description import particles
 from carom.scene.overlaps import Room
 from carom.scene.scene import Scene
 from carom.scene.species import Contacts
+from carom.table import in_html as table
 from carom.texts import counted, visible
 from carom.version import __version__
 
