@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
@@ -11,11 +10,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from carom import theory
-from carom.errors import CaromError, CaromWarning, InputError
+from carom.errors import CaromError, InputError
 from carom.models import model_checks
 from carom.observables import Estimate, PressureResult
 from carom.observables.drift import STUCK
 from carom.observables.pressure import finite_size_doubt
+from carom.observables.statistics import unwarned
 from carom.observables.volume import VolumeResult
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
@@ -213,8 +213,7 @@ def of_infinite_size(
     if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
         return None
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # the note on the phase has the same text
+        with unwarned():  # the note on the phase has the same text
             return pressure.infinite_size()
     except InputError:
         return None

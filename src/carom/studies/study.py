@@ -50,18 +50,10 @@ REGISTERED: dict[str, type[Study[Any]]] = {}
 
 @dataclass(frozen=True)
 class Look:
-    """What a task calls from time to time; it ends the task if the study is to stop.
+    """What a task calls from time to time; it ends the task if the study is to stop."""
 
-    Attributes
-    ----------
-    stop : callable or None
-        Whether to stop; None in a process of its own, which is ended from outside.
-    kept : Path or None
-        Where a long task keeps its state from time to time, and finds it again; None where it cannot.
-    """
-
-    stop: Callable[[], bool] | None = None
-    kept: Path | None = None
+    stop: Callable[[], bool] | None = None  # None in a process of its own, which is ended from outside
+    kept: Path | None = None  # where a long task keeps its state, and finds it again
 
     def __call__(self, *_: object) -> None:
         """End the task if it is asked to."""

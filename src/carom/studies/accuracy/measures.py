@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time as clock
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,9 +11,8 @@ import numpy as np
 
 from carom import theory
 from carom.block import Block
-from carom.errors import CaromWarning
 from carom.observables import Pressure, PressureResult
-from carom.observables.statistics import Estimate
+from carom.observables.statistics import Estimate, unwarned
 from carom.reference import NaiveSystem
 from carom.scene.scene import Scene
 from carom.scene.temperature import temperature
@@ -194,8 +192,7 @@ def measured(
         now = motion.tally()
         blocks.append(Block(*(b - a for a, b in zip(last, now, strict=True))))  # type: ignore[arg-type]
         last = now
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)  # the table shows the error bar
+    with unwarned():  # the table shows the error bar
         found = Pressure.estimate(
             blocks,
             n=scene.n,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 import tempfile
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from carom.errors import CaromWarning
+from carom.observables.statistics import unwarned
 from carom.opponents.pseudo_hard import PseudoHardSpheres
 from carom.opponents.stepping import Stepper
 from carom.reference import NaiveSystem
@@ -36,15 +35,13 @@ class Motion(Protocol):
 
     def settle(self, time: float) -> None:
         """Move on by at least a time, until averages are those of equilibrium."""
+        self.run(time)
 
     def kT(self) -> float:
         """Return the mean temperature since :meth:`settle` [energy]."""
 
     def order(self) -> list[tuple[int, int]] | None:
-        """Return the pairs that collided so far, in order, the smaller index first.
-
-        It is None for a method without collisions. A logged motion ends here.
-        """
+        """Return the pairs that collided so far, the smaller index first; None without collisions."""
 
     def positions(self) -> np.ndarray:
         """Return the centres (n, d), up to whole boxes."""
@@ -56,10 +53,7 @@ class Motion(Protocol):
         """Return time, collisions and virial so far."""
 
     def faults(self) -> tuple[float, float, float]:
-        """Return the worst overlap [diameters] and the relative drifts of energy and momentum so far.
-
-        The overlap is nan where it is not measured.
-        """
+        """Return the worst overlap [diameters], nan if unknown, and drifts of energy and momentum."""
 
     def bytes_per_particle(self) -> float:
         """Return the memory per particle of the state and its search structures [bytes]."""
@@ -116,10 +110,9 @@ def stepping(fraction: float, mean_free_time: float) -> Method:
 
 
 def pseudo_hard(step: float, mean_free_time: float) -> Method:
-    """Return pseudo hard spheres by velocity Verlet.
+    """Return pseudo hard spheres by velocity Verlet, with a step in units of sigma sqrt(m / epsilon).
 
-    The time step is in units of sigma sqrt(m / epsilon). They have no collisions; their count is the expected
-    number of collisions of hard spheres in the same time.
+    They have no collisions; their count is that of hard spheres in the same time, as is expected.
     """
 
     def start(scene: Scene, logged: bool) -> Motion:
@@ -139,7 +132,7 @@ def pseudo_hard(step: float, mean_free_time: float) -> Method:
 
 
 @dataclass
-class _Engine:
+class _Engine(Motion):
     """The engine; its order of collisions comes from an event log."""
 
     scene: Scene
@@ -158,9 +151,6 @@ class _Engine:
     def run(self, time: float) -> None:
         self.sim.run(time=time)
 
-    def settle(self, time: float) -> None:
-        self.run(time)
-
     def kT(self) -> float:
         return self.sim.kT
 
@@ -177,8 +167,7 @@ class _Engine:
 
     def reversed(self) -> Motion:
         frame = self.sim.frame()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # single precision leaves overlaps by rounding
+        with unwarned():  # single precision leaves overlaps by rounding
             back = Scene.from_frame(replace(frame, velocities=-frame.velocities))
         return _Engine(back, self.precision, logged=False)
 
@@ -197,7 +186,7 @@ class _Engine:
 
 
 @dataclass
-class _Naive:
+class _Naive(Motion):
     """The naive algorithm, in any arithmetic."""
 
     system: NaiveSystem
@@ -210,9 +199,6 @@ class _Naive:
     def run(self, time: float) -> None:
         later = self.system.time + self.system.arithmetic.number(time)
         self.pairs += [(c.i, c.j) for c in self.system.advance_to(later)]
-
-    def settle(self, time: float) -> None:
-        self.run(time)
 
     def kT(self) -> float:
         n, d = self.system.positions.shape
@@ -259,7 +245,7 @@ class _Naive:
 
 
 @dataclass
-class _Stepping:
+class _Stepping(Motion):
     """Time-driven stepping."""
 
     system: Stepper
@@ -275,9 +261,6 @@ class _Stepping:
         steps = round(self._asked / self.system.step) - self.system.steps
         found = self.system.run(steps, log=self.logged)
         self.pairs += [(min(i, j), max(i, j)) for _, i, j in found]
-
-    def settle(self, time: float) -> None:
-        self.run(time)
 
     def kT(self) -> float:
         v = self.system.velocities
@@ -316,7 +299,7 @@ class _Stepping:
 
 
 @dataclass
-class _PseudoHard:
+class _PseudoHard(Motion):
     """Pseudo hard spheres."""
 
     system: Any

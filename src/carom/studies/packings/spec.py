@@ -128,13 +128,7 @@ class PackSpec(Beside):
     )
 
     def complete(self) -> None:
-        """Check the stages, and of several packings the start, rather than in a worker an hour later.
-
-        Raises
-        ------
-        InputError
-            If they cannot be used.
-        """
+        """Check stages, and of several packings the start; errors are those of :class:`PackSpec`."""
         from carom.studies.packings.compression import stages_of
 
         plan = stages_of(self.rate, self.until_Z, self.collisions, self.stages)

@@ -47,19 +47,10 @@ def _time_text(seconds: float, row: object) -> str:
 
 @dataclass(frozen=True)
 class Size:
-    """The cost of one number of particles.
-
-    Attributes
-    ----------
-    n : int
-    bias : float
-        Possible bias after the correction to infinite size, in the unit of the quantity.
-    cpu_seconds : float
-        CPU time until the error is that of the target; infinite where the bias alone is larger.
-    """
+    """The cost of one number of particles."""
 
     n: Annotated[int, Column("N")]
-    bias: Annotated[float, Column("bias", ".1e")]
+    bias: Annotated[float, Column("bias", ".1e")]  # possible one after the correction, in the quantity's unit
     cpu_seconds: Annotated[float, Column("CPU", _time_text, missing="the bias is larger")]
 
 
@@ -202,12 +193,9 @@ class RunPlan(Result):
         return html_of(self._lines()[0], self._columns())
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
-        """Draw the CPU time against the number of particles, and save the picture to the file ``path``.
+        """Draw the CPU time against the number of particles.
 
-        Raises
-        ------
-        FileError
-            If the picture cannot be saved.
+        Parameters and errors are those of :meth:`carom.results.Result.plot`.
         """
         from carom.pictures.paper import saved, sheet
 

@@ -33,7 +33,7 @@ from carom.observables.layers import Layers
 from carom.observables.pressure import without_pressure
 from carom.observables.quantiles import student_above
 from carom.observables.rdf import MOST_SPECIES, rdf_of, species_of
-from carom.observables.statistics import ratio
+from carom.observables.statistics import ratio, unwarned
 from carom.observables.volume import VolumeResult
 from carom.observables.wall_pressure import obstacle_names
 from carom.paths import write_text
@@ -469,16 +469,13 @@ def _power(facts: Facts, k: int) -> Estimate | None:
     given = [block.works[k] for block in facts.blocks]
     if not any(given):
         return None
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():
         return ratio(given, [block.duration for block in facts.blocks])
 
 
 def _borne(facts: Facts, k: int, area: float | None) -> dict[str, float | None]:
     """Return the pressure on wall or obstacle k; None values where there is none."""
-    with warnings.catch_warnings():
-        # The pressure of the fluid has already warned of few blocks.
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():  # The pressure of the fluid has already warned of few blocks.
         try:
             request = WallPressure(k, area=area)
             return _number(request.of_scene(facts.blocks, facts.sim.scene, kT=facts.sim.kT).pressure)

@@ -17,7 +17,7 @@ from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
 from carom.observables.layers import Layers
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
-from carom.observables.statistics import Estimate
+from carom.observables.statistics import Estimate, unwarned
 from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
@@ -95,8 +95,7 @@ class Run:
         }
         if self.goal is not None:
             _check_pressure(scene, kT)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # given below, where the formats are final
+        with unwarned():  # given below, where the formats are final
             holdable(tuple(plan.run.write or ()), scene.dimension)  # before anything is compiled
         # Before anything is written, because this raises the errors of a scene that cannot be simulated.
         self.sim = Simulation(scene, **settings)
@@ -270,8 +269,7 @@ class Run:
 
     def _error_bar(self) -> Estimate | None:
         """Return Z so far, or the volume under a barostat; None where it never gets an error bar."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # short runs warn, but this one goes on
+        with unwarned():  # short runs warn, but this one goes on
             blocks = self.stretch.blocks(self.sim)
             found = volume_of(self.sim, blocks) or report.pressure_of(self.sim, blocks)
         return None if found is None else found.primary
