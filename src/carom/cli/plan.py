@@ -57,7 +57,7 @@ def plan(
     carom plan scene.toml -t Z=1e-3 --run --out mine
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import reached, watched
+    from carom.cli.screen import watched
     from carom.paths import writing
     from carom.studies.planner.plan import NAME
 
@@ -91,8 +91,10 @@ def plan(
         return
     with watched() as progress, compiling_told():
         outcome = found.run(out=folder, progress=progress)
+    from carom.cli.results import show
+
     assert folder is not None
-    reached(outcome, folder, as_json)
+    show(outcome, folder, as_json=as_json)
 
 
 def _held(folder: Path, asked: PlanSpec, system: System) -> RunPlan:

@@ -97,7 +97,7 @@ def best_of(records: Sequence[Record], digits: int) -> SphericalCode | None:
 
 
 def _code(held: Polished, points: Any, cosine: Any, residual: Any, digits: int, *found: Any) -> SphericalCode:
-    """Return a code with the contacts of a polished one; ``found``: seed, angles, tries that agree, a note."""
+    """Return a code with the contacts of a polished one; ``found`` are seed, angles, agreement, note."""
     contacts = held.contacts, held.forces, held.rattlers, held.rigid
     return SphericalCode(np.array(points, object), cosine, residual, digits, *contacts, *found)
 

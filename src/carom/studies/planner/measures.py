@@ -36,9 +36,6 @@ REPLICA = 10**6
 _DONE: set[str] = set()
 """Kinds of tasks whose code is compiled and loaded in this process."""
 
-ESTIMATORS = ("virial", "collision rate", "both")
-"""Sources of Z: the virial of collisions, their number, or the best combination."""
-
 
 def measure(task: Task, look: Look) -> dict[str, Any]:
     """Equilibrate and measure one run of a plan; ``timings`` has the CPU seconds of each stage."""
@@ -159,10 +156,7 @@ def carried(sim: Simulation) -> np.ndarray:
 
 
 def estimates(by_virial: ArrayLike, by_rate: ArrayLike | None, dimension: int) -> dict[str, Estimate]:
-    """Return Z of this N by every one of :data:`ESTIMATORS`, the one with the smallest error first.
-
-    Wells have no estimate by the number of collisions, None.
-    """
+    """Return Z of this N by virial, number of collisions (None of wells) and both, the best one first."""
     a = np.asarray(by_virial, np.float64)
     series = {"virial": a}
     if dimension > 1 and by_rate is not None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from carom.errors import CaromError, FileError
 from carom.io.events import read_events
 from carom.io.trajectory import open_reader
-from carom.paths import reason, remnants, write_text, writing
+from carom.paths import reason, write_text, writing
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import FORMATS
 from carom.studies.lock import owned
@@ -112,15 +112,9 @@ class RunFolder:
         if not self.scene.exists():
             write_text(self.scene, _text(plan))
 
-    def sweep(self) -> None:
-        """Remove the incomplete files that a killed process left."""
-        with writing(self.path):
-            for remnant in remnants(self.path, {path.name for path in self._files()}.__contains__):
-                remnant.unlink(missing_ok=True)
-
     def owned(self) -> contextlib.AbstractContextManager[None]:
-        """Keep other processes from running in the folder."""
-        return owned(self.path)
+        """Make the folder, keep other processes out, and remove what a killed one left incomplete."""
+        return owned(self.path, {path.name for path in self._files()}.__contains__)
 
 
 def _text(plan: SceneFile) -> str:

@@ -109,9 +109,7 @@ class Run:
             warnings.warn(reason, CaromWarning, stacklevel=2)
         self.stretch = Stretch.of(frames)
         self.written = Written(self.folder, self.formats)
-        self.folder.make()
         with self.folder.owned():
-            self.folder.sweep()
             self.folder.begin(plan)
             if plan.run.event_log:
                 self.sim = Simulation(scene, **settings, event_log=self.folder.events)
@@ -121,7 +119,7 @@ class Run:
         """Continue from a checkpoint; return the summary."""
         self._report(0.0, "Preparing")
         with self.folder.owned():
-            # All verification comes before any change of a file.
+            # All verification comes before any change of a file of the run.
             check_unedited(self.folder.scene, self.plan)
             self.stretch = Stretch(**{name: notes[name] for name in KEPT})
             self._before = self.stretch.seconds
@@ -132,7 +130,6 @@ class Run:
             log = self.folder.events if self.plan.run.event_log else None
             own = self.plan.scene.own()
             self.sim = Simulation.load(self.folder.checkpoint, event_log=log, cores=self.cores, **own)
-            self.folder.sweep()
             self.folder.restore_scene(self.plan)
             self._make_anew(sources)
             return self._run(self._continued)
