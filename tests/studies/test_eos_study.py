@@ -703,7 +703,7 @@ def test_engines_that_do_not_exist_are_refused():
     for choice in ("magic", object(), True):
         with pytest.raises(InputError, match="executor must be"), engines.opened(choice):
             pass
-    with pytest.raises(InputError, match="workers"), engines.opened("threads", 0):
+    with pytest.raises(InputError, match="cores"), engines.opened("threads", 0):
         pass
 
 

@@ -6,7 +6,7 @@ import itertools
 import math
 import time as clock
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -39,8 +39,10 @@ class ListedSpheres(ABC):
         mass: float,
         real: Any,
         tally: np.ndarray,
+        settings: dict[str, Any],
     ):
         self.real: Any = real
+        self._settings = settings  # of the subclass, but for the skin
         self.box = np.array(box, dtype=np.float64)
         self.step, self.diameter, self.mass = float(step), float(diameter), float(mass)
         positions = np.asarray(positions, dtype=np.float64)
@@ -75,6 +77,10 @@ class ListedSpheres(ABC):
         """Memory of the state and of the list [bytes]."""
         arrays = (self._x, self._v, self._images, self._listed, self._pairs.first, self._pairs.second)
         return sum(array.nbytes for array in arrays)
+
+    def reversed(self) -> Self:
+        """Return the spheres where they are, with all velocities reversed and the sums at zero."""
+        return type(self)(self.positions, -self.velocities, self.box, skin=self.skin, **self._settings)
 
     @abstractmethod
     def run(self, steps: int) -> Any:

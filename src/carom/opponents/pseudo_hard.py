@@ -54,6 +54,7 @@ class PseudoHardSpheres(ListedSpheres):
             real=np.float64,
             # Integrals of the virial and of the kinetic energy; smallest distance squared; potential energy.
             tally=np.array([0.0, 0.0, float(np.max(box)) ** 2, 0.0]),
+            settings={"step": step, "kT": kT, "diameter": diameter, "mass": mass},
         )
         self._f = np.zeros(self._x.shape)
         self.skin = self._tuned(skin)

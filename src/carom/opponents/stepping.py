@@ -44,6 +44,7 @@ class Stepper(ListedSpheres):
             mass=mass,
             real=np.float32 if single else np.float64,
             tally=np.array([0.0, 0.0, float(diameter) ** 2]),  # collisions, virial, smallest distance squared
+            settings={"step": step, "diameter": diameter, "mass": mass, "single": single},
         )
         self._log_pairs, self._log_times = np.empty((0, 2), np.int64), np.empty(0)
         self.skin = self._tuned(skin)

@@ -31,7 +31,6 @@ from carom.paths import write_text
 from carom.results import Result, plain
 from carom.spec import Spec
 from carom.studies import executors
-from carom.studies.arguments import processes
 from carom.studies.executors import Stopped
 from carom.studies.folder import SETTINGS, Folder, Record, Task, key, sealed, unsealed
 from carom.studies.signals import Interrupted, stoppable
@@ -337,7 +336,7 @@ class Study(Result, Generic[S]):
             If tasks failed, or results could not be written. Run again to complete the missing ones.
         """
         began = clock.perf_counter()
-        workers = processes(cores)
+        workers = executors.check(executor, cores)
         if self.spec.serial:
             if executor not in (None, "serial") or workers not in (None, 1):
                 raise InputError(
@@ -345,7 +344,6 @@ class Study(Result, Generic[S]):
                     "executor and cores."
                 )
             executor = "serial"
-        executors.check(executor, workers)
         folder = None if out is None else Folder(Path(out))
         words = self.spec.words()
         grid = {name: words[name] for name in self.spec.grid if name in words}

@@ -18,7 +18,7 @@ from carom.scene.scene import Scene
 from carom.scene.temperature import temperature
 from carom.studies import phase
 from carom.studies.accuracy.diffusion import BLOCK, EinsteinSlope, looks
-from carom.studies.accuracy.methods import Method, Motion
+from carom.studies.accuracy.methods import Method, Motion, naive_system
 
 NUDGE = 1e-30
 """Displacement of the oracle's twin [box edges]: far above its rounding, and too small to saturate."""
@@ -81,18 +81,10 @@ def true_track(
 def _twin(scene: Scene) -> NaiveSystem:
     """Return the oracle, started from positions displaced by random vectors of the size ``NUDGE``."""
     rng = np.random.default_rng(0)
-    system = NaiveSystem(
-        scene.positions, scene.velocities, scene.box, diameter=scene.diameter, masses=[scene.mass] * scene.n
-    )
+    system = naive_system(scene)
     number = np.vectorize(system.arithmetic.number, otypes=[object])
     moved = number(rng.normal(size=scene.positions.shape)) * system.arithmetic.number(NUDGE * max(scene.box))
-    return NaiveSystem(
-        number(scene.positions) + moved,
-        scene.velocities,
-        scene.box,
-        diameter=scene.diameter,
-        masses=[scene.mass] * scene.n,
-    )
+    return naive_system(scene, number(scene.positions) + moved)
 
 
 @dataclass(frozen=True)

@@ -83,7 +83,7 @@ def oracle(digits: int = 50) -> Method:
     return Method(
         f"{digits} digits",
         "naive",
-        lambda scene, _: _Naive(_system(scene, scene.velocities, arithmetic="mpmath", digits=digits)),
+        lambda scene, _: _Naive(naive_system(scene, arithmetic="mpmath", digits=digits)),
         fast=False,
         many_digits=True,
     )
@@ -95,16 +95,7 @@ def stepping(fraction: float, mean_free_time: float) -> Method:
         f"step {fraction:g}",
         "time-driven",
         lambda scene, logged: _Stepping(
-            Stepper(
-                scene.positions,
-                scene.velocities,
-                scene.box,
-                step=fraction * mean_free_time,
-                diameter=scene.diameter,
-                mass=scene.mass,
-                skin=UNTUNED if logged else None,
-            ),
-            logged,
+            Stepper(*_motion(scene), step=fraction * mean_free_time, **_spheres(scene, logged)), logged
         ),
     )
 
@@ -116,16 +107,8 @@ def pseudo_hard(step: float, mean_free_time: float) -> Method:
     """
 
     def start(scene: Scene, logged: bool) -> Motion:
-        system = PseudoHardSpheres(
-            scene.positions,
-            scene.velocities,
-            scene.box,
-            step=step,
-            kT=temperature(scene, np.asarray(scene.velocities)),
-            diameter=scene.diameter,
-            mass=scene.mass,
-            skin=UNTUNED if logged else None,
-        )
+        kT = temperature(scene, np.asarray(scene.velocities))
+        system = PseudoHardSpheres(*_motion(scene), step=step, kT=kT, **_spheres(scene, logged))
         return _PseudoHard(system, 0.5 * scene.n / mean_free_time)
 
     return Method(f"Mie 50-49, step {step:g}", "pseudo-hard", start)
@@ -274,18 +257,7 @@ class _Stepping(Motion):
         return self.system.positions + self.system.velocities * (self._asked - self.system.time)
 
     def reversed(self) -> Motion:
-        system = self.system
-        back = Stepper(
-            system.positions,
-            -system.velocities,
-            system.box,
-            step=system.step,
-            diameter=system.diameter,
-            mass=system.mass,
-            single=system.real is np.float32,
-            skin=system.skin,
-        )
-        return _Stepping(back, self.logged)
+        return _Stepping(self.system.reversed(), self.logged)
 
     def tally(self) -> tuple[float, int, float]:
         return self.system.time, self.system.collisions, self.system.virial
@@ -330,18 +302,7 @@ class _PseudoHard(Motion):
         return self.system.positions
 
     def reversed(self) -> Motion:
-        system = self.system
-        back = type(system)(
-            system.positions,
-            -system.velocities,
-            system.box,
-            step=system.step / (system.diameter * math.sqrt(system.mass / system.epsilon)),
-            kT=system.kT,
-            diameter=system.diameter,
-            mass=system.mass,
-            skin=system.skin,
-        )
-        return _PseudoHard(back, self.rate)
+        return _PseudoHard(self.system.reversed(), self.rate)
 
     def tally(self) -> tuple[float, int, float]:
         time = self.system.time
@@ -365,13 +326,20 @@ def _changes(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     return energy, float(np.linalg.norm(change)) / scale
 
 
-def _system(scene: Scene, velocities: Any, **arithmetic: Any) -> NaiveSystem:
-    """Return the scene with these velocities, for the naive algorithm."""
+def _motion(scene: Scene) -> tuple[Any, Any, Any]:
+    """Return where the particles of a scene are and how they fly."""
+    return scene.positions, scene.velocities, scene.box
+
+
+def _spheres(scene: Scene, logged: bool) -> dict[str, Any]:
+    """Return what spheres with a list of pairs are made with; a logged motion is not tuned."""
+    return {"diameter": scene.diameter, "mass": scene.mass, "skin": UNTUNED if logged else None}
+
+
+def naive_system(scene: Scene, positions: Any = None, **arithmetic: Any) -> NaiveSystem:
+    """Return a scene, perhaps at other positions, for the naive algorithm."""
+    where = scene.positions if positions is None else positions
+    masses = [scene.mass] * scene.n
     return NaiveSystem(
-        scene.positions,
-        velocities,
-        scene.box,
-        diameter=scene.diameter,
-        masses=[scene.mass] * scene.n,
-        **arithmetic,
+        where, scene.velocities, scene.box, diameter=scene.diameter, masses=masses, **arithmetic
     )

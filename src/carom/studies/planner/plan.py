@@ -20,7 +20,7 @@ from carom.paths import writing
 from carom.results import Result, html_of, plain
 from carom.scene_file.commands import PlanSpec
 from carom.simulation.workers.thread_pool import cores as all_cores
-from carom.studies.arguments import processes
+from carom.studies import executors
 from carom.studies.documented import documented
 from carom.studies.places import refuse_others, refuse_to_replace
 from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
@@ -148,7 +148,7 @@ class RunPlan(Result):
         """
         if executor is None:
             executor = "serial" if self.design.replicas == 1 else "processes"
-        workers = processes(cores)
+        workers = executors.check(executor, cores)
         if executor != "serial" and workers is None:
             workers = min(self.cores, self.design.replicas)
         return carry_out(self, method(self.system, self.target), out, executor, workers, progress)
@@ -429,7 +429,7 @@ def plan(
     asked = asked_of(target, scene, {"pilot": pilot_seconds, **given})
     n, walltime = asked.n, asked.walltime
     goal = target if isinstance(target, Target) else Target.parse(asked.target)
-    cores = processes(asked.cores) or all_cores()
+    cores = executors.check(cores=asked.cores) or all_cores()
     limit = math.inf if walltime is None else walltime
     seed = 1 if asked.seed is None else asked.seed
     pilot_seconds = PILOT_SECONDS if asked.pilot is None else asked.pilot

@@ -19,7 +19,6 @@ from carom.simulation.swaps import Swaps
 from carom.studies.documented import documented
 from carom.studies.places import of_the_user
 from carom.studies.runs.asked import plan_of, plan_of_scene
-from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder, existing_run
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
@@ -187,4 +186,4 @@ def _check_finished(folder: RunFolder) -> None:
         plan, _ = _noted(folder.checkpoint)
     except FileError:
         return  # A finished run needs no checkpoint.
-    check_unedited(folder.scene, plan)
+    folder.check_unedited(plan)

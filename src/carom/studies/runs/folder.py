@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 import shlex
 from collections.abc import Callable
 from pathlib import Path
 
-from carom.errors import CaromError, FileError
+from carom.errors import CaromError, FileError, InputError
 from carom.io.events import read_events
 from carom.io.trajectory import open_reader
 from carom.paths import reason, write_text, writing
@@ -107,6 +108,22 @@ class RunFolder:
                 f"`carom run {self.scene} --out {self.path} --overwrite`, which replaces them."
             )
 
+    def check_unedited(self, plan: SceneFile) -> None:
+        """Refuse a scene file that was edited since its run, of a plan, began; a missing one is no edit."""
+        if not self.scene.exists():
+            return
+        remedy = f"undo the edit, or remove the file, and `carom resume {self.path}` writes it anew"
+        try:
+            found = SceneFile.load(self.scene)
+        except (FileError, InputError) as error:
+            raise FileError(f"{str(error).rstrip('.')}; {remedy}.") from None
+        if edits := differences(plan, found):
+            raise FileError(
+                f"{self.scene} was edited since its run began: {'; '.join(edits)}. A run goes on as it "
+                f"began: {remedy}; `carom run {self.scene} --out` with another folder runs what the file "
+                "asks for now."
+            )
+
     def restore_scene(self, plan: SceneFile) -> None:
         """Write the plan again if its file is missing."""
         if not self.scene.exists():
@@ -115,6 +132,24 @@ class RunFolder:
     def owned(self) -> contextlib.AbstractContextManager[None]:
         """Make the folder, keep other processes out, and remove what a killed one left incomplete."""
         return owned(self.path, {path.name for path in self._files()}.__contains__)
+
+
+def differences(run: SceneFile, file: SceneFile) -> list[str]:
+    """Return the keys in which two plans differ, in words."""
+    found = []
+    for section in dataclasses.fields(SceneFile):
+        one, other = getattr(run, section.name), getattr(file, section.name)
+        for key in dataclasses.fields(one):
+            ran, asks = getattr(one, key.name), getattr(other, key.name)
+            if ran != asks:
+                found.append(f"[{section.name}] {key.name} is {_shown(asks)}, and the run has {_shown(ran)}")
+    return found
+
+
+def _shown(value: object) -> str:
+    """Return a value as text of at most 60 characters."""
+    text = "left out" if value is None else repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _text(plan: SceneFile) -> str:

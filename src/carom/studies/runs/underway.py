@@ -31,7 +31,6 @@ from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.tuning import Tuning
 from carom.studies.runs import report
 from carom.studies.runs.constant_pressure import volume_of
-from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.storage import amount, holdable, without_trajectory
 from carom.studies.runs.stretch import PARTS, PILOT, Stretch
@@ -120,7 +119,7 @@ class Run:
         self._report(0.0, "Preparing")
         with self.folder.owned():
             # All verification comes before any change of a file of the run.
-            check_unedited(self.folder.scene, self.plan)
+            self.folder.check_unedited(self.plan)
             self.stretch = Stretch(**{name: notes[name] for name in KEPT})
             self._before = self.stretch.seconds
             self.formats = tuple(notes["written"])
