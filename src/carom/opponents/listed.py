@@ -21,11 +21,10 @@ is short enough, the pairs are treated one by one. With 0 all pairs are, which i
 
 
 class ListedSpheres(ABC):
-    """Equal spheres in a periodic box, and the list of their pairs; a subclass moves them in ``run(steps)``.
+    """Equal spheres (n, d) in a periodic box, and the list of their pairs; a subclass moves them.
 
-    ``positions`` [length] and ``velocities`` [length / time] are (n, d), and ``step`` is a time. Compiled
-    code has floats of type ``real``, and adds to the sums in ``tally`` (k,); its arrays are (d, n), in an
-    order in which neighbours in space are neighbours in memory.
+    Compiled code has floats of type ``real`` in arrays (d, n), neighbours in space beside each other, and
+    adds to the sums in ``tally`` (k,).
     """
 
     def __init__(
@@ -80,7 +79,9 @@ class ListedSpheres(ABC):
 
     def reversed(self) -> Self:
         """Return the spheres where they are, with all velocities reversed and the sums at zero."""
-        return type(self)(self.positions, -self.velocities, self.box, skin=self.skin, **self._settings)
+        make: Any = type(self)
+        found: Self = make(self.positions, -self.velocities, self.box, skin=self.skin, **self._settings)
+        return found
 
     @abstractmethod
     def run(self, steps: int) -> Any:

@@ -26,9 +26,8 @@ CUT = 50.0 / 49.0
 class PseudoHardSpheres(ListedSpheres):
     """Pseudo hard spheres in a periodic box of at least two diameters, by velocity Verlet.
 
-    ``step`` is in units of ``diameter * sqrt(mass / epsilon)``, and epsilon is two thirds of ``kT``. ``skin``
-    [diameters] is how far the list of pairs reaches beyond the cutoff; by default the fastest is found by
-    trial.
+    ``step`` is in units of ``diameter * sqrt(mass / epsilon)``, epsilon is two thirds of ``kT``, and ``skin``
+    [diameters] is that of the list of pairs, by default the fastest.
     """
 
     def __init__(
@@ -112,8 +111,7 @@ class PseudoHardSpheres(ListedSpheres):
     def equilibrate(self, steps: int, every: int = 50) -> None:
         """Make steps with velocities rescaled to kT from time to time; then set the sums to zero.
 
-        A configuration of hard spheres has too little potential energy. Its gain would cool the system. The
-        number of steps is ``steps``, rounded down to a multiple of ``every``.
+        Hard spheres have too little potential energy, whose gain would cool the system.
         """
         n, d = self._x.shape[1], self._x.shape[0]
         for _ in range(max(steps // every, 1)):

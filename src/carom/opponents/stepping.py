@@ -19,8 +19,8 @@ from carom.opponents.pairs import compile_kept
 class Stepper(ListedSpheres):
     """Equal hard spheres in a periodic box of at least two diameters, advanced by a fixed ``step`` [time].
 
-    With ``single`` it computes in float32. ``skin`` [diameters] is how far the list of pairs reaches beyond
-    contact; by default the fastest is found by trial. Results do not depend on it.
+    With ``single`` it computes in float32; ``skin`` [diameters] is that of the list of pairs, by default the
+    fastest.
     """
 
     def __init__(

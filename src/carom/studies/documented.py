@@ -31,10 +31,8 @@ def documented(
 ) -> Callable[[Callable[..., R]], Callable[..., R]]:
     """Return a decorator of a function ``f(..., **given)`` whose ``given`` are the fields of a spec.
 
-    Its signature and docstring then name these fields, but for those ``hidden``; ``@`` in the docstring
-    stands for their description. An argument that is none of these is an error with the word that is meant.
-    Of a study, the function has the arguments of :meth:`Study.run` as well, which arrive as the dictionary
-    ``how``, and what its other arguments are is ``said`` by name.
+    Signature and docstring then name them, but for those ``hidden``, with ``@`` for their description; of a
+    study also the arguments of :meth:`Study.run`, as ``how``, and what is ``said`` of others.
     """
     spec: type[Spec] = kind if issubclass(kind, Spec) else kind.Spec
     run = {} if issubclass(kind, Spec) else dict(inspect.signature(Study.run).parameters)

@@ -49,9 +49,8 @@ class Filled(Protocol):
 def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
     """Return the phase of a run of equal elastic particles in a periodic box, by its start and their motion.
 
-    ``distance`` is the median of :func:`carom.observables.drift.moved`. Beyond freezing, particles that stay
-    near their start are a solid; otherwise the phase is a metastable fluid. Disks between freezing and
-    melting are two coexisting phases.
+    Beyond freezing, particles at a median ``distance`` near their start are a solid, others a metastable
+    fluid; disks between freezing and melting are two phases.
     """
     d, eta = scene.dimension, round(scene.packing_fraction, 9)
     freezing, melting = theory.FREEZING.get(d, 1.0), theory.MELTING.get(d, 1.0)

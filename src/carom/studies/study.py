@@ -437,8 +437,6 @@ def perform(
     """Run a task of a study's ``measure``, in any process, and return its record.
 
     It has ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: machine and times.
-    If ``stop`` returns true, the task ends with :class:`Stopped`. Another version of Carom than that of the
-    task is an error; ``kept`` is the folder where a long task keeps its state.
     """
     began, day = clock.perf_counter(), clock.time()
     if task["version"] != __version__:

@@ -24,11 +24,9 @@ SAME = 2.0**-44
 
 
 def search(task: dict[str, Any], look: Callable[[], object] = lambda: None) -> dict[str, Any]:
-    """Return the code of one seed: ``points``, ``cosine``, ``contacts`` and ``forces``.
+    """Return ``points``, ``cosine``, ``contacts`` and ``forces`` of the code of one seed.
 
-    The task is that of :func:`carom.studies.codes.compression.compress`, with the numbers of ``starts`` of
-    points that repel each other and of ``hops`` that follow. If there is no code, points and cosine are None,
-    and ``problem`` says why; what ``look`` raises ends the search.
+    If there is none, points and cosine are None, and ``problem`` says why; what ``look`` raises ends it.
     """
     n, k, seed, starts = (task[name] for name in ("n", "dimension", "seed", "starts"))
     points = np.array(compress(task, look)["points"])

@@ -182,9 +182,7 @@ class Point:
     def bulk_viscosity(self) -> Coefficient:
         """Return the bulk viscosity, with the mean of each replica taken out of the pressure.
 
-        With steps each replica has its own energy, and so its own mean pressure. As the mean is taken from a
-        run of length T, the mean square at time t is too small by the factor ``1 - t / T``, which is
-        corrected.
+        The mean of a run of length T makes the mean square at time t too small by ``1 - t / T``.
         """
         squares = []
         for blocks, steps in self._replicas:

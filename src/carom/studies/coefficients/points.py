@@ -143,9 +143,7 @@ def coefficients_of(records: list[Record]) -> Coefficients:
 def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point, species: int = 0) -> Estimate:
     """Return self-diffusion of infinitely many spheres from that of N: ``M / (M - m) D_N`` plus the shift.
 
-    The momentum of all, of mass M, is zero, so that the mean square velocity, and D in a gas, is that of
-    infinitely many times (M - m) / M. The shift, of order ``N^(-1/3)``, is
-    :func:`carom.theory.diffusion_shift`: the flow around a particle, whatever its size, is that of the fluid.
+    The momentum of all, of mass M, is zero; :func:`carom.theory.diffusion_shift` is of order ``N^(-1/3)``.
     """
     alone, shift = diffusion.scaled(point.at_rest(species)), 0.0
     for _ in range(20):  # fixed point: the shift depends on the result, and is a tenth of it

@@ -108,9 +108,7 @@ def points(
 ) -> Scene:
     """Return random points that will grow into spheres: the start of the paper's sec. 8.
 
-    Diameters of ``species`` are approximately the final ones [length]; ``n`` may be None where each has a
-    count. By default points have ``POINT`` times the final diameters, which would fill 0.64 / 2^(d - 3) of
-    the cubic box.
+    Diameters of ``species`` are about the final ones [length]; points have ``POINT`` of them by default.
     """
     d = checks.integer(dimension, "dimension", low=1, high=lattices.MOST_DIMENSIONS)
     if species is None:

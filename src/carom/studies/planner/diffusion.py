@@ -149,8 +149,8 @@ class DiffusionMethod:
     def costs(self, found: DiffusionPilot, n: int) -> Costs:
         """Return the costs of n spheres, from a pilot of any size.
 
-        The variance of D is proportional to the time t_1 of the rule, which grows with the edge. The error of
-        the viscosity, of which a run gives one value, adds to that of the shift.
+        The variance of D goes as the time t_1 of the rule; the error of the viscosity adds to that of the
+        shift.
         """
         shift = self.shift(n, found.viscosity, found.value)
         variance = found.variances[found.estimator] * self._window(n) / self._window(found.n)

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from carom import theory
 from carom.errors import InputError
-from carom.models.species import species_count
 from carom.observables.combined import least_variance
 from carom.observables.statistics import Estimate, blocking, unwarned
 from carom.scene.fields import is_usual
@@ -21,7 +20,7 @@ from carom.scene.scene import Scene
 from carom.simulation import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.folder import Task
-from carom.studies.scenes import simulation_of
+from carom.studies.scenes import by_species, counts, simulation_of
 from carom.studies.study import Look
 
 BLOCKS = 512
@@ -83,13 +82,12 @@ def refuse_unusual(scene: Scene) -> None:
 
 def of_scene(scene: Scene) -> dict[str, Any]:
     """Return the facts about a scene that the analysis needs, as plain values."""
-    counts = [scene.n] if scene.species is None else np.bincount(scene.species).tolist()
     return {
         "n": scene.n,
         "dimension": scene.dimension,
         "box": list(scene.box),
         "packing_fraction": scene.packing_fraction,
-        "counts": [int(c) for c in counts],
+        "counts": counts(scene),
     }
 
 
@@ -143,12 +141,7 @@ def carried(sim: Simulation) -> np.ndarray:
     initial velocities.
     """
     scene = sim.scene
-    if scene.species is None:
-        diameters, masses = np.array([scene.diameter]), np.array([scene.mass])
-    else:
-        at = [int(np.flatnonzero(scene.species == k)[0]) if np.any(scene.species == k) else 0
-              for k in range(species_count(scene))]  # fmt: skip
-        diameters, masses = scene.diameters[at], scene.masses[at]
+    diameters, masses = by_species(scene, scene.diameters), by_species(scene, scene.masses)
     contact = 0.5 * (diameters[:, None] + diameters)
     reduced = masses[:, None] * masses / (masses[:, None] + masses)
     slowing = theory.speed_factor(scene.dimension * (scene.n - 1))

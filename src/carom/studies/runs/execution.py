@@ -128,9 +128,7 @@ def resume(
 ) -> RunResult:
     """Continue the run in a folder; the results are bit-identical to an uninterrupted run.
 
-    The checkpoint, and by checksums the frames and events before it, are verified before any file is changed;
-    a trajectory restored from another gives a CaromWarning. ``cores`` may differ from before, and a run that
-    was finished has ``new=False``.
+    Frames and events are verified before any file is changed; a run that was finished has ``new=False``.
     """
     folder = existing_run(Path(out))
     if folder.summary.is_file():

@@ -80,8 +80,8 @@ class RunFolder:
     def begin(self, plan: SceneFile) -> None:
         """Remove an older run from the folder and write the plan.
 
-        If this is interrupted at any moment, the folder starts again as the old run or as the new one, or
-        :meth:`check_empty` refuses what is left.
+        After an interruption the folder starts as the old run, as the new one, or :meth:`check_empty` refuses
+        it.
         """
         text = _text(plan)
         with writing(self.path):
