@@ -112,13 +112,13 @@ def _held(folder: Path, asked: PlanSpec, system: System) -> RunPlan:
             f"{folder} holds the plan {found.target} for {found.system}; ask for that to go on with it, or "
             "give another --out."
         )
-    given = {name: getattr(asked, name) for name in ("n", "seed", "cores", "walltime")}
-    if asked.n is not None:
-        given["n"] = system.filling(asked.n)
     held = {"n": found.design.n, "seed": found.seed, "cores": found.cores, "walltime": found.walltime}
-    for name, value in given.items():
-        if value not in (None, held[name]):
-            old = "no limit" if held[name] is None else held[name]
+    for name, old in held.items():
+        value = getattr(asked, name)
+        if name == "n" and value is not None:
+            value = system.filling(value)
+        if value not in (None, old):
+            old = "no limit" if old is None else old
             raise InputError(
                 f"{folder} holds a plan whose {name} is {old}, found --{name} {value}; leave it out to go on "
                 "with that plan, or give another --out."

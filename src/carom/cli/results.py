@@ -165,15 +165,15 @@ def _physics(summary: dict[str, Any]) -> Table:
         places = decimals(measured["error"])
         beside = [_beside(row[theoretical], measured, places) for row in summary["theory"]]
         shown.append((name, _with_error(measured), *beside))
-    for name, key in (("V", "volume"), ("U / N", "U"), ("kT", "temperature")):
-        if (measured := summary.get(key)) and measured["mean"] is not None:
-            shown.append((name, _with_error(measured)))
-    for name, measured in summary["contact_values_from_rdf"].items():
-        if measured["mean"] is not None:
-            shown.append((f"g(σ+) {name}", _with_error(measured)))
     per_kT = f"P σ{_superscript(dimension)}/kT"
-    if (pressure := summary["reduced_pressure"])["mean"] is not None:
-        shown.append((per_kT, _with_error(pressure)))
+    alone = [
+        ("V", summary.get("volume")),
+        ("U / N", summary.get("U")),
+        ("kT", summary.get("temperature")),
+        *((f"g(σ+) {name}", value) for name, value in summary["contact_values_from_rdf"].items()),
+        (per_kT, summary["reduced_pressure"]),
+    ]
+    shown += [(name, _with_error(value)) for name, value in alone if value and value["mean"] is not None]
     if barostat := summary.get("barostat"):
         reduced = barostat["pressure"] * summary["diameter"] ** dimension / summary["kT"]
         shown.append((f"{per_kT} of the barostat", f"{reduced:.6g}"))

@@ -42,6 +42,11 @@ Length = Annotated[
 Blocks = Annotated[
     int, integer(low=16, high=10**6), Opt("Blocks per run, which give error bars and drift.", flags=None)
 ]
+Neighbors = Annotated[
+    str,
+    word("auto", "lists", "sectors", "all"),
+    Opt("How pairs are found: auto, lists, sectors or all.", flags=None),
+]
 
 
 @dataclass(frozen=True)
@@ -279,12 +284,7 @@ class GridSpec(SceneGrid):
     collisions_per_particle: float | None = option(
         None, "Instead of an error: collisions per particle of every run.", LENGTH
     )
-    neighbors: str = option(
-        word("auto", "lists", "sectors", "all"),
-        "How pairs are found: auto, lists, sectors or all.",
-        flags=None,
-        default="auto",
-    )
+    neighbors: Neighbors = "auto"
 
     def tasks(self) -> list[dict[str, Any]]:
         """Return the tasks, the longest first."""

@@ -151,7 +151,8 @@ class RunPlan(Result):
         workers = executors.check(executor, cores)
         if executor != "serial" and workers is None:
             workers = min(self.cores, self.design.replicas)
-        return carry_out(self, method(self.system, self.target), out, executor, workers, progress)
+        how = method(self.system, self.target)
+        return carry_out(self, how, out=out, executor=executor, cores=workers, progress=progress)
 
     _numbers_above = False
 

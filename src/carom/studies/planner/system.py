@@ -140,16 +140,12 @@ class System:
     @property
     def diameters(self) -> list[float]:
         """Diameter of each species [length]."""
-        if "species" in self.scene:
-            return [float(each.get("diameter", 1.0)) for each in self.scene["species"]]
-        return [float(self.scene.get("diameter", 1.0))]
+        return self._of_species("diameter")
 
     @property
     def masses(self) -> list[float]:
         """Mass of each species."""
-        if "species" in self.scene:
-            return [float(each.get("mass", 1.0)) for each in self.scene["species"]]
-        return [float(self.scene.get("mass", 1.0))]
+        return self._of_species("mass")
 
     @property
     def mean_mass(self) -> float:
@@ -159,8 +155,12 @@ class System:
     @property
     def fractions(self) -> list[float]:
         """Fraction of each species."""
-        parts = [float(each.get("fraction", 1.0)) for each in self.scene.get("species", ())] or [1.0]
+        parts = self._of_species("fraction")
         return [part / math.fsum(parts) for part in parts]
+
+    def _of_species(self, name: str) -> list[float]:
+        """Return a number of each species; of one species it is a key of the scene, or 1."""
+        return [float(each.get(name, 1.0)) for each in self.scene.get("species") or [self.scene]]
 
     @property
     def density(self) -> float:
