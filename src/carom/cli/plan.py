@@ -118,10 +118,9 @@ def _held(folder: Path, asked: PlanSpec, system: System) -> RunPlan:
         if name == "n" and value is not None:
             value = system.filling(value)
         if value not in (None, old):
-            old = "no limit" if old is None else old
             raise InputError(
-                f"{folder} holds a plan whose {name} is {old}, found --{name} {value}; leave it out to go on "
-                "with that plan, or give another --out."
+                f"{folder} holds a plan whose {name} is {'no limit' if old is None else old}, found --{name} "
+                f"{value}; leave it out to go on with that plan, or give another --out."
             )
     return found
 

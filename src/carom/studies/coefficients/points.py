@@ -100,17 +100,18 @@ def coefficients_of(records: list[Record]) -> Coefficients:
             infinite = infinite_diffusion(diffusion[0], viscosity, point)
     conductivity, bulk = point.thermal_conductivity(), point.bulk_viscosity()
     mutual, thermal = point.mutual_diffusion(), point.thermal_diffusion()
+    every: dict[str, list[Coefficient | None]] = {
+        "self-diffusion": [*diffusion.values()],
+        "shear viscosity": [viscosity],
+        "bulk viscosity": [bulk],
+        "thermal conductivity": [conductivity],
+        "mutual diffusion": [mutual],
+        "thermal diffusion": [thermal],
+    }
     remarks = [PLANE] if d == 2 else []
     remarks += [
         f"{name} had not settled: blocks are too short for the rule, or the fluid is slow"
-        for name, found in {
-            "self-diffusion": [*diffusion.values()],
-            "shear viscosity": [viscosity],
-            "bulk viscosity": [bulk],
-            "thermal conductivity": [conductivity],
-            "mutual diffusion": [mutual],
-            "thermal diffusion": [thermal],
-        }.items()
+        for name, found in every.items()
         if d > 2 and not all(c.settled for c in found if c is not None)
     ]
     collisions = sum(block["collisions"] for block in point.blocks)
