@@ -92,17 +92,12 @@ class PseudoHardSpheres(ListedSpheres):
 
     def run(self, steps: int) -> None:
         """Make ``steps`` steps."""
-        verlet = _verlet(len(self.box))
         left = steps
         while left:
             if self._slack < 0.0:
                 self._renew()
                 self._forces()
-            made = verlet(
-                self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
-                1.0 / self.box, self.step, left, self._slack, self.diameter**2, self.epsilon, self.mass,
-                self._tally, self._chunk,
-            )  # fmt: skip
+            made = self._stepped(self.step, left)
             self.steps += made
             left -= made
             if left:
@@ -128,11 +123,16 @@ class PseudoHardSpheres(ListedSpheres):
 
     def _forces(self) -> None:
         """Compute forces and potential energy."""
-        _verlet(len(self.box))(
+        self._stepped(0.0, 0)
+
+    def _stepped(self, step: float, steps: int) -> int:
+        """Make steps of a time while the list is valid, and return their number."""
+        made: int = _verlet(len(self.box))(
             self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
-            1.0 / self.box, 0.0, 0, self._slack, self.diameter**2, self.epsilon, self.mass, self._tally,
+            1.0 / self.box, step, steps, self._slack, self.diameter**2, self.epsilon, self.mass, self._tally,
             self._chunk,
         )  # fmt: skip
+        return made
 
 
 @lru_cache

@@ -71,11 +71,12 @@ def documented(
         head, _, rest = (inspect.getdoc(function) or "").partition("@\n")
         if run:
             parameters, _, ends = HOW_TEXT.partition("----------\n")[2].partition("\n\n")
+            parameters = parameters.partition("\nlook : ")[0]  # the last one
             # Sections in the order of numpydoc: what is returned, raised and warned, then notes and examples.
             returns, mark, notes = rest.partition("\nNotes\n" if "\nNotes\n" in rest else "\nExamples\n")
             called.__doc__ = "\n".join(
                 [
-                    head + "Parameters", "----------", _lines((*own, *more)), _without(parameters, "look"),
+                    head + "Parameters", "----------", _lines((*own, *more)), parameters,
                     "", returns.rstrip(), "", ends.rstrip(), mark + notes.rstrip(), "",
                 ]
             )  # fmt: skip
@@ -124,14 +125,3 @@ def _type(hint: Any, needed: bool) -> str:
             for kind in kinds
         ]  # fmt: skip
     return " or ".join(name for name in names if name != "None") + ", optional" * (not needed)
-
-
-def _without(parameters: str, name: str) -> str:
-    """Return the lines of numpydoc's parameters without those of one."""
-    kept, skip = [], False
-    for line in parameters.splitlines():
-        if not line.startswith(" "):
-            skip = line.partition(" :")[0] == name
-        if not skip:
-            kept.append(line)
-    return "\n".join(kept)
