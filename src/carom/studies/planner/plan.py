@@ -300,14 +300,9 @@ _WORDS = records.table(
         "ratios": records.mapping(_AT_LEAST_ZERO),
         "design": records.table(
             {
-                "n": records.integer(low=1),
-                "replicas": records.integer(low=1),
-                "equilibration": _AT_LEAST_ZERO,
-                "collisions_per_particle": _POSITIVE,
-                "statistical": _AT_LEAST_ZERO,
-                "bias": _AT_LEAST_ZERO,
-                "error": _POSITIVE,
-                "cpu_seconds": _POSITIVE,
+                **dict.fromkeys(("n", "replicas"), records.integer(low=1)),
+                **dict.fromkeys(("equilibration", "statistical", "bias"), _AT_LEAST_ZERO),
+                **dict.fromkeys(("collisions_per_particle", "error", "cpu_seconds"), _POSITIVE),
             }
         ),
         "cores": records.integer(low=1),
