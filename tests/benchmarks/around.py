@@ -73,7 +73,7 @@ def one(arguments, cpu):
         (underway.Run, "_write", "frames"),
         (underway.Run, "_save", CHECKPOINTS),
         (report, "pressure_of", "error bars"),
-        (report, "_distributions", "g(r)"),
+        (report, "_distribution", "g(r)"),
         (report, "_draw", "pictures"),
         (Simulation, "run", ENGINE),
     ):

@@ -8,7 +8,7 @@ from helpers.marks import slow
 
 import carom
 from carom import Scene, io, theory
-from carom.cli import screen
+from carom.cli.results import show
 from carom.errors import FileError, InputError
 from carom.models.contacts.losses import Loss
 from carom.models.motions.gravity import Gravity
@@ -75,7 +75,7 @@ def test_a_run_of_a_mixture_leaves_and_shows_g_of_every_pair(tmp_path, dimension
         assert result.summary["contact_values_from_rdf"][name]["mean"] == alone.contact_value.mean
     assert result.summary["without_rdf"] is None
     assert (result.folder / "rdf.png").stat().st_size > 10_000
-    screen.results(result, as_json=False)
+    show(result, result.folder, as_json=False)
     shown = " ".join(capsys.readouterr().out.split())
     for a, b in pairs:
         assert f"g(σ+) {a}-{b}" in shown
@@ -95,7 +95,7 @@ def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
     assert not (result.folder / "rdf.png").exists()
     assert says in result.summary["without_rdf"]
     assert result.summary["contact_values_from_rdf"] == {}
-    screen.results(result, as_json=False)
+    show(result, result.folder, as_json=False)
     assert says in " ".join(capsys.readouterr().out.split())
 
 
@@ -125,7 +125,7 @@ def test_a_run_tells_what_walls_and_obstacles_bore_and_who_met_whom(tmp_path, ca
     before = sum(counts) - summary["collisions"] - summary["equilibration"]["collisions"]
     assert 0 <= before < summary["n"]
     assert summary["spared_contacts"] > 0
-    screen.results(result, as_json=False)
+    show(result, result.folder, as_json=False)
     shown = " ".join(capsys.readouterr().out.split())
     for text in ("P σ³/kT on z_high", "force σ/kT on floor", "elastic contacts"):
         assert text in shown

@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.progress import Progress, TaskProgressColumn
 from typer.testing import CliRunner
 
-from carom.cli import app, heartbeat, screen
+from carom.cli import app, heartbeat, results, screen
 from carom.cli.tables import Screen
 from carom.cli.trouble import friendly
 from carom.errors import CaromWarning
@@ -34,7 +34,7 @@ from carom.table import Table, of_texts
 
 
 def test_all_pressures_of_a_table_have_one_unit_which_is_named():
-    text = " ".join(printed(screen._physics(summary())).split())
+    text = " ".join(printed(results._physics(summary())).split())
     assert "P σ²/kT 3.000 ± 0.010" in text
     # 8 energy / length^2, times 1.5^2 / 2.
     assert "P σ²/kT on x_low 9.00 ± 0.09" in text
@@ -43,10 +43,10 @@ def test_all_pressures_of_a_table_have_one_unit_which_is_named():
 
 
 def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_printed():
-    text = " ".join(printed(screen._physics(summary())).split())
+    text = " ".join(printed(results._physics(summary())).split())
     for said in ("whole box", "Z counts collisions of pairs alone", "area of the surface itself"):
         assert said in text
-    assert "whole box" not in printed(screen._physics(summary(obstacles=[])))
+    assert "whole box" not in printed(results._physics(summary(obstacles=[])))
 
 
 @pytest.mark.parametrize(
@@ -71,7 +71,7 @@ def test_what_walls_do_to_packing_fraction_z_and_area_is_said_where_they_are_pri
 )
 def test_one_line_says_whether_a_run_is_sound(changes, line):
     sound = {"energy_drift": -2e-15, "worst_overlap": 4e-16, "remarks": [], "Z": {"mean": 3.9, "error": 0.1}}
-    assert screen._health(summary(**{**sound, **changes})) == line
+    assert results._health(summary(**{**sound, **changes})) == line
 
 
 @pytest.mark.parametrize("width", [30, 60])
@@ -81,7 +81,7 @@ def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
          "Z_infinite": None, "contact_value": None}
         for k in (1, 2)
     ]  # fmt: skip
-    table = screen._physics(summary(theory=theory))
+    table = results._physics(summary(theory=theory))
     shown, wide = printed(table, width), printed(table, 400)
     assert max(map(len, shown.splitlines())) <= width
     assert "…" not in shown
@@ -176,12 +176,13 @@ def test_the_screen_prints_no_number_of_contacts_where_nobody_knows_it(capsys):
         "jamming_fraction": None, "isostatic": 599, "excess": 118, "rattlers": 1, "rattler_fraction": 0.01,
         "contacts": 717, "gap": 5e-5, "void": [3e-5, 9e-5], "contacts_note": "Contacts cannot be told.",
     }  # fmt: skip
-    screen.packed(packing, Path("here"), as_json=False)
+    results._packing(SimpleNamespace(to_dict=lambda: packing), Path("here"), as_json=False)
     text = " ".join(capsys.readouterr().out.split())
     assert "717 with a gap below 5e-05" in text
     assert "isostatic" not in text
     assert "Contacts cannot be told." in text
-    screen.packed(packing | {"contacts_note": ""}, Path("here"), as_json=False)
+    packing["contacts_note"] = ""
+    results._packing(SimpleNamespace(to_dict=lambda: packing), Path("here"), as_json=False)
     assert "717 (isostatic: 599, +118)" in " ".join(capsys.readouterr().out.split())
 
 
@@ -259,7 +260,7 @@ def test_a_plan_that_misses_its_target_has_an_exit_code_of_its_own(error, code, 
     outcome = Outcome(promise, Estimate(1.0, error, 1.0, 1.0, 1), 0.0, 1.0, [])
     found = 0
     try:
-        screen.reached(outcome, tmp_path, False)
+        results.show(outcome, tmp_path, as_json=False)
     except typer.Exit as ended:
         found = ended.exit_code
     assert found == code

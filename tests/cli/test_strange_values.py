@@ -23,7 +23,7 @@ from typer.testing import CliRunner
 
 import carom
 from carom import cli, io
-from carom.cli import screen
+from carom.cli.results import show
 from carom.errors import CaromError, FileError, InputError
 from carom.io import records
 from carom.models.obstacles.balls import Ball
@@ -323,7 +323,7 @@ def test_a_strange_value_in_the_summary_of_a_run_is_a_sentence(tmp_path, all_of_
     def shown(as_json):
         found = RunResult(tmp_path, read_summary(path), new=True)
         with contextlib.suppress(typer.Exit):  # a target that was missed: exit code 3
-            screen.results(found, as_json)
+            show(found, found.folder, as_json=as_json)
 
     for changed, place, strange in damaged(SUMMARY, all_of_them):
         path.write_text(as_json(changed))

@@ -6,7 +6,7 @@ import signal
 import sys
 
 import carom
-from carom.cli import screen
+from carom.cli.results import show
 from carom.scene_file.scene_file import SceneFile
 
 SCENE = """
@@ -57,4 +57,4 @@ if __name__ == "__main__":
         cut = carom.resume(f"{sys.argv[1]}/cut")
     keys = ("layers", "obstacles", "kT", "thermal", "weight", "time")
     print(json.dumps([{key: result.summary[key] for key in keys} for result in (whole, cut)]))
-    screen.results(whole, as_json=False)
+    show(whole, whole.folder, as_json=False)

@@ -372,10 +372,10 @@ def test_what_is_simulated_is_called_by_its_interaction(interaction, words):
 
 
 def test_the_screen_shows_wells_with_their_energy_and_temperature(whole, tmp_path, capsys):
-    from carom.cli.screen import results
+    from carom.cli.results import show
     from carom.studies.runs.result import RunResult
 
-    results(RunResult(tmp_path, whole, new=True), as_json=False)
+    show(RunResult(tmp_path, whole, new=True), tmp_path, as_json=False)
     shown = " ".join(capsys.readouterr().out.split())
     assert "108 spheres with square wells of range 1.5 and depth 1 at packing fraction" in shown
     assert re.search(rf"U / N {whole['U']['mean']:.3f}"[:-1] + r"\d* ± 0\.0\d+ kT 3\.", shown)

@@ -11,7 +11,7 @@ from helpers.plain import plain_python
 from helpers.screens import NOTHING, printed, summary
 
 import carom
-from carom.cli import screen
+from carom.cli import results
 from carom.frame import Frame
 from carom.models.motions.gravity import Gravity
 from carom.observables.layers import GROUPS, MOST, Layers, weight
@@ -105,7 +105,7 @@ BED = {
 
 
 def test_a_bed_is_shown_in_weights_and_never_in_a_temperature():
-    text = " ".join(printed(screen._physics(summary(**BED))).split())
+    text = " ".join(printed(results._physics(summary(**BED))).split())
     # 8 energy / length^2 times 1.5 / 4; 8 energy / length over 4.
     assert "P σ/mg on floor 3.00 ± 0.03" in text
     assert "force/mg on shelf 2.00 ± 0.02" in text
@@ -113,13 +113,13 @@ def test_a_bed_is_shown_in_weights_and_never_in_a_temperature():
     assert "mg = 4 the mean weight of one" in text
     for absent in ("kT", "upper wall", "?", "Z counts"):
         assert absent not in text
-    layers = " ".join(printed(screen._bed(summary(**BED))).split())
+    layers = " ".join(printed(results._bed(summary(**BED))).split())
     # 12 over 4 times 1.5.
     assert "0 to 1 2 2.00 ± 0.10 1 to 2 0.25 -" in layers
 
 
 def test_where_there_is_no_one_temperature_a_pressure_is_in_units_of_the_scene():
-    text = " ".join(printed(screen._physics(summary(**BED | {"weight": None}))).split())
+    text = " ".join(printed(results._physics(summary(**BED | {"weight": None}))).split())
     assert "P on floor 8.00 ± 0.08" in text
     assert "force on shelf 8.00 ± 0.08" in text
     assert "There is no one kT" in text

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 import carom
 from carom.cli import app
-from carom.cli.screen import _health
+from carom.cli.results import _health
 from carom.errors import InputError
 from carom.models import Ball, Bonds, Plane, Segment, Shear, SphericalContainer, SquareWell, chains
 from carom.models.motions.gravity import Gravity

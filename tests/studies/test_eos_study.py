@@ -274,7 +274,7 @@ def test_folders_that_hold_no_study_are_refused(tmp_path):
 
 def test_only_one_study_at_a_time_runs_in_a_folder(tmp_path):
     carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
-    with owned(tmp_path), pytest.raises(FileError, match="Another process"):
+    with owned(tmp_path, ().__contains__), pytest.raises(FileError, match="Another process"):
         carom.equation_of_state([0.1], replicas=1, out=tmp_path, **SMALL)
 
 
@@ -703,7 +703,7 @@ def test_engines_that_do_not_exist_are_refused():
     for choice in ("magic", object(), True):
         with pytest.raises(InputError, match="executor must be"), engines.opened(choice):
             pass
-    with pytest.raises(InputError, match="workers"), engines.opened("threads", 0):
+    with pytest.raises(InputError, match="cores"), engines.opened("threads", 0):
         pass
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from carom import Scene, Species, theory
+from carom.observables.statistics import blocking
 from carom.studies.coefficients.analysis import Coefficient
 from carom.studies.planner import diffusion, measures
 from carom.studies.planner.choice import PART, Costs, Design, design, slowed, within
@@ -73,27 +74,17 @@ def test_what_two_spheres_carry_is_known_exactly():
     assert measures.carried(SimpleNamespace(scene=scene, kT=1.7))[0, 1] == pytest.approx(exact, rel=1e-12)
 
 
-def test_the_error_of_few_correlated_blocks_is_that_of_the_mean():
-    """100 blocks are too few to be paired: their correlation of 0.25 is only corrected for."""
-    dice, memory = np.random.default_rng(1), 0.25
-    noise = dice.normal(size=(1000, 200))
-    series = np.zeros_like(noise)
-    for k in range(1, 200):
-        series[:, k] = memory * series[:, k - 1] + noise[:, k]
-    found = [measures.mean(row[100:]) for row in series]
-    squares = np.array([each.error**2 for each in found])
-    # The variance of the mean; 1000 squares, each known to a third, have a mean known to 1 %, and the ends of
-    # a series count for a percent.
-    exact = (1.0 + memory) / (1.0 - memory) / (1.0 - memory**2) / 100
-    assert squares.mean() == pytest.approx(exact, rel=0.08)
-
-
-def test_a_weight_that_is_fitted_to_few_blocks_costs_a_degree_of_freedom():
-    a, b = np.random.default_rng(4).normal(size=(2, 10))
-    weight = np.cov(a, a - b)[0, 1] / np.var(a - b, ddof=1)
-    alone, found = measures.mean(a - weight * (a - b)), measures.together(a, b)
-    assert found.mean == pytest.approx(alone.mean, rel=1e-12)
-    assert found.error == pytest.approx(alone.error * math.sqrt(9.0 / 8.0), rel=1e-12)
+def test_both_routes_to_z_have_the_error_of_their_best_combination_with_the_memory_of_the_blocks():
+    noise, memory = np.random.default_rng(1).normal(size=(2, 4096)), 0.25
+    for k in range(1, 4096):
+        noise[:, k] += memory * noise[:, k - 1]
+    shared, own = noise
+    found = measures.estimates(shared + own, shared - own, 3)
+    assert [*found] == ["both", *sorted(found.keys() - {"both"}, key=lambda name: found[name].error)]
+    assert found["both"].error == pytest.approx(blocking(shared).error, rel=1e-3)
+    exact = math.sqrt((1.0 + memory) / (1.0 - memory) / (1.0 - memory**2) / 4096)
+    assert found["both"].error == pytest.approx(exact, rel=0.2)
+    assert [*measures.estimates(shared, own, 1)] == ["virial"]
 
 
 def test_what_is_planned_of_diffusion_has_the_units_of_the_scene():
@@ -135,7 +126,7 @@ def test_the_costs_of_a_pressure_are_those_of_z_in_its_unit(quantity):
     ]
     found, bias, _ = method.reached(records, "virial")
     assert found.mean == pytest.approx((z.mean() - system.shift(128) - offset) * factor, rel=1e-12)
-    assert found.error == pytest.approx(measures.mean(z.ravel()).error * factor, rel=1e-12)
+    assert found.error == pytest.approx(blocking(z.ravel()).error * factor, rel=1e-12)
     assert bias == pytest.approx(residual(system, 128) * factor)
 
 

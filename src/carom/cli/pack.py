@@ -47,9 +47,10 @@ def pack(
     carom pack --n 1000 --dimension 2 --rate 1e-3 --seeds 8 --report --out several
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import packed, watched
+    from carom.cli.results import show
+    from carom.cli.screen import watched
     from carom.errors import InputError
-    from carom.studies.packings.pack import asked_of, packed as compressed
+    from carom.studies.packings.pack import asked_of, packed
 
     asked, start = asked_of(scene, of_options(PackSpec, given))
     if asked.seeds is not None:
@@ -70,5 +71,5 @@ def pack(
         raise InputError("--resume and --overwrite contradict each other; give one of them.")
     with watched() as progress, compiling_told():
         progress(0.0, "Preparing")
-        found = compressed(asked, start, out, overwrite, go_on, progress)
-    packed(found.to_dict(), out, as_json)
+        found = packed(asked, start, out, overwrite, go_on, progress)
+    show(found, out, as_json=as_json)

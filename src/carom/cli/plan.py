@@ -57,7 +57,7 @@ def plan(
     carom plan scene.toml -t Z=1e-3 --run --out mine
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import reached, watched
+    from carom.cli.screen import watched
     from carom.paths import writing
     from carom.studies.planner.plan import NAME
 
@@ -91,8 +91,10 @@ def plan(
         return
     with watched() as progress, compiling_told():
         outcome = found.run(out=folder, progress=progress)
+    from carom.cli.results import show
+
     assert folder is not None
-    reached(outcome, folder, as_json)
+    show(outcome, folder, as_json=as_json)
 
 
 def _held(folder: Path, asked: PlanSpec, system: System) -> RunPlan:
@@ -110,16 +112,15 @@ def _held(folder: Path, asked: PlanSpec, system: System) -> RunPlan:
             f"{folder} holds the plan {found.target} for {found.system}; ask for that to go on with it, or "
             "give another --out."
         )
-    given = {name: getattr(asked, name) for name in ("n", "seed", "cores", "walltime")}
-    if asked.n is not None:
-        given["n"] = system.filling(asked.n)
     held = {"n": found.design.n, "seed": found.seed, "cores": found.cores, "walltime": found.walltime}
-    for name, value in given.items():
-        if value not in (None, held[name]):
-            old = "no limit" if held[name] is None else held[name]
+    for name, old in held.items():
+        value = getattr(asked, name)
+        if name == "n" and value is not None:
+            value = system.filling(value)
+        if value not in (None, old):
             raise InputError(
-                f"{folder} holds a plan whose {name} is {old}, found --{name} {value}; leave it out to go on "
-                "with that plan, or give another --out."
+                f"{folder} holds a plan whose {name} is {'no limit' if old is None else old}, found --{name} "
+                f"{value}; leave it out to go on with that plan, or give another --out."
             )
     return found
 

@@ -69,7 +69,8 @@ def run(
     carom run battle.toml --trust-code
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import predicted, results, watched
+    from carom.cli.results import show
+    from carom.cli.screen import predicted, watched
     from carom.errors import InputError
     from carom.scene_file.scene_file import SceneFile
     from carom.studies.runs.asked import plan_of
@@ -103,7 +104,7 @@ def run(
             result = continued(plan, out, trust_code=trust_code, **how)
         else:
             result = carry_out(plan, out, overwrite=overwrite, **how)
-    results(result, as_json, verbose)
+    show(result, out, as_json=as_json, verbose=verbose)
 
 
 @friendly
@@ -127,32 +128,19 @@ def resume(
     carom resume fluid --json
     """
     from carom.cli.compiling import compiling_told
-    from carom.cli.screen import packed, predicted, reached, results, watched
+    from carom.cli.results import show
+    from carom.cli.screen import predicted, watched
     from carom.cli.study import carry_out
-    from carom.studies.places import kind_of
+    from carom.studies.kinds import kind_at
+    from carom.studies.saved import resume as go_on
 
-    kind = kind_of(folder) if folder.is_dir() else None
-    if kind == "a study":
-        from carom.studies.saved import load
-
+    kind = kind_at(folder) if folder.is_dir() else None
+    if kind is not None and kind.report:
         report = (folder / "report.html").exists()
-        carry_out(
-            load(folder), folder, executor=None, cores=cores, report=report, pictures=True, as_json=as_json
-        )
+        study = kind.load(folder)
+        carry_out(study, folder, executor=None, cores=cores, report=report, pictures=True, as_json=as_json)
         return
+    how: dict[str, Any] = {"cores": number_of(cores), "trust_code": trust_code}
     with watched() as progress, compiling_told():
-        from carom.studies.saved import resume as go_on
-
-        found = go_on(
-            folder,
-            progress=progress,
-            predicted=predicted,
-            cores=number_of(cores),
-            trust_code=trust_code,
-        )
-    if kind == "a packing":
-        packed(found.to_dict(), folder, as_json)
-    elif kind == "a plan":
-        reached(found, folder, as_json)
-    else:
-        results(found, as_json)
+        found = go_on(folder, progress=progress, predicted=predicted, **how)
+    show(found, folder, as_json=as_json)

@@ -30,10 +30,9 @@ FILES = (".json", ".csv", ".txt", ".html", ".png", ".pdf", ".svg")
 
 
 def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callable[..., None]:
-    """Return the command of a study: its options are the fields of ``asked``, and its help is ``about``.
+    """Return the command of a study: its options are the fields of ``asked``, its folder is ``carom-NAME``.
 
-    The default folder is ``carom-NAME``. ``kind`` returns the class of the study when the command runs: its
-    import takes longer than the help.
+    ``kind`` returns the class when the command runs: its import takes longer than the help.
     """
 
     def run(

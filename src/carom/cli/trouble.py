@@ -112,10 +112,9 @@ def _lead_nowhere(stream: Any) -> None:
 
 
 def whole_streams() -> None:
-    """Make standard streams that are closed, as some schedulers have them, lead nowhere.
+    """Make standard streams that are closed lead nowhere: else the next file to be opened would be one.
 
-    Otherwise the next file that is opened would get the number of standard error, and with it whatever a
-    library prints there. A terminal that cannot show a character gets a replacement instead of a traceback.
+    A terminal that cannot show a character gets a replacement instead of a traceback.
     """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:

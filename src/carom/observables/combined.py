@@ -38,9 +38,14 @@ def combined(first: ArrayLike, second: ArrayLike) -> Estimate:
     n = a.size
     if a.shape != b.shape or a.ndim != 1 or n < 8:
         raise InputError(f"Series of {a.shape} and {b.shape} blocks; expected two of one length, at least 8.")
+    x = least_variance(a, b)
+    error = float(np.std(x, ddof=1)) / math.sqrt(n) * math.sqrt((n - 1.0) / (n - 2.0))
+    return Estimate(float(x.mean()), error, float(n), 1.0, n)
+
+
+def least_variance(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Return in each block the combination of two estimators whose variance over the blocks is the least."""
     difference = a - b
     variance = float(np.var(difference, ddof=1))
     weight = float(np.cov(a, difference)[0, 1]) / variance if variance else 0.0
-    x = a - weight * difference
-    error = float(np.std(x, ddof=1)) / math.sqrt(n) * math.sqrt((n - 1.0) / (n - 2.0))
-    return Estimate(float(x.mean()), error, float(n), 1.0, n)
+    return a - weight * difference

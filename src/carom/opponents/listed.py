@@ -6,7 +6,7 @@ import itertools
 import math
 import time as clock
 from abc import ABC, abstractmethod
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -21,11 +21,10 @@ is short enough, the pairs are treated one by one. With 0 all pairs are, which i
 
 
 class ListedSpheres(ABC):
-    """Equal spheres in a periodic box, and the list of their pairs; a subclass moves them in ``run(steps)``.
+    """Equal spheres (n, d) in a periodic box, and the list of their pairs; a subclass moves them.
 
-    ``positions`` [length] and ``velocities`` [length / time] are (n, d), and ``step`` is a time. Compiled
-    code has floats of type ``real``, and adds to the sums in ``tally`` (k,); its arrays are (d, n), in an
-    order in which neighbours in space are neighbours in memory.
+    Compiled code has floats of type ``real`` in arrays (d, n), neighbours in space beside each other, and
+    adds to the sums in ``tally`` (k,).
     """
 
     def __init__(
@@ -39,8 +38,10 @@ class ListedSpheres(ABC):
         mass: float,
         real: Any,
         tally: np.ndarray,
+        settings: dict[str, Any],
     ):
         self.real: Any = real
+        self._settings = settings  # of the subclass, but for the skin
         self.box = np.array(box, dtype=np.float64)
         self.step, self.diameter, self.mass = float(step), float(diameter), float(mass)
         positions = np.asarray(positions, dtype=np.float64)
@@ -75,6 +76,12 @@ class ListedSpheres(ABC):
         """Memory of the state and of the list [bytes]."""
         arrays = (self._x, self._v, self._images, self._listed, self._pairs.first, self._pairs.second)
         return sum(array.nbytes for array in arrays)
+
+    def reversed(self) -> Self:
+        """Return the spheres where they are, with all velocities reversed and the sums at zero."""
+        make: Any = type(self)
+        found: Self = make(self.positions, -self.velocities, self.box, skin=self.skin, **self._settings)
+        return found
 
     @abstractmethod
     def run(self, steps: int) -> Any:

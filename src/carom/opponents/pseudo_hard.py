@@ -26,9 +26,8 @@ CUT = 50.0 / 49.0
 class PseudoHardSpheres(ListedSpheres):
     """Pseudo hard spheres in a periodic box of at least two diameters, by velocity Verlet.
 
-    ``step`` is in units of ``diameter * sqrt(mass / epsilon)``, and epsilon is two thirds of ``kT``. ``skin``
-    [diameters] is how far the list of pairs reaches beyond the cutoff; by default the fastest is found by
-    trial.
+    ``step`` is in units of ``diameter * sqrt(mass / epsilon)``, epsilon is two thirds of ``kT``, and ``skin``
+    [diameters] is that of the list of pairs, by default the fastest.
     """
 
     def __init__(
@@ -54,6 +53,7 @@ class PseudoHardSpheres(ListedSpheres):
             real=np.float64,
             # Integrals of the virial and of the kinetic energy; smallest distance squared; potential energy.
             tally=np.array([0.0, 0.0, float(np.max(box)) ** 2, 0.0]),
+            settings={"step": step, "kT": kT, "diameter": diameter, "mass": mass},
         )
         self._f = np.zeros(self._x.shape)
         self.skin = self._tuned(skin)
@@ -92,17 +92,12 @@ class PseudoHardSpheres(ListedSpheres):
 
     def run(self, steps: int) -> None:
         """Make ``steps`` steps."""
-        verlet = _verlet(len(self.box))
         left = steps
         while left:
             if self._slack < 0.0:
                 self._renew()
                 self._forces()
-            made = verlet(
-                self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
-                1.0 / self.box, self.step, left, self._slack, self.diameter**2, self.epsilon, self.mass,
-                self._tally, self._chunk,
-            )  # fmt: skip
+            made = self._stepped(self.step, left)
             self.steps += made
             left -= made
             if left:
@@ -111,8 +106,7 @@ class PseudoHardSpheres(ListedSpheres):
     def equilibrate(self, steps: int, every: int = 50) -> None:
         """Make steps with velocities rescaled to kT from time to time; then set the sums to zero.
 
-        A configuration of hard spheres has too little potential energy. Its gain would cool the system. The
-        number of steps is ``steps``, rounded down to a multiple of ``every``.
+        Hard spheres have too little potential energy, whose gain would cool the system.
         """
         n, d = self._x.shape[1], self._x.shape[0]
         for _ in range(max(steps // every, 1)):
@@ -129,11 +123,16 @@ class PseudoHardSpheres(ListedSpheres):
 
     def _forces(self) -> None:
         """Compute forces and potential energy."""
-        _verlet(len(self.box))(
+        self._stepped(0.0, 0)
+
+    def _stepped(self, step: float, steps: int) -> int:
+        """Make steps of a time while the list is valid, and return their number."""
+        made: int = _verlet(len(self.box))(
             self._x, self._v, self._f, self._listed, self._pairs.first, self._pairs.second, self.box,
-            1.0 / self.box, 0.0, 0, self._slack, self.diameter**2, self.epsilon, self.mass, self._tally,
+            1.0 / self.box, step, steps, self._slack, self.diameter**2, self.epsilon, self.mass, self._tally,
             self._chunk,
         )  # fmt: skip
+        return made
 
 
 @lru_cache

@@ -19,8 +19,8 @@ from carom.opponents.pairs import compile_kept
 class Stepper(ListedSpheres):
     """Equal hard spheres in a periodic box of at least two diameters, advanced by a fixed ``step`` [time].
 
-    With ``single`` it computes in float32. ``skin`` [diameters] is how far the list of pairs reaches beyond
-    contact; by default the fastest is found by trial. Results do not depend on it.
+    With ``single`` it computes in float32; ``skin`` [diameters] is that of the list of pairs, by default the
+    fastest.
     """
 
     def __init__(
@@ -44,6 +44,7 @@ class Stepper(ListedSpheres):
             mass=mass,
             real=np.float32 if single else np.float64,
             tally=np.array([0.0, 0.0, float(diameter) ** 2]),  # collisions, virial, smallest distance squared
+            settings={"step": step, "diameter": diameter, "mass": mass, "single": single},
         )
         self._log_pairs, self._log_times = np.empty((0, 2), np.int64), np.empty(0)
         self.skin = self._tuned(skin)

@@ -31,10 +31,8 @@ def documented(
 ) -> Callable[[Callable[..., R]], Callable[..., R]]:
     """Return a decorator of a function ``f(..., **given)`` whose ``given`` are the fields of a spec.
 
-    Its signature and docstring then name these fields, but for those ``hidden``; ``@`` in the docstring
-    stands for their description. An argument that is none of these is an error with the word that is meant.
-    Of a study, the function has the arguments of :meth:`Study.run` as well, which arrive as the dictionary
-    ``how``, and what its other arguments are is ``said`` by name.
+    Signature and docstring then name them, but for those ``hidden``, with ``@`` for their description; of a
+    study also the arguments of :meth:`Study.run`, as ``how``, and what is ``said`` of others.
     """
     spec: type[Spec] = kind if issubclass(kind, Spec) else kind.Spec
     run = {} if issubclass(kind, Spec) else dict(inspect.signature(Study.run).parameters)
@@ -73,11 +71,12 @@ def documented(
         head, _, rest = (inspect.getdoc(function) or "").partition("@\n")
         if run:
             parameters, _, ends = HOW_TEXT.partition("----------\n")[2].partition("\n\n")
+            parameters = parameters.partition("\nlook : ")[0]  # the last one
             # Sections in the order of numpydoc: what is returned, raised and warned, then notes and examples.
             returns, mark, notes = rest.partition("\nNotes\n" if "\nNotes\n" in rest else "\nExamples\n")
             called.__doc__ = "\n".join(
                 [
-                    head + "Parameters", "----------", _lines((*own, *more)), _without(parameters, "look"),
+                    head + "Parameters", "----------", _lines((*own, *more)), parameters,
                     "", returns.rstrip(), "", ends.rstrip(), mark + notes.rstrip(), "",
                 ]
             )  # fmt: skip
@@ -126,14 +125,3 @@ def _type(hint: Any, needed: bool) -> str:
             for kind in kinds
         ]  # fmt: skip
     return " or ".join(name for name in names if name != "None") + ", optional" * (not needed)
-
-
-def _without(parameters: str, name: str) -> str:
-    """Return the lines of numpydoc's parameters without those of one."""
-    kept, skip = [], False
-    for line in parameters.splitlines():
-        if not line.startswith(" "):
-            skip = line.partition(" :")[0] == name
-        if not skip:
-            kept.append(line)
-    return "\n".join(kept)

@@ -80,25 +80,27 @@ class Place:
     listen: Callable[[], object] = field(default_factory=lambda: _nothing)
 
 
-def check(choice: Any = None, workers: int | None = None) -> None:
-    """Check that :func:`opened` could open this ``choice`` with so many ``workers``; nothing is opened.
+def check(choice: Any = None, cores: int | str | None = None) -> int | None:
+    """Return with how many workers :func:`opened` could open this ``choice`` on ``cores``; open nothing.
+
+    None, for as many as there are cores, of "auto" and None.
 
     Raises
     ------
     InputError
         If it could not.
     """
-    if workers is not None:
-        checks.integer(workers, "workers", low=1)
+    workers = None if cores in (None, "auto") else checks.integer(cores, "cores", low=1)
     if isinstance(choice, int) and not isinstance(choice, bool):
         checks.integer(choice, "executor", low=1)
     elif choice is None or (isinstance(choice, str) and (choice in NAMES or "://" in choice)):
-        return
+        return workers
     elif isinstance(choice, str) or not (hasattr(choice, "get_executor") or hasattr(choice, "submit")):
         raise InputError(
             f"executor must be one of {', '.join(NAMES)}, the address of a Dask scheduler (tcp://host:port), "
             f"a number of processes or an Executor; found {checks.describe(choice)}."
         )
+    return workers
 
 
 @contextlib.contextmanager

@@ -94,14 +94,11 @@ class Folder:
         session.
         """
         self.check(settings)
-        with writing(self.path):
-            (self.path / RESULTS).mkdir(parents=True, exist_ok=True)
-        with owned(self.path):
+        with owned(self.path, WRITTEN.__contains__):
             self.check(settings)
             with writing(self.path):
-                # What a killed process left.
-                old = remnants(self.path, WRITTEN.__contains__)
-                for remnant in old + remnants(self.path / RESULTS, _RESULT.fullmatch):
+                (self.path / RESULTS).mkdir(exist_ok=True)
+                for remnant in remnants(self.path / RESULTS, _RESULT.fullmatch):
                     remnant.unlink(missing_ok=True)
             self._write(self.settings, {"settings": settings, "grid": grid})
             yield

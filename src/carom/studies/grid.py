@@ -42,17 +42,38 @@ Length = Annotated[
 Blocks = Annotated[
     int, integer(low=16, high=10**6), Opt("Blocks per run, which give error bars and drift.", flags=None)
 ]
+Neighbors = Annotated[
+    str,
+    word("auto", "lists", "sectors", "all"),
+    Opt("How pairs are found: auto, lists, sectors or all.", flags=None),
+]
 
 
 @dataclass(frozen=True)
-class SceneGrid(Spec):
+class OfScene(Spec):
+    """Base of specifications with ``[scene]`` in their files."""
+
+    tables: ClassVar[tuple[str, ...]] = ("scene",)
+
+    def to_toml(self) -> str:
+        """Return the specification as TOML, from which :meth:`from_toml` makes an equal one."""
+        from carom.io.records import toml_lines
+        from carom.scene_file.words import scene_lines
+
+        words = self.words()
+        scene = words.pop("scene", {})
+        lines = [f"[{self.section}]", *toml_lines(words)]
+        return "\n".join([*lines, *(["", *scene_lines(scene)] if scene else [])]) + "\n"
+
+
+@dataclass(frozen=True)
+class SceneGrid(OfScene):
     """What all grids of simulations say: the scene of each point, replicas, and how exact the result is.
 
     On a lattice, the number of particles that fills it and is nearest to n is taken. A file may say in
     ``[scene]`` what there is, for all commands: what the section of the study leaves out is taken from there.
     """
 
-    tables: ClassVar[tuple[str, ...]] = ("scene",)
     grid: ClassVar[tuple[str, ...]] = ("packing_fraction", "n", "replicas")
     resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"dimension": ("packing_fraction", "lattice")}
     densities: ClassVar[Mapping[int, tuple[float, ...]]]
@@ -169,16 +190,6 @@ class SceneGrid(Spec):
             rest["species"] = with_fractions(SceneSpec(species=scene["species"]))
         return {**point_of(SceneSpec(**tuples(scene)), scene), **words, "scene": rest}
 
-    def to_toml(self) -> str:
-        """Return the specification as TOML, from which :meth:`from_toml` makes an equal one."""
-        from carom.io.records import toml_lines
-        from carom.scene_file.words import scene_lines
-
-        words = self.words()
-        scene = words.pop("scene", {})
-        lines = [f"[{self.section}]", *toml_lines(words)]
-        return "\n".join([*lines, *(["", *scene_lines(scene)] if scene else [])]) + "\n"
-
     def _template(self) -> dict[str, Any]:
         """Return the keys of ``scene`` as plain values, without those that the grid sets."""
         from carom import checks
@@ -273,12 +284,7 @@ class GridSpec(SceneGrid):
     collisions_per_particle: float | None = option(
         None, "Instead of an error: collisions per particle of every run.", LENGTH
     )
-    neighbors: str = option(
-        word("auto", "lists", "sectors", "all"),
-        "How pairs are found: auto, lists, sectors or all.",
-        flags=None,
-        default="auto",
-    )
+    neighbors: Neighbors = "auto"
 
     def tasks(self) -> list[dict[str, Any]]:
         """Return the tasks, the longest first."""

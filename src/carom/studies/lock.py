@@ -1,23 +1,28 @@
-"""A folder of results has one process at a time."""
+"""A folder of results has one process at a time, which begins with what is whole there."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import filelock
 
 from carom.errors import FileError
-from carom.paths import writing
+from carom.paths import remnants, writing
 
 LOCK = ".lock"
 """Name of the empty file that is locked."""
 
 
 @contextlib.contextmanager
-def owned(path: Path) -> Iterator[None]:
-    """Lock a folder against other processes; the lock ends with the process."""
+def owned(path: Path, ours: Callable[[str], object]) -> Iterator[None]:
+    """Make a folder, lock it against other processes, and remove what a killed one left incomplete there.
+
+    The files of results are those whose names are ``ours``; the lock ends with the process.
+    """
+    with writing(path):
+        path.mkdir(parents=True, exist_ok=True)
     lock = filelock.FileLock(path / LOCK, blocking=False, thread_local=False)
     try:
         with writing(path):
@@ -29,6 +34,8 @@ def owned(path: Path) -> Iterator[None]:
                 ) from None
             except NotImplementedError:  # some network drives have no locks
                 pass
+            for remnant in remnants(path, ours):
+                remnant.unlink(missing_ok=True)
         yield
     finally:
         lock.release()

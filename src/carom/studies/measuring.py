@@ -26,6 +26,7 @@ from carom.observables.histograms import DEFAULT_REACH
 from carom.observables.of_frames import as_points
 from carom.observables.protocol import Underway, sees
 from carom.observables.rdf import MOST_SPECIES, RDF, PartialRDF
+from carom.observables.statistics import unwarned
 from carom.observables.structure_factor import StructureFactor
 from carom.scene.fields import is_equal
 from carom.scene.scene import Scene
@@ -349,8 +350,7 @@ def _known(frame: Frame, path: Path | None, foreign: bool) -> _System:
             decides = True
         if "pinned" in given:
             given["pinned"] = np.array(given["pinned"], np.int64)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)
+        with unwarned():
             return _System(frame, Scene.from_frame(frame, **given), decides)
     except CaromError:  # the frames are of another system, or the file was edited
         return _System(frame)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from carom import theory
-from carom.errors import CaromError, CaromWarning, InputError
+from carom.errors import CaromError, InputError
 from carom.models import model_checks
 from carom.observables import Estimate, PressureResult
 from carom.observables.drift import STUCK
 from carom.observables.pressure import finite_size_doubt
+from carom.observables.statistics import unwarned
 from carom.observables.volume import VolumeResult
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
@@ -34,24 +34,11 @@ class Phase(NamedTuple):
     note: str  # a caveat, in a sentence; or ""
 
 
-class Filled(Protocol):
-    """What the phase depends on: of a scene, or of the mean volume at constant pressure."""
-
-    @property
-    def dimension(self) -> int:
-        """Number of dimensions."""
-
-    @property
-    def packing_fraction(self) -> float:
-        """Packing fraction."""
-
-
-def phase_of(scene: Filled, initial: str, distance: float) -> Phase:
+def phase_of(scene: Scene | MeanBox, initial: str, distance: float) -> Phase:
     """Return the phase of a run of equal elastic particles in a periodic box, by its start and their motion.
 
-    ``distance`` is the median of :func:`carom.observables.drift.moved`. Beyond freezing, particles that stay
-    near their start are a solid; otherwise the phase is a metastable fluid. Disks between freezing and
-    melting are two coexisting phases.
+    Beyond freezing, particles at a median ``distance`` near their start are a solid, others a metastable
+    fluid; disks between freezing and melting are two phases.
     """
     d, eta = scene.dimension, round(scene.packing_fraction, 9)
     freezing, melting = theory.FREEZING.get(d, 1.0), theory.MELTING.get(d, 1.0)
@@ -170,16 +157,6 @@ def shift(box: MeanBox, phase: Phase, equation: Equation) -> float:
     )
 
 
-def infinite(Z: Estimate, box: MeanBox, phase: Phase | None) -> Estimate | None:
-    """Return Z of infinitely many particles; None where no theory gives the correction."""
-    if phase is None or (phase.name != "fluid" and not phase.equations):
-        return None
-    best = usual_equation(box.dimension, phase.name)
-    if best is None:
-        return None
-    return Z.scaled(1.0, offset=-shift(box, phase, best))
-
-
 def compared(scene: Scene, phase: Phase | None, volume: VolumeResult | None = None) -> list[dict[str, Any]]:
     """Return Z by every theory that holds for the scene in this phase."""
     if volume is not None:
@@ -189,8 +166,7 @@ def compared(scene: Scene, phase: Phase | None, volume: VolumeResult | None = No
 
 def lines(rows: list[dict[str, Any]]) -> dict[str, float]:
     """Return Z by the theory that the table of the run shows, by name; nothing where none holds."""
-    values = {row["name"]: row["Z"] for row in rows}
-    return {name: value for name, value in values.items() if value is not None}
+    return {row["name"]: row["Z"] for row in rows if row["Z"] is not None}
 
 
 def note(phase: Phase, scene: Scene) -> str | None:
@@ -208,13 +184,17 @@ def of_infinite_size(
     given: Mapping[str, Estimate] = MappingProxyType({}),
 ) -> Estimate | None:
     """Return Z of infinitely many particles, or None where no theory gives the correction."""
+    if phase is None:
+        return None
     if volume is not None:
-        return infinite(given["Z"], MeanBox.of(volume), phase)
-    if pressure is None or pressure.n == 1 or phase is None or phase.name == "coexistence":
+        best = usual_equation(volume.dimension, phase.name)
+        if best is None or (phase.name != "fluid" and not phase.equations):
+            return None
+        return given["Z"].scaled(1.0, offset=-shift(MeanBox.of(volume), phase, best))
+    if pressure is None or pressure.n == 1 or phase.name == "coexistence":
         return None
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # the note on the phase has the same text
+        with unwarned():  # the note on the phase has the same text
             return pressure.infinite_size()
     except InputError:
         return None

@@ -13,6 +13,7 @@ from numpy.random import default_rng
 from carom import checks
 from carom.errors import InputError
 from carom.models.interactions.bonds import Bonds
+from carom.models.species import species_count
 from carom.scene import lattices
 from carom.scene.scene import Scene
 from carom.scene.species import Species
@@ -55,6 +56,19 @@ def equilibrate(sim: Simulation, task: Task, look: Callable[[float], object]) ->
         Equilibration(sim, task["scene"].get("kT", 1.0), checks.collisions_of(length, sim.n)).run(look)
     else:
         sim.run(collisions_per_particle=length, progress=look)
+
+
+def by_species(scene: Scene, values: np.ndarray) -> np.ndarray:
+    """Return one of the values of each species; of a species without particles that of the first particle."""
+    if scene.species is None:
+        return values[:1]
+    return values[[int(np.argmax(scene.species == k)) for k in range(species_count(scene))]]
+
+
+def counts(scene: Scene) -> list[int]:
+    """Return the number of particles of each species."""
+    found: list[int] = [scene.n] if scene.species is None else np.bincount(scene.species).tolist()
+    return found
 
 
 def refuse_other_interactions(interaction: Any, diameter: float | None) -> None:

@@ -22,11 +22,9 @@ ROOM = 0.9
 def start(asked: SceneSpec, rng: np.random.Generator) -> Scene:
     """Return the requested scene, by the fastest way to a random start.
 
-    To move apart spheres placed at random takes the time of some hundred thousand collisions (N = 4000). Well
-    below freezing, a crystal with random vacancies melts within ten to a hundred collisions per sphere, of
-    the thousand of equilibration. So equal spheres start as a crystal in d >= 3; near freezing it would not
-    melt, and there melts with smaller spheres, which then grow. A run whose spheres stay near their start is
-    flagged.
+    Spheres placed at random take some hundred thousand collisions to move apart (N = 4000); a crystal with
+    random vacancies melts within ten to a hundred per sphere, near freezing with smaller spheres that then
+    grow.
     """
     melting = _melting(asked)
     if melting is None:

@@ -31,7 +31,6 @@ from carom.paths import write_text
 from carom.results import Result, plain
 from carom.spec import Spec
 from carom.studies import executors
-from carom.studies.arguments import processes
 from carom.studies.executors import Stopped
 from carom.studies.folder import SETTINGS, Folder, Record, Task, key, sealed, unsealed
 from carom.studies.signals import Interrupted, stoppable
@@ -50,18 +49,10 @@ REGISTERED: dict[str, type[Study[Any]]] = {}
 
 @dataclass(frozen=True)
 class Look:
-    """What a task calls from time to time; it ends the task if the study is to stop.
+    """What a task calls from time to time; it ends the task if the study is to stop."""
 
-    Attributes
-    ----------
-    stop : callable or None
-        Whether to stop; None in a process of its own, which is ended from outside.
-    kept : Path or None
-        Where a long task keeps its state from time to time, and finds it again; None where it cannot.
-    """
-
-    stop: Callable[[], bool] | None = None
-    kept: Path | None = None
+    stop: Callable[[], bool] | None = None  # None in a process of its own, which is ended from outside
+    kept: Path | None = None  # where a long task keeps its state, and finds it again
 
     def __call__(self, *_: object) -> None:
         """End the task if it is asked to."""
@@ -345,7 +336,7 @@ class Study(Result, Generic[S]):
             If tasks failed, or results could not be written. Run again to complete the missing ones.
         """
         began = clock.perf_counter()
-        workers = processes(cores)
+        workers = executors.check(executor, cores)
         if self.spec.serial:
             if executor not in (None, "serial") or workers not in (None, 1):
                 raise InputError(
@@ -353,7 +344,6 @@ class Study(Result, Generic[S]):
                     "executor and cores."
                 )
             executor = "serial"
-        executors.check(executor, workers)
         folder = None if out is None else Folder(Path(out))
         words = self.spec.words()
         grid = {name: words[name] for name in self.spec.grid if name in words}
@@ -447,8 +437,6 @@ def perform(
     """Run a task of a study's ``measure``, in any process, and return its record.
 
     It has ``task``; ``result``, whose bits depend on the task alone; and ``provenance``: machine and times.
-    If ``stop`` returns true, the task ends with :class:`Stopped`. Another version of Carom than that of the
-    task is an error; ``kept`` is the folder where a long task keeps its state.
     """
     began, day = clock.perf_counter(), clock.time()
     if task["version"] != __version__:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections import deque
 from collections.abc import Sequence
 
 import numpy as np
 
-from carom.errors import CaromWarning
-from carom.observables.statistics import Estimate, blocking
+from carom.observables.statistics import Estimate, blocking, unwarned
 
 BLOCK = 2.5
 """Duration of a block [mean free times]."""
@@ -62,6 +60,5 @@ class EinsteinSlope:
 
     def estimate(self) -> Estimate:
         """Return D [length^2 / time]."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # the table shows the error bar
+        with unwarned():  # the table shows the error bar
             return blocking(self.values)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time as clock
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -12,15 +11,14 @@ import numpy as np
 
 from carom import theory
 from carom.block import Block
-from carom.errors import CaromWarning
 from carom.observables import Pressure, PressureResult
-from carom.observables.statistics import Estimate
+from carom.observables.statistics import Estimate, unwarned
 from carom.reference import NaiveSystem
 from carom.scene.scene import Scene
 from carom.scene.velocities import temperature
 from carom.studies import phase
 from carom.studies.accuracy.diffusion import BLOCK, EinsteinSlope, looks
-from carom.studies.accuracy.methods import Method, Motion
+from carom.studies.accuracy.methods import Method, Motion, naive_system
 
 NUDGE = 1e-30
 """Displacement of the oracle's twin [box edges]: far above its rounding, and too small to saturate."""
@@ -83,18 +81,10 @@ def true_track(
 def _twin(scene: Scene) -> NaiveSystem:
     """Return the oracle, started from positions displaced by random vectors of the size ``NUDGE``."""
     rng = np.random.default_rng(0)
-    system = NaiveSystem(
-        scene.positions, scene.velocities, scene.box, diameter=scene.diameter, masses=[scene.mass] * scene.n
-    )
+    system = naive_system(scene)
     number = np.vectorize(system.arithmetic.number, otypes=[object])
     moved = number(rng.normal(size=scene.positions.shape)) * system.arithmetic.number(NUDGE * max(scene.box))
-    return NaiveSystem(
-        number(scene.positions) + moved,
-        scene.velocities,
-        scene.box,
-        diameter=scene.diameter,
-        masses=[scene.mass] * scene.n,
-    )
+    return naive_system(scene, number(scene.positions) + moved)
 
 
 @dataclass(frozen=True)
@@ -194,8 +184,7 @@ def measured(
         now = motion.tally()
         blocks.append(Block(*(b - a for a, b in zip(last, now, strict=True))))  # type: ignore[arg-type]
         last = now
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)  # the table shows the error bar
+    with unwarned():  # the table shows the error bar
         found = Pressure.estimate(
             blocks,
             n=scene.n,

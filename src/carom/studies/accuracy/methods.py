@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import sys
 import tempfile
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from carom.errors import CaromWarning
+from carom.observables.statistics import unwarned
 from carom.opponents.pseudo_hard import PseudoHardSpheres
 from carom.opponents.stepping import Stepper
 from carom.reference import NaiveSystem
@@ -36,15 +35,13 @@ class Motion(Protocol):
 
     def settle(self, time: float) -> None:
         """Move on by at least a time, until averages are those of equilibrium."""
+        self.run(time)
 
     def kT(self) -> float:
         """Return the mean temperature since :meth:`settle` [energy]."""
 
     def order(self) -> list[tuple[int, int]] | None:
-        """Return the pairs that collided so far, in order, the smaller index first.
-
-        It is None for a method without collisions. A logged motion ends here.
-        """
+        """Return the pairs that collided so far, the smaller index first; None without collisions."""
 
     def positions(self) -> np.ndarray:
         """Return the centres (n, d), up to whole boxes."""
@@ -56,10 +53,7 @@ class Motion(Protocol):
         """Return time, collisions and virial so far."""
 
     def faults(self) -> tuple[float, float, float]:
-        """Return the worst overlap [diameters] and the relative drifts of energy and momentum so far.
-
-        The overlap is nan where it is not measured.
-        """
+        """Return the worst overlap [diameters], nan if unknown, and drifts of energy and momentum."""
 
     def bytes_per_particle(self) -> float:
         """Return the memory per particle of the state and its search structures [bytes]."""
@@ -89,7 +83,7 @@ def oracle(digits: int = 50) -> Method:
     return Method(
         f"{digits} digits",
         "naive",
-        lambda scene, _: _Naive(_system(scene, scene.velocities, arithmetic="mpmath", digits=digits)),
+        lambda scene, _: _Naive(naive_system(scene, arithmetic="mpmath", digits=digits)),
         fast=False,
         many_digits=True,
     )
@@ -101,45 +95,27 @@ def stepping(fraction: float, mean_free_time: float) -> Method:
         f"step {fraction:g}",
         "time-driven",
         lambda scene, logged: _Stepping(
-            Stepper(
-                scene.positions,
-                scene.velocities,
-                scene.box,
-                step=fraction * mean_free_time,
-                diameter=scene.diameter,
-                mass=scene.mass,
-                skin=UNTUNED if logged else None,
-            ),
-            logged,
+            Stepper(*_motion(scene), step=fraction * mean_free_time, **_spheres(scene, logged)), logged
         ),
     )
 
 
 def pseudo_hard(step: float, mean_free_time: float) -> Method:
-    """Return pseudo hard spheres by velocity Verlet.
+    """Return pseudo hard spheres by velocity Verlet, with a step in units of sigma sqrt(m / epsilon).
 
-    The time step is in units of sigma sqrt(m / epsilon). They have no collisions; their count is the expected
-    number of collisions of hard spheres in the same time.
+    They have no collisions; their count is that of hard spheres in the same time, as is expected.
     """
 
     def start(scene: Scene, logged: bool) -> Motion:
-        system = PseudoHardSpheres(
-            scene.positions,
-            scene.velocities,
-            scene.box,
-            step=step,
-            kT=temperature(scene, np.asarray(scene.velocities)),
-            diameter=scene.diameter,
-            mass=scene.mass,
-            skin=UNTUNED if logged else None,
-        )
+        kT = temperature(scene, np.asarray(scene.velocities))
+        system = PseudoHardSpheres(*_motion(scene), step=step, kT=kT, **_spheres(scene, logged))
         return _PseudoHard(system, 0.5 * scene.n / mean_free_time)
 
     return Method(f"Mie 50-49, step {step:g}", "pseudo-hard", start)
 
 
 @dataclass
-class _Engine:
+class _Engine(Motion):
     """The engine; its order of collisions comes from an event log."""
 
     scene: Scene
@@ -158,9 +134,6 @@ class _Engine:
     def run(self, time: float) -> None:
         self.sim.run(time=time)
 
-    def settle(self, time: float) -> None:
-        self.run(time)
-
     def kT(self) -> float:
         return self.sim.kT
 
@@ -177,8 +150,7 @@ class _Engine:
 
     def reversed(self) -> Motion:
         frame = self.sim.frame()
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # single precision leaves overlaps by rounding
+        with unwarned():  # single precision leaves overlaps by rounding
             back = Scene.from_frame(replace(frame, velocities=-frame.velocities))
         return _Engine(back, self.precision, logged=False)
 
@@ -197,7 +169,7 @@ class _Engine:
 
 
 @dataclass
-class _Naive:
+class _Naive(Motion):
     """The naive algorithm, in any arithmetic."""
 
     system: NaiveSystem
@@ -210,9 +182,6 @@ class _Naive:
     def run(self, time: float) -> None:
         later = self.system.time + self.system.arithmetic.number(time)
         self.pairs += [(c.i, c.j) for c in self.system.advance_to(later)]
-
-    def settle(self, time: float) -> None:
-        self.run(time)
 
     def kT(self) -> float:
         n, d = self.system.positions.shape
@@ -259,7 +228,7 @@ class _Naive:
 
 
 @dataclass
-class _Stepping:
+class _Stepping(Motion):
     """Time-driven stepping."""
 
     system: Stepper
@@ -276,9 +245,6 @@ class _Stepping:
         found = self.system.run(steps, log=self.logged)
         self.pairs += [(min(i, j), max(i, j)) for _, i, j in found]
 
-    def settle(self, time: float) -> None:
-        self.run(time)
-
     def kT(self) -> float:
         v = self.system.velocities
         return self.system.mass * float((v * v).sum()) / (v.shape[1] * (len(v) - 1))
@@ -291,18 +257,7 @@ class _Stepping:
         return self.system.positions + self.system.velocities * (self._asked - self.system.time)
 
     def reversed(self) -> Motion:
-        system = self.system
-        back = Stepper(
-            system.positions,
-            -system.velocities,
-            system.box,
-            step=system.step,
-            diameter=system.diameter,
-            mass=system.mass,
-            single=system.real is np.float32,
-            skin=system.skin,
-        )
-        return _Stepping(back, self.logged)
+        return _Stepping(self.system.reversed(), self.logged)
 
     def tally(self) -> tuple[float, int, float]:
         return self.system.time, self.system.collisions, self.system.virial
@@ -316,7 +271,7 @@ class _Stepping:
 
 
 @dataclass
-class _PseudoHard:
+class _PseudoHard(Motion):
     """Pseudo hard spheres."""
 
     system: Any
@@ -347,18 +302,7 @@ class _PseudoHard:
         return self.system.positions
 
     def reversed(self) -> Motion:
-        system = self.system
-        back = type(system)(
-            system.positions,
-            -system.velocities,
-            system.box,
-            step=system.step / (system.diameter * math.sqrt(system.mass / system.epsilon)),
-            kT=system.kT,
-            diameter=system.diameter,
-            mass=system.mass,
-            skin=system.skin,
-        )
-        return _PseudoHard(back, self.rate)
+        return _PseudoHard(self.system.reversed(), self.rate)
 
     def tally(self) -> tuple[float, int, float]:
         time = self.system.time
@@ -382,13 +326,20 @@ def _changes(before: np.ndarray, after: np.ndarray) -> tuple[float, float]:
     return energy, float(np.linalg.norm(change)) / scale
 
 
-def _system(scene: Scene, velocities: Any, **arithmetic: Any) -> NaiveSystem:
-    """Return the scene with these velocities, for the naive algorithm."""
+def _motion(scene: Scene) -> tuple[Any, Any, Any]:
+    """Return where the particles of a scene are and how they fly."""
+    return scene.positions, scene.velocities, scene.box
+
+
+def _spheres(scene: Scene, logged: bool) -> dict[str, Any]:
+    """Return what spheres with a list of pairs are made with; a logged motion is not tuned."""
+    return {"diameter": scene.diameter, "mass": scene.mass, "skin": UNTUNED if logged else None}
+
+
+def naive_system(scene: Scene, positions: Any = None, **arithmetic: Any) -> NaiveSystem:
+    """Return a scene, perhaps at other positions, for the naive algorithm."""
+    where = scene.positions if positions is None else positions
+    masses = [scene.mass] * scene.n
     return NaiveSystem(
-        scene.positions,
-        velocities,
-        scene.box,
-        diameter=scene.diameter,
-        masses=[scene.mass] * scene.n,
-        **arithmetic,
+        where, scene.velocities, scene.box, diameter=scene.diameter, masses=masses, **arithmetic
     )

@@ -32,61 +32,31 @@ CLEAR = 3.0
 
 @dataclass(frozen=True)
 class Row:
-    """The figures of one method; nan where none was measured.
-
-    Attributes
-    ----------
-    method, algorithm : str
-    n_speed : int
-        Particles of the scene on which speed, Z and D were measured.
-    collisions_per_second : float
-        Per CPU second, on one core.
-    bytes_per_particle : float
-    worst_overlap : float
-        Deepest overlap [diameters].
-    energy_drift, momentum_drift : float
-        Relative, per million collisions.
-    horizon_order, horizon_position : float
-        Collisions per particle until the order of collisions is not the oracle's, and until any position
-        differs by 10^-3 diameters. Median of three starts.
-    order_kept, position_kept : bool
-        Whether that did not happen in the time followed, of which the number then is the length.
-    error_1 : float
-        Median distance from the true position after one collision per particle; median of the three starts
-        [diameters].
-    back_5, back_10, back_20 : float
-        Largest distance from the start after so many collisions per particle forward and back [diameters]. It
-        is 0 where doubles do not resolve it, and nan beyond half the length of the oracle's trajectory.
-    z_bias, z_error : float
-        Relative bias of Z, and its standard error.
-    contact_bias, contact_error : float
-        The same of g(sigma+), from the number of collisions; from the virial for a method without collisions.
-    diffusion, diffusion_bias, diffusion_error : float
-        D at this N [length^2 / time] by the rule of
-        :class:`carom.studies.accuracy.diffusion.EinsteinSlope`, and its relative deviation from the engine's
-        D at the same N, with the standard error.
-    z_cost, diffusion_cost : float
-        Relative statistical error of Z and of D after one CPU second, without the bias.
-    choice : str
-        When to choose the method.
-    """
+    """The figures of one method, on one core; nan where none was measured."""
 
     method: Annotated[str, Column("", left=True)]
     algorithm: str
-    n_speed: Annotated[int, Column("N")]
+    n_speed: Annotated[int, Column("N")]  # of the scene on which speed, Z and D were measured
+    # A CPU second.
     collisions_per_second: Annotated[float, Column("collisions / s", ".3g")]
     bytes_per_particle: Annotated[float, Column("bytes / particle", ".0f", missing="-")]
     worst_overlap: Annotated[float, _small("overlap [σ]")]
+    # Relative, per million collisions.
     energy_drift: Annotated[float, _small("energy")]
     momentum_drift: Annotated[float, _small("momentum")]
+    # Collisions per particle until their order is not the oracle's, and until any position differs by 10^-3
+    # diameters; if ``kept``, that did not happen in so many. Medians of three starts.
     horizon_order: Annotated[float, Column("order", _horizon("order_kept"), missing="-")]
     order_kept: bool
     horizon_position: Annotated[float, Column("position", _horizon("position_kept"), missing="-")]
     position_kept: bool
+    # Distances [diameters]: from the true positions after one collision per particle; from the start after so
+    # many forward and back.
     error_1: Annotated[float, _small("after 1")]
     back_5: Annotated[float, _small("5 back")]
     back_10: Annotated[float, _small("10 back")]
     back_20: Annotated[float, _small("20 back")]
+    # Biases are relative; that of D is the deviation from the engine's at the same N.
     z_bias: Annotated[float, Column("Z", _with("z_error"), missing="-")]
     z_error: float
     contact_bias: Annotated[float, Column("g(σ+)", _with("contact_error"), missing="-")]
@@ -94,6 +64,7 @@ class Row:
     diffusion: Annotated[float, Column("D [length² / time]", ".5f")]
     diffusion_bias: Annotated[float, Column("D", _with("diffusion_error"), missing="-")]
     diffusion_error: float
+    # Relative statistical errors after one CPU second.
     z_cost: Annotated[float, _small("error of Z")]
     diffusion_cost: Annotated[float, _small("of D")]
     choice: Choice
@@ -113,11 +84,15 @@ def _choice(task: dict[str, Any], bias: float, error: float) -> str:
     return "where motion between collisions must be stepped; no bias is seen within the error"
 
 
+def _number(value: Any) -> Any:
+    """Return a value of a record; nan for one that was not measured."""
+    return math.nan if value is None else value
+
+
 def row(record: dict[str, Any], references: dict[int, tuple[float, list[float]]]) -> Row:
     """Return the figures of a method from the record of its task.
 
-    ``references`` holds, by the number of particles, the right Z, and D of the engine with its standard
-    error.
+    ``references`` holds by the number of particles the right Z, and D of the engine with its standard error.
     """
     found, spent = record["result"], record["provenance"]
     z, right = references.get(found["n"], (math.nan, [math.nan, math.nan]))
@@ -125,28 +100,20 @@ def row(record: dict[str, Any], references: dict[int, tuple[float, list[float]]]
     relative = own[1] / abs(own[0])
     known = 0.0 if own == right else right[1] / abs(right[0])
 
-    def number(name: str) -> float:
-        value = found[name]
-        return math.nan if value is None else float(value)
-
-    back = [math.nan if each is None else each for each in found["back"]]
+    same = (
+        "method", "algorithm", "bytes_per_particle", "worst_overlap", "energy_drift", "momentum_drift",
+        "order_kept", "position_kept", "error_1",
+    )  # fmt: skip
+    back_5, back_10, back_20 = map(_number, found["back"])
     return Row(
-        method=found["method"],
-        algorithm=found["algorithm"],
+        **{name: _number(found[name]) for name in same},
         n_speed=found["n"],
         collisions_per_second=spent["collisions_per_second"],
-        bytes_per_particle=number("bytes_per_particle"),
-        worst_overlap=number("worst_overlap"),
-        energy_drift=found["energy_drift"],
-        momentum_drift=found["momentum_drift"],
-        horizon_order=number("order"),
-        order_kept=found["order_kept"],
-        horizon_position=number("position"),
-        position_kept=found["position_kept"],
-        error_1=number("error_1"),
-        back_5=back[0],
-        back_10=back[1],
-        back_20=back[2],
+        horizon_order=_number(found["order"]),
+        horizon_position=_number(found["position"]),
+        back_5=back_5,
+        back_10=back_10,
+        back_20=back_20,
         z_bias=mine / z - 1.0,
         z_error=error / z,
         # g(sigma+) is proportional to Z - 1.
@@ -163,26 +130,7 @@ def row(record: dict[str, Any], references: dict[int, tuple[float, list[float]]]
 
 @dataclass(frozen=True)
 class SizeRow:
-    """Cost and error of Z at one N.
-
-    Attributes
-    ----------
-    n : int
-    collisions_per_second : float
-        Per CPU second.
-    z, error : float
-        Compressibility factor and its standard error.
-    relative_error_1s : float
-        The relative error after one CPU second; it falls with the square root of the time.
-    finite_size_bias : float
-        Relative difference between Z of n particles and of infinitely many; nan without a theory.
-    corrected_bias, corrected_error : float
-        The same after the correction to leading order, measured against theory, and its standard error.
-    break_even : float
-        CPU seconds after which the uncorrected bias is larger than the statistical error.
-    choice : str
-        When to choose this number.
-    """
+    """Cost and error of Z at one N; nan without a theory."""
 
     n: Annotated[int, Column("N")]
     collisions_per_second: Annotated[float, Column("collisions / s", ".3g")]
@@ -190,8 +138,10 @@ class SizeRow:
     error: float
     relative_error_1s: Annotated[float, _small("error after 1 s")]
     finite_size_bias: Annotated[float, Column("finite-size bias", "+.1e", missing="-")]
+    # Against theory, after the correction to leading order.
     corrected_bias: Annotated[float, Column("corrected", _with("corrected_error"), missing="-")]
     corrected_error: float
+    # CPU seconds after which the uncorrected bias is larger than the statistical error.
     break_even: Annotated[float, Column("equal after [s]", ".3g", missing="-")]
     choice: Choice
 
@@ -212,8 +162,8 @@ def size_row(record: dict[str, Any]) -> SizeRow:
         z=z,
         error=error,
         relative_error_1s=after_1s,
-        finite_size_bias=math.nan if bias is None else bias,
-        corrected_bias=math.nan if corrected is None else corrected,
+        finite_size_bias=_number(bias),
+        corrected_bias=_number(corrected),
         corrected_error=relative,
         break_even=even,
         choice=choice,
@@ -222,27 +172,12 @@ def size_row(record: dict[str, Any]) -> SizeRow:
 
 @dataclass(frozen=True)
 class SamplingRow:
-    """Cost and error of g(r) at one sampling interval.
-
-    Attributes
-    ----------
-    interval : float
-        Between two frames [mean free times].
-    frames : int
-    contact_error : float
-        Relative error of the contact value from g(r).
-    g_error : float
-        Mean relative error of g in bins of 0.02 diameters, up to two diameters.
-    cpu_seconds : float
-        For the run, the frames and g(r) together.
-    choice : str
-        When to choose this interval.
-    """
+    """Cost and error of g(r) at one sampling interval."""
 
     interval: Annotated[float, Column("mean free times", "g")]
     frames: Annotated[int, Column("frames")]
     contact_error: Annotated[float, _small("error of g(σ+)")]
-    g_error: Annotated[float, _small("of g(r)")]
+    g_error: Annotated[float, _small("of g(r)")]  # mean in bins of 0.02 diameters, up to two diameters
     cpu_seconds: Annotated[float, Column("CPU [s]", ".2f")]
     choice: Choice
 
@@ -263,12 +198,8 @@ def _interval(interval: float) -> str:
 
 def sampling_row(record: dict[str, Any]) -> SamplingRow:
     """Return the figures of an interval."""
-    found, contact = record["result"], record["result"]["contact_error"]
+    found = record["result"]
     return SamplingRow(
-        found["interval"],
-        found["frames"],
-        math.nan if contact is None else contact,
-        found["g_error"],
-        record["provenance"]["cpu_seconds"],
-        _interval(found["interval"]),
-    )
+        found["interval"], found["frames"], _number(found["contact_error"]), found["g_error"],
+        record["provenance"]["cpu_seconds"], _interval(found["interval"]),
+    )  # fmt: skip

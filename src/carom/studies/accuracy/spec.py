@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from carom.declared import SEED, described, number, option
 from carom.errors import InputError
-from carom.spec import Spec
+from carom.studies.grid import OfScene
 
 STEPS = (1e-1, 1e-2, 1e-3, 1e-4)
 """Steps of the time-driven method [mean free times]."""
@@ -37,7 +37,7 @@ REFUSED = (
 
 @described
 @dataclass(frozen=True)
-class TradeSpec(Spec):
+class TradeSpec(OfScene):
     """Methods to compare by speed and accuracy, on one scene of equal spheres.
 
     Raises
@@ -48,7 +48,6 @@ class TradeSpec(Spec):
 
     study: ClassVar[str] = "speed and accuracy"
     section: ClassVar[str] = "trade"
-    tables: ClassVar[tuple[str, ...]] = ("scene",)
     serial: ClassVar[bool] = True
     argument: ClassVar[str] = (
         r"Scene file (TOML): \[scene] and \[trade]. Without: 2048 spheres at density 0.5."
@@ -77,13 +76,7 @@ class TradeSpec(Spec):
     scene: Mapping[str, Any] = option(None, "Keys of a scene.", flags=None, factory=dict)
 
     def complete(self) -> None:
-        """Check the scene.
-
-        Raises
-        ------
-        InputError
-            If it cannot be made, or the other methods cannot move it.
-        """
+        """Check the scene; errors are those of :class:`TradeSpec`."""
         from carom.scene_file.fields import tuples
         from carom.scene_file.sections import SceneSpec
         from carom.studies.accuracy.scenes import small_scene
@@ -103,15 +96,6 @@ class TradeSpec(Spec):
         if made is not None:  # places at random are never too dense
             small_scene(made)
         self._put("scene", plain(spec))
-
-    def to_toml(self) -> str:
-        """Return the specification as TOML, from which :meth:`from_toml` makes an equal one."""
-        from carom.io.records import toml_lines
-        from carom.scene_file.words import scene_lines
-
-        words = self.words()
-        scene = words.pop("scene")
-        return "\n".join([f"[{self.section}]", *toml_lines(words), "", *scene_lines(scene)]) + "\n"
 
     def tasks(self) -> list[dict[str, Any]]:
         """Return what all are compared with, and the rows: methods, sizes, intervals of sampling."""

@@ -48,12 +48,7 @@ class Trade(Study[TradeSpec]):
 
     Its numbers are those of this machine, and of one time: they are measured in CPU time.
 
-    Attributes
-    ----------
-    spec : TradeSpec
-        What is compared.
-    records, failures, folder, engine, seconds
-        As in ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.study.Study`.
     """
 
     Spec: ClassVar[type[TradeSpec]] = TradeSpec
@@ -142,14 +137,9 @@ class Trade(Study[TradeSpec]):
             yield "Picture", self.plot()
 
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
-        """Draw errors against speed and the error of Z against N, and save the picture to ``path``.
+        """Draw errors against speed, and the error of Z against N.
 
-        Raises
-        ------
-        InputError
-            If no method is done.
-        FileError
-            If the picture cannot be saved.
+        Parameters and errors are those of :meth:`carom.studies.study.Study.plot`.
         """
         from carom.pictures import paper
         from carom.studies.accuracy.picture import picture

@@ -197,10 +197,8 @@ def median(found: list[Faithfulness]) -> Faithfulness:
 def _horizon(small: Scene, tracks: list[Track]) -> dict[str, float | None]:
     """Return how long doubles can follow a trajectory, by the mean Lyapunov exponent of the oracle's.
 
-    ``lyapunov`` and ``rate`` are the largest exponent and the collision rate of a particle [1 / time].
-    ``to_one`` and ``to_apart`` are the collisions per particle until one rounding, 2.2e-16, has grown to one
-    diameter and to 10^-3 diameters; ``published_to_one`` is the first from published exponents, if there are.
-    ``followed`` is the length of the oracle's trajectory [collisions per particle].
+    ``lyapunov`` and ``rate`` are [1 / time]; all else is in collisions per particle, ``to_one`` and
+    ``to_apart`` until one rounding has grown to one and to 10^-3 diameters.
     """
     eps = float(np.finfo(float).eps)
     density = small.n / math.prod(edge / small.diameter for edge in small.box)

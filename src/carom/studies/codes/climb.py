@@ -16,10 +16,8 @@ PROGRAMMES = 200
 def climb(points: np.ndarray) -> np.ndarray:
     """Return points (n, k) at a local maximum of the smallest angle, near those given.
 
-    Growth ends at a finite pressure, and so before the optimum where some contacts close much later than
-    others. Each linear programme maximises the smallest angle at first order, over tangent steps within a
-    bound that shrinks where curvature cancels the gain; to a vertex they converge quadratically (Torquato and
-    Jiao, Phys. Rev. E 82 (2010) 061302, for packings).
+    Linear programmes maximise it at first order, over tangent steps within a bound that shrinks where
+    curvature cancels the gain (Torquato and Jiao, Phys. Rev. E 82 (2010) 061302).
     """
     x, reach = points, WIDEST
     _, products = pairs_by_product(x)

@@ -194,25 +194,23 @@ class SphericalCode(Result):
             ("residual", f"{words['residual']:.1e}"),
         ]
         if self.angles:
-            text = f"reached by {self.reached} of {len(self.angles)}, first by seed {self.seed}"
-            rows.append(("tries", text))
+            rows.append(("tries", self._reached(f"{len(self.angles)}")))
         return [*rows, ("source", self.note)]
+
+    def _reached(self, tries: str) -> str:
+        """Return how many of the tries led to the code, in words."""
+        return f"reached by {self.reached} of {tries}, first by seed {self.seed}"
 
     def _lines(self) -> list[str]:
         """Return what is printed: the angle, the contacts, the search."""
         loose = counted(len(self.rattlers), "rattler")
         kind = "a strict local optimum" if self.rigid else "parts of it can move"
         angle = f"smallest angle {self.angle:.9f} degrees, to {self.digits} digits"
-        lines = [
+        return [
             f"{self.n} points on S^{self.dimension - 1}: {angle}",
             f"{counted(len(self.contacts), 'contact')}, {loose}: {kind}",
+            self._reached(counted(len(self.angles), "try")) if self.angles else self.note,
         ]
-        if self.angles:
-            return [
-                *lines,
-                f"reached by {self.reached} of {counted(len(self.angles), 'try')}, first by seed {self.seed}",
-            ]
-        return [*lines, self.note]
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         return f"{self.n} points on S^{self.dimension - 1}", self.words()

@@ -58,8 +58,7 @@ def scene_of(points: np.ndarray, diameter: float) -> Scene:
 def compress(task: dict[str, Any], look: Callable[[], object] = lambda: None) -> dict[str, Any]:
     """Let ``n`` random points of a sphere in ``dimension`` dimensions grow at a ``rate`` into caps that jam.
 
-    The rate is that of the diameters over the thermal speed. Returned are ``points`` (n, k), the reduced
-    ``pressure`` at the end and the number of ``collisions``; what ``look`` raises ends the compression.
+    Return ``points`` (n, k), the reduced ``pressure`` at the end and ``collisions``; ``look`` may end it.
     """
     n, k, rate = task["n"], task["dimension"], task["rate"]
     rng = np.random.default_rng([n, k, task["seed"]])

@@ -19,9 +19,8 @@ def pairs_by_product(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def contact_graph(points: np.ndarray) -> np.ndarray:
     """Return the pairs (m, 2) that touch in a jammed configuration (n, k): those before the largest leap.
 
-    Gaps of contacts are of one size; all others are larger by orders of magnitude. Among the sorted gaps the
-    leap is where a gap is the largest multiple of the mean of the gaps before it. A jammed code has at least
-    n (k - 1) / 2 contacts.
+    Gaps of contacts are of one size and others larger by orders of magnitude, so it is where a gap is the
+    largest multiple of the mean of those before.
     """
     pairs, products = pairs_by_product(points)
     gaps = products[0] - products

@@ -22,8 +22,7 @@ def improve(
 ) -> np.ndarray:
     """Return the best code of a walk over local optima (Wales and Doye, J. Phys. Chem. A 101 (1997) 5111).
 
-    It starts from a jammed configuration (n, k). A hop is kept if its smallest angle is not smaller; what
-    ``look``, called before each, raises ends the search.
+    A hop from a jammed configuration (n, k) is kept if its smallest angle is not smaller.
     """
     best, product = points, largest_product(points)
     for _ in range(hops):

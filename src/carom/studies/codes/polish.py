@@ -62,8 +62,7 @@ def residuals(points: np.ndarray, cosine: float, pairs: np.ndarray) -> np.ndarra
 def newton(points: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, float]:
     """Return points and cosine at which the pairs have equal products, by Gauss-Newton steps in doubles.
 
-    Each step is the shortest solution of the linear equations: it moves nothing along rotations or other free
-    directions, and no rattlers. Singular values below the square root of the residual count as zero.
+    Each step is the shortest solution of the linear equations, and so moves no rattlers.
     """
     n, k = points.shape
     x = np.array(points)
@@ -85,9 +84,7 @@ def newton(points: np.ndarray, pairs: np.ndarray) -> tuple[np.ndarray, float]:
 def polish(points: np.ndarray) -> Polished:
     """Return the code near a jammed configuration (n, k), in doubles.
 
-    Pairs that bear no force are removed from the contacts, and pairs that came closer than the contacts are
-    added, until there are none of either. Where that fails, the configuration was not jammed yet: it then
-    climbs to the next optimum first.
+    One that was not jammed yet, whose contacts cannot all be equal, climbs to the next optimum first.
     """
     try:
         return _settled(points)
@@ -126,8 +123,7 @@ def equations(x: Digits, cosine: Any, contacts: np.ndarray, digits: int) -> list
 def refine(code: Polished, digits: int) -> tuple[Digits, Any, Any]:
     """Return coordinates and cosine to so many decimal digits, and the largest residual.
 
-    Residuals are computed in ``mpmath``, and steps with the pseudo-inverse of the Jacobian in doubles. Each
-    step adds some fifteen digits.
+    Steps with the pseudo-inverse of the Jacobian in doubles each add some fifteen digits.
     """
     import mpmath
 

@@ -34,9 +34,8 @@ def repelled(
 ) -> np.ndarray:
     """Return the best of several sets of ``n`` points of the sphere in R^k that repel each other, (n, k).
 
-    Random points go to the nearest minimum of the energy sum r^-s, whose exponent then rises until the
-    nearest pairs alone matter (Leech, Mathematical Gazette 41 (1957) 81). Ties are left to the climb; what
-    ``look``, called before each of the ``starts``, raises ends the search.
+    The exponent of their energy, the sum of r^-s, rises until the nearest pairs alone matter (Leech,
+    Mathematical Gazette 41 (1957) 81).
     """
     best, least = np.empty((n, k)), math.inf
     for _ in range(starts):
@@ -66,11 +65,7 @@ def _minimised(x: np.ndarray, exponent: float) -> tuple[np.ndarray, float]:
 
 
 def _energy(flat: np.ndarray, n: int, k: int, exponent: float) -> tuple[float, np.ndarray]:
-    """Return log(sum r^-s) / s over all pairs of unit vectors, and its gradient by ``flat`` (n k,).
-
-    The unit vectors are those along the vectors in ``flat``. As s grows, the value tends to -log of the
-    smallest distance.
-    """
+    """Return log(sum r^-s) / s over pairs of unit vectors along ``flat`` (n k,), and its gradient by it."""
     long = flat.reshape(n, k)
     lengths = np.linalg.norm(long, axis=1)[:, None]
     x = long / lengths

@@ -24,11 +24,9 @@ SAME = 2.0**-44
 
 
 def search(task: dict[str, Any], look: Callable[[], object] = lambda: None) -> dict[str, Any]:
-    """Return the code of one seed: ``points``, ``cosine``, ``contacts`` and ``forces``.
+    """Return ``points``, ``cosine``, ``contacts`` and ``forces`` of the code of one seed.
 
-    The task is that of :func:`carom.studies.codes.compression.compress`, with the numbers of ``starts`` of
-    points that repel each other and of ``hops`` that follow. If there is no code, points and cosine are None,
-    and ``problem`` says why; what ``look`` raises ends the search.
+    If there is none, points and cosine are None, and ``problem`` says why; what ``look`` raises ends it.
     """
     n, k, seed, starts = (task[name] for name in ("n", "dimension", "seed", "starts"))
     points = np.array(compress(task, look)["points"])
@@ -91,20 +89,15 @@ def best_of(records: Sequence[Record], digits: int) -> SphericalCode | None:
             f"The best of {len(found)} codes, of seed {seeds[0]}, has no {digits} digits: {problem} "
             "Give more tries."
         ) from None
-    return SphericalCode(
-        np.array(coordinates, object),
-        cosine,
-        residual,
-        digits,
-        code.contacts,
-        code.forces,
-        code.rattlers,
-        code.rigid,
-        seeds[0],
-        {seed: angle_of(each["cosine"]) for seed, each in found.items()},
-        len(seeds),
-        "the best of a search",
-    )
+    angles = {seed: angle_of(each["cosine"]) for seed, each in found.items()}
+    searched = seeds[0], angles, len(seeds), "the best of a search"
+    return _code(code, coordinates, cosine, residual, digits, *searched)
+
+
+def _code(held: Polished, points: Any, cosine: Any, residual: Any, digits: int, *found: Any) -> SphericalCode:
+    """Return a code with the contacts of a polished one; ``found`` are seed, angles, agreement, note."""
+    contacts = held.contacts, held.forces, held.rattlers, held.rigid
+    return SphericalCode(np.array(points, object), cosine, residual, digits, *contacts, *found)
 
 
 def exact(n: int, dimension: int, digits: int) -> SphericalCode:
@@ -119,17 +112,5 @@ def exact(n: int, dimension: int, digits: int) -> SphericalCode:
     pairs = contact_graph(points) if n > 2 else np.array([[0, 1]])
     bear = forces(points, pairs)
     held = Polished(points, float(cosine), pairs[bear > 0.0], bear[bear > 0.0] / bear.sum())
-    return SphericalCode(
-        np.array(coordinates, object),
-        cosine,
-        max(map(abs, equations(coordinates, cosine, held.contacts, digits))),
-        digits,
-        held.contacts,
-        held.forces,
-        held.rattlers,
-        held.rigid,
-        None,
-        {},
-        0,
-        note,
-    )
+    residual = max(map(abs, equations(coordinates, cosine, held.contacts, digits)))
+    return _code(held, coordinates, cosine, residual, digits, None, {}, 0, note)

@@ -84,13 +84,7 @@ class CodeSpec(Spec):
     digits: int = option(integer(low=15, high=MOST_DIGITS), "Decimal digits of the result.", default=32)
 
     def complete(self) -> None:
-        """Set the number of starts, which depends on n.
-
-        Raises
-        ------
-        InputError
-            If more tries are to agree than there are.
-        """
+        """Set the number of starts, which depends on n; errors are those of :class:`CodeSpec`."""
         from carom.studies.codes.repulsion import starts_for
 
         if self.starts is None:
@@ -103,13 +97,7 @@ class CodeSpec(Spec):
 
     @classmethod
     def of_argument(cls, path: str | Path) -> CodeSpec:
-        """Return the search for a number of points, or that of the file ``path``.
-
-        Raises
-        ------
-        InputError
-            If it is neither.
-        """
+        """Return the search for a number, or of a file ``path``; errors are those of :class:`CodeSpec`."""
         text = str(path)
         if text.isdecimal():
             return cls(int(text))

@@ -46,12 +46,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
 class Codes(Study[CodeSpec]):
     """A search for a spherical code.
 
-    Attributes
-    ----------
-    spec : CodeSpec
-        What is searched for.
-    records, failures, folder, engine, seconds
-        As in ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.study.Study`.
     """
 
     Spec: ClassVar[type[CodeSpec]] = CodeSpec
@@ -140,14 +135,9 @@ class Codes(Study[CodeSpec]):
                 yield "The best code", self.plot()
 
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
-        """Draw the caps of the best code on S^2, and save the picture to ``path``.
+        """Draw the caps of the best code, if it is on S^2.
 
-        Raises
-        ------
-        InputError
-            If there is no code, or it is on another sphere.
-        FileError
-            If the picture cannot be saved.
+        Parameters and errors are those of :meth:`carom.studies.study.Study.plot`.
         """
         if self.code is None:
             raise InputError("There is no code to draw: no try has led to one.")

@@ -68,23 +68,13 @@ def jackknife(blocks: np.ndarray, function: Callable[[np.ndarray], Any]) -> list
 
 @dataclass(frozen=True)
 class Extrapolation:
-    """Self-diffusion of infinitely many spheres, by a straight line in 1 / L through several sizes.
-
-    Attributes
-    ----------
-    packing_fraction : float
-    value, slope : Estimate
-        Value at 1 / L = 0 [length^2 / time], and slope against 1 / L [length^3 / time].
-    sizes : tuple of int
-    chi2_per_point : float
-        Chi squared of the fit over the number of sizes minus two.
-    """
+    """Self-diffusion of infinitely many spheres, by a straight line in 1 / L through several sizes."""
 
     packing_fraction: float
-    value: Estimate
-    slope: Estimate
+    value: Estimate  # at 1 / L = 0 [length^2 / time]
+    slope: Estimate  # [length^3 / time]
     sizes: tuple[int, ...]
-    chi2_per_point: float
+    chi2_per_point: float  # over the number of sizes minus two
 
 
 def line(x: np.ndarray, y: np.ndarray, error: np.ndarray) -> tuple[Estimate, Estimate, float]:
@@ -192,9 +182,7 @@ class Point:
     def bulk_viscosity(self) -> Coefficient:
         """Return the bulk viscosity, with the mean of each replica taken out of the pressure.
 
-        With steps each replica has its own energy, and so its own mean pressure. As the mean is taken from a
-        run of length T, the mean square at time t is too small by the factor ``1 - t / T``, which is
-        corrected.
+        The mean of a run of length T makes the mean square at time t too small by ``1 - t / T``.
         """
         squares = []
         for blocks, steps in self._replicas:

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.models.species import species_count
@@ -18,7 +16,7 @@ from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.coefficients import windows
 from carom.studies.folder import Task
-from carom.studies.scenes import equilibrate, simulation_of
+from carom.studies.scenes import by_species, counts, equilibrate, simulation_of
 from carom.studies.study import Look
 
 
@@ -43,9 +41,9 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
         "packing_fraction": scene.packing_fraction,
         "kT": _mean(blocks, "kT") if stepped else sim.kT,
         "U": sim.potential_energy / scene.n if stepped else 0.0,
-        "masses": [float(m) for m in _by_species(scene, scene.masses)],
-        "diameters": [float(s) for s in _by_species(scene, scene.diameters)],
-        "counts": [int(c) for c in _counts(scene)],
+        "masses": by_species(scene, scene.masses).tolist(),
+        "diameters": by_species(scene, scene.diameters).tolist(),
+        "counts": counts(scene),
         "simple": is_simple(scene),
         "every": every,
         "samples": count,
@@ -109,15 +107,3 @@ def _block(sim: Simulation, every: float, count: int, look: Look) -> dict[str, A
         "fluxes": found.fluxes.tolist(),
         "moved": moved,
     }
-
-
-def _by_species(scene: Scene, values: np.ndarray) -> list[float]:
-    """Return the value of each species."""
-    if scene.species is None:
-        return [float(values[0])]
-    return [float(values[scene.species == k][0]) for k in range(species_count(scene))]
-
-
-def _counts(scene: Scene) -> np.ndarray:
-    """Return the number of components of each species."""
-    return np.array([scene.n]) if scene.species is None else np.bincount(scene.species)

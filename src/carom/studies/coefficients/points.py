@@ -19,57 +19,30 @@ PLANE = (
 
 @dataclass(frozen=True)
 class Coefficients:
-    """The coefficients of one point.
-
-    Attributes
-    ----------
-    packing_fraction : float
-    n, dimension, replicas, blocks : int
-    edge : float
-        Longest edge of the box [length].
-    mean_free_time : float
-        [time]
-    Z, by_virial, by_rate : Estimate
-        Z of this n: with the smallest error, and by either route.
-    self_diffusion : dict of Coefficient
-        From the slope of the mean square displacement, of each species by its number.
-    self_diffusion_by_velocity : dict of Coefficient
-        From the velocity autocorrelation.
-    self_diffusion_infinite : Estimate
-        Self-diffusion of infinitely many spheres, by :func:`infinite_diffusion` with the measured viscosity;
-        nan except for equal spheres in d = 3.
-    shear_viscosity, bulk_viscosity, thermal_conductivity : Coefficient
-    mutual_diffusion, thermal_diffusion : Coefficient or None
-        Of a binary mixture.
-    enskog : theory.Enskog or None
-        Of equal spheres, by the best equation of state.
-    at_rest : dict of float
-        Of each species by its number, the factor M / (M - m) that the drift of all others, opposite to the
-        motion of one of mass m, takes from its diffusion; M is the mass of all.
-    remarks : tuple of str
-        Doubts about the numbers.
-    """
+    """The coefficients of one point."""
 
     packing_fraction: float
     n: int
     dimension: int
     replicas: int
     blocks: int
-    edge: float
+    edge: float  # the longest of the box [length]
     mean_free_time: float
-    Z: Estimate
+    Z: Estimate  # of this n, with the smallest error
     by_virial: Estimate
     by_rate: Estimate
-    self_diffusion: dict[int, Coefficient]
-    self_diffusion_by_velocity: dict[int, Coefficient]
-    self_diffusion_infinite: Estimate
+    self_diffusion: dict[int, Coefficient]  # of each species, by the mean square displacement
+    self_diffusion_by_velocity: dict[int, Coefficient]  # by the velocity autocorrelation
+    self_diffusion_infinite: Estimate  # by infinite_diffusion(); of equal spheres in d = 3
     shear_viscosity: Coefficient
     bulk_viscosity: Coefficient
     thermal_conductivity: Coefficient
-    mutual_diffusion: Coefficient | None
+    mutual_diffusion: Coefficient | None  # of a binary mixture
     thermal_diffusion: Coefficient | None
-    enskog: theory.Enskog | None
+    enskog: theory.Enskog | None  # of equal spheres, by the best equation of state
     at_rest: dict[int, float]
+    """Of each species, the factor M / (M - m) that the drift of all others, opposite to the motion of one of
+    mass m, takes from its diffusion; M is the mass of all."""
     remarks: tuple[str, ...] = ()
 
     @property
@@ -89,19 +62,19 @@ class Coefficients:
 
     def quantities(self) -> dict[str, tuple[Coefficient, float]]:
         """Return all coefficients by name, each with Enskog's value or nan."""
-        e = self.enskog
         several = len(self.self_diffusion) > 1
         found = {
-            f"self_diffusion_{k}" if several else "self_diffusion": (c, e.self_diffusion if e else math.nan)
+            f"self_diffusion_{k}" if several else "self_diffusion": (
+                c, getattr(self.enskog, "self_diffusion", math.nan),
+            )
             for k, c in self.self_diffusion.items()
-        }
-        found["shear_viscosity"] = self.shear_viscosity, e.shear_viscosity if e else math.nan
-        found["bulk_viscosity"] = self.bulk_viscosity, e.bulk_viscosity if e else math.nan
-        found["thermal_conductivity"] = self.thermal_conductivity, e.thermal_conductivity if e else math.nan
-        if self.mutual_diffusion is not None:
-            found["mutual_diffusion"] = self.mutual_diffusion, math.nan
-        if self.thermal_diffusion is not None:
-            found["thermal_diffusion"] = self.thermal_diffusion, math.nan
+        }  # fmt: skip
+        for name in (
+            "shear_viscosity", "bulk_viscosity", "thermal_conductivity", "mutual_diffusion",
+            "thermal_diffusion",
+        ):  # fmt: skip
+            if (value := getattr(self, name)) is not None:
+                found[name] = value, getattr(self.enskog, name, math.nan)
         return found
 
 
@@ -115,7 +88,7 @@ def coefficients_of(records: list[Record]) -> Coefficients:
     for k, count in enumerate(first["counts"]):
         if count:
             diffusion[k], by_velocity[k] = point.self_diffusion(k)
-    both, by_virial, by_rate = _pressures(point)
+    by_virial, by_rate, both = point.compressibility_factors()
     enskog, infinite = None, UNKNOWN
     viscosity = point.shear_viscosity()
     if first["simple"]:
@@ -127,17 +100,18 @@ def coefficients_of(records: list[Record]) -> Coefficients:
             infinite = infinite_diffusion(diffusion[0], viscosity, point)
     conductivity, bulk = point.thermal_conductivity(), point.bulk_viscosity()
     mutual, thermal = point.mutual_diffusion(), point.thermal_diffusion()
+    every: dict[str, list[Coefficient | None]] = {
+        "self-diffusion": [*diffusion.values()],
+        "shear viscosity": [viscosity],
+        "bulk viscosity": [bulk],
+        "thermal conductivity": [conductivity],
+        "mutual diffusion": [mutual],
+        "thermal diffusion": [thermal],
+    }
     remarks = [PLANE] if d == 2 else []
     remarks += [
         f"{name} had not settled: blocks are too short for the rule, or the fluid is slow"
-        for name, found in (
-            ("self-diffusion", list(diffusion.values())),
-            ("shear viscosity", [viscosity]),
-            ("bulk viscosity", [bulk]),
-            ("thermal conductivity", [conductivity]),
-            ("mutual diffusion", [mutual]),
-            ("thermal diffusion", [thermal]),
-        )
+        for name, found in every.items()
         if d > 2 and not all(c.settled for c in found if c is not None)
     ]
     collisions = sum(block["collisions"] for block in point.blocks)
@@ -170,9 +144,7 @@ def coefficients_of(records: list[Record]) -> Coefficients:
 def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point, species: int = 0) -> Estimate:
     """Return self-diffusion of infinitely many spheres from that of N: ``M / (M - m) D_N`` plus the shift.
 
-    The momentum of all, of mass M, is zero, so that the mean square velocity, and D in a gas, is that of
-    infinitely many times (M - m) / M. The shift, of order ``N^(-1/3)``, is
-    :func:`carom.theory.diffusion_shift`: the flow around a particle, whatever its size, is that of the fluid.
+    The momentum of all, of mass M, is zero; :func:`carom.theory.diffusion_shift` is of order ``N^(-1/3)``.
     """
     alone, shift = diffusion.scaled(point.at_rest(species)), 0.0
     for _ in range(20):  # fixed point: the shift depends on the result, and is a tenth of it
@@ -186,9 +158,3 @@ def infinite_diffusion(diffusion: Estimate, viscosity: Estimate, point: Point, s
         )
     error = math.hypot(alone.error, shift * viscosity.relative_error)
     return Estimate(alone.mean + shift, error, alone.n_eff, alone.tau, alone.blocks)
-
-
-def _pressures(point: Point) -> tuple[Estimate, Estimate, Estimate]:
-    """Return Z with the smallest error, by the virial, and by the collision rate."""
-    by_virial, by_rate, both = point.compressibility_factors()
-    return both, by_virial, by_rate

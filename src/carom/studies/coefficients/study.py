@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -42,32 +42,17 @@ def _name(name: str, row: Row) -> str:
 
 @dataclass(frozen=True)
 class Row:
-    """One coefficient of one point.
-
-    Attributes
-    ----------
-    packing_fraction : float
-    n : int
-        The point.
-    quantity : str
-        Its name.
-    value, error : float
-        The coefficient and its standard error; nan in the plane, where it grows with the window.
-    enskog, ratio : float
-        Enskog's value by the best equation of state, and value / Enskog's; nan where there is none.
-    begin, end : float
-        Times between which the slope was taken.
-    remark : str
-        Doubts about the point.
-    """
+    """One coefficient of one point."""
 
     packing_fraction: Annotated[float, Column("η", ".4g")]
     n: Annotated[int, Column("N")]
     quantity: Annotated[str, Column("", _name, left=True)]
+    # nan in the plane, where it grows with the window.
     value: Annotated[float, Column("value", error("error", told=True), missing="unknown")]
     error: float
     enskog: Annotated[float, Column("Enskog", ".5g")]
     ratio: Annotated[float, Column("ratio", ".3f")]
+    # Times between which the slope was taken.
     begin: Annotated[float, Column("slope between", _slope, missing="blocks too short for a slope")]
     end: float
     remark: str
@@ -77,12 +62,7 @@ class Row:
 class Transport(GridStudy[TransportSpec]):
     """Transport coefficients at every point of a study.
 
-    Attributes
-    ----------
-    spec : TransportSpec
-        The requested study.
-    records, failures, folder, engine, seconds
-        As in ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.study.Study`.
     """
 
     Spec: ClassVar[type[TransportSpec]] = TransportSpec
@@ -223,18 +203,10 @@ class Transport(GridStudy[TransportSpec]):
             lines.append(remarks[0] if len(remarks) == 1 else f"{len(remarks)} remarks: remarks()")
         return lines
 
-    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
-        """Yield the picture of the page."""
-        if self.records:
-            yield "Results", self.plot()
-
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
-        """Draw the coefficients divided by Enskog's, and their convergence in time; save them to ``path``.
+        """Draw the coefficients divided by Enskog's, and their convergence in time.
 
-        Raises
-        ------
-        FileError
-            If the picture cannot be saved.
+        Parameters and errors are those of :meth:`carom.studies.study.Study.plot`.
         """
         from carom.studies.coefficients import pictures
 

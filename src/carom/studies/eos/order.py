@@ -51,10 +51,8 @@ def psi_6(frame: Frame) -> float:
 def q_6(frame: Frame) -> float:
     """Return the global Q_6 of Steinhardt, Nelson and Ronchetti, Phys. Rev. B 28, 784 (1983).
 
-    By the addition theorem Q_6 squared is the mean of the Legendre polynomial P_6(u . u') over all pairs of
-    bonds. The mean of ``(u . u')^k`` is the sum of the squared moments ``<x^a y^b z^c>`` of degree k, with
-    multinomial coefficients as weights. A matrix product of the terms of degree 3 gives those of degree 6;
-    the lower ones follow, since ``x^2 + y^2 + z^2 = 1``.
+    By the addition theorem its square is the mean of P_6(u . u') over pairs of bonds, and the mean of
+    ``(u . u')^k`` the sum of squared moments ``<x^a y^b z^c>`` of degree k, weighted by multinomials.
     """
     room = room_of_frame(frame)
     reach = REACH * (math.prod(frame.box) / frame.n) ** (1 / 3)

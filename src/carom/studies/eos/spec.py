@@ -81,13 +81,7 @@ class StudySpec(GridSpec):
     )
 
     def complete(self) -> None:
-        """Check the grid, and that there are no more frames than blocks.
-
-        Raises
-        ------
-        InputError
-            If they cannot be used.
-        """
+        """Check the grid, and that frames are no more than blocks; errors are those of :class:`StudySpec`."""
         if self.frames is not None:
             from carom import checks
 

@@ -129,26 +129,18 @@ class EquationOfState(GridStudy[StudySpec]):
     def __repr__(self) -> str:
         return f"<EquationOfState: {counted(len(self.table), 'point')}, {self.progress} done>"
 
-    def _lines(self) -> list[str]:
-        """Return what is printed: the grid, the range of Z, the comparison with theory."""
-        rows = self.table
-        points = counted(len(rows), "point")
-        lines = [f"Equation of state in {self.spec.dimension}D: {points}, {self._done()}"]
-        if rows:
-            ends = rows[:1] if len(rows) == 1 else [rows[0], rows[-1]]
-            lines.append(
-                ", ".join(
-                    f"Z = {value_with_error(each.Z, each.Z_error)} at packing fraction "
-                    f"{each.packing_fraction:g}"
-                    for each in ends
-                )
-            )
+    def _at(self, row: Row) -> str:
+        """Return Z of a point."""
+        return f"Z = {value_with_error(row.Z, row.Z_error)} at packing fraction {row.packing_fraction:g}"
+
+    def _doubts(self) -> list[str]:
+        """Return the comparison with theory, and how many points are flagged."""
         said = []
         if math.isfinite(self.chi2_per_point):
             said.append(f"chi squared per point against theory {self.chi2_per_point:.2f}")
-        if flagged := sum(not each.equilibrated for each in rows):
+        if flagged := sum(not each.equilibrated for each in self.table):
             said.append(f"{flagged} flagged, and left out of fits")
-        return [*lines, *([", ".join(said)] if said else [])]
+        return [", ".join(said)] if said else []
 
     def more(self) -> dict[str, Any]:
         """Return the fits in 1 / N, and the comparison with theory."""
@@ -159,8 +151,7 @@ class EquationOfState(GridStudy[StudySpec]):
         """Yield the pictures and fits of the page."""
         from carom.studies.eos import pictures
 
-        if self.table:
-            yield "Results", self.plot()
+        yield from super().parts()
         if (figure := pictures.order(self)) is not None:
             yield "Order parameter", figure
         if (figure := pictures.sizes(self)) is not None:

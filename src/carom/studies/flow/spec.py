@@ -110,13 +110,7 @@ class ShearSpec(SceneGrid):
         return super().of_sections(words, others)
 
     def complete(self) -> None:
-        """Check the grid as a whole, and that the flow does not heat the particles without end.
-
-        Raises
-        ------
-        InputError
-            If it does, or values contradict each other.
-        """
+        """Check the grid and what takes the heat of the flow; errors are those of :class:`ShearSpec`."""
         if self.restitution is not None and isinstance(self.scene, Mapping):
             self._put("scene", {**self.scene, "impact": self.restitution})
         super().complete()

@@ -5,24 +5,29 @@ from __future__ import annotations
 import functools
 import math
 import os
-import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
 from carom import theory
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.observables.drift import drift, drifts
-from carom.observables.statistics import FEW_SAMPLES, Estimate, blocking, linear_ratio, value_with_error
+from carom.observables.statistics import (
+    FEW_SAMPLES,
+    Estimate,
+    blocking,
+    linear_ratio,
+    unwarned,
+    value_with_error,
+)
 from carom.studies.documented import documented
 from carom.studies.flow.measure import measure
 from carom.studies.flow.spec import ShearSpec, duration
 from carom.studies.folder import Record, Task
 from carom.studies.grid_study import GridStudy
 from carom.table import Column, Table, error
-from carom.texts import counted
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,50 +40,29 @@ MOST_TICKS = 8
 
 @dataclass(frozen=True)
 class Row:
-    """One point of a study of sheared fluids.
-
-    Attributes
-    ----------
-    packing_fraction : float
-    n : int
-    rate : float
-        The point; the shear rate [1 / time].
-    kT, kT_error : float
-        Temperature of the velocities relative to the stream [energy].
-    collision_rate, collision_rate_error : float
-        Collisions of one particle a time, impulses at steps included [1 / time].
-    viscosity, viscosity_error : float
-        ``-P_10`` over the shear rate [mass length^(2 - d) / time].
-    enskog : float
-        Enskog's viscosity at this kT, of equal elastic hard cores; else nan.
-    pressure, pressure_error : float
-        A d-th of the trace of the pressure tensor [energy / length^d].
-    N1, N1_error, N2, N2_error : float
-        Normal stresses over the pressure: ``(P_00 - P_11) / p`` and ``(P_11 - P_22) / p``; N2 is nan in two
-        dimensions.
-    strain : float
-        Strain of all replicas together.
-    remark : str
-        Doubts about the point.
-    """
+    """One point of a study of sheared fluids."""
 
     packing_fraction: Annotated[float, Column("η", ".4g")]
     n: Annotated[int, Column("N")]
-    rate: Annotated[float, Column("rate", ".4g")]
+    rate: Annotated[float, Column("rate", ".4g")]  # [1 / time]
+    # Of the velocities relative to the stream [energy].
     kT: Annotated[float, Column("kT", error("kT_error", told=True))]
     kT_error: float
+    # Of one particle, impulses at steps included [1 / time].
     collision_rate: Annotated[float, Column("collision rate", error("collision_rate_error", told=True))]
     collision_rate_error: float
+    # -P_10 over the rate [mass length^(2 - d) / time]; Enskog's is of equal elastic cores at this kT.
     viscosity: Annotated[float, Column("viscosity", error("viscosity_error", told=True))]
     viscosity_error: float
     enskog: Annotated[float, Column("Enskog", ".4g")]
     pressure: Annotated[float, Column("p", error("pressure_error", told=True))]
     pressure_error: float
+    # (P_00 - P_11) / p and (P_11 - P_22) / p, the latter nan in two dimensions.
     N1: Annotated[float, Column("N1/p", error("N1_error", told=True))]
     N1_error: float
     N2: Annotated[float, Column("N2/p", error("N2_error", told=True))]
     N2_error: float
-    strain: Annotated[float, Column("strain", ".4g")]
+    strain: Annotated[float, Column("strain", ".4g")]  # of all replicas together
     remark: str
 
 
@@ -86,12 +70,7 @@ class Row:
 class ShearFlow(GridStudy[ShearSpec]):
     """Viscosity and normal stresses at every point of a study.
 
-    Attributes
-    ----------
-    spec : ShearSpec
-        The requested study.
-    records, failures, folder, engine, seconds
-        As in ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.study.Study`.
     """
 
     Spec: ClassVar[type[ShearSpec]] = ShearSpec
@@ -124,40 +103,16 @@ class ShearFlow(GridStudy[ShearSpec]):
         ]
         return Table(Row, rows, notes=[NOTE, *remarks], flagged=lambda each: bool(each.remark))
 
-    def _lines(self) -> list[str]:
-        """Return what is printed: the grid, the viscosity at its ends, and how many points are flagged."""
-        rows = self.table
-        points = counted(len(rows), "point")
-        lines = [f"Shear flow in {self.spec.dimension}D: {points}, {self._done()}"]
-        if rows:
-            ends = rows[:1] if len(rows) == 1 else [rows[0], rows[-1]]
-            lines.append(
-                ", ".join(
-                    f"viscosity {value_with_error(each.viscosity, each.viscosity_error)} at packing fraction "
-                    f"{each.packing_fraction:g} and rate {each.rate:g}"
-                    for each in ends
-                )
-            )
-        if flagged := sum(map(rows.flagged, rows)):
-            lines.append(f"{counted(flagged, 'point')} flagged: study.table says why")
-        return lines
-
-    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
-        """Yield the picture of the page."""
-        if self.records:
-            yield "Results", self.plot()
+    def _at(self, row: Row) -> str:
+        """Return the viscosity of a point."""
+        value = value_with_error(row.viscosity, row.viscosity_error)
+        return f"viscosity {value} at packing fraction {row.packing_fraction:g} and rate {row.rate:g}"
 
     def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
-        """Draw the viscosity against the shear rate, and Enskog's beside it; save the picture to ``path``.
+        """Draw the viscosity against the shear rate, and Enskog's beside it.
 
-        Of one rate at several packing fractions, the viscosity is drawn against the packing fraction.
-
-        Raises
-        ------
-        InputError
-            If no point is done yet.
-        FileError
-            If the picture cannot be saved.
+        Of one rate at several packing fractions, it is drawn against the packing fraction. Parameters and
+        errors are those of :meth:`carom.studies.study.Study.plot`.
         """
         from carom.pictures import paper
 
@@ -202,8 +157,7 @@ def _row(records: list[Record]) -> Row:
     def series(name: str) -> list[float]:
         return [value for result in results for value in result["series"][name]]
 
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)  # the remark says it
+    with unwarned():  # the remark says it
         kT, collision_rate, stress, pressure = (
             blocking(series(name)) for name in ("kT", "collision_rate", "stress", "pressure")
         )

@@ -108,9 +108,7 @@ def points(
 ) -> Scene:
     """Return random points that will grow into spheres: the start of the paper's sec. 8.
 
-    Diameters of ``species`` are approximately the final ones [length]; ``n`` may be None where each has a
-    count. By default points have ``POINT`` times the final diameters, which would fill 0.64 / 2^(d - 3) of
-    the cubic box.
+    Diameters of ``species`` are about the final ones [length]; points have ``POINT`` of them by default.
     """
     d = checks.integer(dimension, "dimension", low=1, high=lattices.MOST_DIMENSIONS)
     if species is None:
@@ -180,32 +178,26 @@ def stages_of(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stag
     return tuple(result)
 
 
+@dataclasses.dataclass
 class Compression:
     """A compression under way; plan, limit, seed and pictures are the arguments of :func:`pack`."""
 
-    PROGRESS = ("stage", "left", "virial", "duration", "kT_time", "note", "start")
-    """Attributes that a checkpoint keeps, beside the arguments and the history."""
-
-    def __init__(
-        self,
-        sim: Simulation,
-        plan: tuple[Stage, ...],
-        limit: int | None,
-        unit: np.ndarray,
-        seed: int,
-        pictures: bool,
-        progress: Progress | None,
-    ):
-        # Growth rates of the diameters at a ``rate`` of 1 are ``unit`` (n,) [length / time].
-        self.sim, self.plan, self.limit, self.unit = sim, plan, limit, unit
-        self.seed, self.pictures, self.progress = seed, pictures, progress
-        self.start = ""  # digest of the scene that it began from
-        self.stage = 0  # index of the present stage
-        self.history: list[tuple[int, float, float, float]] = []  # rows of HISTORY
-        self.left = 0  # collisions left in the present stretch
-        # Of the present stretch so far; kT_time is the integral of kT over time.
-        self.virial = self.duration = self.kT_time = 0.0
-        self.note = ""  # why the compression ended; empty before
+    sim: Simulation
+    plan: tuple[Stage, ...]
+    limit: int | None
+    unit: np.ndarray  # growth rates of the diameters at a rate of 1, (n,) [length / time]
+    seed: int
+    pictures: bool
+    progress: Progress | None
+    start: str  # digest of the scene that it began from
+    stage: int = 0  # index of the present stage
+    history: list[tuple[int, float, float, float]] = dataclasses.field(default_factory=list)
+    """Rows of ``HISTORY``."""
+    left: int = 0  # collisions left in the present stretch
+    virial: float = 0.0  # of the present stretch so far
+    duration: float = 0.0
+    kT_time: float = 0.0  # integral of kT over time
+    note: str = ""  # why the compression ended; empty before
 
     @classmethod
     def begun(
@@ -224,9 +216,7 @@ class Compression:
         unit = unit / math.sqrt(scene.mass)
         checks.integer(seed, "seed", low=0)
         sim = Simulation(scene, seed=seed, tuning=Tuning(neighbors=neighbors), growth=plan[0].rate * unit)
-        self = cls(sim, plan, limit, unit, seed, pictures, progress)
-        self.start = _digest(scene)
-        return self
+        return cls(sim, plan, limit, unit, seed, pictures, progress, _digest(scene))
 
     def check_same(self, kept: Compression, where: Path) -> None:
         """Raise InputError if a compression that was kept has other settings, or began from another scene."""
@@ -253,23 +243,18 @@ class Compression:
         _, attributes = checkpoint.load(path)
         try:
             notes = json.loads(attributes["extra"])
-            plan = tuple(Stage(*stage) for stage in notes["plan"])
-            arguments = plan, notes["limit"], np.array(notes["unit"]), notes["seed"], notes["pictures"]
-            history = [tuple(row) for row in notes["history"]]
-            values = {name: notes[name] for name in cls.PROGRESS}
+            held = {name: notes[name] for name in KEPT}
+            held["plan"] = tuple(Stage(*stage) for stage in held["plan"])
+            held["history"] = [tuple(row) for row in held["history"]]
+            held["unit"] = np.array(held["unit"])
         except (KeyError, TypeError, ValueError) as error:
             raise FileError(f"{path} is not the checkpoint of a packing: {error}.") from None
-        self = cls(Simulation.load(path), *arguments, progress)
-        self.history = history
-        for name, value in values.items():
-            setattr(self, name, value)
-        return self
+        return cls(Simulation.load(path), progress=progress, **held)
 
     def save(self, path: Path) -> None:
         """Write a checkpoint."""
-        names = ("plan", "limit", "seed", "pictures", "history", *self.PROGRESS)
-        notes = {"unit": self.unit.tolist(), **{name: getattr(self, name) for name in names}}
-        save(path, self.sim._state, notes)
+        notes = {name: getattr(self, name) for name in KEPT}
+        save(path, self.sim._state, {**notes, "unit": self.unit.tolist()})
 
     def run(self, kept: Path | None, stop: Callable[[], bool]) -> bool:
         """Run on; return whether the end was reached.
@@ -369,3 +354,7 @@ class Compression:
             shrunk=shrunk,
             obstacles=scene.obstacles,
         )
+
+
+KEPT = [each.name for each in dataclasses.fields(Compression) if each.name not in ("sim", "progress")]
+"""What a checkpoint keeps beside the simulation."""

@@ -169,12 +169,13 @@ def packed(
     )
     if folder is None:
         return _carried_out(compression, None)
-    if goes_on:
-        return _resumed(folder, progress, compression)
-    folder.make()
     with folder.owned():
-        folder.sweep()
-        folder.clear()
+        if goes_on:
+            kept = Compression.load(folder.checkpoint, progress)
+            compression.check_same(kept, folder.path)
+            compression = kept
+        else:
+            folder.clear()
         return _carried_out(compression, folder)
 
 
@@ -200,14 +201,5 @@ def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None
     folder = PackingFolder(Path(out))
     if not holds_packing(out):
         raise FileError(f"{out} holds no packing of Carom; start one with `carom pack --out {out}`.")
-    return _resumed(folder, progress)
-
-
-def _resumed(folder: PackingFolder, progress: Progress | None, asked: Compression | None = None) -> Packing:
-    """Continue the compression in a folder, which must be the one that is asked for, if any is."""
     with folder.owned():
-        folder.sweep()
-        kept = Compression.load(folder.checkpoint, progress)
-        if asked is not None:
-            asked.check_same(kept, folder.path)
-        return _carried_out(kept, folder)
+        return _carried_out(Compression.load(folder.checkpoint, progress), folder)

@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from carom.declared import SEED, described, integer, number, option, said, switch, word
+from carom.declared import SEED, described, integer, number, option, said, switch
 from carom.errors import InputError
 from carom.scene_file.commands import Beside
 from carom.spec import tables_of
+from carom.studies.grid import Neighbors
 
 SYSTEM, LENGTH, SEEDS, OUTPUT = "The system", "How long", "Several packings", "What to write"
 
@@ -117,24 +118,13 @@ class PackSpec(Beside):
         ("--common",),
         default=False,
     )
-    neighbors: str = option(
-        word("auto", "lists", "sectors", "all"),
-        "How pairs are found: auto, lists, sectors or all.",
-        flags=None,
-        default="auto",
-    )
+    neighbors: Neighbors = "auto"
     pictures: bool = option(
         switch, "Whether to draw PNG files.", OUTPUT, ("--pictures/--no-pictures",), default=True
     )
 
     def complete(self) -> None:
-        """Check the stages, and of several packings the start, rather than in a worker an hour later.
-
-        Raises
-        ------
-        InputError
-            If they cannot be used.
-        """
+        """Check stages, and of several packings the start; errors are those of :class:`PackSpec`."""
         from carom.studies.packings.compression import stages_of
 
         plan = stages_of(self.rate, self.until_Z, self.collisions, self.stages)

@@ -82,12 +82,7 @@ def _kept(path: Path | None) -> Compression | None:
 class Packings(Study[PackSpec]):
     """Packings of several seeds.
 
-    Attributes
-    ----------
-    spec : PackSpec
-        What is packed.
-    records, failures, folder, engine, seconds
-        As in ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.study.Study`.
     """
 
     Spec: ClassVar[type[PackSpec]] = PackSpec
@@ -172,14 +167,9 @@ class Packings(Study[PackSpec]):
         }
 
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
-        """Draw the jamming fraction of each seed, their mean and its standard error; save it to ``path``.
+        """Draw the jamming fraction of each seed, their mean and its standard error.
 
-        Raises
-        ------
-        InputError
-            If no jamming fraction is known.
-        FileError
-            If the picture cannot be saved.
+        Parameters and errors are those of :meth:`carom.studies.study.Study.plot`.
         """
         from carom.pictures import paper
 

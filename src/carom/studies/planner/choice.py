@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from carom.errors import InputError
+from carom.texts import counted
 
 WORTH = 0.1
 """Largest relative increase of CPU time by replicas, each of which has to equilibrate."""
@@ -154,8 +155,8 @@ def afford(
     best = min((within(one, cores, ROOM * limit) for one in candidates), default=math.inf)
     reach = f"; in this time {shown(best)} can be reached" if math.isfinite(best) else ""
     raise InputError(
-        f"{what} takes {duration(found.seconds(cores))} on {cores} {'core' if cores == 1 else 'cores'}, and "
-        f"there are {duration(limit)}{reach}."
+        f"{what} takes {duration(found.seconds(cores))} on {counted(cores, 'core')}, and there "
+        f"are {duration(limit)}{reach}."
     )
 
 

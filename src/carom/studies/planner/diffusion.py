@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import time as clock
-import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from carom import theory
-from carom.errors import CaromWarning, InputError
-from carom.observables.statistics import Estimate
+from carom.errors import InputError
+from carom.observables.statistics import Estimate, unwarned
 from carom.studies.coefficients import windows
 from carom.studies.coefficients.analysis import Point
 from carom.studies.coefficients.measure import measure as measure_transport
@@ -110,8 +109,7 @@ class DiffusionMethod:
         look: Callable[[float], object],
     ) -> DiffusionPilot:
         """Run n particles for some seconds."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)
+        with unwarned():
             if equilibration is None:
                 sim = trial.begin(self.system, n, seed)
                 sim.run(collisions=trial.COLLISIONS)
@@ -151,8 +149,8 @@ class DiffusionMethod:
     def costs(self, found: DiffusionPilot, n: int) -> Costs:
         """Return the costs of n spheres, from a pilot of any size.
 
-        The variance of D is proportional to the time t_1 of the rule, which grows with the edge. The error of
-        the viscosity, of which a run gives one value, adds to that of the shift.
+        The variance of D goes as the time t_1 of the rule; the error of the viscosity adds to that of the
+        shift.
         """
         shift = self.shift(n, found.viscosity, found.value)
         variance = found.variances[found.estimator] * self._window(n) / self._window(found.n)

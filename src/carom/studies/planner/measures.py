@@ -6,21 +6,21 @@ import json
 import math
 import time as clock
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from carom import theory
 from carom.errors import InputError
-from carom.models.species import species_count
-from carom.observables.statistics import Estimate
+from carom.observables.combined import least_variance
+from carom.observables.statistics import Estimate, blocking, unwarned
 from carom.scene.fields import is_usual
 from carom.scene.scene import Scene
 from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.folder import Task
-from carom.studies.scenes import simulation_of
+from carom.studies.scenes import by_species, counts, simulation_of
 from carom.studies.study import Look
 
 BLOCKS = 512
@@ -34,12 +34,6 @@ REPLICA = 10**6
 
 _DONE: set[str] = set()
 """Kinds of tasks whose code is compiled and loaded in this process."""
-
-FEWEST, BEYOND = 64, 2.6
-"""Least blocks of the coarsest level; standard errors beyond which a correlation is significant (0.5 %)."""
-
-ESTIMATORS = ("virial", "collision rate", "both")
-"""Sources of Z: the virial of collisions, their number, or the best combination."""
 
 
 def measure(task: Task, look: Look) -> dict[str, Any]:
@@ -88,13 +82,12 @@ def refuse_unusual(scene: Scene) -> None:
 
 def of_scene(scene: Scene) -> dict[str, Any]:
     """Return the facts about a scene that the analysis needs, as plain values."""
-    counts = [scene.n] if scene.species is None else np.bincount(scene.species).tolist()
     return {
         "n": scene.n,
         "dimension": scene.dimension,
         "box": list(scene.box),
         "packing_fraction": scene.packing_fraction,
-        "counts": [int(c) for c in counts],
+        "counts": counts(scene),
     }
 
 
@@ -148,72 +141,20 @@ def carried(sim: Simulation) -> np.ndarray:
     initial velocities.
     """
     scene = sim.scene
-    if scene.species is None:
-        diameters, masses = np.array([scene.diameter]), np.array([scene.mass])
-    else:
-        at = [int(np.flatnonzero(scene.species == k)[0]) if np.any(scene.species == k) else 0
-              for k in range(species_count(scene))]  # fmt: skip
-        diameters, masses = scene.diameters[at], scene.masses[at]
+    diameters, masses = by_species(scene, scene.diameters), by_species(scene, scene.masses)
     contact = 0.5 * (diameters[:, None] + diameters)
     reduced = masses[:, None] * masses / (masses[:, None] + masses)
     slowing = theory.speed_factor(scene.dimension * (scene.n - 1))
     return contact * np.sqrt(2.0 * math.pi * reduced * sim.kT) / slowing
 
 
-class Spread(NamedTuple):
-    """Z of this N by one of :data:`ESTIMATORS`."""
-
-    estimator: str
-    z: Estimate
-
-
-def estimates(by_virial: ArrayLike, by_rate: ArrayLike | None, dimension: int) -> list[Spread]:
-    """Return Z by every estimator, the one with the smallest error first.
-
-    Blocks should be long, because the noise of short ones hides small slow changes. Wells have no estimate by
-    the number of collisions, None.
-    """
+def estimates(by_virial: ArrayLike, by_rate: ArrayLike | None, dimension: int) -> dict[str, Estimate]:
+    """Return Z of this N by virial, number of collisions (None of wells) and both, the best one first."""
     a = np.asarray(by_virial, np.float64)
-    found = [Spread("virial", mean(a))]
+    series = {"virial": a}
     if dimension > 1 and by_rate is not None:
         b = np.asarray(by_rate, np.float64)
-        found += [Spread("collision rate", mean(b)), Spread("both", together(a, b))]
-    return sorted(found, key=lambda one: one.z.error)
-
-
-def together(a: np.ndarray, b: np.ndarray) -> Estimate:
-    """Return the combination of two estimators with the smallest variance.
-
-    See :func:`carom.observables.combined`. Here blocks may be correlated.
-    """
-    difference = a - b
-    variance = float(np.var(difference, ddof=1))
-    weight = float(np.cov(a, difference)[0, 1]) / variance if variance else 0.0
-    found = mean(a - weight * difference)
-    factor = math.sqrt((a.size - 1.0) / (a.size - 2.0))
-    return Estimate(found.mean, found.error * factor, found.n_eff, found.tau, found.blocks)
-
-
-def mean(values: np.ndarray) -> Estimate:
-    """Return the mean of a series whose blocks are long, with its standard error.
-
-    Blocks are paired as in :func:`carom.observables.blocking`, but no level has fewer than 64. A false alarm,
-    one in twenty series with that function, could leave 16 blocks, whose error bar is off by a third: too
-    much for a comparison with the promise.
-    """
-    y = values
-    while (r := _lag_one(y)) > BEYOND / math.sqrt(y.size) and y.size // 2 >= FEWEST:
-        pairs = y.size // 2
-        y = 0.5 * (y[0 : 2 * pairs : 2] + y[1 : 2 * pairs : 2])
-    square = float(np.var(y, ddof=1)) / y.size * (1.0 + r) / (1.0 - r)
-    n_eff = float(np.var(values, ddof=1)) / square if square else math.inf
-    tau = values.size / n_eff if n_eff else math.inf
-    return Estimate(float(values.mean()), math.sqrt(square), n_eff, tau, y.size)
-
-
-def _lag_one(y: np.ndarray) -> float:
-    """Return the lag-one correlation, corrected for its leading bias (Marriott and Pope 1954)."""
-    d = y - y.mean()
-    square = float(d @ d)
-    r = float(d[1:] @ d[:-1]) / square if square else 0.0
-    return min(max(r + (1.0 + 4.0 * r) / y.size, -0.9), 0.9)
+        series |= {"collision rate": b, "both": least_variance(a, b)}
+    with unwarned():  # the error bar shows where samples are few
+        found = {name: blocking(values) for name, values in series.items()}
+    return dict(sorted(found.items(), key=lambda one: one[1].error))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -112,17 +111,9 @@ class Outcome:
         return "\n".join([*lines, *self.remarks])
 
 
-def carry_out(
-    plan: Any,
-    how: Any,
-    out: str | PathLike[str] | None,
-    executor: Any,
-    workers: int | None,
-    progress: Callable[[float, str], object] | None,
-) -> Outcome:
-    """Run a plan; parameters as for :meth:`carom.studies.planner.plan.RunPlan.run`."""
-    asked = _Runs(how, plan.design, plan.seed)
-    done = _Planned(asked).run(executor=executor, cores=workers, out=out, progress=progress)
+def carry_out(plan: Any, how: Any, **given: Any) -> Outcome:
+    """Run a plan by a method; what is ``given`` is for :meth:`carom.studies.study.Study.run`."""
+    done = _Planned(_Runs(how, plan.design, plan.seed)).run(**given)
     if done.failures:
         raise InputError(f"{len(done.failures)} of {len(done.tasks)} runs failed: {done.failures[0].reason}.")
     records = sorted(done.records, key=lambda record: int(record["task"]["replica"]))

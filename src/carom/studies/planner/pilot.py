@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 import time as clock
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from carom.errors import CaromWarning, InputError
+from carom.errors import InputError
 from carom.frame import Frame
+from carom.observables.statistics import unwarned
 from carom.simulation.measuring import stretches
 from carom.simulation.simulation import Simulation
 from carom.studies.planner.measures import BLOCKS, REPLICA, Blocks, estimates, load, of_scene, refuse_unusual
@@ -87,8 +87,7 @@ def pilot(
     ``equilibration`` is in collisions per particle, where it is known; ``look`` is called with the elapsed
     fraction of the time.
     """
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():
         load(system.spec(n, seed=seed).tasks()[0])
         watch = Watch(seconds, look)
         sim = begin(system, n, seed)
@@ -101,19 +100,20 @@ def pilot(
         blocks, spent = _measured(sim, watch, equilibration)
     values = blocks.result()
     found = estimates(values["by_virial"], values["by_rate"], system.dimension)
+    best = next(iter(found.values()))
     collisions = values["collisions"]
     rate = (collisions / len(blocks.durations) - few) / (spent / len(blocks.durations) - short)
     rate = rate if rate > 0.0 else collisions / spent
     return Pilot(
         n=sim.scene.n,
         counts=tuple(of_scene(sim.scene)["counts"]),
-        z=found[0].z.mean,
-        variances={one.estimator: one.z.error**2 * collisions for one in found},
+        z=best.mean,
+        variances={name: z.error**2 * collisions for name, z in found.items()},
         collisions_per_second=rate,
         block_seconds=max(short - few / rate, 0.0),
         setup_seconds=setup,
         equilibration=equilibration,
-        sure=found[0].z.degrees_of_freedom >= SURE,
+        sure=best.degrees_of_freedom >= SURE,
         seconds=watch.passed,
     )
 
@@ -166,8 +166,8 @@ def _measured(sim: Simulation, watch: Watch, equilibration: float) -> tuple[Bloc
             if watch.over and len(blocks.durations) >= 64:
                 return blocks, clock.thread_time() - began
         values = blocks.result()
-        best = estimates(values["by_virial"], values["by_rate"], sim.scene.dimension)[0].z
-        if best.degrees_of_freedom >= SURE:
+        found = estimates(values["by_virial"], values["by_rate"], sim.scene.dimension)
+        if next(iter(found.values())).degrees_of_freedom >= SURE:
             return blocks, clock.thread_time() - began
         wanted *= 2
 

@@ -17,10 +17,10 @@ from carom.errors import InputError
 from carom.io import records
 from carom.notebook import watchable
 from carom.paths import writing
-from carom.results import Result, html_of
+from carom.results import Result, html_of, plain
 from carom.scene_file.commands import PlanSpec
 from carom.simulation.workers.thread_pool import cores as all_cores
-from carom.studies.arguments import processes
+from carom.studies import executors
 from carom.studies.documented import documented
 from carom.studies.places import refuse_others, refuse_to_replace
 from carom.studies.planner.choice import Costs, Design, afford, cheapest, design, duration, filled
@@ -31,6 +31,7 @@ from carom.studies.planner.sizes import sizes
 from carom.studies.planner.system import System, of_plan, of_scene
 from carom.studies.planner.target import Target
 from carom.table import Column, Table
+from carom.texts import counted
 from carom.version import __version__
 
 PILOT_SECONDS = 15.0
@@ -38,6 +39,9 @@ PILOT_SECONDS = 15.0
 
 NAME = "plan.json"
 """File of a plan in its folder."""
+
+PLAIN = ("value", "estimator", "ratios", "cores", "walltime", "seed", "pilot_seconds")
+"""Fields of a plan that are JSON values."""
 
 
 def _time_text(seconds: float, row: object) -> str:
@@ -47,19 +51,10 @@ def _time_text(seconds: float, row: object) -> str:
 
 @dataclass(frozen=True)
 class Size:
-    """The cost of one number of particles.
-
-    Attributes
-    ----------
-    n : int
-    bias : float
-        Possible bias after the correction to infinite size, in the unit of the quantity.
-    cpu_seconds : float
-        CPU time until the error is that of the target; infinite where the bias alone is larger.
-    """
+    """The cost of one number of particles."""
 
     n: Annotated[int, Column("N")]
-    bias: Annotated[float, Column("bias", ".1e")]
+    bias: Annotated[float, Column("bias", ".1e")]  # possible one after the correction, in the quantity's unit
     cpu_seconds: Annotated[float, Column("CPU", _time_text, missing="the bias is larger")]
 
 
@@ -153,10 +148,11 @@ class RunPlan(Result):
         """
         if executor is None:
             executor = "serial" if self.design.replicas == 1 else "processes"
-        workers = processes(cores)
+        workers = executors.check(executor, cores)
         if executor != "serial" and workers is None:
             workers = min(self.cores, self.design.replicas)
-        return carry_out(self, method(self.system, self.target), out, executor, workers, progress)
+        how = method(self.system, self.target)
+        return carry_out(self, how, out=out, executor=executor, cores=workers, progress=progress)
 
     _numbers_above = False
 
@@ -171,23 +167,10 @@ class RunPlan(Result):
             "carom": __version__,
             "target": str(self.target),
             "system": self.system.words(),
-            "value": self.value,
-            "estimator": self.estimator,
-            "ratios": dict(self.ratios),
+            **{name: getattr(self, name) for name in PLAIN},
             "design": dataclasses.asdict(self.design),
-            "promised": {"error": self.error, "cpu_seconds": self.cpu_seconds, "seconds": self.seconds},
-            "cores": self.cores,
-            "walltime": self.walltime,
-            "seed": self.seed,
-            "sizes": [
-                {
-                    "n": s.n,
-                    "bias": s.bias,
-                    "cpu_seconds": _known(s.cpu_seconds),
-                }
-                for s in self.sizes
-            ],
-            "pilot_seconds": self.pilot_seconds,
+            "promised": {name: getattr(self, name) for name in ("error", "cpu_seconds", "seconds")},
+            "sizes": plain(self.table.dictionaries()),
         }
 
     @classmethod
@@ -202,12 +185,9 @@ class RunPlan(Result):
         return html_of(self._lines()[0], self._columns())
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
-        """Draw the CPU time against the number of particles, and save the picture to the file ``path``.
+        """Draw the CPU time against the number of particles.
 
-        Raises
-        ------
-        FileError
-            If the picture cannot be saved.
+        Parameters and errors are those of :meth:`carom.results.Result.plot`.
         """
         from carom.pictures.paper import saved, sheet
 
@@ -249,26 +229,29 @@ class RunPlan(Result):
     def _lines(self) -> list[str]:
         """Return what is printed: the target, the run, the promise."""
         one = self.design
-        runs = f"{one.replicas} runs" if one.replicas > 1 else "one run"
         return [
-            f"{self.target} for {self.system}: {runs} of {one.n} particles, "
-            f"{one.collisions_per_particle:g} collisions per particle",
+            f"{self.target} for {self.system}: {self._runs} of {one.n} "
+            f"particles, {one.collisions_per_particle:g} collisions per particle",
             f"promised {self._error()}",
-            f"{duration(one.cpu_seconds)} of CPU, {duration(self.seconds)} on {self.cores} "
-            f"{'core' if self.cores == 1 else 'cores'} here",
+            f"{duration(one.cpu_seconds)} of CPU, {duration(self.seconds)} on {counted(self.cores, 'core')} "
+            "here",
         ]
+
+    @property
+    def _runs(self) -> str:
+        """How many runs there are, in words."""
+        return "one run" if self.design.replicas == 1 else f"{self.design.replicas} runs"
 
     def words(self) -> str:
         """Return the whole plan in words, as ``carom plan`` prints it."""
         one = self.design
-        runs = f"{one.replicas} runs" if one.replicas > 1 else "one run"
         number = f"{one.replicas * 0.5 * one.n * one.collisions_per_particle:.2g}".replace("e+0", "e")
         lines = [
             f"{self.target} for {self.system}",
             f"N              {one.n}",
             f"equilibration  {one.equilibration:g} collisions per particle",
             f"length         {one.collisions_per_particle:g} collisions per particle ({number} in all)",
-            f"replicas       {runs} on {self.cores} {'core' if self.cores == 1 else 'cores'}",
+            f"replicas       {self._runs} on {counted(self.cores, 'core')}",
             f"estimator      {self.route}{self._rivals()}",
             f"sampling       {self.sampling}",
             f"promised       {self._error()}",
@@ -317,14 +300,9 @@ _WORDS = records.table(
         "ratios": records.mapping(_AT_LEAST_ZERO),
         "design": records.table(
             {
-                "n": records.integer(low=1),
-                "replicas": records.integer(low=1),
-                "equilibration": _AT_LEAST_ZERO,
-                "collisions_per_particle": _POSITIVE,
-                "statistical": _AT_LEAST_ZERO,
-                "bias": _AT_LEAST_ZERO,
-                "error": _POSITIVE,
-                "cpu_seconds": _POSITIVE,
+                **dict.fromkeys(("n", "replicas"), records.integer(low=1)),
+                **dict.fromkeys(("equilibration", "statistical", "bias"), _AT_LEAST_ZERO),
+                **dict.fromkeys(("collisions_per_particle", "error", "cpu_seconds"), _POSITIVE),
             }
         ),
         "cores": records.integer(low=1),
@@ -370,20 +348,12 @@ def of_words(value: Any, name: str) -> RunPlan:
         sizes=tuple(
             Size(s["n"], s["bias"], math.inf if s["cpu_seconds"] is None else s["cpu_seconds"]) for s in sizes
         ),
-        **{
-            k: words[k]
-            for k in ("value", "estimator", "ratios", "cores", "walltime", "seed", "pilot_seconds")
-        },
+        **{name: words[name] for name in PLAIN},
     )
     known = method(found.system, found.target).estimators
     if found.estimator not in known:
         raise InputError(f"estimator must be one of {', '.join(known)}, found {found.estimator[:40]!r}.")
     return found
-
-
-def _known(seconds: float) -> float | None:
-    """Return a time as a JSON value; None if it is infinite."""
-    return seconds if math.isfinite(seconds) else None
 
 
 def method(system: System, target: Target) -> Any:
@@ -455,7 +425,7 @@ def plan(
     asked = asked_of(target, scene, {"pilot": pilot_seconds, **given})
     n, walltime = asked.n, asked.walltime
     goal = target if isinstance(target, Target) else Target.parse(asked.target)
-    cores = processes(asked.cores) or all_cores()
+    cores = executors.check(cores=asked.cores) or all_cores()
     limit = math.inf if walltime is None else walltime
     seed = 1 if asked.seed is None else asked.seed
     pilot_seconds = PILOT_SECONDS if asked.pilot is None else asked.pilot
@@ -497,7 +467,9 @@ def plan(
             found = again
             costs = how.costs(found, chosen.n)
         else:
-            costs = _timed(costs, how.costs(again, chosen.n))
+            timed = how.costs(again, chosen.n)  # whose error bar is not used, but its speed is
+            speed = ("collisions_per_second", "setup_seconds", "overhead_seconds")
+            costs = dataclasses.replace(costs, **{name: getattr(timed, name) for name in speed})
     costs = filled(costs, limit)
     last = afford([costs], costs, error, cores, limit, str(goal), _asking(goal, value))
     best = min(found.variances.values())
@@ -508,16 +480,6 @@ def plan(
         sizes=tuple(_size(filled(each, limit), error, last) for each in candidates),
         pilot_seconds=clock.thread_time() - began,
     )  # fmt: skip
-
-
-def _timed(costs: Costs, again: Costs) -> Costs:
-    """Return ``costs`` with the speed of a second pilot, whose error bar is not used."""
-    return dataclasses.replace(
-        costs,
-        collisions_per_second=again.collisions_per_second,
-        setup_seconds=again.setup_seconds,
-        overhead_seconds=again.overhead_seconds,
-    )
 
 
 def _size(costs: Costs, error: float, chosen: Design) -> Size:

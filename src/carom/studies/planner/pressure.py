@@ -85,7 +85,7 @@ class PressureMethod:
             for name in ("by_virial", "by_rate")
         )
         assert virial is not None
-        z = next(e.z for e in estimates(virial, rate, first["dimension"]) if e.estimator == estimator)
+        z = estimates(virial, rate, first["dimension"])[estimator]
         shift = self.system.shift(first["n"], first["counts"])
         factor = self.scale.factor
         value = z.scaled(factor, offset=-(shift + self.scale.offset) * factor)

@@ -29,15 +29,7 @@ DEEPEST = 600.0
 KEPT = ("diameter", "mass", "interaction")
 """Keys of a scene that a plan takes over, besides species; and kT of [run]."""
 
-REFUSED = (
-    "walls",
-    "obstacles",
-    "contact",
-    "motion",
-    "impact",
-    "drive",
-    "pinned",
-)
+REFUSED = ("walls", "obstacles", "contact", "motion", "impact", "drive", "pinned")
 """Keys of a scene for which no correction to infinite size is known."""
 
 KICKS = 0.3
@@ -112,10 +104,8 @@ class System:
     def _attraction(self) -> float:
         """Return what steps take from Z over the packing fraction, exact in the second virial coefficient."""
         words: dict[str, Any] = {
-            "n": 64,
-            "packing_fraction": self.packing_fraction,
-            "dimension": self.dimension,
-        }
+            "n": 64, "packing_fraction": self.packing_fraction, "dimension": self.dimension,
+        }  # fmt: skip
         words |= {key: self.scene[key] for key in ("diameter", "mass") if key in self.scene}
         interaction = SceneSpec(**words, interaction=self.scene["interaction"]).interaction
         refuse_other_interactions(interaction, self.diameters[0])
@@ -150,16 +140,12 @@ class System:
     @property
     def diameters(self) -> list[float]:
         """Diameter of each species [length]."""
-        if "species" in self.scene:
-            return [float(each.get("diameter", 1.0)) for each in self.scene["species"]]
-        return [float(self.scene.get("diameter", 1.0))]
+        return self._of_species("diameter")
 
     @property
     def masses(self) -> list[float]:
         """Mass of each species."""
-        if "species" in self.scene:
-            return [float(each.get("mass", 1.0)) for each in self.scene["species"]]
-        return [float(self.scene.get("mass", 1.0))]
+        return self._of_species("mass")
 
     @property
     def mean_mass(self) -> float:
@@ -169,8 +155,12 @@ class System:
     @property
     def fractions(self) -> list[float]:
         """Fraction of each species."""
-        parts = [float(each.get("fraction", 1.0)) for each in self.scene.get("species", ())] or [1.0]
+        parts = self._of_species("fraction")
         return [part / math.fsum(parts) for part in parts]
+
+    def _of_species(self, name: str) -> list[float]:
+        """Return a number of each species; of one species it is a key of the scene, or 1."""
+        return [float(each.get(name, 1.0)) for each in self.scene.get("species") or [self.scene]]
 
     @property
     def density(self) -> float:
@@ -267,14 +257,9 @@ class System:
     def words(self) -> dict[str, Any]:
         """Return the system as JSON values."""
         spec = self.spec(64)
-        return {
-            "packing_fraction": self.packing_fraction,
-            "dimension": self.dimension,
-            "scene": {
-                **{name: value for name, value in spec.scene.items() if name != "drive"},
-                **({"kT": spec.kT} if "kT" in self.scene else {}),
-            },
-        }
+        scene = {name: value for name, value in spec.scene.items() if name != "drive"}
+        scene |= {"kT": spec.kT} if "kT" in self.scene else {}
+        return {"packing_fraction": self.packing_fraction, "dimension": self.dimension, "scene": scene}
 
     def __str__(self) -> str:
         name = {1: "rods", 2: "disks", 3: "spheres"}.get(self.dimension, f"spheres in d = {self.dimension}")

@@ -19,7 +19,6 @@ from carom.simulation.moves.swaps import Swaps
 from carom.studies.documented import documented
 from carom.studies.places import of_the_user
 from carom.studies.runs.asked import plan_of, plan_of_scene
-from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder, existing_run
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
@@ -129,9 +128,7 @@ def resume(
 ) -> RunResult:
     """Continue the run in a folder; the results are bit-identical to an uninterrupted run.
 
-    The checkpoint, and by checksums the frames and events before it, are verified before any file is changed;
-    a trajectory restored from another gives a CaromWarning. ``cores`` may differ from before, and a run that
-    was finished has ``new=False``.
+    Frames and events are verified before any file is changed; a run that was finished has ``new=False``.
     """
     folder = existing_run(Path(out))
     if folder.summary.is_file():
@@ -187,4 +184,4 @@ def _check_finished(folder: RunFolder) -> None:
         plan, _ = _noted(folder.checkpoint)
     except FileError:
         return  # A finished run needs no checkpoint.
-    check_unedited(folder.scene, plan)
+    folder.check_unedited(plan)

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import os
 import shlex
 from collections.abc import Callable
 from pathlib import Path
 
-from carom.errors import CaromError, FileError
+from carom.errors import CaromError, FileError, InputError
 from carom.io.events import read_events
 from carom.io.trajectory import open_reader
-from carom.paths import reason, remnants, write_text, writing
+from carom.paths import reason, write_text, writing
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import FORMATS
 from carom.studies.lock import owned
@@ -79,8 +80,8 @@ class RunFolder:
     def begin(self, plan: SceneFile) -> None:
         """Remove an older run from the folder and write the plan.
 
-        If this is interrupted at any moment, the folder starts again as the old run or as the new one, or
-        :meth:`check_empty` refuses what is left.
+        After an interruption the folder starts as the old run, as the new one, or :meth:`check_empty` refuses
+        it.
         """
         text = _text(plan)
         with writing(self.path):
@@ -107,20 +108,48 @@ class RunFolder:
                 f"`carom run {self.scene} --out {self.path} --overwrite`, which replaces them."
             )
 
+    def check_unedited(self, plan: SceneFile) -> None:
+        """Refuse a scene file that was edited since its run, of a plan, began; a missing one is no edit."""
+        if not self.scene.exists():
+            return
+        remedy = f"undo the edit, or remove the file, and `carom resume {self.path}` writes it anew"
+        try:
+            found = SceneFile.load(self.scene)
+        except (FileError, InputError) as error:
+            raise FileError(f"{str(error).rstrip('.')}; {remedy}.") from None
+        if edits := differences(plan, found):
+            raise FileError(
+                f"{self.scene} was edited since its run began: {'; '.join(edits)}. A run goes on as it "
+                f"began: {remedy}; `carom run {self.scene} --out` with another folder runs what the file "
+                "asks for now."
+            )
+
     def restore_scene(self, plan: SceneFile) -> None:
         """Write the plan again if its file is missing."""
         if not self.scene.exists():
             write_text(self.scene, _text(plan))
 
-    def sweep(self) -> None:
-        """Remove the incomplete files that a killed process left."""
-        with writing(self.path):
-            for remnant in remnants(self.path, {path.name for path in self._files()}.__contains__):
-                remnant.unlink(missing_ok=True)
-
     def owned(self) -> contextlib.AbstractContextManager[None]:
-        """Keep other processes from running in the folder."""
-        return owned(self.path)
+        """Make the folder, keep other processes out, and remove what a killed one left incomplete."""
+        return owned(self.path, {path.name for path in self._files()}.__contains__)
+
+
+def differences(run: SceneFile, file: SceneFile) -> list[str]:
+    """Return the keys in which two plans differ, in words."""
+    found = []
+    for section in dataclasses.fields(SceneFile):
+        one, other = getattr(run, section.name), getattr(file, section.name)
+        for key in dataclasses.fields(one):
+            ran, asks = getattr(one, key.name), getattr(other, key.name)
+            if ran != asks:
+                found.append(f"[{section.name}] {key.name} is {_shown(asks)}, and the run has {_shown(ran)}")
+    return found
+
+
+def _shown(value: object) -> str:
+    """Return a value as text of at most 60 characters."""
+    text = "left out" if value is None else repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def _text(plan: SceneFile) -> str:

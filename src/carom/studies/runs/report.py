@@ -8,20 +8,20 @@ import json
 import math
 import time as clock
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from carom import io
 from carom.block import Block
 from carom.errors import CaromError, CaromWarning, FileError, InputError, OverlapError
 from carom.frame import Frame
+from carom.io.trajectory import open_reader
 from carom.models.obstacles.faces import stand_ins
 from carom.models.obstacles.wall_names import sides
-from carom.observables import Estimate, Pressure, PressureResult, RDFResult, WallPressure
+from carom.observables import Estimate, Pressure, PressureResult, WallPressure
 from carom.observables.drift import LEVEL, moved
 from carom.observables.energy import (
     Energy,
@@ -33,7 +33,7 @@ from carom.observables.layers import Layers
 from carom.observables.pressure import without_pressure
 from carom.observables.quantiles import student_above
 from carom.observables.rdf import MOST_SPECIES, rdf_of, species_of
-from carom.observables.statistics import ratio
+from carom.observables.statistics import ratio, unwarned
 from carom.observables.volume import VolumeResult
 from carom.observables.wall_pressure import obstacle_names
 from carom.paths import write_text
@@ -133,21 +133,17 @@ def write(folder: RunFolder, facts: Facts, report: Callable[[float, str], None])
     volume = parts.of("volume", lambda: constant_pressure.volume_of(facts.sim, facts.blocks), None)
     energy = parts.of("potential energy", lambda: energy_of(facts.sim, facts.blocks), None)
     reason = without_rdf(facts.sim.scene, bool(facts.trajectories or facts.without), volume is not None)
-    distributions: dict[str, RDFResult] = {}
+    rdf: Any = None
     if reason is None:
-        distributions = parts.of("g(r)", lambda: _write_distributions(folder, facts, report), distributions)
-        reason = None if distributions else " ".join(parts.remarks[-1:]) or None
+        rdf = parts.of("g(r)", lambda: _distribution(folder, facts, report), None)
+        reason = " ".join(parts.remarks[-1:]) or None if rdf is None else None
     phase = parts.of("phase", lambda: _phase(facts, volume), None)
     none: list[dict[str, Any]] = []
     compared = parts.of("theory", lambda: phases.compared(facts.sim.scene, phase, volume), none)
     if facts.plan.run.pictures:
         report(0.0, "Drawing")
-        parts.of(
-            "pictures",
-            lambda: _draw(folder, facts, pressure, distributions, phases.lines(compared)),
-            None,
-        )
-    summary = _summary(facts, pressure, volume, energy, distributions, reason, phase, compared, parts)
+        parts.of("pictures", lambda: _draw(folder, facts, pressure, rdf, phases.lines(compared)), None)
+    summary = _summary(facts, pressure, volume, energy, rdf, reason, phase, compared, parts)
     # In a file of their own, so that all others depend on the plan alone.
     timing = {"collisions_per_second": facts.rate, "seconds": clock.perf_counter() - facts.began}
     for path, found in ((folder.timing, timing), (folder.summary, summary)):
@@ -215,44 +211,32 @@ def without_rdf(scene: Scene, frames: bool, barostat: bool = False) -> str | Non
     return None
 
 
-def _write_distributions(folder: RunFolder, facts: Facts, report: Callable[[float, str], None]) -> Any:
-    """Write g(r), and return it as :func:`_distributions`."""
-    distributions = _distributions(facts, report)
-    if distributions:
-        distributions.get("", distributions).save(folder.rdf)
-    return distributions
+def _distribution(folder: RunFolder, facts: Facts, report: Callable[[float, str], None]) -> Any:
+    """Write and return g(r), or that of each pair of species of a mixture by its name."""
 
-
-def _distributions(facts: Facts, report: Callable[[float, str], None]) -> Any:
-    """Return g(r), named "", or that of each pair of species of a mixture."""
-    scene, sim = facts.sim.scene, facts.sim
-    if facts.without:
-        # The final state replaces the missing frames.
-        report(0.0, "Computing g(r)")
-        return _rdf(scene, [sim.frame()])
-    # From the file, so that a resumed run sees every frame. H5MD is preferred, because text is slow to read.
-    source = next((path for path in facts.trajectories if path.suffix == ".h5md"), facts.trajectories[0])
-    with io.open(source) as reader:
-        assert isinstance(reader, io.Reader)
-
-        def frames() -> Iterator[Frame]:
+    def frames() -> Iterator[Frame]:
+        if facts.without:  # the final state replaces the missing frames
+            report(0.0, "Computing g(r)")
+            yield facts.sim.frame()
+            return
+        # From the file, so that a resumed run sees every frame; H5MD is preferred, as text is slow to read.
+        source = next((path for path in facts.trajectories if path.suffix == ".h5md"), facts.trajectories[0])
+        with open_reader(source) as reader:
             for k, frame in enumerate(reader):
                 report(k / len(reader), "Computing g(r)")
                 yield frame
 
-        return _rdf(scene, frames())
-
-
-def _rdf(scene: Scene, frames: Iterable[Frame]) -> Any:
-    found = rdf_of(scene).over(frames)
-    return found if isinstance(found, dict) else {"": found}
+    found = rdf_of(facts.sim.scene).over(frames()) or None  # of a mixture perhaps of no pair
+    if found is not None:
+        found.save(folder.rdf)
+    return found
 
 
 def _draw(
     folder: RunFolder,
     facts: Facts,
     pressure: PressureResult | None,
-    distributions: dict[str, RDFResult],
+    rdf: Any,
     lines: dict[str, float],
 ) -> None:
     from carom.pictures import plots
@@ -262,10 +246,10 @@ def _draw(
     plots.snapshot(facts.sim.frame(), obstacles=standing(facts.sim.scene), path=folder.path / "snapshot.png")
     if pressure is not None:
         plots.pressure(pressure, equations=lines, path=folder.path / "pressure.png")
-    if "" in distributions:
-        plots.rdf(distributions[""], contact_value=implied, path=folder.path / "rdf.png")
-    elif distributions:
-        plots.partial_rdf(distributions, path=folder.path / "rdf.png")
+    if isinstance(rdf, dict):
+        plots.partial_rdf(rdf, path=folder.path / "rdf.png")
+    elif rdf is not None:
+        plots.rdf(rdf, contact_value=implied, path=folder.path / "rdf.png")
 
 
 def _phase(facts: Facts, volume: VolumeResult | None = None) -> Phase | None:
@@ -282,7 +266,7 @@ def _summary(
     pressure: PressureResult | None,
     volume: VolumeResult | None,
     energy: EnergyResult | None,
-    distributions: dict[str, RDFResult],
+    rdf: Any,
     reason: str | None,
     phase: Phase | None,
     compared: list[dict[str, Any]],
@@ -291,8 +275,9 @@ def _summary(
     sim, scene, plan = facts.sim, facts.sim.scene, facts.plan
     statistics = sim.statistics
     drift = statistics.energy_drift if facts.energy_drift is None else facts.energy_drift
-    contacts = {name: _number(found.contact_value) for name, found in distributions.items()}
-    whole = contacts.pop("", _number(None))
+    pairs = rdf if isinstance(rdf, dict) else {}
+    contacts = {name: _number(found.contact_value) for name, found in pairs.items()}
+    whole = None if pairs or rdf is None else rdf.contact_value
     moves = sim._state.volume_moves
     given: dict[str, Estimate] = {}
     if volume is not None and moves is not None:
@@ -340,7 +325,7 @@ def _summary(
         "reduced_pressure": measured("reduced_pressure"),
         "collision_rate": measured("collision_rate"),
         "contact_value": measured("contact_value"),
-        "contact_value_from_rdf": whole,
+        "contact_value_from_rdf": _number(whole),
         "contact_values_from_rdf": contacts,
         "without_rdf": reason,
         "remarks": [*doubts, *([other] if early else []), *parts.remarks],
@@ -469,16 +454,13 @@ def _power(facts: Facts, k: int) -> Estimate | None:
     given = [block.works[k] for block in facts.blocks]
     if not any(given):
         return None
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():
         return ratio(given, [block.duration for block in facts.blocks])
 
 
 def _borne(facts: Facts, k: int, area: float | None) -> dict[str, float | None]:
     """Return the pressure on wall or obstacle k; None values where there is none."""
-    with warnings.catch_warnings():
-        # The pressure of the fluid has already warned of few blocks.
-        warnings.simplefilter("ignore", CaromWarning)
+    with unwarned():  # The pressure of the fluid has already warned of few blocks.
         try:
             request = WallPressure(k, area=area)
             return _number(request.of_scene(facts.blocks, facts.sim.scene, kT=facts.sim.kT).pressure)

@@ -155,12 +155,9 @@ class RunResult(Result):
         return cls(Path(values["folder"]), SUMMARY(values["summary"], "its summary"))
 
     def plot(self, path: str | PathLike[str] | None = None) -> Any:
-        """Draw g(r), or the last frame where there is no g(r), and save the picture to the file ``path``.
+        """Draw g(r), or the last frame where there is no g(r).
 
-        Raises
-        ------
-        FileError
-            If the picture cannot be saved, or there are no frames either.
+        Parameters and errors are those of :meth:`carom.results.Result.plot`.
         """
         from carom.pictures import plots
 

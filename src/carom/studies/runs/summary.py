@@ -20,49 +20,31 @@ _ESTIMATE = records.table(
 )
 
 _THEORY = records.table(
-    {
-        "name": records.text,
-        "Z": _NUMBER,
-        "Z_infinite": _NUMBER,
-        "contact_value": _NUMBER,
-    }
+    {"name": records.text, **dict.fromkeys(("Z", "Z_infinite", "contact_value"), _NUMBER)}
 )
+
+_ALIKE = {
+    _ESTIMATE: "Z Z_infinite reduced_pressure collision_rate contact_value contact_value_from_rdf",
+    _POSITIVE: "packing_fraction kT time advancement_fraction",
+    _COUNT: "collisions spared_contacts",
+    _NUMBER: "energy_drift momentum_drift",
+    _TEXT: "without_rdf note phase_note",
+}
 
 SUMMARY = records.table(
     {
+        **{name: check for check, names in _ALIKE.items() for name in names.split()},
         "n": records.integer(low=1, high=lattices.MOST),
         "dimension": records.integer(low=1, high=lattices.MOST_DIMENSIONS),
-        "packing_fraction": _POSITIVE,
         "box": records.listed(records.number(low=0.0, high=LONGEST_EDGE * checks.MAGNITUDE, open_low=True)),
         "diameter": records.number(low=1.0 / checks.MAGNITUDE, high=checks.MAGNITUDE),
-        "kT": _POSITIVE,
-        "collisions": _COUNT,
-        "time": _POSITIVE,
         "relative_error": records.optional(records.number(low=checks.FINEST_ERROR, high=1.0)),
-        **dict.fromkeys(
-            (
-                "Z",
-                "Z_infinite",
-                "reduced_pressure",
-                "collision_rate",
-                "contact_value",
-                "contact_value_from_rdf",
-            ),
-            _ESTIMATE,
-        ),
         "contact_values_from_rdf": records.mapping(_ESTIMATE),
-        "without_rdf": _TEXT,
-        "note": _TEXT,
-        "phase_note": _TEXT,
         "obstacles": records.listed(
             records.table({"name": records.text, "force": _ESTIMATE, "pressure": _ESTIMATE})
         ),
-        "spared_contacts": _COUNT,
         "theory": records.listed(_THEORY),
-        "energy_drift": _NUMBER,
-        "momentum_drift": _NUMBER,
         "worst_overlap": records.number(),
-        "advancement_fraction": _POSITIVE,
     },
     later={
         "without_trajectory": _TEXT,

@@ -17,7 +17,7 @@ from carom.io.checkpoint import LARGE
 from carom.io.formats import Writer
 from carom.observables.layers import Layers
 from carom.observables.precision import Goal, Prediction, block_collisions, lengthen
-from carom.observables.statistics import Estimate
+from carom.observables.statistics import Estimate, unwarned
 from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
@@ -32,7 +32,6 @@ from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.tuning import Tuning
 from carom.studies.runs import report
 from carom.studies.runs.constant_pressure import volume_of
-from carom.studies.runs.edited import check_unedited
 from carom.studies.runs.folder import RunFolder
 from carom.studies.runs.storage import amount, holdable, without_trajectory
 from carom.studies.runs.stretch import PARTS, PILOT, Stretch
@@ -96,8 +95,7 @@ class Run:
         }
         if self.goal is not None:
             _check_pressure(scene, kT)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # given below, where the formats are final
+        with unwarned():  # given below, where the formats are final
             holdable(tuple(plan.run.write or ()), scene.dimension)  # before anything is compiled
         # Before anything is written, because this raises the errors of a scene that cannot be simulated.
         self.sim = Simulation(scene, **settings)
@@ -111,9 +109,7 @@ class Run:
             warnings.warn(reason, CaromWarning, stacklevel=2)
         self.stretch = Stretch.of(frames)
         self.written = Written(self.folder, self.formats)
-        self.folder.make()
         with self.folder.owned():
-            self.folder.sweep()
             self.folder.begin(plan)
             if plan.run.event_log:
                 self.sim = Simulation(scene, **settings, event_log=self.folder.events)
@@ -123,8 +119,8 @@ class Run:
         """Continue from a checkpoint; return the summary."""
         self._report(0.0, "Preparing")
         with self.folder.owned():
-            # All verification comes before any change of a file.
-            check_unedited(self.folder.scene, self.plan)
+            # All verification comes before any change of a file of the run.
+            self.folder.check_unedited(self.plan)
             self.stretch = Stretch(**{name: notes[name] for name in KEPT})
             self._before = self.stretch.seconds
             self.formats = tuple(notes["written"])
@@ -134,7 +130,6 @@ class Run:
             log = self.folder.events if self.plan.run.event_log else None
             own = self.plan.scene.own()
             self.sim = Simulation.load(self.folder.checkpoint, event_log=log, cores=self.cores, **own)
-            self.folder.sweep()
             self.folder.restore_scene(self.plan)
             self._make_anew(sources)
             return self._run(self._continued)
@@ -271,8 +266,7 @@ class Run:
 
     def _error_bar(self) -> Estimate | None:
         """Return Z so far, or the volume under a barostat; None where it never gets an error bar."""
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", CaromWarning)  # short runs warn, but this one goes on
+        with unwarned():  # short runs warn, but this one goes on
             blocks = self.stretch.blocks(self.sim)
             found = volume_of(self.sim, blocks) or report.pressure_of(self.sim, blocks)
         return None if found is None else found.primary
