@@ -59,7 +59,7 @@ class Loss(Value):
     power: Annotated[float, number(low=0, high=8, open_low=True)] = 0.2
 
     def complete(self) -> None:
-        """Raise InputError where components could collide infinitely often in a finite time."""
+        """Raise InputError where particles could collide infinitely often in a finite time."""
         if self.restitution < 1 and self.contact_time is None and self.elastic_below is None:
             raise InputError(
                 "A Loss needs contact_time or elastic_below: else components collide infinitely often in a "

@@ -47,7 +47,7 @@ class Restitution(Value):
     elastic_below: Annotated[float | None, number(low=0, high=checks.FASTEST)] = None
 
     def complete(self) -> None:
-        """Set the threshold of elastic contacts, and check that others have one above 0."""
+        """Set the threshold of elastic contacts; raise InputError where that of others is not above 0."""
         if self.elastic_below is None:
             self._put("elastic_below", 0.0 if self.restitution == 1 else None)
         elif self.restitution == 1 and self.elastic_below > 0:
