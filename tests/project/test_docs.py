@@ -26,7 +26,7 @@ from carom.cli import app
 ROOT = Path(__file__).parents[2]
 PAGES = [*ROOT.glob("*.md"), *ROOT.joinpath("docs").rglob("*.md")]
 # The pages of the gallery are written by the build, from the examples.
-PAGES = sorted(page for page in PAGES if not {"_build", "gallery"} & set(page.parts))
+PAGES = sorted(page for page in PAGES if not {"_build", "classes", "gallery"} & set(page.parts))
 
 FEW_EVENTS = ("carom.simulation.callbacks",)
 """Modules whose examples have scenes of their own, and are over before those are compiled."""

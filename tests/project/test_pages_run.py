@@ -70,7 +70,7 @@ def python_blocks(page: Path) -> list[str]:
 PAGES = sorted(
     page
     for page in DOCS.rglob("*.md")
-    if page.name not in ELSEWHERE and not {"_build", "gallery"} & set(page.parts) and python_blocks(page)
+    if page.name not in ELSEWHERE and not {"_build", "classes", "gallery"} & set(page.parts) and python_blocks(page)
 )
 
 LONG = (
