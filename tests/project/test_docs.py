@@ -114,15 +114,6 @@ def test_calls_in_the_readme_have_the_arguments_of_what_they_call():
             inspect.signature(called).bind(*itself, *call.args, **{word.arg: None for word in call.keywords})
 
 
-@pytest.mark.ci
-def test_readme_python_runs(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-c", README], cwd=tmp_path, capture_output=True, text=True, timeout=300
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("Z")
-
-
 def test_commands_and_options_in_the_pages_exist():
     """Every `carom ...` line of a shell block names a command and long options that there are."""
     used: dict[str, set[str]] = {}
