@@ -1,4 +1,4 @@
-"""``{{ api MODULE }}`` in a page: a table of what a module offers, then its functions; a class has its own page.
+"""``{{ api MODULE }}`` in a page: a table of what a module offers, then functions; a class has its page.
 
 A page says which module it is about, and nothing else: a new public name appears by itself.
 """

@@ -1,4 +1,4 @@
-"""The Python of every page runs, one block after the other as a reader types them, and prints what the page shows.
+"""The Python of every page runs, as a reader types it, and prints what the page shows.
 
 Some blocks need what a page does not show: a simulation, a file, a cluster. ``BEFORE`` makes it. What only
 has to be small for the test is made small there, too.
@@ -99,7 +99,7 @@ atexit.register(lambda: json.dump(said, open("said.json", "w")))
 
 
 def agrees(printed: str, shown: str) -> bool:
-    """Tell whether a line printed a number that the comment behind it shows, to its digits; or the same text."""
+    """Tell whether what was printed is the number shown in the comment, to its digits, or has that text."""
     if re.fullmatch(r"-?\d+\.\d+", shown):
         places = len(shown.partition(".")[2])
         return f"{float(re.match(r'[-+.e0-9]+', printed)[0]):.{places}f}" == shown
