@@ -27,6 +27,7 @@ extensions = [
     "api",
     "commands",
     "gallery",
+    "themes",
 ]
 exclude_patterns = ["_build", "packaging"]
 # A build runs the notebook and the gallery's examples, and keeps their results until they or Carom change.

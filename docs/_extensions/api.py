@@ -1,4 +1,4 @@
-"""``{{ api MODULE }}`` in a page: a table of what a module offers, then each name with its docstring.
+"""``{{ api MODULE }}`` in a page: a table of what a module offers, then functions; a class has its page.
 
 A page says which module it is about, and nothing else: a new public name appears by itself.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import re
+from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar, get_origin
 
@@ -17,6 +18,8 @@ from sphinx.application import Sphinx
 
 # What several modules offer is shown once, on the page of the first of these.
 ORDER = ("", "models.own", "models", "errors", "io", "observables", "reference", "studies", "theory")
+CLASSES = "classes"
+"""Folder of the pages of classes, which the build writes."""
 REQUEST = re.compile(r"^\{\{ api (?P<module>[\w.]+) \}\}$", re.MULTILINE)
 
 
@@ -46,33 +49,65 @@ def shown_on_page(module: ModuleType) -> dict[str, Any]:
     return {name: thing for name, thing in public(module).items() if not any(thing is x for x in elsewhere)}
 
 
+def is_class(thing: Any) -> bool:
+    """Tell whether a name has a page of its own: a class that is no error."""
+    return inspect.isclass(thing) and not issubclass(thing, Exception)
+
+
 def expanded(request: re.Match[str]) -> str:
-    """Return the reStructuredText for one request."""
+    """Return the reStructuredText for one request, and the hidden list of the pages of its classes."""
     module = importlib.import_module(request["module"])
     names = shown_on_page(module)
     lines = ["```{eval-rst}"]
     # The module's own docstring, which also makes it a target of links.
-    lines += [f".. automodule:: {request['module']}", "", f".. currentmodule:: {request['module']}", ""]
+    lines += [f".. automodule:: {module.__name__}", "", f".. currentmodule:: {module.__name__}", ""]
     documented = [name for name, x in names.items() if callable(x) and not get_origin(x)]
     lines += [".. autosummary::", "", *(f"   {name}" for name in documented)]
+    classes = [name for name, thing in names.items() if is_class(thing)]
+    if classes:
+        lines += ["", ".. toctree::", "   :hidden:", ""]
+        lines += [f"   {name} </{CLASSES}/{module.__name__}.{name}>" for name in classes]
     for name, thing in names.items():
+        if name in classes:
+            continue
         if hasattr(thing, "__metadata__"):  # the annotation of a field
             lines += ["", f".. py:data:: {name}", "", f"   {thing.__metadata__[0].text}"]
-            continue
-        if get_origin(thing) or not callable(thing):  # its docstring would be that of the type behind it
+        elif get_origin(thing) or not callable(thing):  # its docstring would be that of the type behind it
             lines += ["", f".. py:data:: {name}", f"   :value: {thing!r}"]
-            continue
-        kind = "class" if inspect.isclass(thing) else "function"
-        if kind == "class" and issubclass(thing, Exception):
-            kind = "exception"
-        lines += ["", f".. auto{kind}:: {name}"]
-        if kind == "class":
-            lines += ["   :members:"]
-            if any(base.__module__.startswith("carom.") for base in thing.__bases__):
-                lines += ["   :inherited-members: object, tuple, ABC"]
-        elif kind == "exception":
-            lines += ["   :show-inheritance:"]
+        elif inspect.isclass(thing):
+            lines += ["", f".. autoexception:: {name}", "   :show-inheritance:"]
+        else:
+            lines += ["", f".. autofunction:: {name}"]
     return "\n".join([*lines, "```"])
+
+
+def class_page(module: str, name: str, thing: type) -> str:
+    """Return the page of a class in Markdown."""
+    lines = [f"# {name}", "", "```{eval-rst}", f".. currentmodule:: {module}", ""]
+    lines += [f".. autoclass:: {name}", "   :members:"]
+    if any(base.__module__.startswith("carom.") for base in thing.__bases__):
+        lines += ["   :inherited-members: object, tuple, ABC"]
+    return "\n".join([*lines, "```", ""])
+
+
+def write_pages(app: Sphinx) -> None:
+    """Write the page of each class; unchanged ones are not read again, and those of no class go."""
+    wanted = {}
+    for shelf in Path(app.srcdir).glob("api/*.md"):
+        for request in REQUEST.finditer(shelf.read_text(encoding="utf-8")):
+            module = importlib.import_module(request["module"])
+            for name, thing in shown_on_page(module).items():
+                if is_class(thing):
+                    wanted[f"{module.__name__}.{name}.md"] = class_page(module.__name__, name, thing)
+    folder = Path(app.srcdir) / CLASSES
+    folder.mkdir(exist_ok=True)
+    for path in folder.glob("*.md"):
+        if path.name not in wanted:
+            path.unlink()
+    for file, text in wanted.items():
+        path = folder / file
+        if not path.exists() or path.read_text(encoding="utf-8") != text:
+            path.write_text(text, encoding="utf-8")
 
 
 def expand(app: Sphinx, docname: str, source: list[str]) -> None:
@@ -99,7 +134,8 @@ def no_way_back(app: Sphinx, page: str, template: str, context: dict[str, Any], 
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect both to Sphinx."""
+    """Connect to Sphinx."""
+    app.connect("builder-inited", write_pages)
     app.connect("source-read", expand)
     app.connect("autodoc-skip-member", skip_fields)
     app.connect("doctree-read", plain_types)

@@ -66,7 +66,7 @@ GROUPS = {
 def pictures(name: str) -> list[Path]:
     """Return the committed pictures of an example, the one that moves first."""
     wanted = name.replace("_", "-")
-    found = [path for path in IMAGES.glob("*") if path.suffix in SUFFIXES]
+    found = [path for path in IMAGES.glob("*") if path.suffix in SUFFIXES and not path.stem.endswith("-dark")]
     return sorted(
         (path for path in found if re.fullmatch(rf"{wanted}(-.*)?", path.stem)),
         key=lambda path: (path.suffix != ".gif", path.stem),

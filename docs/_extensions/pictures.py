@@ -2,7 +2,7 @@
 
 ``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``, or ``viewer`` for its two
 pictures, which Chromium takes. Each picture gets at most 900 pixels and 256 colours, and as many fewer as
-keep it below 150 kB.
+keep it below 150 kB. Beside it lies one for the dark theme: ``pictures.py dark`` makes those of all again.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 from PIL import Image
 
 ROOT = Path(__file__).parents[2]
@@ -22,6 +23,12 @@ SIZES = ((900, 256), (900, 64), (900, 16), (720, 16), (560, 16), (480, 8))
 """Widths [pixels] and numbers of colours, the finest first."""
 MOST = 150_000
 """Bytes of a picture."""
+
+
+DARK = np.array([19.0, 20.0, 22.0])
+"""The dark theme's ground."""
+AS_THEY_ARE = ("viewer", "crystal", "fluid-in-ten-lines", "caps")
+"""Beginnings of names of pictures with light and shade, which are the same in both themes."""
 
 
 class Failed(Exception):
@@ -77,6 +84,34 @@ def shrink(source: Path, target: Path) -> None:
             return
 
 
+def darkened(picture: Image.Image) -> Image.Image:
+    """Return a picture on the dark theme's ground: white paper is taken off, black ink turns white.
+
+    What has a color keeps its hue, as no filter that inverts a picture does.
+    """
+    shown = np.asarray(picture.convert("RGB"), float)
+    high, low = shown.max(axis=2, keepdims=True), shown.min(axis=2, keepdims=True)
+    cover = 1.0 - low / 255.0  # of the ink
+    ink = (shown - 255.0 * (1.0 - cover)) / np.maximum(cover, 1e-9)
+    # Grey is turned, a color made lighter: dark blue becomes light blue.
+    colour = np.minimum(3.0 * (high - low) / np.maximum(255.0 * cover, 1e-9), 1.0)
+    light = 230.0 - 0.35 * ink
+    lighter = ink + (255.0 - ink) * 0.65 * (1.0 - ink.mean(axis=2, keepdims=True) / 255.0)
+    ink = colour * lighter + (1.0 - colour) * light
+    mixed = cover * ink + (1.0 - cover) * DARK
+    return Image.fromarray(np.clip(mixed, 0.0, 255.0).round().astype(np.uint8))
+
+
+def store_dark() -> None:
+    """Store the dark one beside every figure."""
+    for path in IMAGES.glob("*.png"):
+        if not path.stem.startswith(AS_THEY_ARE) and not path.stem.endswith("-dark"):
+            dark = darkened(Image.open(path))
+            dark.quantize(128, dither=Image.Dither.NONE).save(
+                path.with_name(f"{path.stem}-dark.png"), optimize=True
+            )
+
+
 def store(name: str) -> None:
     """Run one example and keep its pictures (those that do not move) and its output."""
     with tempfile.TemporaryDirectory() as folder:
@@ -101,7 +136,7 @@ def store_viewer() -> None:
             sim.run(collisions=2000)
         views = {
             "viewer": (carom.view(log, title="100 disks"), "time=2.3&chosen=12&dark=0"),
-            "viewer-dark": (
+            "viewer-slab": (
                 carom.view(frames, title="200 spheres of two species"),
                 "frame=8&chosen=20&colour=speed&slab=y&thick=0.7&dark=1",
             ),
@@ -117,5 +152,6 @@ def store_viewer() -> None:
 
 if __name__ == "__main__":
     for asked in sys.argv[1:]:
-        store_viewer() if asked == "viewer" else store(asked)
+        {"viewer": store_viewer, "dark": lambda: None}.get(asked, lambda name=asked: store(name))()
         print(asked)
+    store_dark()

@@ -137,7 +137,7 @@ def test_one_file_serves_every_command():
 
 
 def test_the_page_of_the_command_line_has_the_keys_of_every_section():
-    page = (Path(__file__).parents[2] / "docs" / "cli.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "keys.md").read_text(encoding="utf-8")
     assert re.findall(r"^{{ keys (\w+) }}$", page, re.MULTILINE) == list(templates.SPECS)
     assert "| `packing_fraction` | Fraction of the volume that particles fill |  |" in templates.table(
         "scene"

@@ -1,16 +1,11 @@
 """Observables of one's own: one protocol for measure and sample, and sentences for what has it not."""
 
-import re
-from pathlib import Path
-
 import numpy as np
 import pytest
 
 import carom
 from carom.errors import InputError
 from carom.models import own
-
-PAGE = Path(__file__).parents[2] / "docs" / "measuring.md"
 
 
 @pytest.fixture
@@ -182,14 +177,6 @@ def test_what_is_no_observable_is_told_what_is_missing(sim, observable, says):
 def test_no_error_is_asked_of_what_has_none_on_the_way(sim):
     with pytest.raises(InputError, match="name a length"):
         sim.measure(Energies(), relative_error=0.1)
-
-
-@pytest.mark.slow
-def test_the_page_runs_as_it_stands(tmp_path, monkeypatch):
-    cells = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), flags=re.DOTALL)
-    assert len(cells) >= 3
-    monkeypatch.chdir(tmp_path)
-    exec("\n".join(cells), {"__name__": "page"})
 
 
 @pytest.mark.parametrize("name", ["RDF", "StructureFactor", "Dynamics", "BondOrder", "DensityProfile",

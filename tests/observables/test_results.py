@@ -94,6 +94,11 @@ class TestEveryResult:
         if KINDS[k] in ("PressureResult", "WallPressureResult"):  # the band is that of the mean up to there
             assert len(strange_bars(axes, result)[1]) == (len(result.block_values) - 1) * (k == 0)
             return
+        if KINDS[k] == "PressureProfileResult":
+            curves = axes.get_legend_handles_labels()[1]
+            assert {"$P_{xx}$", "$P_{yy}$"} <= set(curves), "axes are called x, y, z"
+        if KINDS[k] == "PressureTensorResult":
+            assert axes.get_xticklabels()[0].get_text() == "xx"
         count, strange = strange_bars(axes, result)
         assert not strange
         assert count >= 3

@@ -26,7 +26,7 @@ from carom.cli import app
 ROOT = Path(__file__).parents[2]
 PAGES = [*ROOT.glob("*.md"), *ROOT.joinpath("docs").rglob("*.md")]
 # The pages of the gallery are written by the build, from the examples.
-PAGES = sorted(page for page in PAGES if not {"_build", "gallery"} & set(page.parts))
+PAGES = sorted(page for page in PAGES if not {"_build", "classes", "gallery"} & set(page.parts))
 
 FEW_EVENTS = ("carom.simulation.callbacks",)
 """Modules whose examples have scenes of their own, and are over before those are compiled."""
@@ -112,15 +112,6 @@ def test_calls_in_the_readme_have_the_arguments_of_what_they_call():
             called = functools.reduce(getattr, rest.split("."), of[first])
             itself = [None] if first == "sim" else []
             inspect.signature(called).bind(*itself, *call.args, **{word.arg: None for word in call.keywords})
-
-
-@pytest.mark.ci
-def test_readme_python_runs(tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-c", README], cwd=tmp_path, capture_output=True, text=True, timeout=300
-    )
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("Z")
 
 
 def test_commands_and_options_in_the_pages_exist():

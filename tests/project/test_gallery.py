@@ -1,14 +1,16 @@
 """The gallery of the pages runs examples, keeps what they made, and stops where one fails."""
 
+import colorsys
 import sys
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "_extensions"))
-from example_groups import GROUPS, own_pictures
+from example_groups import GROUPS, IMAGES, own_pictures
 from execution import AT_FULL_SIZE, package_digest, result_of
-from pictures import Failed
+from pictures import AS_THEY_ARE, Failed, darkened
 
 SCRIPT = '''"""Count the runs, and draw one point."""
 import sys
@@ -75,3 +77,20 @@ def test_every_example_has_a_place_a_title_and_a_picture():
     assert len(set(titles)) == len(titles)
     without = {name for name in examples if not own_pictures(name)}
     assert without == set(GROUPS["Recipes"])
+
+
+def test_every_figure_has_a_dark_one_with_its_hues_on_a_dark_ground():
+    images = [path for path in IMAGES.glob("*.png") if not path.stem.startswith(AS_THEY_ARE)]
+    light = {path.stem for path in images if not path.stem.endswith("-dark")}
+    assert {f"{name}-dark" for name in light} == {path.stem for path in images} - light
+    paper = Image.new("RGB", (4, 1), "white")
+    for k, ink in enumerate([(0, 0, 0), (192, 57, 43), (31, 78, 121)]):
+        paper.putpixel((k + 1, 0), ink)
+    ground, *inks = (darkened(paper).getpixel((k, 0)) for k in range(4))
+    assert max(ground) < 30
+    assert min(inks[0]) > 200, "black is light"
+    for k, ink in enumerate(inks[1:]):
+        before = colorsys.rgb_to_hls(*(part / 255 for part in paper.getpixel((k + 2, 0))))
+        after = colorsys.rgb_to_hls(*(part / 255 for part in ink))
+        assert abs(after[0] - before[0]) < 0.02, "a hue is another"
+        assert after[1] > 0.45, "ink is hard to see"

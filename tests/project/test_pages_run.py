@@ -1,9 +1,10 @@
-"""Every Python block of every page runs: the blocks of a page one after the other, as a reader types them.
+"""The Python of every page runs, as a reader types it, and prints what the page shows.
 
 Some blocks need what a page does not show: a simulation, a file, a cluster. ``BEFORE`` makes it. What only
 has to be small for the test is made small there, too.
 """
 
+import json
 import os
 import re
 import subprocess
@@ -12,10 +13,15 @@ from pathlib import Path
 
 import pytest
 
-DOCS = Path(__file__).parents[2] / "docs"
+from carom.scene_file.scene_file import SceneFile
+from carom.studies import CodeSpec, StudySpec
 
-# Pages with tests of their own, which also look at what they print.
-ELSEWHERE = {"measuring.md", "models.md", "obstacles.md"}
+ROOT = Path(__file__).parents[2]
+EVERY = [ROOT / "README.md", *sorted(ROOT.joinpath("docs").rglob("*.md"))]
+EVERY = [page for page in EVERY if not {"_build", "classes", "gallery"} & set(page.parts)]
+
+ELSEWHERE = {"models.md"}
+"""Its test looks at what its models do, too."""
 
 FLUID = """
 import carom
@@ -45,6 +51,7 @@ with carom.Simulation(scene, seed=2, event_log="events.h5") as logged:
     "looking.md": FLUID
     + """
 from carom.scene_file.scene_file import SceneFile
+from carom.studies import CodeSpec, StudySpec
 text = "[scene]\\nlattice = 'fcc'\\ncells = 2\\npacking_fraction = 0.3\\n[run]\\nequilibration = 5\\n"
 carom.run(SceneFile.from_toml(text + "collisions_per_particle = 20\\nframes = 3\\n"), "carom-run")
 """,
@@ -63,21 +70,40 @@ __name__ = "page"
 }
 
 
-def python_blocks(page: Path) -> list[str]:
-    return re.findall(r"^```python\n(.*?)^```", page.read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL)
+def blocks(page: Path, language: str) -> list[str]:
+    """Return the blocks of a page in one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)
 
 
-PAGES = sorted(
-    page
-    for page in DOCS.rglob("*.md")
-    if page.name not in ELSEWHERE and not {"_build", "gallery"} & set(page.parts) and python_blocks(page)
-)
+PAGES = [page for page in EVERY if page.name not in ELSEWHERE and blocks(page, "python")]
 
 LONG = (
-    "gravity.md", "packings.md", "range-rules.md", "driven.md", "studies.md",
+    "gravity.md", "measuring.md", "obstacles.md", "packings.md", "range-rules.md", "driven.md", "studies.md",
     "transport.md",
 )  # fmt: skip
 """Pages whose blocks take more than a quarter of a minute."""
+
+NOTING = """
+import atexit, builtins, io, json, sys
+said, real = {}, print
+def noted(*words, **how):
+    file = io.StringIO()
+    real(*words, **(how | {"file": file}))
+    at = sys._getframe(1)
+    if at.f_code.co_filename.endswith("page.py"):
+        said[at.f_lineno] = said.get(at.f_lineno, "") + file.getvalue()
+builtins.print = noted
+atexit.register(lambda: json.dump(said, open("said.json", "w")))
+"""
+"""Keeps what each line of a page prints."""
+
+
+def agrees(printed: str, shown: str) -> bool:
+    """Tell whether what was printed is the number shown in the comment, to its digits, or has that text."""
+    if re.fullmatch(r"-?\d+\.\d+", shown):
+        places = len(shown.partition(".")[2])
+        return f"{float(re.match(r'[-+.e0-9]+', printed)[0]):.{places}f}" == shown
+    return shown in printed
 
 
 @pytest.mark.ci
@@ -88,12 +114,19 @@ LONG = (
         for page in PAGES
     ],
 )
-def test_the_blocks_of_a_page_run_in_turn(page, tmp_path):
-    code = BEFORE.get(page.name, "") + "\n".join(python_blocks(page))
-    script = tmp_path / "page.py"
-    script.write_text(code, encoding="utf-8")
+def test_the_python_of_a_page_runs_in_turn_and_prints_what_the_page_shows(page, tmp_path):
+    (tmp_path / "noting.py").write_text(NOTING, encoding="utf-8")
+    code = f"import noting\n{BEFORE.get(page.name, '')}"
+    # Of each block its first line and the one behind it, and the output that the page shows below.
+    shown = []
+    text = page.read_text(encoding="utf-8")
+    for block, output in re.findall(r"^```python\n(.*?)^```\n(?:\n```text\n(.*?)^```)?", text, re.M | re.S):
+        first = code.count("\n") + 1
+        code += block
+        shown.append((range(first, code.count("\n") + 1), output))
+    (tmp_path / "page.py").write_text(code, encoding="utf-8")
     done = subprocess.run(
-        [sys.executable, script],
+        [sys.executable, "page.py"],
         cwd=tmp_path,
         env={**os.environ, "MPLBACKEND": "Agg"},
         capture_output=True,
@@ -101,3 +134,22 @@ def test_the_blocks_of_a_page_run_in_turn(page, tmp_path):
         timeout=600,
     )
     assert done.returncode == 0, done.stderr
+    said = {int(k): v for k, v in json.loads((tmp_path / "said.json").read_text()).items()}
+    for lines, output in shown:
+        assert not output or "".join(said.get(k, "") for k in lines) == output
+    for at, line in enumerate(code.splitlines(), 1):
+        if comment := re.search(r"^ *print\(.*\)  # (-?\d+\.\d+|\(.*?\))(?=[ ,:;]|$)", line):
+            assert agrees(said[at], comment[1]), (line, said[at])
+
+
+@pytest.mark.parametrize("page", [page for page in EVERY if blocks(page, "toml")], ids=lambda page: page.name)
+def test_the_files_of_a_page_are_read(page):
+    for text in blocks(page, "toml"):
+        spec = {"code": CodeSpec, "study": StudySpec}.get(re.match(r"\[(\w+)", text)[1], SceneFile)
+        spec.from_toml(text)
+
+
+@pytest.mark.parametrize("page", [page for page in EVERY if blocks(page, "bash")], ids=lambda page: page.name)
+def test_the_scripts_and_tests_that_a_page_names_are_there(page):
+    words = [word for block in blocks(page, "bash") for word in block.split() if re.search(r"/.*\.py$", word)]
+    assert [word for word in words if not (ROOT / word).exists()] == []

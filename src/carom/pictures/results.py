@@ -98,14 +98,14 @@ def _pressure_tensor(axes: Axes, result: PressureTensorResult) -> None:
         )
     axes.axhline(result.pressure.mean, color=GREY, linestyle="--", linewidth=0.9)
     axes.axhline(0.0, color=GREY, linestyle=":", linewidth=0.8)
-    axes.set_xticks(range(len(pairs)), [f"{a}{b}" for a, b in pairs])
+    axes.set_xticks(range(len(pairs)), [axis_name(a) + axis_name(b) for a, b in pairs])
     axes.set(xlabel="axes a, b", ylabel="pressure tensor $P_{ab}$")
 
 
 def _pressure_profile(axes: Axes, result: PressureProfileResult) -> None:
     across = [a for a in range(result.dimension) if a != result.axis]
     for k, a in enumerate((result.axis, *across)):
-        label, color = f"$P_{{{a}{a}}}$", COLORS[k % len(COLORS)]
+        label, color = f"$P_{{{2 * axis_name(a)}}}$", COLORS[k % len(COLORS)]
         _curve(axes, result.middle, result.tensor[:, a, a], result.error[:, a, a], label, color)
     axes.set(xlabel=axis_name(result.axis), ylabel="pressure tensor $P_{aa}$")
 

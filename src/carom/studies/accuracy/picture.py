@@ -24,13 +24,6 @@ LOOKS = {
 }
 """Marker and colour of each algorithm."""
 
-
-SIDES = {
-    "float64": ("right", (-6, -3)),
-    "Mie 50-49": ("center", (0, 8)),
-}
-"""Alignment and shift of a method's name, where it is not to the right of its slowest point."""
-
 FLOOR = 2.0**-53
 """Position of an error of zero on the logarithmic axis: half a rounding."""
 
@@ -47,6 +40,7 @@ def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
     rates = [row.collisions_per_second for row in rows]
     # Doubles do not resolve errors below half a rounding.
     _panel(first, rows, rates, [max(row.error_1, FLOOR) for row in rows])
+    first.legend(loc="center left", frameon=False, fontsize=9)
     first.set_ylabel(r"error after one collision a particle [$\sigma$]")
     # Without a significant bias, its standard error is the upper bound.
     biases = [max(abs(row.z_bias), row.z_error) for row in rows]
@@ -59,7 +53,7 @@ def picture(rows: Sequence[Row], sizes: Sequence[SizeRow]) -> Figure:
     axes[2].loglog(n, np.abs([row.finite_size_bias for row in sizes]), "--", color=paper.GREY)
     axes[2].set_xlabel("particles")
     axes[2].set_ylabel(r"relative error of $Z$")
-    axes[2].legend(["statistical, after 1 CPU second", "of finite size"], frameon=False, fontsize=8)
+    axes[2].legend(["statistical, after 1 CPU second", "of finite size"], frameon=False, fontsize=9)
     return figure
 
 
@@ -67,18 +61,15 @@ def _panel(
     axes: Axes, rows: Sequence[Row], rates: list[float], errors: list[float], bars: list[float] | None = None
 ) -> None:
     """Draw errors against speed: a point per row, a line per method, and the Pareto front."""
-    for k, row in enumerate(rows):
-        marker, colour = LOOKS[row.algorithm]
-        axes.plot(rates[k], errors[k], marker, color=colour)
-        if bars is not None:
-            axes.plot([rates[k]] * 2, [errors[k], errors[k] + bars[k]], color=colour, lw=1)
+    if bars is not None:
+        for k, row in enumerate(rows):
+            axes.plot([rates[k]] * 2, [errors[k], errors[k] + bars[k]], color=LOOKS[row.algorithm][1], lw=1)
     for name, members in families(rows).items():
         members.sort(key=lambda k: rates[k])
         x, y = ([values[k] for k in members] for values in (rates, errors))
-        axes.plot(x, y, "-", color=LOOKS[rows[members[0]].algorithm][1], lw=0.7)
-        side, shift = SIDES.get(name, ("left", (6, 3)))
-        end = -1 if side == "center" else 0
-        axes.annotate(name, (x[end], y[end]), shift, textcoords="offset points", fontsize=7, ha=side)
+        marker, colour = LOOKS[rows[members[0]].algorithm]
+        face = "white" if name == "float32" else colour
+        axes.plot(x, y, marker + "-", color=colour, markerfacecolor=face, lw=0.7, label=name)
     front = pareto(rates, errors)
     axes.plot([rates[k] for k in front], [errors[k] for k in front], "-", color=paper.PALE, lw=2, zorder=0)
     axes.set_xscale("log")
