@@ -191,13 +191,15 @@ def shown(values: np.ndarray, errors: np.ndarray, k: int) -> str:
     return Estimate(float(values[k]), float(errors[k]), math.inf, 1.0, 1).value_text
 
 
-def blocking(samples: ArrayLike) -> Estimate:
+def blocking(samples: ArrayLike, *, least: int = MIN_BLOCKS) -> Estimate:
     """Mean of a correlated series with its standard error.
 
     Parameters
     ----------
     samples : (n,) array_like of float
         Equally spaced samples of a stationary series, in order.
+    least : int
+        Blocks of the last level. More of them make the error less noisy, and miss longer correlations.
 
     Returns
     -------
@@ -240,10 +242,10 @@ def blocking(samples: ArrayLike) -> Estimate:
     n = x.size
     # In this unit squares do not overflow or underflow; as a power of two it changes no bit.
     unit = _unit_of(x)
-    return _blocked(x / unit, n).scaled(unit)
+    return _blocked(x / unit, n, least).scaled(unit)
 
 
-def _blocked(x: np.ndarray, n: int) -> Estimate:
+def _blocked(x: np.ndarray, n: int, least: int) -> Estimate:
     """Return :func:`carom.observables.blocking` of n numbers of the order of one."""
     mean = float(x.mean())
     if n == 1:
@@ -252,7 +254,7 @@ def _blocked(x: np.ndarray, n: int) -> Estimate:
     # A constant series may deviate from its mean by the rounding of that mean.
     if np.ptp(x) == 0.0:
         return Estimate(mean, 0.0, float(n), 1.0, n)
-    blocks, correlation = _choose_level(x - mean)
+    blocks, correlation = _choose_level(x - mean, least)
     squared_error = float(np.var(blocks, ddof=1)) / blocks.size * (1.0 + correlation) / (1.0 - correlation)
     n_eff = float(np.var(x, ddof=1)) / squared_error if squared_error else math.inf
     if n_eff < FEW_SAMPLES:
@@ -316,12 +318,12 @@ def _unit_of(x: np.ndarray) -> float:
     return float(np.ldexp(0.5, np.frexp(np.abs(x).max(initial=0.0))[1]))
 
 
-def _choose_level(deviations: np.ndarray) -> tuple[np.ndarray, float]:
+def _choose_level(deviations: np.ndarray, least: int) -> tuple[np.ndarray, float]:
     """Return block means at the chosen level, and the remaining lag-one correlation."""
     levels: list[np.ndarray] = []
     correlations: list[float] = []
     y = deviations
-    while not levels or y.size >= MIN_BLOCKS:
+    while not levels or y.size >= least:
         levels.append(y)
         correlations.append(_lag_one(y))
         pairs = y.size // 2

@@ -29,6 +29,9 @@ BLOCKS = 512
 FIRST = 1000
 """Collisions after which all code of a run has been called."""
 
+FEWEST = 64
+"""Least blocks of an error bar: one of twenty from 16 blocks, by a false alarm, would be off by a third."""
+
 REPLICA = 10**6
 """Replica number of a pilot. No run of a study has it, so that no collisions are counted twice."""
 
@@ -156,5 +159,5 @@ def estimates(by_virial: ArrayLike, by_rate: ArrayLike | None, dimension: int) -
         b = np.asarray(by_rate, np.float64)
         series |= {"collision rate": b, "both": least_variance(a, b)}
     with unwarned():  # the error bar shows where samples are few
-        found = {name: blocking(values) for name, values in series.items()}
+        found = {name: blocking(values, least=FEWEST) for name, values in series.items()}
     return dict(sorted(found.items(), key=lambda one: one[1].error))
