@@ -225,7 +225,7 @@ def moves(name: str) -> Check:
     """Return the check of what happens between events: a value such as :class:`carom.Swaps`, or its table."""
 
     def kind() -> Any:
-        return getattr(importlib.import_module(f"carom.simulation.{name.lower()}"), name)
+        return getattr(importlib.import_module(f"carom.simulation.moves.{name.lower()}"), name)
 
     def check(value: Any, what: str) -> Any:
         from carom import checks
@@ -291,7 +291,13 @@ def model(what: str, *more: dict[str, Any]) -> Check:
         except InputError as problem:
             raise InputError(f"{name}: {problem}") from problem
 
-    return said(check, anyOf=[{"type": "object"}, *more]) if more else said(check, type="object")
+    def schema() -> dict[str, Any]:
+        from carom.models.files import tables
+
+        return {"anyOf": [*tables.schemas(what), *more]}
+
+    check.schema = schema  # type: ignore[attr-defined]
+    return check
 
 
 def _axes(values: tuple[Any, ...], name: str) -> tuple[Any, ...]:

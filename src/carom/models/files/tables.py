@@ -10,6 +10,7 @@ from dataclasses import MISSING, fields
 from typing import Any
 
 from carom import checks
+from carom.declared import schema_of_table
 from carom.errors import InputError
 from carom.models import obstacles
 from carom.models.contacts.restitution import as_impact
@@ -72,6 +73,18 @@ def from_table(values: Any, what: str) -> Any:
     cls = _class(values.get("type"), what)
     given = {name: value for name, value in values.items() if name != "type"}
     return _made(cls, f"A {values['type']}", given)
+
+
+def schemas(what: str) -> list[dict[str, Any]]:
+    """Return the JSON schemas of tables of a motion, an impact or a drive; of others, that of any table."""
+    found = []
+    for kind in KINDS.get(what, ()):
+        schema = schema_of_table(_class(kind, what))
+        schema["properties"] = {"type": {"const": kind}, **schema["properties"]}
+        if what not in UNSAID:
+            schema["required"] = ["type", *schema["required"]]
+        found.append(schema)
+    return found or [{"type": "object"}]
 
 
 def _made(cls: Any, what: str, given: dict[str, Any]) -> Any:
