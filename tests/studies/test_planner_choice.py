@@ -47,6 +47,18 @@ def test_the_shortest_run_that_has_an_error_bar_is_within_reach_and_no_shorter_o
     assert 0.99 * error < within(costs, cores=1, limit=1.001 * least) < error
 
 
+def test_an_error_bar_of_a_plan_comes_from_so_many_blocks_that_it_is_itself_known():
+    """White noise of which chance makes the first levels look correlated: see ``measures.FEWEST``."""
+    series = np.random.default_rng(11).standard_normal((300, 512))
+    usual = [blocking(each).blocks for each in series]
+    assert min(usual) < measures.FEWEST
+    found = [measures.estimates(each, None, 3)["virial"] for each in series]
+    assert min(each.blocks for each in found) >= measures.FEWEST
+    errors = np.array([each.error for each in found]) * math.sqrt(512)
+    # 64 blocks know an error to 1 / sqrt(2 * 64), and its factor, 1 + r, to the error 1 / sqrt(64) of r.
+    assert errors.std() < math.hypot(1.0 / math.sqrt(2 * 64), 1.0 / math.sqrt(64))
+
+
 def test_a_crystal_is_trusted_to_its_own_part_of_the_shift():
     crystal = System(0.6)
     assert crystal.crystal
