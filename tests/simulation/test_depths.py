@@ -48,6 +48,14 @@ def test_two_that_overlap_are_seen_in_every_dimension(d):
 
 
 @pytest.mark.usefixtures("unscheduled")
+def test_to_read_statistics_changes_nothing_that_a_checkpoint_holds():
+    sim = planted(in_a_row(2), 1.0)
+    before = sim._state.engine.tallies.copy()
+    assert sim.statistics.worst_overlap == sim.statistics.worst_overlap > 0.0  # also what was seen before
+    assert sim._state.engine.tallies.tobytes() == before.tobytes()
+
+
+@pytest.mark.usefixtures("unscheduled")
 @pytest.mark.parametrize("d", [1, 2])
 def test_two_that_overlap_across_a_face_are_seen(d):
     sim = planted(in_a_row(d, n=3, edge=3.5, diameter=0.9), 0.9)

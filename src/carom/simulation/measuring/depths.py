@@ -6,7 +6,6 @@ at which runs ended (samples among them), and of the present one; and only when 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -55,6 +54,7 @@ class Depths:
         self._kept: list[State] = []
         self._ended, self._stride = 0, 1
         self._seen: tuple[Fraction, int] | None = None
+        self._deepest = 0.0
 
     def keep(self, run_state: Any) -> None:
         """Keep the present state, or not if there are many: called where a run ends."""
@@ -68,7 +68,7 @@ class Depths:
         self._kept.append(present(run_state))
 
     def look(self, run_state: Any) -> float:
-        """Return the deepest overlap [diameters] now and in kept states not looked at yet, or 0."""
+        """Return the deepest overlap [diameters] now and in states looked at, or kept until now, or 0."""
         now = run_state.clock.instant, run_state.collisions
         states, self._kept = self._kept, []
         if _forgets(run_state):
@@ -77,7 +77,8 @@ class Depths:
             states.append(present(run_state))
         self._seen = now
         found = (deepest(run_state, state) for state in states)
-        return max((each.relative for each in found if each is not None), default=0.0)
+        self._deepest = max([self._deepest, *(each.relative for each in found if each is not None)])
+        return self._deepest
 
 
 def present(run_state: Any) -> State:
@@ -189,8 +190,3 @@ def _cores(
         return pairs, interaction.cores_of(pairs, scene.species, scene.diameter)
     kinds = kinds_of(pair, system)
     return pairs, np.sqrt(by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, now)), 0.0)))
-
-
-def folded(depth: float) -> float:
-    """Return the square of contact over distance of an overlap: what the engine's tally holds."""
-    return math.inf if depth >= 1.0 else 1.0 / (1.0 - depth) ** 2

@@ -15,7 +15,6 @@ from carom.errors import InputError
 from carom.models.motions.shear import Shear
 from carom.models.species import species_count
 from carom.scene.velocities import kept_by_motion
-from carom.simulation.measuring.depths import folded
 from carom.simulation.measuring.invariants import EnergyMomentum
 from carom.simulation.measuring.readings import energy_of_first_steps, energy_of_steps, kT_time, momentum_flux
 from carom.simulation.moves.barostat import volume_sums
@@ -148,7 +147,7 @@ class Impacts(NamedTuple):
 def statistics(run_state: RunState) -> Statistics:
     """Return what the run did so far, and how well."""
     tally = run_state.engine.tallies[0]
-    tally.depth = max(tally.depth, folded(run_state.depths.look(run_state)))
+    at_collisions = 1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0
     start, present = (
         run_state.start,
         EnergyMomentum.of(run_state.scene.masses, run_state.speeds, run_state.unit),
@@ -168,7 +167,7 @@ def statistics(run_state: RunState) -> Statistics:
         spared_contacts=0 if elastic_contacts is None else int(elastic_contacts[0]),
         seconds=run_state.seconds,
         collisions_per_second=float(tally.collisions / run_state.seconds) if run_state.seconds else 0.0,
-        worst_overlap=1.0 - 1.0 / math.sqrt(tally.depth) if tally.depth > 1.0 else 0.0,
+        worst_overlap=max(at_collisions, run_state.depths.look(run_state)),
         energy_drift=_energy_drift(run_state, present),
         momentum_drift=math.nan if exchanges_momentum else present.momentum_drift(start),
         swaps_tried=0 if run_state.sweeps is None else run_state.sweeps.tried,
