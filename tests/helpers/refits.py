@@ -3,12 +3,12 @@ what its fields declare.
 """
 
 import math
+import sys
 from types import SimpleNamespace
 
 import numpy as np
 
 import carom
-from carom.compiling import registry
 from carom.engine.build import PARTS
 from carom.engine.constants import POWERS
 from carom.engine.observers.interface import at_rest, listed
@@ -420,10 +420,10 @@ def models_in(sim):
 
 
 def known_models():
-    """Carom's types of models that answer a question."""
-    questions = [each for each, _ in registry._noted if hasattr(each, "registry")]
-    kinds = {kind for each in questions for kind in each.registry if hasattr(kind, "_fields")}
-    return {kind for kind in kinds if kind.__module__.startswith("carom.")}
+    """Types of tuples of Carom, among which are its models and the parts of an engine."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("carom.")]
+    kinds = {kind for module in modules for kind in vars(module).values() if isinstance(kind, type)}
+    return {kind for kind in kinds if hasattr(kind, "_fields") and kind.__module__.startswith("carom.")}
 
 
 def seen(sim):

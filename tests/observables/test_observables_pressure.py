@@ -14,7 +14,7 @@ from carom.models.motions.great_circles import GreatCircles
 from carom.observables import Pressure
 from carom.observables.pressure import finite_size_correction
 from carom.observables.statistics import Estimate
-from carom.simulation.measuring import measure
+from carom.simulation.measuring.measure import measure
 
 SIX_SIGMA = 6.0
 

@@ -20,7 +20,7 @@ from carom.observables.statistics import blocking
 from carom.scene.velocities import conserved, velocities_of
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import RunSpec, SceneSpec
-from carom.simulation.measuring import measure
+from carom.simulation.measuring.measure import measure
 from carom.studies.runs import execution as runs
 
 

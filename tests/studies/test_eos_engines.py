@@ -268,7 +268,7 @@ def dask(tmp_path_factory):
         )
     ]  # fmt: skip
     try:
-        wait_for(listed.exists, processes[0])
+        wait_for(lambda: listed.exists() and listed.stat().st_size, processes[0])
         address = json.loads(listed.read_text())["address"]
         processes += [
             subprocess.Popen(

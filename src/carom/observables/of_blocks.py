@@ -54,7 +54,7 @@ class OfBlocks(Generic[Found]):
 
 
 class OneNumber(Result):
-    """Base of a result with one number before all others, by whose error :meth:`measure` may end a run."""
+    """Base of a result with one number, a ``quantity``, by whose error :meth:`measure` may end a run."""
 
     _main: ClassVar[str] = ""
     """Name of the field with this number."""

@@ -104,8 +104,8 @@ class UnequalBounds(NamedTuple):
     """Bounds of components of several diameters."""
 
     bounds: np.ndarray  # radius of each bound, (n + 1,) float64 [length]
-    skins: np.ndarray | None
-    """Distance from its reference point that each may reach, (n + 1,) float64 [length]; None: they grow."""
+    skins: np.ndarray
+    """Distance from its reference point that each may reach, (n + 1,) float64 [length]; not if it grows."""
     starts: np.ndarray  # where each list begins, and where the last one ends, (n + 1,) int64
     size_classes: np.ndarray  # level of each component, (n + 1,) uint8
     grids: int  # how many levels there are

@@ -138,7 +138,7 @@ def _build_lists(scheme: NeighborPlan, system: System, pair, motion) -> Lists:
         if system.rates is None:
             bounds = UnequalBounds(ghostly, system.particles.with_ghost(bound - sizes) * SLACK, *rest)
         else:
-            bounds = UnequalBounds(ghostly, None, *rest, pair.radii, pair.rates, SLACK)
+            bounds = UnequalBounds(ghostly, ghostly, *rest, pair.radii, pair.rates, SLACK)
     pair_steps = make_steps(system.interaction, system.particles)
     grid = make_grid(shapes, around)
     window = make_tilt_window(motion)
