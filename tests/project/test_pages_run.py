@@ -12,7 +12,9 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.testing import CliRunner
 
+from carom.cli import app
 from carom.scene_file.scene_file import SceneFile
 from carom.studies import CodeSpec, StudySpec
 
@@ -153,3 +155,11 @@ def test_the_files_of_a_page_are_read(page):
 def test_the_scripts_and_tests_that_a_page_names_are_there(page):
     words = [word for block in blocks(page, "bash") for word in block.split() if re.search(r"/.*\.py$", word)]
     assert [word for word in words if not (ROOT / word).exists()] == []
+
+
+def test_the_error_that_pages_show_is_printed(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("fluid.toml").write_text("[scene]\npacking_fracton = 0.3\n", encoding="utf-8")
+    said = CliRunner().invoke(app, ["run", "fluid.toml", "--quiet"]).output
+    for name in ("quickstart.md", "scenes.md"):
+        assert blocks(ROOT / "docs" / name, "text") == [said]
