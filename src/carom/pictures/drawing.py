@@ -98,8 +98,7 @@ def draw_network_in_space(axes: Axes, network: PackingNetwork) -> None:
     plane = Camera.on(frame, SIZE).axes[:2].T
     centre = 0.5 * np.asarray(frame.box)
     shapes = shapes_of(network.obstacles, np.asarray(frame.box), frame.periodic)
-    balls, radii = (shapes.spheres[:, :3] - centre) @ plane, shapes.spheres[:, 3]
-    _circles(axes, balls, radii, SOLID, BORDER, alpha=0.6)
+    _circles(axes, (shapes.spheres[:, :3] - centre) @ plane, shapes.spheres[:, 3], SOLID, BORDER, alpha=0.6)
     axes.add_collection(PolyCollection((shapes.triangles - centre) @ plane, facecolor=SOLID, alpha=0.3))
     lines = np.concatenate([[ends for ends, _ in edges_of(frame)], shapes.segments])
     axes.add_collection(LineCollection((lines - centre) @ plane, color=BORDER, linewidth=0.9))
@@ -153,7 +152,8 @@ def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.nd
     lines.append(np.stack([second, second - steps[pairs] @ plane], axis=1))
     # Thinner than a tenth of a disk, of which there is room for so many in the figure.
     many = 2.0 + float(np.ptp(frame.positions @ plane, axis=0).max()) / float(frame.diameters.min())
-    width = min(0.9, THIN * 72.0 * float(min(axes.get_figure(root=True).get_size_inches())) / many)
+    figure: Any = axes.get_figure(root=True)
+    width = min(0.9, THIN * 72.0 * float(min(figure.get_size_inches())) / many)
     axes.add_collection(LineCollection(list(np.concatenate(lines)), color=BOND, linewidth=width, zorder=3))
 
 
