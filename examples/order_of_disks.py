@@ -36,8 +36,10 @@ def psi_6(frame: carom.Frame) -> np.ndarray:
 
 
 # %% Three densities, each from a random start in a square box, which fits no perfect crystal.
-figure = Figure(figsize=(9.0, 3.3), layout="constrained")
-for axes, eta in zip(figure.subplots(1, 3), (0.66, 0.71, 0.74), strict=True):
+figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+panels = figure.add_gridspec(2, 3, height_ratios=(9, 1))
+for k, eta in enumerate((0.66, 0.71, 0.74)):
+    axes = figure.add_subplot(panels[0, k])
     scene = carom.Scene.random(n, eta, 2, seed=1)
     sim = carom.Simulation(scene, seed=1)
     sim.run(collisions_per_particle=collisions)
@@ -62,7 +64,16 @@ for axes, eta in zip(figure.subplots(1, 3), (0.66, 0.71, 0.74), strict=True):
     axes.set(xlim=(0, frame.box[0]), ylim=(0, frame.box[1]), aspect="equal", xticks=[], yticks=[])
     axes.set_title(f"packing fraction {eta:.2f}", fontsize=10)
 
-# %% The picture.
+# %% The key of the colours, and the picture.
+key = figure.add_subplot(panels[1, :])
+modulus, turns = np.mgrid[0:1:20j, 0:1:361j]
+key.imshow(
+    hsv_to_rgb(np.stack([turns, modulus**2, np.full_like(turns, 0.92)], axis=2)),
+    extent=(0, 360, 0, 1),
+    aspect="auto",
+    origin="lower",
+)
+key.set(xticks=range(0, 361, 60), yticks=(0, 1), xlabel="arg $\\psi_6$ [degrees]", ylabel="$|\\psi_6|$")
 args.out.parent.mkdir(parents=True, exist_ok=True)
 path = args.out if args.out.suffix else args.out.with_suffix(".png")
 figure.savefig(path, dpi=110)

@@ -64,7 +64,8 @@ print(f"a chain of {length}: {string.collisions} events, energy kept to {string.
 figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.7))
 left.plot(gr.r, gr.g, color="0.4", lw=1)
 for side in (core, well):
-    left.plot([side.distance] * 2, [side.inside, side.outside], "o", color="C3", ms=5)
+    sides = [g for g in (side.inside, side.outside) if g > 0.0]  # nobody is inside a core
+    left.plot([side.distance] * len(sides), sides, "o", color="C3", ms=5)
 left.set(xlabel="$r / \\sigma$", ylabel="$g(r)$", title=f"density 0.4, kT = {sums.kT:.2f}", xlim=(0.8, 3))
 
 

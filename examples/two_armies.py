@@ -147,8 +147,9 @@ figure, axes = plt.subplots(2, 3, figsize=(9.5, 6.2))
 for ax, (time, x, units) in zip(axes.flat, shown, strict=False):
     for kind, (color, marker) in enumerate([("C3", "o"), ("C0", "o"), ("C3", "<"), ("C0", ">")]):
         who = units.present & (units.kinds == kind)
-        ax.plot(*x[who].T, marker, color=color, ms=3, mfc=color if kind < 2 else "none")
-    ax.plot(*x[~units.present].T, "x", color="0.6", ms=3)
+        mfc = color if kind < 2 else "none"
+        ax.plot(*x[who].T, marker, color=color, ms=3, mfc=mfc, label=KINDS[kind].name)
+    ax.plot(*x[~units.present].T, "x", color="0.6", ms=3, label="removed")
     ax.set(aspect="equal", xlim=(0, EDGE), ylim=(0, EDGE), xticks=[], yticks=[], title=f"t = {time:g}")
 left, right = axes[1, 1:]
 for side, color in enumerate(("C3", "C0")):
@@ -158,6 +159,9 @@ for circle, name in ((FIRE, "fire, radius 1"), (SIGHT, "sight, radius 4")):
     right.loglog(looks, np.maximum(missed[circle], 1e-9), "o-", ms=3, label=name)
 right.set(xlabel="time step", title="visits never seen", ylim=(1e-4, 1))
 right.legend(fontsize=7)
-figure.tight_layout()
+figure.legend(
+    *axes[0, 0].get_legend_handles_labels(), ncols=5, loc="lower center", frameon=False, markerscale=2
+)
+figure.tight_layout(rect=(0.0, 0.05, 1.0, 1.0))
 figure.savefig(args.out, dpi=50 if args.smoke else 80, format="png")
 folder.cleanup()

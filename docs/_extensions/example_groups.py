@@ -7,6 +7,7 @@ from pathlib import Path
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 IMAGES = Path(__file__).parents[1] / "images"
+THUMBNAILS = IMAGES / "cards"
 SUFFIXES = (".gif", ".png", ".webp")
 GROUPS = {
     "Fluids and crystals": {

@@ -14,7 +14,7 @@ import re
 import shutil
 from pathlib import Path
 
-from example_groups import EXAMPLES, GROUPS, IMAGES, own_pictures
+from example_groups import EXAMPLES, GROUPS, IMAGES, THUMBNAILS, own_pictures
 from execution import Result, results
 from pictures import Failed
 from sphinx.application import Sphinx
@@ -102,7 +102,10 @@ def page(script: Path, made: Result | None) -> str:
 
 
 def card_picture(name: str, made: Result | None) -> str | None:
-    """Return the picture of an example's card: that of full size if there is one."""
+    """Return the picture of an example's card: its thumbnail, else that of full size if there is one."""
+    thumbnail = THUMBNAILS / f"{name.replace('_', '-')}.png"
+    if thumbnail.exists():
+        return f"images/{thumbnail.parent.name}/{thumbnail.name}"
     stored = own_pictures(name)
     if made is not None and made.pictures and (made.full or not stored):
         return f"gallery/{MADE}/{made.pictures[0].name}"

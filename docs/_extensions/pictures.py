@@ -2,7 +2,8 @@
 
 ``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``, or ``viewer`` for its two
 pictures, which Chromium takes. Each picture gets at most 900 pixels and 256 colours, and as many fewer as
-keep it below 150 kB. Beside it lies one for the dark theme: ``pictures.py dark`` makes those of all again.
+keep it below 150 kB. Thumbnails for cards, and beside each picture one for the dark theme, are made of them:
+``pictures.py dark`` makes those of all again.
 """
 
 from __future__ import annotations
@@ -104,7 +105,7 @@ def darkened(picture: Image.Image) -> Image.Image:
 
 def store_dark() -> None:
     """Store the dark one beside every figure."""
-    for path in IMAGES.glob("*.png"):
+    for path in IMAGES.rglob("*.png"):
         if not path.stem.startswith(AS_THEY_ARE) and not path.stem.endswith("-dark"):
             dark = darkened(Image.open(path))
             dark.quantize(128, dither=Image.Dither.NONE).save(
@@ -154,4 +155,7 @@ if __name__ == "__main__":
     for asked in sys.argv[1:]:
         {"viewer": store_viewer, "dark": lambda: None}.get(asked, lambda name=asked: store(name))()
         print(asked)
+    from thumbnails import store_thumbnails
+
+    store_thumbnails()
     store_dark()

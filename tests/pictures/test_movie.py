@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 import numpy as np
@@ -16,6 +17,13 @@ from carom.pictures import plots, render
 from carom.pictures.caption import decimals_of
 from carom.pictures.movie import _caption, _colours
 from carom.pictures.render import Camera, rendered
+
+
+def camera_of(frame, size):
+    """Return the camera of a movie, whose shorter edge has so many pixels."""
+    square = Camera.on(frame, size)
+    edges = square.width, square.height
+    return Camera.on(frame, math.ceil(size * max(edges) / min(edges)))
 
 
 def test_a_disk_covers_the_points_that_its_area_says_in_the_colour_of_its_species():
@@ -106,7 +114,7 @@ def test_rattlers_have_a_colour_of_their_own(tmp_path):
     diameters = np.full(frame.n, frame.diameters[0])
     diameters[14] *= 0.9  # held by nobody
     loose = carom.Frame(**{**vars(frame), "diameters": diameters})
-    camera = Camera.on(loose, 400)
+    camera = camera_of(loose, 400)
     carom.movie([loose], tmp_path / "a.gif", size=400, color="rattlers")
     from PIL import Image
 
@@ -136,7 +144,7 @@ def test_a_gif_has_the_colours_of_all_its_frames(tmp_path):
     with Image.open(tmp_path / "a.gif") as film:
         shown = [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
     for frame, picture in zip(frames, shown, strict=True):
-        wanted = rendered(frame, Camera.on(frame, 128), colours=_colours(frame, "speed", top, ()))
+        wanted = rendered(frame, camera_of(frame, 128), colours=_colours(frame, "speed", top, ()))
         off = np.abs(picture[: len(wanted)] - wanted).max(axis=2)
         assert off.max() < 48  # 255 colours; with those of the first frame it was 88
         assert off.mean() < 6
@@ -191,10 +199,32 @@ def test_what_makes_no_movie_is_refused(tmp_path):
         carom.movie([near], tmp_path / "a.gif", color="rattlers")
     with pytest.raises(InputError, match="psi_6 needs 7 disks at least, found 3"):
         carom.movie([near], tmp_path / "a.gif", color="psi_6")
-    wider = frame_of([[1.0, 1.0]], (5.0, 4.0), 0.5)
-    with pytest.raises(InputError, match="Frame 1 has another box"):
-        carom.movie([near, wider], tmp_path / "a.gif")
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("edges", "size"), [((8.0, 4.0), 60), ((60.0, 1.0), 400)])
+def test_a_movie_of_boxes_that_change_has_room_for_the_largest(tmp_path, edges, size):
+    from PIL import Image, ImageSequence
+
+    small, large = (
+        frame_of([[0.5 * part * edge for edge in edges]], tuple(part * edge for edge in edges), 0.5)
+        for part in (0.5, 1.0)
+    )
+    carom.movie([small, large], tmp_path / "a.gif", size=size)
+    with Image.open(tmp_path / "a.gif") as film:
+        width, height = film.size
+        pictures = [np.asarray(picture.convert("RGB"), int) for picture in ImageSequence.Iterator(film)]
+    if edges[0] > 10 * edges[1]:
+        assert width == 1920, "an edge is as long as can be played"
+    else:
+        assert size <= height - 2 * max(round(width / 26), 9) <= size + 4, "without the strip"
+    columns = [
+        np.flatnonzero((picture[: height - 2 * max(round(width / 26), 9)] < 200).all(axis=2).any(axis=0))
+        for picture in pictures
+    ]
+    lengths = [found[-1] - found[0] for found in columns]
+    assert lengths[0] == pytest.approx(0.5 * lengths[1], abs=6)
+    assert sum(columns[0][[0, -1]]) == pytest.approx(sum(columns[1][[0, -1]]), abs=6), "both in the middle"
 
 
 @pytest.mark.timing

@@ -331,6 +331,46 @@ def test_every_bond_of_a_backbone_is_drawn_from_both_of_its_ends(dimension):
     assert off.min(axis=1).max() < 1e-12
 
 
+@pytest.mark.parametrize(("dimension", "edge"), [(2, 3), (2, 60), (3, 3)])
+def test_bonds_of_a_packing_are_thinner_than_a_tenth_of_a_disk(dimension, edge):
+    from matplotlib.collections import LineCollection
+
+    from carom.observables.packing import packing_network
+
+    places = lattice(dimension, edge)
+    places = frame(places.positions, places.box, 1.1 - 1e-9)
+    figure = plots.packing(packing_network(places))
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    scale = np.diff(axes.transData.transform([[0.0, 0.0], [1.1, 0.0]])[:, 0])[0] * 72.0 / figure.dpi
+    bonds = [each for each in axes.collections if isinstance(each, LineCollection) and each.zorder == 3]
+    assert 0.0 < bonds[0].get_linewidth()[0] < 0.1 * scale
+
+
+def test_a_packing_in_space_is_drawn_with_its_obstacles():
+    from dataclasses import replace
+
+    from carom.models import Ball, Plane
+    from carom.observables.packing import packing_network
+
+    places = lattice(3, 3)
+    places = frame(places.positions, places.box, 1.1 - 1e-9)
+    network = packing_network(places)
+    kinds = {"EllipseCollection": "get_offsets", "PolyCollection": "get_paths", "LineCollection": "get_paths"}
+    drawn = []
+    for obstacles in ([], [Ball((0.5, 0.5, 0.5), 0.2)], [Plane((0.0, 0.0, 1.0), 0.0)]):
+        collections = plots.packing(replace(network, obstacles=tuple(obstacles))).axes[0].collections
+        drawn.append(
+            [
+                sum(len(getattr(c, get)()) for c in collections if type(c).__name__ == kind)
+                for kind, get in kinds.items()
+            ]
+        )
+    none, ball, plane = np.array(drawn)
+    assert ball[0] > none[0]
+    assert (plane[1:] > none[1:]).all(), "a face and its border"
+
+
 def test_a_compression_is_drawn_at_the_density_in_the_middle_of_each_stretch():
     from carom.studies.packings.packing import HISTORY
 

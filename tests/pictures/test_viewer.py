@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -301,3 +303,12 @@ def test_a_hundred_thousand_particles_are_turned_without_a_graphics_card(tmp_pat
     rate = (browser().run("drawn") - before) / (time.perf_counter() - start)
     print(f"{frame.n} particles in {dimension}D: {rate:.1f} frames a second")
     assert rate > 5.0
+
+
+def test_the_track_of_a_slider_is_light_on_a_light_ground():
+    """A browser makes it dark where white is hard to tell from the accent: below a contrast of 4.5."""
+    text = Path(viewdata.__file__).with_name("viewer").joinpath("viewer.css").read_text(encoding="utf-8")
+    accent = re.search(r":root \{.*--accent: #(\w{6});", text)[1]
+    parts = [int(accent[k : k + 2], 16) / 255 for k in (0, 2, 4)]
+    linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts]
+    assert 1.05 / (np.dot(linear, (0.2126, 0.7152, 0.0722)) + 0.05) > 4.5

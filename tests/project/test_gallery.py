@@ -4,13 +4,15 @@ import colorsys
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "_extensions"))
-from example_groups import GROUPS, IMAGES, own_pictures
+from example_groups import GROUPS, IMAGES, THUMBNAILS, own_pictures
 from execution import AT_FULL_SIZE, package_digest, result_of
 from pictures import AS_THEY_ARE, Failed, darkened
+from thumbnails import PARTS, SIZE, bold, thumbnail
 
 SCRIPT = '''"""Count the runs, and draw one point."""
 import sys
@@ -80,7 +82,7 @@ def test_every_example_has_a_place_a_title_and_a_picture():
 
 
 def test_every_figure_has_a_dark_one_with_its_hues_on_a_dark_ground():
-    images = [path for path in IMAGES.glob("*.png") if not path.stem.startswith(AS_THEY_ARE)]
+    images = [path for path in IMAGES.rglob("*.png") if not path.stem.startswith(AS_THEY_ARE)]
     light = {path.stem for path in images if not path.stem.endswith("-dark")}
     assert {f"{name}-dark" for name in light} == {path.stem for path in images} - light
     paper = Image.new("RGB", (4, 1), "white")
@@ -94,3 +96,26 @@ def test_every_figure_has_a_dark_one_with_its_hues_on_a_dark_ground():
         after = colorsys.rgb_to_hls(*(part / 255 for part in ink))
         assert abs(after[0] - before[0]) < 0.02, "a hue is another"
         assert after[1] > 0.45, "ink is hard to see"
+
+
+def test_every_card_has_a_thumbnail_of_a_stored_picture_unless_its_picture_moves():
+    first = {name: own_pictures(name)[:1] for titles in GROUPS.values() for name in titles}
+    assert set(PARTS) == {name for name, found in first.items() if found and found[0].suffix != ".gif"}
+    for name, part in PARTS.items():
+        assert part.picture in {path.stem for path in own_pictures(name)}
+        width, height = Image.open(IMAGES / f"{part.picture}.png").size
+        assert part.box[2] <= width, name
+        assert part.box[3] <= height, name
+        assert Image.open(THUMBNAILS / f"{name.replace('_', '-')}.png").size == SIZE
+
+
+def test_type_and_lines_of_a_thumbnail_show_when_it_is_a_card():
+    shown = np.asarray(thumbnail(PARTS["haffs_law"]).resize((240, 150)).convert("L"))
+    letters = np.flatnonzero((shown[-22:, 60:200] < 128).any(axis=1))
+    assert letters[-1] - letters[0] >= 7, "a letter is lower than seven pixels"
+    line = np.full((5, 5, 3), 255, np.uint8)
+    line[2] = (0, 0, 200)
+    line[2, 2] = (200, 0, 0)
+    thick = bold(line)
+    assert (thick[:, 0] < 255).any(axis=1).sum() == 3
+    assert {tuple(pixel) for pixel in thick.reshape(-1, 3).tolist()} == {(255,) * 3, (0, 0, 200), (200, 0, 0)}

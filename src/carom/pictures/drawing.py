@@ -14,8 +14,8 @@ from carom.bridges.palette import FACES
 from carom.models.obstacles import outlines
 from carom.models.obstacles.outlines import Disk, HalfPlane
 from carom.models.questions.obstacle import Obstacle
-from carom.pictures.render import Camera, rendered
-from carom.pictures.shapes import along, border
+from carom.pictures.render import Camera, edges_of, rendered
+from carom.pictures.shapes import along, border, shapes_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,6 +29,7 @@ PALE_EDGE = "#9fb3c7"
 BORDER = "#333333"
 SOLID = "#b9b4ab"
 BOND = "#c0392b"
+THIN = 0.05  # width of a bond, in diameters, if axes filled the figure
 
 SIZE = 540
 """Pixels of the longer edge of a picture in 3D."""
@@ -90,12 +91,17 @@ def draw_network(axes: Axes, network: PackingNetwork) -> None:
 
 
 def draw_network_in_space(axes: Axes, network: PackingNetwork) -> None:
-    """3D: the bonds of a packing's backbone in parallel projection, its rattlers as dotted circles."""
+    """3D, in parallel projection: bonds of a packing's backbone, rattlers as dotted circles, obstacles."""
+    from matplotlib.collections import LineCollection, PolyCollection
+
     frame = network.frame
-    right, up, towards = Camera.on(frame, SIZE).axes
+    plane = Camera.on(frame, SIZE).axes[:2].T
     centre = 0.5 * np.asarray(frame.box)
-    _edges_of_box(axes, centre, right, up, towards)
-    plane = np.stack([right, up], axis=1)
+    shapes = shapes_of(network.obstacles, np.asarray(frame.box), frame.periodic)
+    _circles(axes, (shapes.spheres[:, :3] - centre) @ plane, shapes.spheres[:, 3], SOLID, BORDER, alpha=0.6)
+    axes.add_collection(PolyCollection((shapes.triangles - centre) @ plane, facecolor=SOLID, alpha=0.3))
+    lines = np.concatenate([[ends for ends, _ in edges_of(frame)], shapes.segments])
+    axes.add_collection(LineCollection((lines - centre) @ plane, color=BORDER, linewidth=0.9))
     _bonds(axes, network, plane, centre)
     loose = network.rattlers
     flat = (frame.positions[loose] - centre) @ plane
@@ -144,7 +150,11 @@ def _bonds(axes: Axes, network: PackingNetwork, plane: np.ndarray, centre: np.nd
     second = (frame.positions[starts[pairs, 1]] - centre) @ plane
     lines = [np.stack([first, first + steps @ plane], axis=1)]
     lines.append(np.stack([second, second - steps[pairs] @ plane], axis=1))
-    axes.add_collection(LineCollection(list(np.concatenate(lines)), color=BOND, linewidth=0.9, zorder=3))
+    # Thinner than a tenth of a disk, of which there is room for so many in the figure.
+    many = 2.0 + float(np.ptp(frame.positions @ plane, axis=0).max()) / float(frame.diameters.min())
+    figure: Any = axes.get_figure(root=True)
+    width = min(0.9, THIN * 72.0 * float(min(figure.get_size_inches())) / many)
+    axes.add_collection(LineCollection(list(np.concatenate(lines)), color=BOND, linewidth=width, zorder=3))
 
 
 def _faces(frame: Frame) -> np.ndarray:
@@ -172,23 +182,6 @@ def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -
         strip = image[top : top + STRIP]
         figure.figimage(strip, left, MARGIN + len(image) - top - len(strip), origin="upper")
     axes.set_axis_off()
-
-
-def _edges_of_box(
-    axes: Axes, centre: np.ndarray, right: np.ndarray, up: np.ndarray, towards: np.ndarray
-) -> None:
-    """Draw the edges of a box around the origin."""
-    from matplotlib.collections import LineCollection
-
-    corners = np.array(list(itertools.product((-1, 1), repeat=3))) * centre
-    # The three edges at the corner farthest from the camera lie behind the spheres, all others before them.
-    far = int(np.argmin(corners @ towards))
-    pairs = [(a, b) for a in range(8) for b in range(a) if np.count_nonzero(corners[a] != corners[b]) == 1]
-    plane = np.stack([corners @ right, corners @ up], axis=1)
-    for behind in (True, False):
-        lines = [plane[[a, b]] for a, b in pairs if (far in (a, b)) is behind]
-        order_in_picture = 1 if behind else 4
-        axes.add_collection(LineCollection(lines, color=BORDER, linewidth=0.9, zorder=order_in_picture))
 
 
 def _circles(

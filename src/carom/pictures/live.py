@@ -73,9 +73,10 @@ class Live:
 
 def _image(sim: Simulation) -> str:
     from carom.pictures import plots
+    from carom.scene.fields import standing
 
     file = io.BytesIO()
-    plots.snapshot(sim.frame(), obstacles=sim.scene.obstacles).savefig(file, dpi=DPI)
+    plots.snapshot(sim.frame(), obstacles=standing(sim.scene)).savefig(file, dpi=DPI)
     return (
         f'<img alt="the particles" src="data:image/png;base64,{base64.b64encode(file.getvalue()).decode()}">'
     )

@@ -6,13 +6,14 @@ import itertools
 import math
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from carom import checks
-from carom.bridges.embedding import names_of
+from carom.bridges.embedding import embed, names_of
 from carom.bridges.palette import FACES, SEQUENTIAL, colours_of, rgb
 from carom.errors import InputError
 from carom.frame import Frame
@@ -35,6 +36,9 @@ SUFFIXES = (".mp4", ".gif")
 
 MOST_PER_SECOND = 50
 """Frames of a GIF in a second: many programs slow down what lasts less than two hundredths."""
+
+LONGEST = 1920
+"""Pixels of the longer edge, which programs that play movies can show."""
 
 SHOWN = 16
 """Frames that the palette of a GIF is made from."""
@@ -59,14 +63,14 @@ def movie(
     Parameters
     ----------
     source : path, Reader or sequence of Frames
-        Frames in one to three dimensions, with a constant box. A path leads to a trajectory, or to the folder
-        of a run or packing.
+        Frames in one to three dimensions. A path leads to a trajectory, or to the folder of a run or packing.
     path : path
         ``.mp4`` (H.264; needs the package imageio-ffmpeg) or ``.gif``.
     fps : int
         Frames per second, at most 50 in a GIF, which counts time in hundredths of a second.
     size : int
-        Length of the longer edge [pixels]. A strip below has the time, and what the colors mean.
+        Length of the shorter edge [pixels]; less where the longer one would have more than 1920. The picture
+        has room for the largest box. A strip below has the time, and what the colors mean.
     color : {"species", "speed", "psi_6", "rattlers"}
         Meaning of the colors. Speeds have one scale for all frames. psi_6 is that of the six nearest
         neighbors, for d = 2. Rattlers are those of :func:`carom.observables.packing_network` in each frame.
@@ -79,7 +83,7 @@ def movie(
     ------
     InputError
         If the suffix or the color is unknown, or a GIF is to have more than 50 frames a second. If there are
-        no frames, or frames differ in their box. If a frame is no packing and rattlers are asked for, or has
+        no frames. If a frame is no packing and rattlers are asked for, or has
         no seven disks for psi_6. If imageio-ffmpeg is needed and not installed.
     FileError
         If a file cannot be read or written.
@@ -118,22 +122,24 @@ def movie(
         raise InputError(
             f"psi_6 colors frames of two dimensions, and these have {first.dimension}; take another color."
         )
-    camera = Camera.on(first, size)
+    boxes = [np.asarray(source[k].box) for k in range(len(source))]
+    largest = replace(first, box=np.max(boxes, axis=0))
+    camera = Camera.on(largest, size)
+    longer, shorter = max(camera.width, camera.height), min(camera.width, camera.height)
+    size = max(min(math.ceil(size * longer / shorter), LONGEST), size)
+    camera = Camera.on(replace(first, box=np.max(boxes, axis=0)), size)
     top = _top(source) if color == "speed" else 1.0
     decimals = decimals_of(first.time, source[len(source) - 1].time, len(source))
     caption = _caption(first, color, top, camera.width, decimals)
 
     def picture(k: int) -> np.ndarray:
         frame = source[k]
-        if not np.array_equal(frame.box, first.box):
-            raise InputError(
-                f"Frame {k} has another box than the first; a movie has one box, so cut it there."
-            )
         try:
             colours = _colours(frame, color, top, obstacles or ())
         except InputError as error:
             raise InputError(f"Frame {k} has no colours by {color}: {error}") from None
-        shown = rendered(frame, camera, obstacles=obstacles or (), colours=colours)
+        middle = 0.5 * embed(boxes[k][None])[0]
+        shown = rendered(frame, replace(camera, middle=middle), obstacles=obstacles or (), colours=colours)
         return caption.under(shown, frame.time)
 
     with replacing(target) as temporary, writing(target):

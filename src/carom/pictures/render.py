@@ -118,7 +118,7 @@ def rendered(
     squares = (radii**2).astype(np.float32)
     extents = np.floor(centres[:, :2] - radii[:, None]), np.ceil(centres[:, :2] + radii[:, None]) + 1
     faces = [fine.seen(corners) for corners in shapes.triangles]
-    lines = [(fine.seen(ends), wide) for ends, wide in _edges(frame)]
+    lines = [(fine.seen(ends), wide) for ends, wide in edges_of(frame)]
     lines += [(fine.seen(ends), 1) for ends in shapes.segments]
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
     for top in range(0, fine.height, BAND):
@@ -238,7 +238,7 @@ def _lit(x: np.ndarray, y: np.ndarray, tints: np.ndarray) -> np.ndarray:
     return tints * bright[:, None] + (0.3 * shine)[:, None]
 
 
-def _edges(frame: Frame) -> list[tuple[np.ndarray, int]]:
+def edges_of(frame: Frame) -> list[tuple[np.ndarray, int]]:
     """Return the edges of the box (2, 3) and their widths [pixels]; walls are wide."""
     box = embed(frame.box[None])[0]
     corners = [tuple((k >> axis) & 1 for axis in range(3)) for k in range(4 if frame.dimension < 3 else 8)]
