@@ -57,7 +57,7 @@ for name, curve in curves.items():
     right.semilogx(times, curve, label=name)
 right.axhline(np.exp(-1.0), color="0.6", linewidth=0.8, linestyle="--")
 right.set_ylim(0.0, 1.0)
-right.set_xlabel("time · (kT / m)^½ / mean diameter")
+right.set_xlabel(r"$t \sqrt{kT/m}$ / mean diameter")
 right.set_ylabel("F_s(k, t)")
 right.set_title(f"packing fraction {eta:g}")
 right.legend(frameon=False)
