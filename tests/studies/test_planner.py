@@ -188,9 +188,9 @@ def test_the_number_of_collisions_gives_the_virial_s_pressure_of_a_mixture():
     assert abs(difference.mean) < FIVE * difference.error
     # And the difference is small: 1 / (4 D) of the collision rate, 6e-3 here, would show.
     assert difference.error < 3e-3
-    by = {one.estimator: one.z.error for one in estimates(found["by_virial"], found["by_rate"], 3)}
+    by = {name: z.error for name, z in estimates(found["by_virial"], found["by_rate"], 3).items()}
     assert by["both"] <= 1.1 * min(by.values())
-    assert [one.estimator for one in estimates(found["by_virial"], found["by_rate"], 1)] == ["virial"]
+    assert [*estimates(found["by_virial"], found["by_rate"], 1)] == ["virial"]
 
 
 @pytest.mark.parametrize(
