@@ -89,7 +89,7 @@ def test_a_run_of_a_mixture_leaves_and_shows_g_of_every_pair(tmp_path, dimension
         ("", "[]", "none was asked for"),
     ],
 )
-def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
+def test_a_run_without_g_says_why(tmp_path, capsys, monkeypatch, more, trajectory, says):
     result = carom.run(plan(3, more, trajectory), tmp_path / "run")
     assert not (result.folder / "rdf.csv").exists()
     assert not (result.folder / "rdf.png").exists()
@@ -97,6 +97,11 @@ def test_a_run_without_g_says_why(tmp_path, capsys, more, trajectory, says):
     assert result.summary["contact_values_from_rdf"] == {}
     show(result, result.folder, as_json=False)
     assert says in " ".join(capsys.readouterr().out.split())
+    drawn = []
+    monkeypatch.setattr(plots, "snapshot", lambda frame, obstacles, path: drawn.extend(obstacles))
+    if trajectory != "[]":
+        result.plot()
+    assert [each.name for each in drawn] == (["ball"] if "ball" in more else [])
 
 
 @pytest.mark.slow

@@ -109,7 +109,7 @@ def movie(
     ],
     target: Annotated[Path, typer.Argument(help="What to write: .mp4 or .gif.")],
     fps: Annotated[int, typer.Option(help="Frames of the trajectory in a second, in a GIF at most 50.")] = 24,
-    size: Annotated[int, typer.Option(help="Pixels of the longer edge.")] = 480,
+    size: Annotated[int, typer.Option(help="Pixels of the shorter edge.")] = 480,
     color: Annotated[
         str,
         typer.Option("--color", "--colour", help="species, speed, psi_6 or rattlers (of a packing)."),

@@ -247,7 +247,7 @@ class Packing(Result):
             if self.dimension in (2, 3):
                 plots.packing(self.network, path=folder / "packing.png")
             else:
-                plots.snapshot(self.frame, path=folder / "packing.png")
+                plots.snapshot(self.frame, obstacles=self.network.obstacles, path=folder / "packing.png")
             plots.gaps(self.network, path=folder / "gaps.png")
             file = folder / "compression.png"
             plots.compression(self.history, self.jamming_fraction, self.dimension, path=file)

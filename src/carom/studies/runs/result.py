@@ -160,11 +160,12 @@ class RunResult(Result):
         Parameters and errors are those of :meth:`carom.results.Result.plot`.
         """
         from carom.pictures import plots
+        from carom.pictures.view import standing_beside
 
         if self.summary["without_rdf"] is None and not isinstance(self.rdf, dict):
             return self.rdf.plot(path)
         last: Frame = self.frames[-1]
-        return plots.snapshot(last, path=path)
+        return plots.snapshot(last, obstacles=standing_beside(self.folder / "trajectory", last), path=path)
 
     def _rows(self) -> tuple[str, list[tuple[str, str]]]:
         """Return the system, and what was measured."""
