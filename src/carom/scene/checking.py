@@ -35,7 +35,9 @@ def refuse_pinned(pinned: np.ndarray | None, interaction: Any, motion: Any, cont
         raise InputError(f"pinned is for hard cores in free flight, and {name} is given: leave one out.")
 
 
-def speeds(velocities: Any, shape: tuple[int, ...], pinned: np.ndarray | None = None) -> np.ndarray:
+def checked_velocities(
+    velocities: Any, shape: tuple[int, ...], pinned: np.ndarray | None = None
+) -> np.ndarray:
     """Return velocities of the shape of positions, checked, read-only."""
     result = checks.array(velocities, "velocities", "(n, d)", ndim=2)
     if result.shape != shape:

@@ -208,7 +208,9 @@ class Scene(Fields):
             mass=float(masses[0] if np.ptp(masses) == 0 else masses.mean()),
             diameters=diameters,
             masses=masses,
-            velocities=None if velocities is None else checking.speeds(velocities, places.shape, fixed),
+            velocities=None
+            if velocities is None
+            else checking.checked_velocities(velocities, places.shape, fixed),
             spins=checking.checked_spins(spins, n, dimension, impact, fixed),
             species=kinds,
             species_names=_species.names(species_names, kinds),

@@ -99,8 +99,8 @@ class ObstacleTrial:
         if times[-1] != t or t == NEVER:
             return False
         part = 0.37 * t
-        (gaps_nearby,), (speed,) = setting.moved(x[None], v[None], part)
-        left = self._time(gaps_nearby, speed, radius + self._growth * part, part)
+        (there,), (then,) = setting.moved(x[None], v[None], part)
+        left = self._time(there, then, radius + self._growth * part, part)
         speed_of_trial = float(np.linalg.norm(v)) or setting.speed
         self._note(
             "IV",
@@ -148,11 +148,11 @@ class ObstacleTrial:
         """Return the image of a place that is nearest to the obstacle."""
         if not is_periodic(self.model):
             return x.copy()
-        gaps_nearby = x.copy()
+        image = x.copy()
         for axis in np.flatnonzero(self._edges):
             edge = self._edges[axis]
-            gaps_nearby[axis] -= edge * np.rint((x[axis] - anchor(self.model, int(axis))) / edge)
-        return gaps_nearby
+            image[axis] -= edge * np.rint((x[axis] - anchor(self.model, int(axis))) / edge)
+        return image
 
     def _thrown(
         self, x: np.ndarray, v: np.ndarray, radius: float, t: float, scale: float, facts: dict[str, Any]
@@ -162,8 +162,8 @@ class ObstacleTrial:
         (x,), (v,) = setting.moved(x[None], v[None], t)
         size = radius + growth * t
         at_time(self.model, t)
-        touching_normal = self._facing(x)
-        normal = np.array([number_of(outward, self.model, touching_normal, axis) for axis in range(d)])
+        image = self._facing(x)
+        normal = np.array([number_of(outward, self.model, image, axis) for axis in range(d)])
         length = float(np.linalg.norm(normal))
         speed = growth + number_of(surface_speed, self.model, normal, t)
         approach = speed - float(normal @ v)
