@@ -48,7 +48,7 @@ class Trade(Study[TradeSpec]):
 
     Its numbers are those of this machine, and of one time: they are measured in CPU time.
 
-    Attributes are as for :class:`carom.studies.study.Study`.
+    Attributes are as for ``carom.studies.study.Study``.
     """
 
     Spec: ClassVar[type[TradeSpec]] = TradeSpec
@@ -139,7 +139,7 @@ class Trade(Study[TradeSpec]):
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
         """Draw errors against speed, and the error of Z against N.
 
-        Parameters and errors are those of :meth:`carom.studies.study.Study.plot`.
+        Parameters and errors are those of :meth:`carom.results.Result.plot`.
         """
         from carom.pictures import paper
         from carom.studies.accuracy.picture import picture

@@ -46,7 +46,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
 class Codes(Study[CodeSpec]):
     """A search for a spherical code.
 
-    Attributes are as for :class:`carom.studies.study.Study`.
+    Attributes are as for ``carom.studies.study.Study``.
     """
 
     Spec: ClassVar[type[CodeSpec]] = CodeSpec
@@ -137,7 +137,7 @@ class Codes(Study[CodeSpec]):
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
         """Draw the caps of the best code, if it is on S^2.
 
-        Parameters and errors are those of :meth:`carom.studies.study.Study.plot`.
+        Parameters and errors are those of :meth:`carom.results.Result.plot`.
         """
         if self.code is None:
             raise InputError("There is no code to draw: no try has led to one.")

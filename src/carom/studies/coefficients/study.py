@@ -62,7 +62,7 @@ class Row:
 class Transport(GridStudy[TransportSpec]):
     """Transport coefficients at every point of a study.
 
-    Attributes are as for :class:`carom.studies.study.Study`.
+    Attributes are as for ``carom.studies.study.Study``.
     """
 
     Spec: ClassVar[type[TransportSpec]] = TransportSpec
@@ -206,7 +206,7 @@ class Transport(GridStudy[TransportSpec]):
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
         """Draw the coefficients divided by Enskog's, and their convergence in time.
 
-        Parameters and errors are those of :meth:`carom.studies.study.Study.plot`.
+        Parameters and errors are those of :meth:`carom.results.Result.plot`.
         """
         from carom.studies.coefficients import pictures
 

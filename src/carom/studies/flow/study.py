@@ -70,7 +70,7 @@ class Row:
 class ShearFlow(GridStudy[ShearSpec]):
     """Viscosity and normal stresses at every point of a study.
 
-    Attributes are as for :class:`carom.studies.study.Study`.
+    Attributes are as for ``carom.studies.study.Study``.
     """
 
     Spec: ClassVar[type[ShearSpec]] = ShearSpec
@@ -112,7 +112,7 @@ class ShearFlow(GridStudy[ShearSpec]):
         """Draw the viscosity against the shear rate, and Enskog's beside it.
 
         Of one rate at several packing fractions, it is drawn against the packing fraction. Parameters and
-        errors are those of :meth:`carom.studies.study.Study.plot`.
+        errors are those of :meth:`carom.results.Result.plot`.
         """
         from carom.pictures import paper
 

@@ -82,7 +82,7 @@ def _kept(path: Path | None) -> Compression | None:
 class Packings(Study[PackSpec]):
     """Packings of several seeds.
 
-    Attributes are as for :class:`carom.studies.study.Study`.
+    Attributes are as for ``carom.studies.study.Study``.
     """
 
     Spec: ClassVar[type[PackSpec]] = PackSpec
@@ -169,7 +169,7 @@ class Packings(Study[PackSpec]):
     def plot(self, path: str | PathLike[str] | None = None) -> Figure:
         """Draw the jamming fraction of each seed, their mean and its standard error.
 
-        Parameters and errors are those of :meth:`carom.studies.study.Study.plot`.
+        Parameters and errors are those of :meth:`carom.results.Result.plot`.
         """
         from carom.pictures import paper
 
