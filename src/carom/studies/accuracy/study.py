@@ -48,7 +48,7 @@ class Trade(Study[TradeSpec]):
 
     Its numbers are those of this machine, and of one time: they are measured in CPU time.
 
-    Attributes are as for ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.eos.study.EquationOfState`.
     """
 
     Spec: ClassVar[type[TradeSpec]] = TradeSpec

@@ -46,7 +46,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
 class Codes(Study[CodeSpec]):
     """A search for a spherical code.
 
-    Attributes are as for ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.eos.study.EquationOfState`.
     """
 
     Spec: ClassVar[type[CodeSpec]] = CodeSpec

@@ -62,7 +62,7 @@ class Row:
 class Transport(GridStudy[TransportSpec]):
     """Transport coefficients at every point of a study.
 
-    Attributes are as for ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.eos.study.EquationOfState`.
     """
 
     Spec: ClassVar[type[TransportSpec]] = TransportSpec

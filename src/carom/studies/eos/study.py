@@ -50,8 +50,16 @@ class EquationOfState(GridStudy[StudySpec]):
     ----------
     spec : StudySpec
         The requested study.
-    records, failures, folder, engine, seconds
-        As in ``carom.studies.study.Study``.
+    records : sequence of dict
+        Results of the finished tasks, in the order of the tasks.
+    failures : sequence of Failure
+        Tasks that failed in this session; they run again when the study does.
+    folder : Path or None
+        Where the records are kept.
+    engine : str
+        Where this session ran.
+    seconds : float
+        Wall time of this session [s].
     equation : callable or None
         Equation of state to compare with, instead of the usual one.
     """

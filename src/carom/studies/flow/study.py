@@ -70,7 +70,7 @@ class Row:
 class ShearFlow(GridStudy[ShearSpec]):
     """Viscosity and normal stresses at every point of a study.
 
-    Attributes are as for ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.eos.study.EquationOfState`.
     """
 
     Spec: ClassVar[type[ShearSpec]] = ShearSpec

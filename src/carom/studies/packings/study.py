@@ -82,7 +82,7 @@ def _kept(path: Path | None) -> Compression | None:
 class Packings(Study[PackSpec]):
     """Packings of several seeds.
 
-    Attributes are as for ``carom.studies.study.Study``.
+    Attributes are as for :class:`carom.studies.eos.study.EquationOfState`.
     """
 
     Spec: ClassVar[type[PackSpec]] = PackSpec
