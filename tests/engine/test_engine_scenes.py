@@ -106,7 +106,8 @@ def assert_same(one, other):
 def test_compiled_and_plain_python_give_the_same_bits():
     program = (
         "import numpy, hashlib; numpy.seterr(all='ignore')\n"
-        "from engine.test_engine_scenes import growing_simulation\nfrom carom.simulation import stretches\n"
+        "from engine.test_engine_scenes import growing_simulation\n"
+        "from carom.simulation.measuring import stretches\n"
         "sim = growing_simulation(); sim.run(time=3.0); frame = sim.frame()\n"
         "bits = frame.positions.tobytes() + frame.velocities.tobytes()\n"
         "print(hashlib.sha256(bits).hexdigest(), stretches.tally(sim))"

@@ -48,7 +48,7 @@ class Stretch:
     obstacles also the impulse on each so far, the weighted momentum of each, and the energy that each
     gave."""
     rounds: list[Any] = field(default_factory=list)
-    """Beginnings of rounds that bring pairs on steps to a temperature (``simulation.equilibration``)."""
+    """Beginnings of rounds that bring pairs on steps to a temperature (``measuring.equilibration``)."""
     temperatures: list[Any] = field(default_factory=list)
     """Of species at the end of every segment, if their masses differ."""
     layers: list[Any] = field(default_factory=list)
