@@ -174,6 +174,11 @@ def schema_of(check: Check | None) -> dict[str, Any]:
     return dict(found() if callable(found) else found)
 
 
+def schema_of_several(one: Check) -> dict[str, Any]:
+    """Return the schema of one value that a check accepts, or of a list of them."""
+    return {"anyOf": [schema_of(one), {"type": "array", "items": schema_of(one), "minItems": 1}]}
+
+
 def schema_of_table(kind: type[Declared]) -> dict[str, Any]:
     """Return the JSON schema of a table with the fields of a declared value."""
     fields = fields_of(kind)
@@ -262,4 +267,4 @@ def several(one: Check) -> Check:
             raise InputError(f"{name} names a value twice; replicas= repeats a point.")
         return tuple(sorted(found))
 
-    return said(test, anyOf=[schema_of(one), {"type": "array", "items": schema_of(one), "minItems": 1}])
+    return said(test, **schema_of_several(one))

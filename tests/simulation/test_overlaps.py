@@ -17,7 +17,6 @@ from carom.models.motions.gravity import Gravity
 from carom.models.obstacles.paths import Sine
 from carom.scene.overlaps import Overlap
 from carom.simulation.measuring.depths import in_frames
-from carom.simulation.system_of_scene import prepare
 from carom.studies.runs import underway
 
 EPS = float(np.finfo(float).eps)
@@ -70,9 +69,7 @@ def test_the_deepest_overlap_is_that_of_all_pairs_images_and_obstacles(d, walled
     )
     frames = [changed(carom.Simulation(start).frame(), rng) for _ in range(20)]
     seen = 0
-    for frame, (_, found) in zip(
-        frames, in_frames(start, prepare(start, 0.0 * start.positions), frames), strict=True
-    ):
+    for frame, (_, found) in zip(frames, in_frames(start, frames), strict=True):
         depth = deepest_by_hand(frame, balls)
         assert (found is None) == (depth <= 0.0)
         assert found is None or found.relative == pytest.approx(depth, rel=1e-9)
@@ -87,7 +84,7 @@ def test_the_images_of_a_frame_are_those_of_its_tilt(rate):
     scene = carom.Scene.random(6, box=(4.0, 5.0), diameter=0.1, motion=Shear(rate), seed=1)
     for tilt in (0.45, -0.3, 0.2):
         frame = changed(carom.Simulation(scene).frame(), rng, tilt=tilt)
-        ((_, found),) = in_frames(scene, prepare(scene, 0.0 * scene.positions), [frame])
+        ((_, found),) = in_frames(scene, [frame])
         depth = deepest_by_hand(frame, (), tilt)
         assert (found is None) == (depth <= 0.0)
         assert found is None or found.relative == pytest.approx(depth, rel=1e-9)

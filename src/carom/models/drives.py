@@ -21,7 +21,7 @@ import numpy as np
 
 from carom import checks, seeds
 from carom.compiling.registry import answering, optional, required
-from carom.declared import SEED, Check, number, said, schema_of
+from carom.declared import SEED, Check, number, said, schema_of_several
 from carom.errors import InputError
 from carom.models.fields import ABOVE, Value
 from carom.models.mathematics.counter_random import normal, uniform
@@ -123,7 +123,7 @@ def by_species(most: float) -> Check:
             )
         return values
 
-    return said(check, anyOf=[schema_of(one), {"type": "array", "items": schema_of(one), "minItems": 1}])
+    return said(check, **schema_of_several(one))
 
 
 Temperatures = Annotated[Any, by_species(checks.HOTTEST)]

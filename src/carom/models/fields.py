@@ -15,7 +15,6 @@ from carom.errors import InputError
 FIELD = number(low=-checks.MAGNITUDE, high=checks.MAGNITUDE)  # any number that leaves room for products
 PART = number(low=0.0, high=1.0, open_low=True)
 ABOVE = number(low=0.0, open_low=True)
-LEAST = number(low=0.0)
 SPEED = number(low=0.0, high=checks.FASTEST, open_low=True)
 
 

@@ -10,7 +10,17 @@ import importlib
 from collections.abc import Mapping
 from typing import Any
 
-from carom.declared import Check, fields_of, integer, positive, said, schema_of, schema_of_table, word
+from carom.declared import (
+    Check,
+    fields_of,
+    integer,
+    positive,
+    said,
+    schema_of,
+    schema_of_several,
+    schema_of_table,
+    word,
+)
 from carom.errors import InputError
 
 LATTICES = ("fcc", "triangular", "cubic", "dn")
@@ -42,7 +52,7 @@ def each_axis(one: Check) -> Check:
         many = listed(value)
         return one(value, name) if many is None else tuple(one(v, name) for v in _axes(many, name))
 
-    return said(check, anyOf=[schema_of(one), _list(one)])
+    return said(check, **schema_of_several(one))
 
 
 def edges(value: Any, name: str) -> tuple[float, ...]:
@@ -305,10 +315,6 @@ def _axes(values: tuple[Any, ...], name: str) -> tuple[Any, ...]:
     if not 1 <= len(values) <= MOST_DIMENSIONS:
         raise InputError(f"{name} must have one value an axis, found {len(values)}.")
     return values
-
-
-def _list(one: Check) -> dict[str, Any]:
-    return {"type": "array", "items": schema_of(one), "minItems": 1}
 
 
 def _named(value: Any, name: str, example: str) -> list[tuple[Any, Any]]:

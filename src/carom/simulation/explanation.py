@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from carom.errors import InputError
-from carom.scene.fields import own_models
 from carom.scene.scene import Scene
 from carom.simulation.moves.barostat import checked_barostat
 from carom.simulation.moves.swaps import checked_swaps
 from carom.simulation.system_of_scene import prepare
-from carom.simulation.trials.own_models import try_own_models
 from carom.simulation.tuning import DEFAULT, Requested, Tuning
 
 if TYPE_CHECKING:
@@ -152,7 +150,6 @@ def explain(
     at_rest = np.zeros_like(scene.positions)
     velocities = at_rest if scene.velocities is None else scene.velocities
     system = prepare(scene, velocities, growth=growth, tuning=tuning)
-    try_own_models(*own_models(scene), scene, system)
     checked_swaps(swaps, scene, system, event_log or None)
     checked_barostat(barostat, scene, system, swaps=swaps, event_log=event_log)
     try:

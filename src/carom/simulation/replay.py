@@ -43,7 +43,7 @@ from carom.scene.storage import from_arrays
 from carom.simulation.clock import Clock
 from carom.simulation.files.logged_words import Words
 from carom.simulation.run_state import frame_of
-from carom.simulation.system_of_scene import prepare, with_thresholds
+from carom.simulation.system_of_scene import system_of, unit_of, with_thresholds
 
 CHUNK = 1 << 16
 """Events read at a time."""
@@ -86,7 +86,8 @@ class Replay:
         try:
             self._scene = scene = _scene(initial, own)
             velocities = np.array(initial["velocities"], dtype=np.float64)
-            system = prepare(scene, velocities)
+            unit, thermal = unit_of(scene, velocities, None)
+            system = system_of(scene, thermal, None, unit)
             system = with_thresholds(system, np.atleast_1d(initial["thresholds"]).tolist())
             self._clock = Clock(system.unit, system.unit.to_kernel(float(initial["epoch_length"]), 1))
             positions = np.array(initial["positions"], dtype=np.float64)

@@ -14,7 +14,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
 from carom.models.copies import copied
-from carom.scene.fields import own_models, standing
+from carom.scene.fields import standing
 from carom.scene.keywords import ELSEWHERE
 from carom.scene.scene import Scene
 from carom.scene.velocities import at_temperature, degrees_of_freedom, velocities_of
@@ -118,10 +118,6 @@ class Simulation:
             raise InputError("The scene has velocities and kT is given too: leave out one of them.")
         observers, currents = helfand.taken_out(observers)
         system = prepare(scene, velocities, growth=growth, tuning=tuning, currents=currents)
-        if any(own := own_models(scene)):
-            from carom.simulation.trials.own_models import try_own_models
-
-            try_own_models(*own, scene, system)
         if system.rates is not None and event_log is not None:
             raise InputError(
                 "An event log holds one diameter a particle, but growth is given: leave out one."

@@ -18,7 +18,7 @@ from carom.models.interactions.growing_cores import Growing
 from carom.models.motions.shear import Shear
 from carom.models.obstacles import faces
 from carom.models.obstacles.dressing import Dressed
-from carom.scene.fields import is_equal, standing
+from carom.scene.fields import is_equal, own_models, standing
 from carom.scene.velocities import Thermal, thermal_of
 from carom.simulation.refusals import refuse
 from carom.simulation.tuning import DEFAULT, Tuning
@@ -149,10 +149,16 @@ def prepare(
     tuning: Tuning = DEFAULT,
     currents: bool = False,
 ) -> System:
-    """Return what the engine has to know of a scene with velocities (n, d) [length / time]."""
+    """Return what the engine has to know of a scene with velocities (n, d), whose own models are tried."""
     rates = growth_rates(growth, scene)
     unit, thermal = unit_of(scene, velocities, rates)
-    return system_of(scene, thermal, rates, unit, tuning.images, tuning.precision == "single", currents)
+    single = tuning.precision == "single"
+    system = system_of(scene, thermal, rates, unit, images=tuning.images, single=single, currents=currents)
+    if any(own := own_models(scene)):
+        from carom.simulation.trials.own_models import try_own_models
+
+        try_own_models(*own, scene, system)
+    return system
 
 
 def system_of(
@@ -160,9 +166,10 @@ def system_of(
     thermal: Thermal,
     rates: np.ndarray | None,
     unit: TimeUnit,
-    images: bool,
-    single: bool,
-    currents: bool,
+    *,
+    images: bool = True,
+    single: bool = False,
+    currents: bool = False,
 ) -> System:
     """Return what the engine has to know of a scene; ``thermal`` is in ``unit``, ``rates`` are of radii."""
     from carom.engine.system import System

@@ -70,23 +70,7 @@ class Failure:
 
 @dataclass(frozen=True, repr=False)
 class Study(Result, Generic[S]):
-    """What is asked for, and what is known so far.
-
-    Attributes
-    ----------
-    spec : Spec
-        What is asked for.
-    records : sequence of dict
-        Results of the finished tasks, in the order of the tasks.
-    failures : sequence of Failure
-        Tasks that failed in this session; they run again when the study does.
-    folder : Path or None
-        Where the records are kept.
-    engine : str
-        Where this session ran.
-    seconds : float
-        Wall time of this session [s].
-    """
+    """What is asked for, and what is known so far; ``EquationOfState`` says what the fields are."""
 
     spec: S
     records: tuple[Record, ...] = ()

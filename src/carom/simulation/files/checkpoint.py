@@ -102,9 +102,9 @@ def _arrays(run_state: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]
     from carom.simulation.files.soundness import following
 
     system, engine = run_state.system, run_state.engine
-    fixed = following(engine)
-    arrays = {name: each for name, each in arrays_of(engine).items() if name not in fixed}
-    arrays["initial_velocities"] = run_state.velocities
+    arrays = {**arrays_of(engine), "initial_velocities": run_state.velocities}
+    for name in following(engine.model.pair, arrays):
+        del arrays[name]
     scene_arrays, attributes = to_arrays(run_state.scene)
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
     if (system.rates is not None or run_state.sweeps is not None) and system.radii is not None:
@@ -139,7 +139,7 @@ def load(
     **own: Any,
 ) -> RunState:
     """Return what runs; see :meth:`carom.Simulation.load`."""
-    from carom.engine.build import restore
+    from carom.engine.build import arrays as arrays_of, restore
     from carom.engine.neighbors.plan import NeighborPlan
     from carom.io import checkpoint
     from carom.simulation.files import soundness
@@ -167,8 +167,8 @@ def load(
         rates = arrays.get("contents.rates")
         velocities = arrays["initial_velocities"]
         thermal = thermal_of(scene, unit.to_kernel(velocities, -1))
-        kept = (bool(attributes[name]) for name in ("images", "single", "currents"))
-        system = system_of(scene, thermal, rates, unit, *kept)
+        kept = {name: bool(attributes[name]) for name in ("images", "single", "currents")}
+        system = system_of(scene, thermal, rates, unit, **kept)
         system = dataclasses.replace(
             system,
             rates=rates,
@@ -186,7 +186,9 @@ def load(
         neighbors, shell = json.loads(str(attributes["wish"]))
         requested = Tuning(neighbors, shell).requested
         run_state = RunState(scene, velocities, system, requested, chosen)
-        restore(run_state.engine, {**arrays, **soundness.following(run_state.engine)})
+        mine = arrays_of(run_state.engine)
+        fixed = soundness.following(run_state.engine.model.pair, mine)
+        restore(run_state.engine, arrays | {name: mine[name] for name in fixed})
         run_state.sweeps = sweeps
         run_state.volume_moves = _moves_of(attributes, "volume_moves", VolumeMoves, Barostat)
         run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)

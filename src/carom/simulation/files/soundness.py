@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +32,6 @@ from carom.models.questions.memory import fields_of
 from carom.simulation.clock import LAST_EPOCH
 
 if TYPE_CHECKING:
-    from carom.engine.build import Engine
     from carom.simulation.run_state import RunState
 
 MOST_BOXES = 2.0**20
@@ -156,27 +155,27 @@ def check_exchanged(radii: np.ndarray, rates: np.ndarray | None, diameters: np.n
         raise ValueError("its contents.radii are not those of its scene")
 
 
-def following(engine: Engine) -> dict[str, np.ndarray]:
-    """Return the arrays of a new engine that no file holds: they follow from the scene and the scheme."""
-    pair, found = engine.model.pair, arrays(engine)
-    if type(pair).__module__.startswith("carom."):
-        fields = fields_of(type(pair)).items()  # type: ignore[arg-type]
-        fixed = {f"model.pair.{name}" for name, each in fields if each.role == "parameter"}
-    else:
-        fixed = set()
-    return {name: array for name, array in found.items() if name in fixed or FIXED.fullmatch(name)}
+def following(pair: Any, names: Iterable[str]) -> list[str]:
+    """Return which of these arrays of an engine follow from the scene and the scheme; no file holds them."""
+    ours = type(pair).__module__.startswith("carom.")
+    fields = fields_of(type(pair)).items() if ours else ()  # type: ignore[arg-type]
+    fixed = {f"model.pair.{name}" for name, each in fields if each.role == "parameter"}
+    return [name for name in names if name in fixed or FIXED.fullmatch(name)]
 
 
 def check(run_state: RunState, saved: Mapping[str, np.ndarray]) -> None:
     """Refuse an engine that has numbers with which it cannot go on, and arrays that it has not."""
-    others = [name for name in saved if name.startswith(PARTS) and name not in arrays(run_state.engine)]
-    for problem in (*(f"{name} belongs to no part of such a run" for name in others), *_problems(run_state)):
+    mine = arrays(run_state.engine)
+    for name in saved:
+        if name.startswith(PARTS) and name not in mine:
+            raise ValueError(f"its {name} belongs to no part of such a run")
+    for problem in _problems(run_state, mine):
         raise ValueError(f"its {problem}")
 
 
-def _problems(run_state: RunState) -> Iterator[str]:
+def _problems(run_state: RunState, mine: Mapping[str, np.ndarray]) -> Iterator[str]:
     """Yield what is wrong, as the end of a sentence."""
-    for name, array in arrays(run_state.engine).items():
+    for name, array in mine.items():
         if name.startswith("observers."):
             continue
         if array.dtype.kind == "f" and array.size and not SCRATCH.fullmatch(name):

@@ -22,6 +22,7 @@ from carom.scene import overlaps
 from carom.scene.fields import standing
 from carom.scene.overlaps import Overlap, Room
 from carom.scene.species import Contacts
+from carom.simulation.system_of_scene import prepare
 from carom.simulation.trials.obstacles import known_to_move
 from carom.simulation.trials.probes import by_kind, kinds_of
 
@@ -95,13 +96,13 @@ def present(run_state: Any) -> State:
     return State(instant, frame.positions, box, diameters, frame.tilt or 0.0, epsilon)
 
 
-def in_frames(
-    scene: Scene, system: System, frames: Iterable[Frame]
-) -> Iterator[tuple[float, Overlap | None]]:
+def in_frames(scene: Scene, frames: Iterable[Frame]) -> Iterator[tuple[float, Overlap | None]]:
     """Yield the time of each frame of a scene, and its deepest overlap beyond rounding.
 
     Positions that all fit single precision are taken for rounded to it, as files of other programs have them.
     """
+    velocities = np.zeros_like(scene.positions) if scene.velocities is None else scene.velocities
+    system = prepare(scene, velocities)
     pair, interaction = system.interaction.model(system.particles), system.interaction
     unknown = system.stepped and not hasattr(interaction, "cores_of")
     if unknown or (model_checks.is_own(interaction) and model_checks.answers(record_impulse, pair)):

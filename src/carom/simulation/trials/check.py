@@ -22,12 +22,11 @@ from carom.models.own.kinds import DRIVE, IMPACT, MOTION, OBSERVER, PATH
 from carom.models.questions.motion import meeting_time
 from carom.models.questions.obstacle import Obstacle
 from carom.models.questions.particles import Particles
-from carom.scene.fields import own_models
 from carom.scene.overlaps import Overlap
 from carom.scene.scene import Scene
 from carom.simulation.measuring.depths import deepest, in_frames, present
 from carom.simulation.simulation import Simulation
-from carom.simulation.system_of_scene import driven_speed_of, prepare
+from carom.simulation.system_of_scene import driven_speed_of
 from carom.simulation.trials import probes
 from carom.simulation.trials.contacts import try_impact
 from carom.simulation.trials.drives import try_drive
@@ -35,7 +34,6 @@ from carom.simulation.trials.interactions import refuse_short, refuse_without_st
 from carom.simulation.trials.motions import has_axis, try_flight
 from carom.simulation.trials.observers import try_events
 from carom.simulation.trials.obstacles import ObstacleTrial
-from carom.simulation.trials.own_models import try_own_models
 from carom.simulation.trials.pairs import PairTrial
 from carom.simulation.trials.setting import (
     SENTENCES,
@@ -205,14 +203,7 @@ def _in_a_run(scene: Scene, count: int, seed: int) -> Iterator[tuple[float, Over
 def _check_scene(scene: Scene, count: int, seed: int, frames: Iterable[Frame] | None) -> Conditions:
     """Look for overlaps in frames of a scene, or at ``count`` times of a run."""
     record = Record()
-    if frames is None:
-        overlaps = _in_a_run(scene, count, seed)
-    else:
-        velocities = np.zeros_like(scene.positions) if scene.velocities is None else scene.velocities
-        system = prepare(scene, velocities)
-        try_own_models(*own_models(scene), scene, system)
-        overlaps = in_frames(scene, system, frames)
-    for time, found in overlaps:
+    for time, found in in_frames(scene, frames) if frames is not None else _in_a_run(scene, count, seed):
         who = {} if found is None else {"time": time, "who": str(found), "depth": found.depth}
         record.note("overlap", scene.dimension, found is None, **who)
     return Conditions(record.tried, tuple(record.failures.values()))

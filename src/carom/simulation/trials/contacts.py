@@ -13,21 +13,7 @@ from carom.simulation.trials.setting import TOLERANCE, Record, Setting, number_o
 def try_impact(
     law: Any, value: Any, setting: Setting, record: Record, rng: np.random.Generator, i: int, j: int
 ) -> None:
-    """Try the part of the momentum that a contact law exchanges.
-
-    Parameters
-    ----------
-    law, value : model and impact
-        The contact law.
-    setting : Setting
-        The particles.
-    record : Record
-        Where results go.
-    rng : numpy Generator
-        Where the speed comes from.
-    i, j : int
-        The two.
-    """
+    """Try the part of the momentum that the ``law`` of a ``value`` exchanges where i and j touch."""
     distance = setting.size * rng.uniform(0.5, 2.0)
     speed = setting.speed * 10.0 ** rng.uniform(-6.0, 2.0)
     rr, rv = np.float64(distance * distance), np.float64(-speed * distance)

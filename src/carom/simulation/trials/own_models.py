@@ -59,12 +59,13 @@ def try_own_models(kinds: set[str], obstacles: list[int], scene: Scene, system: 
         model_checks.compilable(f"obstacle {standing(scene)[k].name}", system.obstacle_models[k])
     if "interaction" in kinds:  # it is tried along the motion
         values.pop("motion", None)
+    tried = list(values.items())
     for k in obstacles[:: max(1, math.ceil(len(obstacles) / SEVERAL))]:
         resting = not hasattr(standing(scene)[k], "live")
-        values[f"obstacle {k}"] = standing(scene)[k] if resting else system.obstacles[k]
-    for kind, value in values.items():
+        tried.append(("obstacle", standing(scene)[k] if resting else system.obstacles[k]))
+    for kind, value in tried:
         with in_plain_python(value):
-            TRIALS[kind.partition(" ")[0]](value, scene, system, setting)
+            TRIALS[kind](value, scene, system, setting)
 
 
 def refuse_own_walls(system: System, scene: Scene) -> None:
