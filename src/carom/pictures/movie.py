@@ -122,12 +122,11 @@ def movie(
         raise InputError(
             f"psi_6 colors frames of two dimensions, and these have {first.dimension}; take another color."
         )
-    boxes = [np.asarray(source[k].box) for k in range(len(source))]
-    largest = replace(first, box=np.max(boxes, axis=0))
+    largest = replace(first, box=np.max([source[k].box for k in range(len(source))], axis=0))
     camera = Camera.on(largest, size)
     longer, shorter = max(camera.width, camera.height), min(camera.width, camera.height)
     size = max(min(math.ceil(size * longer / shorter), LONGEST), size)
-    camera = Camera.on(replace(first, box=np.max(boxes, axis=0)), size)
+    camera = Camera.on(largest, size)
     top = _top(source) if color == "speed" else 1.0
     decimals = decimals_of(first.time, source[len(source) - 1].time, len(source))
     caption = _caption(first, color, top, camera.width, decimals)
@@ -138,7 +137,7 @@ def movie(
             colours = _colours(frame, color, top, obstacles or ())
         except InputError as error:
             raise InputError(f"Frame {k} has no colours by {color}: {error}") from None
-        middle = 0.5 * embed(boxes[k][None])[0]
+        middle = 0.5 * embed(np.asarray(frame.box)[None])[0]
         shown = rendered(frame, replace(camera, middle=middle), obstacles=obstacles or (), colours=colours)
         return caption.under(shown, frame.time)
 
