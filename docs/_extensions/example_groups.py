@@ -46,6 +46,7 @@ GROUPS = {
     },
     "Driven and glassy systems": {
         "sheared_spheres": "Sheared grains, smooth and rough",
+        "oscillating_shear": "Moduli of an oscillating shear",
         "brownian_spheres": "Brownian spheres",
         "active_disks": "Active disks",
         "swap_liquid": "A dense liquid with swaps",

@@ -19,6 +19,7 @@ class Naive:
         self.box, self.rate, self.restitution = np.array(box, float), rate, restitution
         self.time = self.strain = 0.0
         self.diameter, self.growth = 1.0, growth
+        self.collisions = 0
 
     def shift(self, image):
         move = np.array(image) * self.box
@@ -60,17 +61,33 @@ class Naive:
         return best
 
     def run(self, collisions):
-        while collisions:
-            found = self.next(1.0)
-            t = 1.0 if found is None else found[0]
-            self.x += self.v * t
-            self.time += t
-            self.strain += self.rate * t
-            self.diameter += self.growth * t
-            if found is not None:
-                collisions -= 1
-                self.collide(*found[1:])
-            self.wrap()  # after the collision, whose image is that of before
+        target = self.collisions + collisions
+        while self.collisions < target:
+            self.step(1.0)
+
+    def run_for(self, duration):
+        while duration > 0.0:
+            duration -= self.step(duration)
+
+    def step(self, limit):
+        """Go on to the next collision, or for the time limit, and return how long that took."""
+        found = self.next(limit)
+        t = limit if found is None else found[0]
+        self.x += self.v * t
+        self.time += t
+        self.strain += self.rate * t
+        self.diameter += self.growth * t
+        if found is not None:
+            self.collisions += 1
+            self.collide(*found[1:])
+        self.wrap()  # after the collision, whose image is that of before
+        return t
+
+    def change_rate(self, rate):
+        """The rate jumps; peculiar velocities stay."""
+        peculiar = self.peculiar
+        self.rate = rate
+        self.v = peculiar + rate * np.outer(self.x[:, 1], np.eye(len(self.box))[0])
 
     def collide(self, i, j, image):
         move, speed = self.shift(image)

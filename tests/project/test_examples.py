@@ -29,6 +29,7 @@ LONG = (
     "lorentz_gas",
     "melting_of_disks",
     "order_of_disks",
+    "oscillating_shear",
     "replica_exchange",
     "rosato_bed",
     "shaken_ball",

@@ -18,6 +18,7 @@ from carom.observables.pressure_profile import PressureProfile, PressureProfileR
 from carom.observables.pressure_tensor import PressureTensor, PressureTensorResult
 from carom.observables.protocol import Observable, averages
 from carom.observables.rdf import RDF, RDFResult
+from carom.observables.shear_moduli import ShearModuli, ShearModuliResult
 from carom.observables.statistics import Estimate, blocking
 from carom.observables.structure_factor import StructureFactor, StructureFactorResult
 from carom.observables.volume import Volume, VolumeResult
@@ -51,6 +52,8 @@ __all__ = [
     "PressureTensor",
     "PressureTensorResult",
     "RDFResult",
+    "ShearModuli",
+    "ShearModuliResult",
     "StructureFactor",
     "StructureFactorResult",
     "Volume",

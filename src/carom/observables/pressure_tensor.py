@@ -211,7 +211,8 @@ class StreamTensor:
         carried, handed_over = (np.array(each) for each in zip(*parts, strict=True))
         n, motion = self._scene.n, self._scene.motion
         assert isinstance(motion, Shear)
-        return _averaged(self._scene, durations, carried * (n / (n - 1.0)), handed_over, motion.rate)
+        rate = 0.0 if motion.period else motion.rate
+        return _averaged(self._scene, durations, carried * (n / (n - 1.0)), handed_over, rate)
 
 
 def _averaged(
@@ -250,9 +251,9 @@ class PressureTensorResult(Result):
     n, dimension, blocks : int
         Number of particles, of dimensions, and of blocks.
     viscosity : Estimate or None
-        Of a sheared box: ``-P_10`` over the shear rate [energy time / length^d].
+        Of a box sheared at a constant rate: ``-P_10`` over it [energy time / length^d].
     normal_stresses : tuple of Estimate
-        Of a sheared box: ``P_00 - P_11``, and ``P_11 - P_22`` in three dimensions [energy / length^d].
+        Of such a box: ``P_00 - P_11``, and ``P_11 - P_22`` in three dimensions [energy / length^d].
     """
 
     tensor: np.ndarray

@@ -20,6 +20,7 @@ from carom.simulation.measuring.mechanics import sizes, sums
 from carom.simulation.measuring.readings import refuse_rule
 from carom.simulation.measuring.stall_detector import StallDetector
 from carom.simulation.moves.barostat import move_volume
+from carom.simulation.moves.oscillation import change_rate
 from carom.simulation.moves.swaps import sweep
 
 if TYPE_CHECKING:
@@ -29,12 +30,12 @@ if TYPE_CHECKING:
 MOST_FREE_TIMES = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
 
-END, GROWTH, CALL, SWAPS, VOLUME = "end", "growth", "call", "swaps", "volume"
+END, GROWTH, CALL, SWAPS, VOLUME, RATE = "end", "growth", "call", "swaps", "volume", "rate"
 """Why the engine has to return at a time: the run ends, neighbours are chosen anew, something is called,
-diameters are exchanged, the volume is to change.
+diameters are exchanged, the volume is to change, or the rate of a shear.
 """
 
-MOVES = {SWAPS: sweep, VOLUME: move_volume}  # what happens between events then
+MOVES = {SWAPS: sweep, VOLUME: move_volume, RATE: change_rate}  # what happens between events then
 
 UNLIMITED = 2**62
 """As a number of collisions or an epoch: never reached."""
@@ -197,7 +198,11 @@ def _next_stop(
     upcoming = None if callbacks is None else callbacks.next
     if upcoming is not None and (instant is None or upcoming <= instant):
         instant, why = upcoming, CALL
-    for moves, kind in ((run_state.sweeps, SWAPS), (run_state.volume_moves, VOLUME)):
+    for moves, kind in (
+        (run_state.sweeps, SWAPS),
+        (run_state.volume_moves, VOLUME),
+        (run_state.oscillation, RATE),
+    ):
         if moves is not None and (instant is None or moves.next <= instant):
             instant, why = moves.next, kind
     return instant, why

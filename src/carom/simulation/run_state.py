@@ -20,6 +20,7 @@ from carom.simulation.clock import Clock
 from carom.simulation.measuring.depths import Depths
 from carom.simulation.measuring.invariants import EnergyMomentum
 from carom.simulation.moves.barostat import VolumeMoves
+from carom.simulation.moves.oscillation import oscillation_of
 from carom.simulation.moves.swaps import Sweeps
 from carom.simulation.pace import Pace
 from carom.simulation.refusals import refuse_steep
@@ -114,6 +115,7 @@ class RunState:
         self.clock = Clock(self.unit, self.scheme.epoch)
         self.counted = 0
         self.volume_moves: VolumeMoves | None = None
+        self.oscillation = oscillation_of(scene)
         self.sweeps: Sweeps | None = None  # before the start, whose frame in a field has the diameters
         self.start = EnergyMomentum.of(scene.masses, self.speeds, self.unit)
         self.seconds = 0.0
@@ -339,17 +341,27 @@ class RunState:
         self,
         velocities: np.ndarray | None = None,
         rates: np.ndarray | None = None,
-        volume_move: tuple[Scene, Fraction, VolumeMoves] | None = None,
+        move: tuple[Fraction, dict[str, Any]] | None = None,
     ) -> None:
         """Choose the neighbour scheme anew, for the diameters of the present, and schedule everything.
 
-        ``velocities`` (n, d) and ``rates`` of the radii (n,) may be new. ``volume_move`` is the scene in
-        another box, when that was due [time], and the moves after it.
+        ``velocities`` (n, d) and ``rates`` of the radii (n,) may be new. ``move`` is when a move was due
+        [time], and the attributes that it changed: a scene in another box, a stage, how far moves are.
         """
-        what = ("scene", "volume_moves", "system", "scheme", "engine", "clock", "counted", "steps")
+        what = (
+            "scene",
+            "volume_moves",
+            "oscillation",
+            "system",
+            "scheme",
+            "engine",
+            "clock",
+            "counted",
+            "steps",
+        )
         before = {name: getattr(self, name) for name in (*what, "scheduled")}
         try:
-            self._refit(velocities, rates, volume_move)
+            self._refit(velocities, rates, move)
         except BaseException:  # Ctrl-C, too: all of it, or nothing
             vars(self).update(before)
             raise
@@ -358,7 +370,7 @@ class RunState:
         self,
         velocities: np.ndarray | None,
         rates: np.ndarray | None,
-        volume_move: tuple[Scene, Fraction, VolumeMoves] | None,
+        move: tuple[Fraction, dict[str, Any]] | None,
     ) -> None:
         from carom.engine.build import build, take_over
 
@@ -368,10 +380,12 @@ class RunState:
         velocities = frame.velocities if velocities is None else velocities
         instant, old, before = self.clock.instant, self.engine, self.unit
         positions = frame.positions
-        if volume_move is not None:  # the clock may have rounded the instant
-            self.scene, instant, self.volume_moves = volume_move
-            self.system = dataclasses.replace(self.system, box=self.scene.box)
-            positions = self.scene.positions
+        if move is not None:  # the clock may have rounded the instant
+            instant, changed = move
+            vars(self).update(changed)
+            if "scene" in changed:
+                self.system = dataclasses.replace(self.system, box=self.scene.box)
+                positions = self.scene.positions
         self._keep_steps()
         passed_in_epoch = self.in_epoch()
         if self.system.rates is not None and rates is None:
@@ -379,10 +393,10 @@ class RunState:
         unit, thermal = unit_of(self.scene, velocities, rates)
         driven_speed = unit.to_kernel(driven_speed_of(self.scene), -1)
         self.system = dataclasses.replace(self.system, unit=unit, driven_speed=driven_speed)
-        if isinstance(self.system.motion, Shear):
-            self.system = dataclasses.replace(
-                self.system, motion=self.system.motion.tilted(frame.tilt or 0.0)
-            )
+        if isinstance(self.scene.motion, Shear):
+            stage = 0 if self.oscillation is None else self.oscillation.done
+            motion = self.scene.motion.in_stage(stage).tilted(frame.tilt or 0.0)
+            self.system = dataclasses.replace(self.system, motion=motion)
         if self.system.stepped:
             refuse_steep(self.system, thermal)
         if rescaled:

@@ -24,6 +24,7 @@ from carom.simulation.files.recorder import Recorder
 from carom.simulation.measuring import equilibration, helfand, measure, mechanics, readings, sampling
 from carom.simulation.measuring.mechanics import Impacts, Statistics
 from carom.simulation.moves.barostat import checked_barostat
+from carom.simulation.moves.oscillation import refuse_oscillation
 from carom.simulation.moves.swaps import checked_swaps
 from carom.simulation.run_guard import exclusive
 from carom.simulation.run_state import RunState
@@ -122,6 +123,8 @@ class Simulation:
             raise InputError(
                 "An event log holds one diameter a particle, but growth is given: leave out one."
             )
+        if event_log is not None:
+            refuse_oscillation(scene, "An event log", "leave one of the two out")
         sweeps = checked_swaps(swaps, scene, system, event_log)
         others = {"swaps": sweeps, "observers": observers or currents, "an event log": event_log}
         volume_moves = checked_barostat(barostat, scene, system, **others)

@@ -170,8 +170,12 @@ def system_of(
     images: bool = True,
     single: bool = False,
     currents: bool = False,
+    stage: int = 0,
 ) -> System:
-    """Return what the engine has to know of a scene; ``thermal`` is in ``unit``, ``rates`` are of radii."""
+    """Return what the engine has to know of a scene; ``thermal`` is in ``unit``, ``rates`` are of radii.
+
+    ``stage`` is that of a shear that oscillates.
+    """
     from carom.engine.system import System
 
     interaction = scene.interaction if rates is None else Growing()
@@ -185,7 +189,7 @@ def system_of(
         diameter=model_checks.contact_range_of(interaction, scene),
         mass=scene.mass,
         interaction=interaction,
-        motion=scene.motion,
+        motion=scene.motion.in_stage(stage) if isinstance(scene.motion, Shear) else scene.motion,
         **losses,
         walls=faces.hard_walls(standing(scene), scene.box, scene.periodic),
         unit=unit,

@@ -16,10 +16,11 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom import checks
+from carom.arithmetic import cosine_and_sine
 from carom.compiling.registry import answering, inner
 from carom.declared import number
 from carom.errors import InputError
-from carom.models.fields import Value
+from carom.models.fields import ABOVE, Value
 from carom.models.questions import motion
 from carom.models.questions.memory import parameter, present
 from carom.models.questions.particles import Particles
@@ -28,6 +29,8 @@ LONGEST_STRAIN = 0.125
 """Strain of an epoch, at most: sectors are wide enough for the tilt at its end."""
 
 LISTED_STRAIN = 0.25  # strain for which neighbour lists are made
+
+STAGES = 32  # stretches of constant rate in a period
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,9 @@ class Shear(Value):
     tilt : float
         Strain of the lattice at the start: the image of a particle one edge up along axis 1 is shifted by
         ``tilt`` of that edge along axis 0.
+    period : float, optional
+        The rate oscillates from the start of a run on, as ``rate cos(2 pi t / period)`` [time]. The amplitude
+        of the strain is ``rate period / (2 pi)``.
 
     Raises
     ------
@@ -53,6 +59,9 @@ class Shear(Value):
     kept by the images that move (Lees and Edwards). The energy of the peculiar motion grows by ``-rate P_01
     V`` a time.
 
+    An oscillating rate is constant in each 32nd part of a period, at whose ends the strain is that of the
+    sine. Peculiar velocities stay where it jumps.
+
     Examples
     --------
     >>> Shear(0.5).rate
@@ -63,6 +72,7 @@ class Shear(Value):
     after = " of Shear"
     rate: Annotated[float, number(low=-checks.FASTEST, high=checks.FASTEST)]
     tilt: Annotated[float, number()] = 0.0
+    period: Annotated[float | None, ABOVE] = None
 
     straight = False
 
@@ -96,6 +106,13 @@ class Shear(Value):
     def tilted(self, tilt: float) -> Shear:
         """Return the same flow in a lattice of another tilt."""
         return dataclasses.replace(self, tilt=tilt)
+
+    def in_stage(self, stage: int) -> Shear:
+        """Return the flow of constant rate in a stage of the period; itself if it does not oscillate."""
+        if self.period is None:
+            return self
+        _, sines = cosine_and_sine(np.array([stage % STAGES, stage % STAGES + 1]) / STAGES)
+        return Shear(self.rate * float(sines[1] - sines[0]) * STAGES / (2.0 * math.pi), self.tilt)
 
     def model(self, particles: Particles) -> Sheared:
         """Return the model that the engine compiles."""

@@ -20,6 +20,7 @@ from carom.simulation.clock import LAST_EPOCH, Clock
 from carom.simulation.files.recorder import Recorder
 from carom.simulation.measuring import flying
 from carom.simulation.moves.barostat import Barostat, VolumeMoves
+from carom.simulation.moves.oscillation import oscillation_of
 from carom.simulation.moves.swaps import Swaps, Sweeps
 from carom.simulation.run_state import RunState
 from carom.simulation.system_of_scene import system_of, thresholds_of, with_thresholds
@@ -74,6 +75,7 @@ def _save(path: str | PathLike[str], run_state: RunState, extra: dict[str, Any])
         "seconds": run_state.seconds,
         "swaps": _table_of(run_state.sweeps),
         "volume_moves": _table_of(run_state.volume_moves),
+        "stage": 0 if run_state.oscillation is None else run_state.oscillation.done,
         "event_log": "" if run_state.log is None else str(run_state.log.path),
         "logged": None if run_state.log is None else run_state.log.mark(),
         "extra": json.dumps(extra),
@@ -168,7 +170,8 @@ def load(
         velocities = arrays["initial_velocities"]
         thermal = thermal_of(scene, unit.to_kernel(velocities, -1))
         kept = {name: bool(attributes[name]) for name in ("images", "single", "currents")}
-        system = system_of(scene, thermal, rates, unit, **kept)
+        stage = soundness.whole(attributes, "stage", 0, LAST_EPOCH)
+        system = system_of(scene, thermal, rates, unit, stage=stage, **kept)
         system = dataclasses.replace(
             system,
             rates=rates,
@@ -190,6 +193,7 @@ def load(
         fixed = soundness.following(run_state.engine.model.pair, mine)
         restore(run_state.engine, arrays | {name: mine[name] for name in fixed})
         run_state.sweeps = sweeps
+        run_state.oscillation = oscillation_of(scene, stage)
         run_state.volume_moves = _moves_of(attributes, "volume_moves", VolumeMoves, Barostat)
         run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
         epoch, offset = (

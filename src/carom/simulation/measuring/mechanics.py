@@ -180,10 +180,11 @@ def statistics(run_state: RunState) -> Statistics:
 def _energy_drift(run_state: RunState, present: EnergyMomentum) -> float:
     """Return the relative change of the energy since the start, with that in a field.
 
-    Steps of pairs count as a change. NaN where crossings are not counted, or rules or a drive change
-    velocities.
+    Steps of pairs count as a change. NaN where crossings are not counted, rules or a drive change velocities,
+    or the stream does work at a rate that oscillates.
     """
-    if run_state.engine.model.rules is not None or run_state.system.drive is not None:
+    changed = (run_state.engine.model.rules, run_state.system.drive, run_state.oscillation)
+    if any(each is not None for each in changed):
         return math.nan
     scene, before, after = run_state.scene, run_state.start.energy, present.energy
     flux = momentum_flux(run_state)

@@ -151,7 +151,7 @@ def move_volume(run_state: Any) -> None:
     virial = _virial(run_state)
     sums = moves.sums(moves.next, run_state.scene.volume, virial)
     after = VolumeMoves(moves.barostat, number, moves.accepted + 1, number, virial, *sums)
-    run_state.refit(volume_move=(scene, moves.next, after))
+    run_state.refit(move=(moves.next, {"scene": scene, "volume_moves": after}))
 
 
 def _moved(run_state: Any, moves: VolumeMoves) -> Scene | None:
