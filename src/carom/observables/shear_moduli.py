@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -12,8 +13,8 @@ from carom.arithmetic import cosine_and_sine, least_squares
 from carom.block import Block
 from carom.errors import InputError
 from carom.meant import corrected
-from carom.models.motions.shear import STAGES
-from carom.observables.statistics import Estimate, blocking
+from carom.models.motions.shear import STAGES, Shear
+from carom.observables.statistics import Estimate, FewSamples, blocking, unwarned
 from carom.results import Result
 from carom.texts import counted
 
@@ -53,14 +54,15 @@ class ShearModuli:
 
     def begin(self, scene: Scene) -> None:
         """Raise InputError if the shear of a ``scene`` does not oscillate."""
-        if not getattr(scene.motion, "period", None):
+        if not (isinstance(scene.motion, Shear) and scene.motion.period):
             raise InputError(
                 "ShearModuli needs a shear that oscillates: give the scene motion=Shear(rate, period=...)."
             )
 
     def sums(self, scene: Scene, frame: Frame) -> ModuliSums:
         """Return the sums of a stretch that begins with the ``frame``."""
-        return ModuliSums(scene, frame.time)
+        assert isinstance(scene.motion, Shear)
+        return ModuliSums(scene, scene.motion, frame.time)
 
 
 class ModuliSums:
@@ -68,8 +70,9 @@ class ModuliSums:
 
     observer = None
 
-    def __init__(self, scene: Scene, time: float):
-        self._scene, self._time, self._period = scene, time, scene.motion.period
+    def __init__(self, scene: Scene, shear: Shear, time: float):
+        self._scene, self._rate, self._time = scene, shear.rate, time
+        self._period = shear.period or math.inf
         self._middles: list[float] = []  # of blocks, in periods
         self._stresses: list[float] = []  # [energy / length^d]
         self._block = 0.0  # length, in periods
@@ -91,7 +94,7 @@ class ModuliSums:
 
     def result(self) -> ShearModuliResult:
         """Return the moduli with their errors."""
-        shear, size = self._scene.motion, round(1.0 / self._block)
+        size = round(1.0 / self._block)
         periods = len(self._stresses) // size
         if not periods:
             raise InputError("ShearModuli needs a whole period at least; measure for longer.")
@@ -104,10 +107,12 @@ class ModuliSums:
             for k in range(0, whole, size)
         ]
         frequency = 2.0 * math.pi / self._period
-        strain = shear.rate / frequency
+        strain = self._rate / frequency
         # The sine of a polygon between its points, and the mean of a sine over a block.
         seen = strain * float(np.sinc(1.0 / STAGES)) ** 2 * float(np.sinc(self._block))
-        loss, storage = (blocking([fit[k] / seen for fit in fits]) for k in (0, 1))
+        # One period has no error bar, and says so by itself.
+        with contextlib.nullcontext() if periods > 1 else unwarned(FewSamples):
+            loss, storage = (blocking([fit[k] / seen for fit in fits]) for k in (0, 1))
         return ShearModuliResult(
             storage, loss, frequency, strain, periods, self._scene.n, self._scene.dimension
         )

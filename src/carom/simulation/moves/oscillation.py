@@ -28,7 +28,8 @@ class Oscillation(NamedTuple):
 
 def oscillation_of(scene: Scene, done: int = 0) -> Oscillation | None:
     """Return the stages of a scene whose shear oscillates, else None."""
-    return Oscillation(scene.motion, done) if getattr(scene.motion, "period", None) else None
+    motion = scene.motion
+    return Oscillation(motion, done) if isinstance(motion, Shear) and motion.period else None
 
 
 def refuse_oscillation(scene: Scene, name: str, instead: str) -> None:
