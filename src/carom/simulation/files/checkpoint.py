@@ -202,6 +202,8 @@ def load(
         )
         run_state.clock = Clock(unit, chosen.epoch, soundness.base_of(attributes), epoch, offset)
         run_state.seconds = soundness.real(attributes, "seconds", 0.0)
+        if run_state.oscillation and not run_state.oscillation.contains(run_state.clock.instant):
+            raise ValueError("the stage of its shear is not that of its time")
         soundness.check(run_state, arrays)
         if not isinstance(json.loads(str(attributes["extra"])), dict):
             raise ValueError("its extra is no table")

@@ -25,6 +25,10 @@ class Oscillation(NamedTuple):
         """When the present stage ends [time]."""
         return (self.done + 1) * Fraction(self.shear.period or 0.0) / STAGES
 
+    def contains(self, instant: Fraction) -> bool:
+        """Tell whether an instant is in the present stage, or at one of its ends [time]."""
+        return self._replace(done=self.done - 1).next <= instant <= self.next
+
 
 def oscillation_of(scene: Scene, done: int = 0) -> Oscillation | None:
     """Return the stages of a scene whose shear oscillates, else None."""
