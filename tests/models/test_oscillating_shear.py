@@ -11,8 +11,8 @@ from helpers.sheared import Naive
 
 import carom
 from carom import theory
-from carom.errors import InputError
-from carom.models import Shear
+from carom.errors import FileError, InputError
+from carom.models import Shear, SquareWell
 from carom.models.motions.shear import STAGES
 from carom.observables import ShearModuli, averages
 from carom.simulation.measuring.readings import momentum_flux
@@ -82,6 +82,28 @@ def test_a_run_goes_on_from_a_checkpoint(tmp_path):
     assert_same_bits(again.frame(), sim.frame())
     assert sum(momentum_flux(again._state)).tobytes() == sum(momentum_flux(sim._state)).tobytes()
     assert again._state.oscillation.done == math.floor(1.27 * STAGES / 2.0)
+    state = again._state
+    state.oscillation = state.oscillation._replace(done=state.oscillation.done + 1)
+    again.save(tmp_path / "half.h5")
+    with pytest.raises(FileError, match="stage of its shear is not that of its time"):
+        carom.Simulation.load(tmp_path / "half.h5")
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize("law", [{}, {"interaction": SquareWell(1.4)}], ids=["hard", "wells"])
+def test_energy_grows_by_the_work_of_every_stage(law):
+    sim = carom.Simulation(gas(n=20, **law), seed=1)
+
+    def energy():
+        return 0.5 * sim.degrees_of_freedom * sim.kT + (sim.potential_energy if law else 0.0)
+
+    before, work, state = energy(), 0.0, sim._state
+    for _ in range(STAGES // 2):
+        rate, passed = state.system.motion.rate, sum(momentum_flux(state))[1, 0]
+        sim.run(time=float(state.oscillation.next) - sim.time)
+        work -= rate * (sum(momentum_flux(state))[1, 0] - passed)
+    assert energy() - before == pytest.approx(work, abs=1e-12 * before)
+    assert abs(work) > 0.01 * before
 
 
 @pytest.mark.usefixtures("plain")
