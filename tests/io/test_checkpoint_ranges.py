@@ -11,7 +11,6 @@ from helpers.checkpoints import SCENES, saved
 from helpers.plain import uncompiled
 
 import carom
-from carom.engine.domains.logical_process import refill_queue
 from carom.errors import FileError
 from carom.io import checkpoint
 
@@ -44,21 +43,6 @@ def nobody_in_a_sector(members):
 
 LAST = -1
 REFUSED = [
-    ("disks", "calendar.buckets", put(..., 2**30)),
-    ("disks", "calendar.buckets", put(0, 15)),  # entries of the first bucket
-    ("disks", "calendar.buckets", put(1, 60)),  # its link
-    ("disks", "calendar.buckets", put(2, 80)),  # its first entry: there are components 0 to 79
-    ("disks", "calendar.lines", put(2, 80)),
-    ("disks", "calendar.component", put(LAST, -1)),
-    ("disks", "calendar.component", put(LAST, 80)),
-    ("disks", "calendar.control.cursor", put(0, -2)),
-    ("disks", "calendar.control.cursor", put(0, 16)),
-    ("disks", "calendar.control.waiting", put(0, -1)),
-    ("disks", "calendar.control.waiting", put(0, 257)),
-    ("disks", "calendar.control.lines", put(0, 2**40)),
-    ("disks", "calendar.control.width", put(0, 0.0)),
-    ("disks", "calendar.control.inverse", put(0, 3.0)),
-    ("disks", "calendar.control.end", put(0, np.inf)),
     ("disks", "state.partner", put(5, 80)),
     ("disks", "state.partner", put(5, -2)),  # a wall, and there is none
     ("disks", "state.partner", put(5, -(2**30))),  # a unit that is woken
@@ -160,26 +144,11 @@ def test_an_attribute_that_no_run_has_is_refused(states, tmp_path, change):
     assert "\n" not in str(caught.value)
 
 
-def test_links_of_the_calendar_that_go_round_are_refused(states, tmp_path):
-    """Whoever follows them never comes to the end."""
-    arrays, attributes = states["disks"]
-    lines, buckets = arrays["calendar.lines"].copy(), arrays["calendar.buckets"].copy()
-    lines[1, 1], lines[2, 1] = 0, 1
-    buckets[:, 1] = 2
-    control = {"calendar.lines": lines, "calendar.buckets": buckets, "calendar.control.lines": np.array([3])}
-    checkpoint.save(tmp_path / "c.h5", {**arrays, **control}, attributes)
-    carom.Simulation.load(tmp_path / "c.h5")
-    for link in (1, 2):  # itself, and the one after it, which is linked to it
-        lines[1, 1] = link
-        checkpoint.save(tmp_path / "c.h5", {**arrays, **control}, attributes)
-        with pytest.raises(FileError, match="linked in a circle"):
-            carom.Simulation.load(tmp_path / "c.h5")
-
-
 def test_what_follows_from_the_scene_is_in_no_file(states):
     for arrays, _ in states.values():
         names = ("state.clock.length", "neighbors.ways", "neighbors.grid.shape", "neighbors.bounds.bounds")
         assert not {*names} & {*arrays}
+        assert not [name for name in arrays if name.startswith("calendar.")]
 
 
 def test_an_array_too_few_or_too_many_is_refused(states, tmp_path):
@@ -219,24 +188,3 @@ def test_a_few_numbers_in_the_place_of_others_end_no_interpreter():
 @pytest.mark.parametrize("name", SCENES)
 def test_any_number_in_the_place_of_another_ends_no_interpreter(name):
     tried(name, 61)  # of each scene about the sixtieth part; `python -m helpers.checkpoints NAME` tries all
-
-
-def test_a_calendar_whose_window_begins_anywhere_is_sound(plain, tmp_path):
-    # As after a window of several workers, or where lines ran out. Its end is rounded, and may then be a hair
-    # further from the beginning than its buckets are wide.
-    scene, settings = SCENES["disks"]()
-    sim = carom.Simulation(scene, seed=2, **settings)
-    calendar, clock = sim._state.engine.calendar, sim._state.engine.state.clock
-    control, count = calendar.control[0], len(calendar.buckets) - 1
-    for _ in range(200):
-        refill_queue(sim._state.engine, int(clock.epoch[0]), float(clock.now[0]))
-        sim.run(collisions=1)
-        if (control.end - control.start) * control.inverse > count:
-            break
-    else:
-        pytest.fail("no end of a window was rounded up")
-    sim.save(tmp_path / "state.h5")
-    again = carom.Simulation.load(tmp_path / "state.h5")
-    for each in (sim, again):
-        each.run(collisions=100)
-    assert np.array_equal(sim.frame().positions, again.frame().positions)

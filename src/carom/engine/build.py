@@ -245,9 +245,7 @@ def restore(engine: Engine, saved: dict[str, np.ndarray]) -> None:
     mine = arrays(engine)
     for name, target in mine.items():
         source = saved.get(name)
-        if name == "calendar.buckets" and source is not None and len(source) == len(target) - 1:
-            # Written when there was no bucket yet for what is due beyond the window.
-            source = np.concatenate([source, target[-1:]])
         if source is None or source.shape != target.shape or source.dtype != target.dtype:
             raise ValueError(f"The checkpoint's array {name!r} does not fit this scene.")
         target[...] = source
+    engine.calendar.control.full[0] = 1  # it is laid out from the times at which components are due

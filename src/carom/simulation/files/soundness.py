@@ -17,7 +17,7 @@ import numpy as np
 
 from carom import checks
 from carom.engine.build import arrays
-from carom.engine.calendar import ENTRIES
+from carom.engine.calendar import BLOCK
 from carom.engine.constants import OBSTACLE, TIMER_EVENT
 from carom.engine.neighbors.all_pairs import Everybody
 from carom.engine.neighbors.bounds import EqualBounds
@@ -42,15 +42,15 @@ FINITE = float(np.finfo(np.float64).max)  # largest number
 PARTED = 2.0**-20  # largest part by which radii that have grown may differ from what rates and the clock say
 
 FIXED = re.compile(
-    r"state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|extra_slack|names)"
+    r"calendar\..*|state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|extra_slack|names)"
     r"|neighbors\.bounds\.(bounds|skins|rates|starts|size_classes|largest)|neighbors\.steps\.(kinds|outside)"
 )
-"""Arrays that follow from the scene and from the scheme."""
+"""Arrays that follow from the scene, from the scheme, and from when each component is due."""
 
 COUNTS = re.compile(
     r"tallies\.(collisions|advancements|transits|clamped|returns)"
     r"|model\.(pair\.(events|drawn|asked)|obstacles\.(hits|chain\..*)"
-    r"|impact\.spared)|calendar\.control\.cycles|neighbors\.contacts\.versions"
+    r"|impact\.spared)|neighbors\.contacts\.versions"
 )
 """Arrays of integers of which none is negative."""
 
@@ -59,7 +59,7 @@ SCRATCH = re.compile(
 )
 """Arrays of reals that are written before they are read, and memory of the rules of units."""
 
-PARTS = ("state.", "neighbors.", "calendar.", "tallies.", "model.", "observers.")  # names of the engine's
+PARTS = ("state.", "neighbors.", "tallies.", "model.", "observers.")  # names of the engine's
 
 UNENDING = re.compile(
     r"state\.(rows\.event_time|crossing_time)|neighbors\.contacts\.first_dropped|.*\.last|model\.pair\.(timers|inner|outer|enter|leave|energy)"
@@ -123,7 +123,7 @@ def check_settings(settings: Mapping[str, Any], saved: Mapping[str, np.ndarray],
         raise ValueError(f"its scheme has {math.prod(shape)} cells, for which there are no arrays")
     for name in ("cell_capacity", "capacity"):
         whole(settings, name, 0, largest)
-    whole(settings, "heap", 0, len(saved["calendar.event_time"]))
+    whole(settings, "heap", 0, 4 * len(saved["initial_velocities"]) + 2 * BLOCK)
     whole(settings, "step", 0, 2**40)
     for name in ("epoch", "width"):
         if math.frexp(real(settings, name, 5e-324))[0] != 0.5:
@@ -156,7 +156,7 @@ def check_exchanged(radii: np.ndarray, rates: np.ndarray | None, diameters: np.n
 
 
 def following(pair: Any, names: Iterable[str]) -> list[str]:
-    """Return which of these arrays of an engine follow from the scene and the scheme; no file holds them."""
+    """Return which of these arrays of an engine follow from others; no file holds them."""
     ours = type(pair).__module__.startswith("carom.")
     fields = fields_of(type(pair)).items() if ours else ()  # type: ignore[arg-type]
     fixed = {f"model.pair.{name}" for name, each in fields if each.role == "parameter"}
@@ -186,7 +186,6 @@ def _problems(run_state: RunState, mine: Mapping[str, np.ndarray]) -> Iterator[s
             yield f"{name} holds negative numbers"
     yield from _of_clock(run_state)
     yield from _of_state(run_state)
-    yield from _of_calendar(run_state)
     neighbors = run_state.engine.neighbors
     if isinstance(neighbors, Lists):
         yield from _of_lists(run_state, neighbors)
@@ -226,6 +225,8 @@ def _of_state(run_state: RunState) -> Iterator[str]:
     yield from _outside("state.rows.t", rows["t"], 0.0, now + time_rounding)
     yield from _outside("state.rows.event_time", rows["event_time"][:n], now - time_rounding, math.inf)
     yield from _outside("state.crossing_time", engine.state.crossing_time, now - time_rounding, math.inf)
+    if np.count_nonzero(rows["event_time"][:n] < now) > BLOCK // 4:
+        yield "state.rows.event_time is before the present for many"
     if rows["event_time"][n] != -math.inf:
         yield "state.rows.event_time lets the ghost meet somebody"
     with np.errstate(over="ignore"):
@@ -253,44 +254,6 @@ def _of_words(
         yield from _outside(name, OBSTACLE - fixed, 0, count - 1)
         if model.rules is None and model.timers is None and (refs == TIMER_EVENT).any():
             yield f"{name} has events of single components, and no rules or drive"
-
-
-def _of_calendar(run_state: RunState) -> Iterator[str]:
-    calendar, n = run_state.engine.calendar, run_state.scene.n
-    control, length = calendar.control[0], float(run_state.engine.state.clock[0].length)
-    count = len(calendar.buckets) - 1
-    width, inverse = float(control.width), float(control.inverse)
-    if not (0.0 < width <= length) or math.frexp(width)[0] != 0.5 or inverse not in (0.0, 1.0 / width):
-        yield f"calendar has buckets of {width}, and {inverse} for their inverse"
-        return
-    start, end = float(control.start), float(control.end)
-    # As the engine adds them: the difference of both may be a hair longer than all buckets.
-    latest = start + count / inverse if inverse > 0.0 else start
-    if not 0.0 <= start <= end <= min(latest, length):
-        yield f"calendar is open from {start} to {end}"
-    for name, value, low, high in (
-        ("cursor", control.cursor, -1, count - 1),
-        ("waiting", control.waiting, 0, len(calendar.event_time)),
-        ("lines", control.lines, 0, len(calendar.lines)),
-        ("full", control.full, 0, 1),
-    ):
-        if not low <= int(value) <= high:
-            yield f"calendar.control.{name} is {int(value)}; expected {low} to {high}"
-            return
-    lines = int(control.lines)
-    yield from _outside("calendar.buckets", calendar.buckets[:, 0], 0, ENTRIES)
-    yield from _outside("calendar.buckets", calendar.buckets[:, 1], 0, max(lines - 1, 0))
-    yield from _outside("calendar.buckets", calendar.buckets[:, 2:], 0, n - 1)
-    yield from _outside("calendar.lines", calendar.lines[:, 2:], 0, n - 1)
-    # A line is linked to one that was filled before it, so that every chain ends.
-    links = calendar.lines[:lines, 1].astype(np.int64)
-    if (links >= np.maximum(np.arange(lines), 1)).any():
-        yield "calendar.lines is linked in a circle"
-    waiting = int(control.waiting)
-    yield from _outside("calendar.component", calendar.component, 0, n - 1)
-    event_time = calendar.event_time[:waiting]
-    if (event_time[(np.arange(1, waiting) - 1) // 2] > event_time[1:]).any():
-        yield "calendar.event_time is in no order"
 
 
 def _listed_once(name: str, found: np.ndarray, places: np.ndarray, right: np.ndarray) -> Iterator[str]:
