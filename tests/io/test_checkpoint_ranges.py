@@ -62,7 +62,6 @@ REFUSED = [
     ("disks", "neighbors.cell", lambda array: np.ascontiguousarray(array[::-1])),
     ("disks", "neighbors.wraps", put(0, 2**31 - 1)),
     ("disks", "neighbors.exit_face", put(0, 4)),
-    ("disks", "neighbors.refs", put(0, 2**31)),
     ("disks", "tallies.collisions", put(0, -1)),
     ("disks", "tallies.virial", put(0, np.inf)),
     ("disks", "initial_velocities", put(0, np.nan)),
@@ -75,8 +74,6 @@ REFUSED = [
     ("disks in lists", "neighbors.refs", put(0, 79)),  # who does not list it
     ("disks in lists", "neighbors.counts", put(0, 2**16 - 1)),
     ("disks in lists", "neighbors.counts", put(0, 0)),
-    ("disks in lists", "neighbors.found", put(0, 81)),
-    ("disks in lists", "neighbors.newcomers", put(0, 81)),
 ]
 
 

@@ -105,7 +105,7 @@ def _arrays(run_state: RunState) -> tuple[dict[str, np.ndarray], dict[str, Any]]
 
     system, engine = run_state.system, run_state.engine
     arrays = {**arrays_of(engine), "initial_velocities": run_state.velocities}
-    for name in following(engine.model.pair, arrays):
+    for name in following(engine, arrays):
         del arrays[name]
     scene_arrays, attributes = to_arrays(run_state.scene)
     arrays.update({f"scene.{name}": value for name, value in scene_arrays.items()})
@@ -190,7 +190,7 @@ def load(
         requested = Tuning(neighbors, shell).requested
         run_state = RunState(scene, velocities, system, requested, chosen)
         mine = arrays_of(run_state.engine)
-        fixed = soundness.following(run_state.engine.model.pair, mine)
+        fixed = soundness.following(run_state.engine, mine)
         restore(run_state.engine, arrays | {name: mine[name] for name in fixed})
         run_state.sweeps = sweeps
         run_state.oscillation = oscillation_of(scene, stage)

@@ -32,6 +32,7 @@ from carom.models.questions.memory import fields_of
 from carom.simulation.clock import LAST_EPOCH
 
 if TYPE_CHECKING:
+    from carom.engine.build import Engine
     from carom.simulation.run_state import RunState
 
 MOST_BOXES = 2.0**20
@@ -42,10 +43,14 @@ FINITE = float(np.finfo(np.float64).max)  # largest number
 PARTED = 2.0**-20  # largest part by which radii that have grown may differ from what rates and the clock say
 
 FIXED = re.compile(
-    r"calendar\..*|state\.clock\.length|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|extra_slack|names)"
+    r"calendar\..*|model\.obstacles\.(x|image|v)|state\.clock\.length"
+    r"|neighbors\.(found|points|sizes|newcomers|hits|neighbor_cells|grid\.(neighbor_cells|gaps|ahead))"
+    r"|neighbors\.(grid\.(shape|base|spans)|digits|ways|moves|faces|extra_slack|names)"
     r"|neighbors\.bounds\.(bounds|skins|rates|starts|size_classes|largest)|neighbors\.steps\.(kinds|outside)"
 )
-"""Arrays that follow from the scene, from the scheme, and from when each component is due."""
+"""Arrays that follow from the scene, from the scheme and from when each component is due, and those that are
+written before they are read.
+"""
 
 COUNTS = re.compile(
     r"tallies\.(collisions|advancements|transits|clamped|returns)"
@@ -55,7 +60,7 @@ COUNTS = re.compile(
 """Arrays of integers of which none is negative."""
 
 SCRATCH = re.compile(
-    r"neighbors\.(packed_flights|packed_self|paths|flight|sizes|points|grid\.(gaps|ahead))|model\.pair\.(memory|units\..*|told\..*)|model\.(obstacles\.(x|image|v)|timers\..*)"
+    r"neighbors\.(packed_flights|packed_self|paths|flight)|model\.(pair\.(memory|units\..*|told\..*)|timers\..*)"
 )
 """Arrays of reals that are written before they are read, and memory of the rules of units."""
 
@@ -155,11 +160,14 @@ def check_exchanged(radii: np.ndarray, rates: np.ndarray | None, diameters: np.n
         raise ValueError("its contents.radii are not those of its scene")
 
 
-def following(pair: Any, names: Iterable[str]) -> list[str]:
-    """Return which of these arrays of an engine follow from others; no file holds them."""
+def following(engine: Engine, names: Iterable[str]) -> list[str]:
+    """Return which of these arrays of an engine follow from others, or are scratch; no file holds them."""
+    pair: Any = engine.model.pair
     ours = type(pair).__module__.startswith("carom.")
     fields = fields_of(type(pair)).items() if ours else ()  # type: ignore[arg-type]
     fixed = {f"model.pair.{name}" for name, each in fields if each.role == "parameter"}
+    if isinstance(engine.neighbors, Sectors):  # in lists it has all neighbors
+        fixed.add("neighbors.refs")
     return [name for name in names if name in fixed or FIXED.fullmatch(name)]
 
 
@@ -233,27 +241,17 @@ def _of_state(run_state: RunState) -> Iterator[str]:
         squares = np.sum(np.square(rows["v"].astype(np.float64)))
     if not math.isfinite(squares):
         yield "state.rows.v holds speeds whose squares are beyond all numbers"
-    yield from _of_words(
-        run_state, "state.partner", engine.state.partner.astype(np.int64), n - 1, of_partners=True
-    )
-
-
-def _of_words(
-    run_state: RunState, name: str, refs: np.ndarray, last: int, of_partners: bool = False
-) -> Iterator[str]:
-    """Yield what is wrong with words that name components up to ``last``."""
-    model, dimension = run_state.engine.model, run_state.scene.dimension
+    name, refs, model = "state.partner", engine.state.partner.astype(np.int64), engine.model
     bits = getattr(model.boundary, "bits", 0)
-    named = refs[refs >= 0] if of_partners else refs
-    yield from _outside(name, named >> bits, 0, last)
+    named = refs[refs >= 0]
+    yield from _outside(name, named >> bits, 0, n - 1)
     if hasattr(model.boundary, "digits"):
-        yield from _outside(name, named & ((1 << bits) - 1), 0, 3**dimension - 1)
-    if of_partners:
-        fixed = refs[(refs <= OBSTACLE) & (refs != TIMER_EVENT)]
-        count = 0 if model.obstacles is None else len(model.obstacles.hits)
-        yield from _outside(name, OBSTACLE - fixed, 0, count - 1)
-        if model.rules is None and model.timers is None and (refs == TIMER_EVENT).any():
-            yield f"{name} has events of single components, and no rules or drive"
+        yield from _outside(name, named & ((1 << bits) - 1), 0, 3**scene.dimension - 1)
+    fixed = refs[(refs <= OBSTACLE) & (refs != TIMER_EVENT)]
+    count = 0 if model.obstacles is None else len(model.obstacles.hits)
+    yield from _outside(name, OBSTACLE - fixed, 0, count - 1)
+    if model.rules is None and model.timers is None and (refs == TIMER_EVENT).any():
+        yield f"{name} has events of single components, and no rules or drive"
 
 
 def _listed_once(name: str, found: np.ndarray, places: np.ndarray, right: np.ndarray) -> Iterator[str]:
@@ -269,12 +267,8 @@ def _of_lists(run_state: RunState, lists: Lists) -> Iterator[str]:
     cell_capacity = lists.cells.shape[1]
     yield from _outside("neighbors.members", lists.members, 0, cell_capacity)
     yield from _outside("neighbors.cells", lists.cells, 0, n)
-    yield from _outside("neighbors.found", lists.found, 0, n)
-    yield from _outside("neighbors.hits", lists.hits, 0, len(lists.hits))
-    yield from _outside("neighbors.grid.neighbor_cells", lists.grid.neighbor_cells, 0, len(lists.members))
     bits = 0 if lists.steps is None else lists.steps.bits
-    for name in ("refs", "newcomers"):
-        yield from _outside(f"neighbors.{name}", getattr(lists, name) >> np.uint32(bits), 0, n)
+    yield from _outside("neighbors.refs", lists.refs >> np.uint32(bits), 0, n)
     if isinstance(lists.bounds, EqualBounds):
         begins = np.arange(n + 1) * int(lists.bounds.capacity)
         levels = np.zeros(n, np.int64)
@@ -318,12 +312,10 @@ def _of_sectors(run_state: RunState, sectors: Sectors) -> Iterator[str]:
         yield from _outside("neighbors.cell", sectors.cell[:, axis], 0, size - 1)
     yield from _outside("neighbors.wraps", sectors.wraps, -MOST_BOXES, MOST_BOXES)
     yield from _outside("neighbors.exit_face", sectors.exit_face, 0, 2 * dimension - 1)
-    yield from _outside("neighbors.neighbor_cells", sectors.neighbor_cells, 0, len(sectors.members))
     cell_capacity = sectors.members.shape[1] - 1
     counts = sectors.members[:, -1]
     yield from _outside("neighbors.members", counts, 0, cell_capacity)
     yield from _outside("neighbors.members", sectors.members[:, :-1], 0, n)
-    yield from _of_words(run_state, "neighbors.refs", sectors.refs.astype(np.int64), n)
     held = np.arange(cell_capacity) < counts[:, np.newaxis]
     listed_cell = np.broadcast_to(np.arange(len(counts))[:, np.newaxis], held.shape)[held]
     cell = np.zeros(n, np.int64)
