@@ -128,7 +128,7 @@ def check_settings(settings: Mapping[str, Any], saved: Mapping[str, np.ndarray],
         raise ValueError(f"its scheme has {math.prod(shape)} cells, for which there are no arrays")
     for name in ("cell_capacity", "capacity"):
         whole(settings, name, 0, largest)
-    whole(settings, "heap", 0, 4 * len(saved["initial_velocities"]) + 2 * BLOCK)
+    whole(settings, "heap", 0, 4 * len(saved["initial_velocities"]) + 2**16)
     whole(settings, "step", 0, 2**40)
     for name in ("epoch", "width"):
         if math.frexp(real(settings, name, 5e-324))[0] != 0.5:
