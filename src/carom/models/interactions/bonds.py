@@ -82,7 +82,7 @@ class Bonds(Value, StepInteraction):
     bond: Annotated[Steps | None, steps] = None
 
     def complete(self) -> None:
-        """Set the potential of a bond from its ends; raise InputError where that is said twice or not at all."""
+        """Set the potential of a bond from its ends; raise InputError where it is said twice, or not."""
         if self.bond is None:
             if self.outer is None:
                 raise InputError(
