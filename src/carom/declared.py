@@ -68,8 +68,8 @@ class Declared:
             value = getattr(self, name)
             if value is None and field.default is not dataclasses.MISSING:  # as if it were left out
                 self._put(name, value := field.default)
-            if value is not None or field.needed:
-                self._put(name, checked(type(self), name, value))
+            if field.check is not None and (value is not None or field.needed):
+                self._put(name, field.check(value, self.before + name + self.after))
         self.complete()
 
     def _put(self, name: str, value: Any) -> None:
@@ -109,10 +109,11 @@ S = TypeVar("S", bound=Declared)
 
 def described(kind: type[S]) -> type[S]:
     """Add the fields to the docstring of a class of specifications, as its parameters."""
-    lines = ["Parameters", "----------"]
-    for field in fields_of(kind).values():
-        assert field.opt is not None
-        lines += [f"{field.name} : {_words(field.kind)}", f"    {field.opt.help}"]
+    lines, fields = ["Parameters", "----------"], fields_of(kind)
+    for name in inspect.signature(kind).parameters:
+        opt = fields[name].opt
+        assert opt is not None
+        lines += [f"{name} : {_words(fields[name].kind)}", f"    {opt.help}"]
     head, mark, rest = inspect.cleandoc(kind.__doc__ or "").partition("Raises\n")
     kind.__doc__ = "\n".join([head + lines[0], *lines[1:], "", mark + rest])
     return kind
@@ -121,7 +122,10 @@ def described(kind: type[S]) -> type[S]:
 def _words(hint: Any) -> str:
     """Return a type as docstrings have it."""
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
-    names = ["tuple" if get_origin(kind) is tuple else getattr(kind, "__name__", "value") for kind in kinds]
+    names = [
+        f"{_words(get_args(kind)[0])}s" if get_origin(kind) is tuple else getattr(kind, "__name__", "value")
+        for kind in kinds
+    ]
     words = ["value" if name == "Any" else name for name in names if name != "NoneType"]
     return " or ".join(words) + (", optional" if "NoneType" in names or hint is Any else "")
 
@@ -179,11 +183,14 @@ def schema_of_several(one: Check) -> dict[str, Any]:
     return {"anyOf": [schema_of(one), {"type": "array", "items": schema_of(one), "minItems": 1}]}
 
 
-def schema_of_table(kind: type[Declared]) -> dict[str, Any]:
-    """Return the JSON schema of a table with the fields of a declared value."""
-    fields = fields_of(kind)
-    properties = {name: schema_of(field.check) for name, field in fields.items()}
-    needed = [name for name, field in fields.items() if field.needed]
+def schema_of_table(kind: type[Declared], named: str | None = None) -> dict[str, Any]:
+    """Return the JSON schema of a table with the fields of a declared value, and its type where ``named``."""
+    fields = {name: field for name, field in fields_of(kind).items() if field.check is not None}
+    properties: dict[str, Any] = {} if named is None else {"type": {"const": named}}
+    for name, field in fields.items():
+        told = {"description": field.opt.help.replace("`", "")} if field.opt is not None else {}
+        properties[name] = {**schema_of(field.check), **told}
+    needed = ["type"] * (named is not None) + [name for name, field in fields.items() if field.needed]
     return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
 
 

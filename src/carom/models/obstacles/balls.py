@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering
+from carom.declared import Opt, described, positive
 from carom.densities import sphere_area
-from carom.models import fields
+from carom.models.fields import Center, Name, check_dimensions
 from carom.models.mathematics import parabolas
 from carom.models.mathematics.contact import MOST_DIAMETERS
 from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
@@ -22,20 +23,10 @@ from carom.models.questions.obstacle import encounter
 from carom.models.questions.particles import NEVER
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class Ball(Properties):
     """A fixed solid ball (a disk for d = 2), with all its periodic images.
-
-    Parameters
-    ----------
-    center : d floats
-        Center [length].
-    radius : float
-        Radius [length].
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -43,13 +34,10 @@ class Ball(Properties):
         If a number is out of range.
     """
 
-    center: tuple[float, ...]
-    radius: float
-    name: str = "ball"
-
-    def __post_init__(self) -> None:
-        fields.check_center_and_radius(self)
-        super().__post_init__()
+    type = "ball"
+    center: Center
+    radius: Annotated[float, positive, Opt("Radius [length].")]
+    name: Name = "ball"
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each surface from the nearest image of the ball, (n,) [length]."""
@@ -61,7 +49,7 @@ class Ball(Properties):
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the center has another dimension."""
-        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        check_dimensions(self.center, box, f"center of {self.name}")
 
     def model(self) -> SolidBall:
         """Return the model that the engine compiles."""

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering
+from carom.declared import Opt, described, integer, positive
 from carom.densities import sphere_area
 from carom.errors import InputError
-from carom.models import fields
+from carom.models.fields import Center, Name, Vector, check_dimensions
 from carom.models.mathematics import parabolas
 from carom.models.mathematics.contact import exit_sphere
 from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
@@ -22,21 +23,13 @@ from carom.models.questions import obstacle
 from carom.models.questions.obstacle import encounter
 from carom.texts import axis_name
 
+InnerRadius = Annotated[float, positive, Opt("Inner radius [length].")]
 
+
+@described
 @dataclass(frozen=True, repr=False)
 class SphericalContainer(Properties):
     """A hollow sphere around everything; no axis may be periodic.
-
-    Parameters
-    ----------
-    center : d floats
-        Center [length].
-    radius : float
-        Inner radius [length].
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -44,13 +37,10 @@ class SphericalContainer(Properties):
         If a number is out of range.
     """
 
-    center: tuple[float, ...]
-    radius: float
-    name: str = "sphere"
-
-    def __post_init__(self) -> None:
-        fields.check_center_and_radius(self)
-        super().__post_init__()
+    type = "sphere"
+    center: Center
+    radius: InnerRadius
+    name: Name = "sphere"
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each particle's surface from the container's, (n,) [length]."""
@@ -58,7 +48,7 @@ class SphericalContainer(Properties):
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the center has another dimension, or an axis is periodic."""
-        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        check_dimensions(self.center, box, f"center of {self.name}")
         if any(periodic):
             raise InputError(
                 f"Around {self.name}, a spherical container, no axis may be periodic, found "
@@ -91,22 +81,10 @@ class SphericalContainer(Properties):
         return [HollowSphere(tuple(self.center), self.radius)]
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class CylindricalContainer(Properties):
     """A hollow cylinder around everything, along one of the axes; the others may not be periodic.
-
-    Parameters
-    ----------
-    axis : int
-        Direction of the cylinder: the number of an axis.
-    center : d floats
-        Any point on the cylinder's axis [length].
-    radius : float
-        Inner radius [length].
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -114,18 +92,17 @@ class CylindricalContainer(Properties):
         If there is no such axis, a number is out of range, or the space has one dimension only.
     """
 
-    axis: int
-    center: tuple[float, ...]
-    radius: float
-    name: str = "cylinder"
+    type = "cylinder"
+    axis: Annotated[int, integer(low=0), Opt("Direction of the cylinder: the number of an axis.")]
+    center: Annotated[Vector, Opt("Any point on the cylinder's axis [length].")]
+    radius: InnerRadius
+    name: Name = "cylinder"
 
-    def __post_init__(self) -> None:
-        fields.check_center_and_radius(self)
-        axis = checks.integer(self.axis, "axis of a cylinder", low=0, high=len(self.center) - 1)
-        object.__setattr__(self, "axis", axis)
+    def complete(self) -> None:
+        """Raise InputError where there is no such axis, or none across it."""
+        checks.integer(self.axis, "axis of a cylinder", low=0, high=len(self.center) - 1)
         if len(self.center) < 2:
             raise InputError("A cylindrical container needs two dimensions or more, found one.")
-        super().__post_init__()
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each particle's surface from the container's, (n,) [length]."""
@@ -134,7 +111,7 @@ class CylindricalContainer(Properties):
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the center has another dimension, or another axis is periodic."""
-        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        check_dimensions(self.center, box, f"center of {self.name}")
         for axis, repeats in enumerate(periodic):
             if repeats and axis != self.axis:
                 raise InputError(

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom import checks
 from carom.compiling.registry import answering, inner
+from carom.declared import Opt, described, number
 from carom.errors import InputError
-from carom.models import fields
+from carom.models.fields import Name, Vector, check_dimensions
 from carom.models.mathematics import parabolas
 from carom.models.mathematics.parabolas import first_landing, time_to_plane
 from carom.models.obstacles.outlines import HalfPlane, SolidBehind
@@ -25,21 +25,10 @@ from carom.texts import axis_name
 UNIT = 2.0**-50  # how much a coordinate of a unit vector may be off by rounding
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class Plane(Properties):
     """A flat wall in any orientation: surfaces stay where ``normal.x >= offset``.
-
-    Parameters
-    ----------
-    normal : d floats
-        Vector to the allowed side, of any length. It must be zero along periodic axes.
-    offset : float
-        ``normal . x`` of the points x on the plane, with this normal: the distance of the plane from the
-        origin [length] times the length of the normal.
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -47,17 +36,24 @@ class Plane(Properties):
         If the normal is zero, or a number is not finite.
     """
 
-    normal: tuple[float, ...]
-    offset: float
-    name: str = "plane"
+    type = "plane"
+    normal: Annotated[
+        Vector, Opt("Vector to the allowed side, of any length. It must be zero along periodic axes.")
+    ]
+    offset: Annotated[
+        float,
+        number(),
+        Opt(
+            "``normal . x`` of the points x on the plane, with this normal: the distance of the plane from "
+            "the origin [length] times the length of the normal."
+        ),
+    ]
+    name: Name = "plane"
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "normal", fields.vector(self.normal, "normal of a plane"))
-        object.__setattr__(self, "offset", checks.number(self.offset, "offset of a plane"))
-        fields.check_name(self)
+    def complete(self) -> None:
+        """Raise InputError where the normal has no direction."""
         if not any(self.normal):
             raise InputError("The normal of a plane must not be zero: it points to the allowed side.")
-        super().__post_init__()
 
     @property
     def natural_direction(self) -> tuple[float, ...]:
@@ -76,7 +72,7 @@ class Plane(Properties):
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the normal has another dimension, or a particle along a periodic axis."""
-        fields.check_dimensions(self.normal, box, f"normal of {self.name}")
+        check_dimensions(self.normal, box, f"normal of {self.name}")
         for axis, (component, repeats) in enumerate(zip(self.normal, periodic, strict=True)):
             if component and repeats:
                 raise InputError(

@@ -4,34 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
 from carom.compiling.registry import answering
+from carom.declared import Opt, described, number
 from carom.densities import unit_ball_volume
 from carom.errors import InputError
-from carom.models import fields
-from carom.models.obstacles.convex import Body, convex, points_of
+from carom.models.fields import Name, Vector, vector
+from carom.models.obstacles.convex import Body, check_points, convex
 from carom.models.questions import obstacle
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class Segment(Body):
     """A straight line between two points, thickened to a capped cylinder: a stick for d = 2.
-
-    Parameters
-    ----------
-    start, end : d floats
-        The two ends [length].
-    radius : float
-        Distance of the surface from the line [length]. With 0 the segment is a thin wall, which particles
-        hit from both sides.
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -39,18 +28,22 @@ class Segment(Body):
         If the points are the same, or a number is out of range.
     """
 
-    start: tuple[float, ...]
-    end: tuple[float, ...]
-    radius: float = 0.0
-    name: str = "segment"
+    type = "segment"
+    start: Annotated[Vector, Opt("One end [length].")]
+    end: Annotated[Vector, Opt("The other end [length].")]
+    radius: Annotated[
+        float,
+        number(low=0.0),
+        Opt(
+            "Distance of the surface from the line [length]. With 0 the segment is a thin wall, which "
+            "particles hit from both sides."
+        ),
+    ] = 0.0
+    name: Name = "segment"
 
-    def __post_init__(self) -> None:
-        start, end = points_of((self.start, self.end), "ends of a segment")
-        object.__setattr__(self, "start", start)
-        object.__setattr__(self, "end", end)
-        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a segment", low=0.0))
-        fields.check_name(self)
-        super().__post_init__()
+    def complete(self) -> None:
+        """Raise InputError where the ends are the same."""
+        check_points((self.start, self.end), "ends of a segment")
 
     def corners(self) -> np.ndarray:
         """Return the two ends, (2, d) [length]."""
@@ -126,7 +119,7 @@ def polygon(
     InputError
         If there are too few corners, or two in a row are the same.
     """
-    points = [fields.vector(each, "corners of a polygon") for each in corners]
+    points = [vector(each, "corners of a polygon") for each in corners]
     if len(points) < (3 if closed else 2):
         raise InputError(f"A polygon needs three corners, and a line two; found {len(points)}.")
     ends = points[1:] + points[:1] if closed else points[1:]
