@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -166,16 +166,13 @@ class Packings(Study[PackSpec]):
             **{f"{name}_error": error for name, (_, error) in found.items()},
         }
 
-    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
-        """Draw the jamming fraction of each seed, their mean and its standard error.
-
-        Parameters and errors are those of :meth:`carom.results.Result.plot`.
-        """
+    def picture(self) -> Figure | None:
+        """Return the jamming fraction of each seed, their mean and its standard error."""
         from carom.pictures import paper
 
         known = [(row.jamming_fraction, row.seed) for row in self.table if row.jamming_fraction is not None]
         if not known:
-            raise InputError("There is nothing to draw yet: no jamming fraction is known.")
+            return None
         figure, axes = paper.sheet(5.0, 3.6)
         mean, error = self.mean("jamming_fraction")
         axes.axvline(mean, color="0.4", lw=0.8)
@@ -188,12 +185,7 @@ class Packings(Study[PackSpec]):
         axes.locator_params(axis="x", nbins=5)
         axes.ticklabel_format(axis="x", useOffset=False)
         paper.lay_out(figure, axes)
-        return paper.saved(figure, path)
-
-    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
-        """Yield the picture of the page."""
-        if any(row.jamming_fraction is not None for row in self.table):
-            yield "Results", self.plot()
+        return figure
 
     def files(self) -> dict[str, Callable[[Path], object]]:
         """Return what writes the table, the picture, and a folder for each packing."""
