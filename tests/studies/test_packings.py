@@ -189,8 +189,8 @@ def test_a_study_of_packings_is_a_file():
     assert spec.replaced(n=30).species is None
     assert spec.replaced(until_Z=1e4).stages is None
     for wrong, sentence in (
-        ({"species": [3]}, "must hold Species"),
-        ({"species": [{"count": 3, "size": 1.0}]}, "A species has no 'size'"),
+        ({"species": [3]}, "species 0 must be a table, found 3"),
+        ({"species": [{"count": 3, "size": 1.0}]}, "species 0 has no 'size'"),
         ({"stages": [(0.1, None)], "collisions": 100, "seeds": 2}, "needs a Z"),
         ({"walls": "y"}, "walls must be true or false"),
         ({"neighbors": "none"}, "neighbors must be one of"),

@@ -27,6 +27,7 @@ import numpy as np
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io.records import listed
 from carom.notebook import watchable
+from carom.observables.statistics import unwarned
 from carom.paths import write_text
 from carom.results import Result, plain
 from carom.spec import Spec
@@ -433,7 +434,9 @@ def perform(
             f"This worker has Carom {__version__} and the study is of {task['version']}; "
             "install the same version everywhere."
         )
-    with _quiet():
+    # The table reports what single runs warn of. Filters belong to the process, and to its main thread.
+    main = threading.current_thread() is threading.main_thread()
+    with unwarned() if main else contextlib.nullcontext():
         result = measure(task, Look(stop, kept and Folder(kept).kept(task)))
     timings = result.pop("timings", {})
     return {
@@ -449,18 +452,6 @@ def perform(
             "numpy": np.__version__,
         },
     }
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress warnings of single runs: the table reports them."""
-    # Filters belong to the whole process, and only the main thread may change them.
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
-        yield
 
 
 class _Session:
