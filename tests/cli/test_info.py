@@ -255,7 +255,7 @@ def test_a_script_of_a_batch_system_starts_or_goes_on_by_one_line(folder, tmp_pa
     for name in ("trajectory.h5md", "trajectory.extxyz", "rdf.csv"):
         (tmp_path / "out" / name).unlink()
     assert typed(*line).exit_code == 0
-    assert "another run than is asked for" in refused(*line, "--seed", "7")
+    assert "of another run: [run] seed was 1 and is 7 now" in refused(*line, "--seed", "7")
     assert "contradict" in typed(*line, "--overwrite").stderr
 
 

@@ -174,10 +174,10 @@ def test_a_checkpoint_without_a_log_takes_none(out, tmp_path):
 
 
 EDITS = [
-    ("frames = 16", "frames = 32", r"\[run\] frames is 32, and the run has 16"),
+    ("frames = 16", "frames = 32", r"\[run\] frames was 16 and is 32 now"),
     ("collisions_per_particle = 1000.0", "collisions_per_particle = 2000.0", "collisions_per_particle"),
     ("count = 20", "count = 21", r"\[scene\] species"),
-    ("event_log = true", "event_log = false", r"\[run\] event_log is False"),
+    ("event_log = true", "event_log = false", r"\[run\] event_log was true and is false"),
     ("[run]", "[run]\nframse = 3", "framse is no known key"),
     ("[run]", "[run", "no valid TOML"),
 ]

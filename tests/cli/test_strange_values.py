@@ -29,7 +29,7 @@ from carom.io import records
 from carom.models.obstacles.balls import Ball
 from carom.scene_file.scene_file import SceneFile
 from carom.studies import folder as tasks
-from carom.studies.codes.code import SphericalCode, load as load_code
+from carom.studies.codes.code import SphericalCode
 from carom.studies.codes.spec import CodeSpec
 from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.eos.spec import StudySpec
@@ -436,7 +436,7 @@ def test_what_is_no_json_is_a_sentence_of_every_reader(tmp_path, content):
         ("summary.json", lambda: read_summary(tmp_path / "summary.json")),
         ("plan.json", lambda: carom.load(tmp_path)),
         ("study.json", lambda: EquationOfState.load(tmp_path)),
-        ("code.json", lambda: load_code(tmp_path / "code.json")),
+        ("code.json", lambda: carom.load(tmp_path / "code.json")),
     ):
         (tmp_path / name).write_bytes(content)
         with pytest.raises(FileError):

@@ -162,7 +162,7 @@ BAD = [
     ("code", "[code]\nn = 9\nagree = 50\n", "agree must be at most"),
     ("pack", "[pack]\nstages = [[0.1]]\n", "A stage is"),
     ("pack", "[pack]\nn = 20\nrate = -1\n", "rate must be at least 0"),
-    ("pack", "[pack]\nspecies.a = { count = 3, size = 2 }\n", "A species has no 'size'"),
+    ("pack", "[pack]\nspecies.a = { count = 3, size = 2 }\n", "species a has no 'size'"),
     ("plan", "[scene]\n[plan]\nwalltime = -4\n", "walltime must be greater than 0"),
     ("plan", "[scene]\n[plan]\ntarget = 'Q=1'\n", "Expected QUANTITY=ERROR"),
     ("trade", "[scene]\nwalls = true\n", "leave out [scene] walls"),

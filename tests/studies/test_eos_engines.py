@@ -18,7 +18,7 @@ from helpers.needs import mpiexec
 from helpers.workers import die, number_of, rest
 
 import carom
-from carom.errors import CaromWarning, InputError
+from carom.errors import CaromWarning, FileError, InputError
 from carom.studies import executors as engines
 
 ETAS = [0.1, 0.3, 0.45]
@@ -227,8 +227,11 @@ def kill_at_random(folder, rounds, seed):
 
 @pytest.mark.ci
 @pytest.mark.needs("Unix")
-@pytest.mark.parametrize("engine", ["processes", "threads"])
-def test_ctrl_c_leaves_a_study_that_can_be_finished(tmp_path, engine):
+@pytest.mark.parametrize(
+    ("engine", "number"),
+    [("processes", signal.SIGINT), ("threads", signal.SIGINT), ("serial", signal.SIGTERM)],
+)
+def test_a_stopped_study_waits_for_the_next_job_and_lets_no_other_in(tmp_path, engine, number):
     process = subprocess.Popen(
         [*CAROM, "eos", *LONG, "--engine", engine, "--cores", "2", "--out", tmp_path],
         stdout=subprocess.PIPE,
@@ -237,15 +240,22 @@ def test_ctrl_c_leaves_a_study_that_can_be_finished(tmp_path, engine):
         start_new_session=True,
     )
     wait_for(lambda: stored_count(tmp_path) >= 1, process)
+    with pytest.raises(FileError, match="Another process is running"):
+        carom.load(tmp_path).run(executor="serial", out=tmp_path)
     began = time.monotonic()
-    # As the terminal does: to the whole group.
-    os.killpg(process.pid, signal.SIGINT)
+    # As the terminal and Slurm do: to the whole group.
+    os.killpg(process.pid, number)
     _, error = process.communicate(timeout=WAIT)
     assert process.returncode == 130, error
     assert "runs are done, and the same command goes on" in error
     assert "Traceback" not in error
     assert time.monotonic() - began < 10.0
-    assert 1 <= stored_count(tmp_path) < 6
+    before = stored(tmp_path)
+    assert 1 <= len(before) < 6
+    again = command("eos", *LONG, "--engine", engine, "--cores", "2", "--out", tmp_path)
+    assert again.returncode == 0, again.stderr
+    assert before.items() <= stored(tmp_path).items()
+    assert len(stored(tmp_path)) == 6
 
 
 def stored_count(folder):

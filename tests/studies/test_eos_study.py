@@ -34,7 +34,7 @@ from carom.scene_file.sections import SceneSpec
 from carom.studies import executors as engines, folder as tasks
 from carom.studies.eos import fits, pictures, table
 from carom.studies.eos.measure import Planned, measure
-from carom.studies.eos.order import OrderParameter, psi_6, q_6
+from carom.studies.eos.order import ORDERS, psi_6, q_6
 from carom.studies.eos.spec import StudySpec
 from carom.studies.eos.study import EquationOfState
 from carom.studies.lock import owned
@@ -722,18 +722,14 @@ def test_engines_that_do_not_exist_are_refused():
 )
 @pytest.mark.usefixtures("unscheduled")
 def test_order_parameters_know_a_crystal_and_have_the_same_bits_every_time(scene, perfect):
-    order = OrderParameter(scene.dimension)
-    order.add(carom.Simulation(scene, seed=0).frame())
+    _, order = ORDERS[scene.dimension]
     # Published to five digits.
-    assert order.values()["values"][0] == pytest.approx(perfect, abs=1e-5)
+    assert order(carom.Simulation(scene, seed=0).frame()) == pytest.approx(perfect, abs=1e-5)
     fluid = carom.Simulation(
         carom.Scene.random(1000, dimension=scene.dimension, packing_fraction=0.45, seed=0), seed=0
     ).frame()
-    other = OrderParameter(scene.dimension)
-    for _ in range(5):
-        other.add(fluid)
-    assert len(set(other.values()["values"])) == 1
-    assert other.values()["values"][0] < 0.2
+    (same,) = {order(fluid) for _ in range(5)}
+    assert same < 0.2
 
 
 def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
@@ -747,13 +743,6 @@ def test_psi_6_is_that_of_freud_and_needs_no_freud(monkeypatch):
     assert own == pytest.approx(abs(np.mean(theirs.astype(complex))), rel=1e-4)  # single precision
     monkeypatch.setitem(sys.modules, "freud", None)
     assert psi_6(frame) == own
-
-
-@pytest.mark.usefixtures("unscheduled")
-def test_no_order_parameter_is_measured_in_other_dimensions():
-    nothing = OrderParameter(4)
-    nothing.add(carom.Simulation(carom.Scene.random(8, 0.05, 4, seed=0), seed=0).frame())
-    assert nothing.values() is None
 
 
 @pytest.mark.parametrize("periodic", [(True, True, True), (True, False, True)])

@@ -170,9 +170,9 @@ def test_ctrl_c_leaves_what_there_is_and_a_resumed_packing_has_the_same_bits(tmp
     again = carom.pack(start, out=tmp_path / "cut", resume=True, **asked)
     assert (again.frame.positions == done.frame.positions).all()
     for name, value in (("rate", 0.06), ("seed", 2), ("collisions", 10**7)):
-        with pytest.raises(InputError, match=r"cut holds a packing with .* found"):
+        with pytest.raises(FileError, match=r"cut holds the results of another packing: .* now"):
             carom.pack(start, out=tmp_path / "cut", resume=True, **{**asked, name: value})
-    with pytest.raises(InputError, match="cut holds a packing with the start = "):
+    with pytest.raises(FileError, match="another packing: the start was "):
         carom.pack(points(2000, 2, seed=2), out=tmp_path / "cut", resume=True, **asked)
     calls.clear()
     with pytest.raises(KeyboardInterrupt):

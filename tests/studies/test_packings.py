@@ -37,6 +37,15 @@ def typed(*words):
         return CliRunner().invoke(cli.app, ["pack", *map(str, words), "-j", "1"])
 
 
+def test_what_a_packing_costs_is_said_before_it_starts(study):
+    found = [packing.collisions for packing in study.packings]
+    assert study.cost(study.tasks[0]) == pytest.approx(np.mean(found), rel=0.5)
+    assert study.first == "the first packings, of about 9.4e+03 collisions each"
+    limited = Packings(PackSpec(n=40, collisions=500, seeds=2, **SMALL))
+    assert limited.fraction == 0.0
+    assert limited.cost(limited.tasks[0]) == 500
+
+
 def test_each_packing_is_that_of_its_seed(study):
     assert [packing.seed for packing in study.packings] == [1, 2, 3]
     for packing in study.packings:
@@ -189,8 +198,8 @@ def test_a_study_of_packings_is_a_file():
     assert spec.replaced(n=30).species is None
     assert spec.replaced(until_Z=1e4).stages is None
     for wrong, sentence in (
-        ({"species": [3]}, "must hold Species"),
-        ({"species": [{"count": 3, "size": 1.0}]}, "A species has no 'size'"),
+        ({"species": [3]}, "species 0 must be a table, found 3"),
+        ({"species": [{"count": 3, "size": 1.0}]}, "species 0 has no 'size'"),
         ({"stages": [(0.1, None)], "collisions": 100, "seeds": 2}, "needs a Z"),
         ({"walls": "y"}, "walls must be true or false"),
         ({"neighbors": "none"}, "neighbors must be one of"),

@@ -347,17 +347,17 @@ def test_a_folder_goes_on_with_its_own_plan_only(planned, tmp_path, target, eta)
         assert (tmp_path / "outcome.json").exists()
         return
     assert done.exit_code == 2
-    assert "g(contact)=0.005" in done.stderr
+    assert ("target was" if eta == "0.3" else "packing_fraction was 0.3 and is 0.2") in done.stderr
     assert not (tmp_path / "outcome.json").exists()
 
 
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        (["--n", "500"], "n is 64"),
-        (["--seed", "7"], "seed is 1"),
-        (["--cores", "8"], "cores is 2"),
-        (["--walltime", "10800"], "walltime is no limit"),
+        (["--n", "500"], "n was 64 and is 500"),
+        (["--seed", "7"], "seed was 1 and is 7"),
+        (["--cores", "8"], "cores was 2 and is 8"),
+        (["--walltime", "10800"], "walltime was left out and is 10800"),
     ],
 )
 def test_a_folder_goes_on_with_the_size_and_the_seed_of_its_plan_only(planned, tmp_path, given, said):
@@ -496,5 +496,5 @@ def test_a_number_of_particles_that_fills_the_same_lattice_is_that_of_the_plan(m
     monkeypatch.setattr("carom.studies.planner.plan.load", lambda folder: held)
     assert crystal.filling(490) == 500
     assert plan._held(tmp_path, PlanSpec(target="Z=1e-2", n=490), crystal) is held
-    with pytest.raises(InputError, match="n is 500"):
+    with pytest.raises(FileError, match="another plan: n was 500 and is 256 now"):
         plan._held(tmp_path, PlanSpec(target="Z=1e-2", n=256), crystal)

@@ -227,7 +227,7 @@ def test_a_mixture_whose_conductivity_has_not_settled_says_so():
     assert math.isnan(short.mean)
 
 
-def test_a_study_without_theory_draws_every_species(tmp_path):
+def test_a_study_without_theory_draws_every_species():
     half = Estimate(0.5, 0.01, 100.0, 1.0, 100)
     curve = Coefficient.of(half, (2.0, 4.0), times=(1.0, 2.0, 4.0), running=(half, half, half))
     names = ("self_diffusion_0", "self_diffusion_1", "shear_viscosity", "mutual_diffusion")
@@ -235,7 +235,7 @@ def test_a_study_without_theory_draws_every_species(tmp_path):
         n=100, packing_fraction=0.2, mean_free_time=1.0, exists=True, enskog=None,
         quantities=lambda: dict.fromkeys(names, (curve, math.nan)),
     )  # fmt: skip
-    figure = pictures.study(SimpleNamespace(points=[row]), tmp_path / "t.png")
+    figure = pictures.study([row])
     left, right = figure.axes
     assert [each.get_label() for each in left.containers] == [f"$\\eta$ = 0.2, species {k}" for k in (0, 1)]
     assert len(right.containers) == 1

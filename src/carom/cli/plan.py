@@ -98,30 +98,20 @@ def plan(
 
 
 def _held(folder: Path, asked: PlanSpec, system: System) -> RunPlan:
-    """Return the plan that a folder holds, if it is what is asked for: its study continues.
-
-    That is a plan for this target and system, with the n, seed, cores and walltime that are given.
-    """
-    from carom.errors import InputError
+    """Return the plan that a folder holds, if it is for this target and system, and for all that is given."""
+    from carom.studies.places import check_same
     from carom.studies.planner.plan import load
     from carom.studies.planner.target import Target
 
     found = load(folder)
-    if found.target != Target.parse(asked.target) or found.system.words() != system.words():
-        raise InputError(
-            f"{folder} holds the plan {found.target} for {found.system}; ask for that to go on with it, or "
-            "give another --out."
-        )
     held = {"n": found.design.n, "seed": found.seed, "cores": found.cores, "walltime": found.walltime}
-    for name, old in held.items():
-        value = getattr(asked, name)
-        if name == "n" and value is not None:
-            value = system.filling(value)
-        if value not in (None, old):
-            raise InputError(
-                f"{folder} holds a plan whose {name} is {'no limit' if old is None else old}, found --{name} "
-                f"{value}; leave it out to go on with that plan, or give another --out."
-            )
+    given = {name: value for name in held if (value := getattr(asked, name)) is not None}
+    if "n" in given:
+        given["n"] = system.filling(given["n"])
+    check_same(
+        folder, "a plan", {"target": found.target, **found.system.words(), **held},
+        {"target": Target.parse(asked.target), **system.words(), **held, **given},
+    )  # fmt: skip
     return found
 
 

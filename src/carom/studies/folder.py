@@ -12,7 +12,7 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +22,7 @@ from carom.errors import FileError, InputError
 from carom.io import records
 from carom.paths import remnants, write_text, writing
 from carom.studies.lock import owned
-from carom.studies.places import refuse_others
+from carom.studies.places import check_same, refuse_others
 
 Task = dict[str, Any]
 """The input of a task: strings, numbers, and lists and tables of them."""
@@ -36,12 +36,8 @@ SETTINGS = "study.json"
 RESULTS = "tasks"
 """Folder of the result files."""
 
-WRITTEN = (
-    SETTINGS, "study.toml", "report.html", "eos.csv", "eos.png", "transport.csv", "transport.png",
-    "shear.csv", "shear.png", "code.json", "code.csv", "code.png", "points.csv", "pack.csv", "pack.png",
-    "plan.json", "outcome.json", "trade.csv", "trade.png", "sizes.csv", "sampling.csv",
-)  # fmt: skip
-"""Files that commands write into the folder of a study."""
+WRITTEN = (SETTINGS, "study.toml", "report.html", "plan.json", "outcome.json")
+"""Files that commands write into the folder of any study."""
 
 _RESULT = re.compile(r"[0-9a-f]{20}\.(json|h5)")
 
@@ -79,22 +75,24 @@ class Folder:
         refuse_others(self.path, "a study", "a plan")
         before = self.read()
         if before is not None:
-            _check_same(before["settings"], settings, self.path)
+            check_same(self.path, "a study", before["settings"], settings)
 
     def check_study(self, study: str) -> None:
         """Refuse a folder that holds a study of another kind; no file is changed."""
         if (before := self.read()) is not None:
-            _check_same({"study": before["settings"].get("study")}, {"study": study}, self.path)
+            check_same(self.path, "a study", {"study": before["settings"].get("study")}, {"study": study})
 
     @contextlib.contextmanager
-    def begun(self, settings: dict[str, Any], grid: dict[str, Any]) -> Iterator[None]:
+    def begun(
+        self, settings: dict[str, Any], grid: dict[str, Any], files: Iterable[str] = ()
+    ) -> Iterator[None]:
         """Make the folder, keep other processes out while the body runs, and note what is asked for.
 
-        ``grid`` holds the parameters that differ between tasks; they may differ from those of an earlier
-        session.
+        ``grid`` holds the parameters that differ between tasks, and may differ from those of an earlier
+        session; ``files`` are those that this study alone writes.
         """
         self.check(settings)
-        with owned(self.path, WRITTEN.__contains__):
+        with owned(self.path, {*WRITTEN, *files}.__contains__):
             self.check(settings)
             with writing(self.path):
                 (self.path / RESULTS).mkdir(exist_ok=True)
@@ -112,6 +110,12 @@ class Folder:
         found: dict[str, Any] = records.read_json(
             self.settings, _SETTINGS, "the description of a study", "choose another folder"
         )
+        return found
+
+    def held(self) -> dict[str, Any]:
+        """Return settings and grid of the study that the folder holds."""
+        if (found := self.read()) is None:
+            raise FileError(f"{self.path} holds no study ({SETTINGS} is missing); name another folder.")
         return found
 
     def load(self, task: Task) -> Record | None:
@@ -166,23 +170,3 @@ def unsealed(value: Any, name: str) -> Record:
     if digest != _digest(record):
         raise InputError(f"{name} has not the content that its digest is of.")
     return record
-
-
-def _told(value: Any) -> str:
-    """Return a value of a study as a sentence has it."""
-    return "left out" if value is None else canonical(value)
-
-
-def _check_same(before: dict[str, Any], now: dict[str, Any], path: Path) -> None:
-    """Raise FileError naming what differs between two studies."""
-    names = [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
-    if "study" in names:  # of which all else is different
-        names = ["study"]
-    if names:
-        differences = ", ".join(
-            f"{name} was {_told(before.get(name))} and is {_told(now.get(name))} now" for name in names
-        )
-        raise FileError(
-            f"{path} holds the results of another study: {differences}. "
-            "Take the old values, or another folder."
-        )

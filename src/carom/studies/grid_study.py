@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar
 
 from carom.studies.folder import Record, Task
 from carom.studies.grid import SceneGrid, collisions
 from carom.studies.study import Study
-from carom.table import Table
 from carom.texts import counted
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 G = TypeVar("G", bound=SceneGrid)
 
@@ -50,11 +46,6 @@ class GridStudy(Study[G], Generic[G]):
         for record in sorted(self.records, key=lambda record: int(record["task"]["replica"])):
             found.setdefault(self.point(record["task"]), []).append(record)
         return [found[point] for point in sorted(found)]
-
-    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
-        """Yield the picture of the page."""
-        if self.records:
-            yield "Results", self.plot()
 
     def _lines(self) -> Sequence[str]:
         """Return what is printed: the grid, the results at its ends, and doubts about them."""

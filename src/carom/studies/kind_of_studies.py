@@ -32,7 +32,7 @@ class OfStudy(Kind):
 
     def load(self, folder: Path) -> Study[Any]:
         """Return a study with what is known so far."""
-        name, _ = _held(folder)
+        name = str(Folder(folder).held()["settings"].get("study"))
         if name not in REGISTERED:
             raise FileError(f"{folder} holds a study of another program ({name!r}); load it there.")
         return REGISTERED[name].load(folder)
@@ -43,26 +43,19 @@ class OfStudy(Kind):
 
     def info(self, folder: Path) -> Info:
         """Return what is asked for, the result, and how far the study is."""
-        name, grid = _held(folder)
+        held = Folder(folder).held()
+        name = str(held["settings"].get("study"))
         if name not in REGISTERED:  # the rest is known to its program
             done = len(list((folder / RESULTS).glob("*.json")))
             found = Info(folder, self.name, f"{counted(done, 'run')} done")
             found.add("study", f"{name}, of a program of its own", done=done, study=name)
-            found.values |= grid
+            found.values |= held["grid"]
             found.next = "the program of the study goes on with it"
             return found
         study = self.load(folder)
         state = "finished" if study.complete else f"not finished: {study.progress} are done"
         command = "carom view" if study.complete else "carom resume"
         return results(Info(folder, self.name, state, next=typed(command, folder)), study)
-
-
-def _held(folder: Path) -> tuple[str, dict[str, Any]]:
-    """Return the name of the study in a folder, and its grid."""
-    found = Folder(folder).read()
-    if found is None:
-        raise FileError(f"{folder} holds no study ({SETTINGS} is missing); name another folder.")
-    return str(found["settings"].get("study")), found["grid"]
 
 
 def results(found: Info, study: Study[Any]) -> Info:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
+from typing import Any
 
 from carom.errors import FileError
 from carom.version import __version__
@@ -74,6 +76,29 @@ def refuse_others(folder: Path, kind: str, *beside: str) -> None:
                 f"{folder} holds {other} already ({found[0]}), and {kind} needs a folder of its own; choose "
                 "another one with --out."
             )
+
+
+def differences(before: Mapping[str, Any], now: Mapping[str, Any]) -> str:
+    """Return in words what is asked for now and was not before; nothing where it is the same."""
+    names = [name for name in sorted({*before, *now}) if before.get(name) != now.get(name)]
+    if "study" in names:  # of which all else is different
+        names = ["study"]
+    return ", ".join(f"{k} was {_told(before.get(k))} and is {_told(now.get(k))} now" for k in names)
+
+
+def _told(value: Any) -> str:
+    """Return a value as a sentence has it, in at most 60 letters."""
+    text = "left out" if value is None else json.dumps(value, sort_keys=True, skipkeys=True, default=str)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def check_same(folder: Path, kind: str, before: Mapping[str, Any], now: Mapping[str, Any]) -> None:
+    """Refuse a folder whose results of a ``kind`` are of other settings than what is asked for now."""
+    if found := differences(before, now):
+        raise FileError(
+            f"{folder} holds the results of another {kind.removeprefix('a ')}: {found}. "
+            "Take the old values, or another folder."
+        )
 
 
 def refuse_to_replace(paths: Iterable[Path], kind: str) -> None:

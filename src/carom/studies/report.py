@@ -7,11 +7,11 @@ import io
 import math
 import platform
 import time as clock
-from dataclasses import dataclass
-from typing import Annotated, Any
+from dataclasses import replace
+from typing import Any
 
 from carom.pictures.view import MARK
-from carom.table import Column, Table, facts
+from carom.table import Table, facts, of_texts
 from carom.texts import html
 from carom.version import __version__
 
@@ -67,15 +67,9 @@ def _shown(part: Any, heading: str) -> str:
     return f'<p><img alt="{html(heading)}" src="data:image/svg+xml;base64,{coded}"></p>'
 
 
-@dataclass(frozen=True)
-class _Failed:
-    where: Annotated[str, Column("where", left=True)]
-    reason: Annotated[str, Column("what happened", left=True)]
-
-
 def _failures(study: Any) -> Table:
-    rows = [_Failed(study.place(failure.task), failure.reason) for failure in study.failures]
-    return Table(_Failed, rows, flagged=lambda row: True)
+    rows = [(study.place(failure.task), failure.reason) for failure in study.failures]
+    return replace(of_texts(("where", "what happened"), rows, left=2), flagged=lambda row: True)
 
 
 def _provenance(study: Any) -> Table:

@@ -9,12 +9,11 @@ from typing import Any
 from carom import checks
 from carom.errors import FileError, InputError
 from carom.io import checkpoint, records
+from carom.io.trajectory import STATES
 from carom.results import KINDS as RESULT_KINDS, loaded
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.simulation import Simulation
-from carom.studies.codes.code import FORMAT as A_CODE, load as load_code
 from carom.studies.kinds import KINDS, RESULTS, kind_at
-from carom.studies.packings.compression import holds_packing
 
 KNOWN = (
     "a scene file (.toml), a checkpoint (.h5), the folder of a run, packing, study or plan, or a result that "
@@ -123,7 +122,11 @@ def resume(
     True
     """
     where = Path(folder)
-    holds_packing(where)  # refuses a packing and a run in one folder
+    if all((where / name).is_file() for name in STATES):
+        raise FileError(
+            "{} holds a run ({}) and a packing ({}), so it cannot be resumed; move the files of one of them "
+            "to another folder.".format(where, *STATES)
+        )
     kind = kind_at(where) if where.is_dir() else None
     return (kind or KINDS["a run"]).resume(
         where, cores=cores, trust_code=trust_code, progress=progress, predicted=predicted
@@ -141,8 +144,6 @@ def _of_folder(folder: Path) -> Any:
 def _of_json(path: Path) -> Any:
     """Return what a JSON file holds."""
     found = records.read_json(path, records.mapping(records.anything), "a file of Carom", "name another file")
-    if found.get("format") == A_CODE:
-        return load_code(path)
     if path.name in RESULTS:
         return _of_folder(path.parent)
     if isinstance(found.get("kind"), str) and found["kind"] in RESULT_KINDS:

@@ -27,12 +27,13 @@ import numpy as np
 from carom.errors import CaromWarning, FileError, InputError
 from carom.io.records import listed
 from carom.notebook import watchable
+from carom.observables.statistics import unwarned
 from carom.paths import write_text
 from carom.results import Result, plain
 from carom.spec import Spec
 from carom.studies import executors
 from carom.studies.executors import Stopped
-from carom.studies.folder import SETTINGS, Folder, Record, Task, key, sealed, unsealed
+from carom.studies.folder import Folder, Record, Task, key, sealed, unsealed
 from carom.studies.signals import Interrupted, stoppable
 from carom.table import Table
 from carom.texts import label
@@ -150,28 +151,19 @@ class Study(Result, Generic[S]):
 
     def parts(self) -> Iterator[tuple[str, Table | Figure]]:
         """Yield headings and tables or figures of the page, after the table of the results."""
-        yield from ()
+        if (figure := self.picture()) is not None:
+            yield "Results", figure
 
     def _lines(self) -> Sequence[str]:
         """Return what is printed: three lines at most."""
         return [f"{self.title}: {self._done()}", *self.sentences()][:3]
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
-        """Draw the column y of the table against x, with error bars; save the picture to ``path``.
-
-        Raises
-        ------
-        InputError
-            If the study names no ``axes``, or no task is done.
-        FileError
-            If the picture cannot be saved.
-        """
+    def picture(self) -> Figure | None:
+        """Return y of the table against x, with error bars; None where there is nothing to draw."""
         from carom.pictures import paper
 
         if not self.axes or not self.table:
-            raise InputError(
-                "There is nothing to draw yet: no axes of the picture, or no point that is done."
-            )
+            return None
         x, y, *by = self.axes
         figure, axes = paper.sheet(5.0, 3.6)
         heads = {name: column.head for name, column in self.table.columns()}
@@ -187,6 +179,22 @@ class Study(Result, Generic[S]):
         if by:
             axes.legend(frameon=False)
         paper.lay_out(figure, axes)
+        return figure
+
+    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
+        """Draw the results, and save the picture to ``path``.
+
+        Raises
+        ------
+        InputError
+            If there is nothing to draw: no result that is done, or no ``axes`` of the study.
+        FileError
+            If the picture cannot be saved.
+        """
+        from carom.pictures import paper
+
+        if (figure := self.picture()) is None:
+            raise InputError("There is nothing to draw yet: no result that is done, or no axes of the study.")
         return paper.saved(figure, path)
 
     def more(self) -> dict[str, Any]:
@@ -260,9 +268,7 @@ class Study(Result, Generic[S]):
             If the folder holds no such study of this version of Carom.
         """
         folder = Folder(Path(out))
-        held = folder.read()
-        if held is None:
-            raise FileError(f"{folder.path} holds no study ({SETTINGS} is missing); name another folder.")
+        held = folder.held()
         words = {k: v for k, v in held["settings"].items() if k not in ("study", "version")}
         try:
             spec = cls.Spec.of_words({**words, **held["grid"]})
@@ -331,7 +337,7 @@ class Study(Result, Generic[S]):
         folder = None if out is None else Folder(Path(out))
         words = self.spec.words()
         grid = {name: words[name] for name in self.spec.grid if name in words}
-        begun = folder.begun(self.spec.settings(), grid) if folder else contextlib.nullcontext()
+        begun = folder.begun(self.spec.settings(), grid, self.files()) if folder else contextlib.nullcontext()
         with begun, stoppable() as stop:
             session = _Session(self, folder, progress, look)
             session.report()
@@ -428,7 +434,9 @@ def perform(
             f"This worker has Carom {__version__} and the study is of {task['version']}; "
             "install the same version everywhere."
         )
-    with _quiet():
+    # The table reports what single runs warn of. Filters belong to the process, and to its main thread.
+    main = threading.current_thread() is threading.main_thread()
+    with unwarned() if main else contextlib.nullcontext():
         result = measure(task, Look(stop, kept and Folder(kept).kept(task)))
     timings = result.pop("timings", {})
     return {
@@ -444,18 +452,6 @@ def perform(
             "numpy": np.__version__,
         },
     }
-
-
-@contextlib.contextmanager
-def _quiet() -> Iterator[None]:
-    """Suppress warnings of single runs: the table reports them."""
-    # Filters belong to the whole process, and only the main thread may change them.
-    if threading.current_thread() is not threading.main_thread():
-        yield
-        return
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", CaromWarning)
-        yield
 
 
 class _Session:

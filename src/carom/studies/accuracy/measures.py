@@ -210,5 +210,4 @@ def expected_pressure(scene: Scene) -> float | None:
     known, eta = theory_of(scene), scene.packing_fraction
     if known is None:
         return None
-    found = float(known[1](eta)) + phase.finite_size_shift(known[0], eta, scene.n, known[1])
-    return found if math.isfinite(found) else None
+    return phase.finite(float(known[1](eta)) + phase.finite_size_shift(known[0], eta, scene.n, known[1]))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time as clock
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -13,15 +12,10 @@ from carom.scene.scene import Scene
 from carom.simulation.simulation import Simulation
 from carom.simulation.tuning import Tuning
 from carom.studies.accuracy.measures import theory_of
-from carom.studies.phase import finite_size_shift
+from carom.studies.phase import finite, finite_size_shift
 
 MELTING = 100
 """Collisions per particle that melt a lattice."""
-
-
-def known(value: float) -> float | None:
-    """Return a number as a JSON value; None if it is unknown."""
-    return float(value) if math.isfinite(value) else None
 
 
 def size(scene: Scene, seed: int, seconds: float, look: Callable[..., object]) -> dict[str, Any]:
@@ -42,7 +36,7 @@ def size(scene: Scene, seed: int, seconds: float, look: Callable[..., object]) -
         state, equation = there
         true = float(equation(scene.packing_fraction))
         shift = finite_size_shift(state, scene.packing_fraction, scene.n, equation)
-        bias, corrected = known(shift / true), known((found.Z.mean - shift) / true - 1.0)
+        bias, corrected = finite(shift / true), finite((found.Z.mean - shift) / true - 1.0)
     return {
         "n": scene.n,
         "Z": [found.Z.mean, found.Z.error],
@@ -78,7 +72,7 @@ def sampling(
     return {
         "interval": interval,
         "frames": count,
-        "contact_error": None if contact is None else known(contact.relative_error),
+        "contact_error": None if contact is None else finite(contact.relative_error),
         "g_error": float((found.error[near] / found.g[near]).mean()),
         "timings": {"cpu_seconds": spent},
     }

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from carom.errors import InputError
 from carom.paths import write_text
 from carom.studies.accuracy.rows import Row, SamplingRow, SizeRow, row, sampling_row, size_row
 from carom.studies.accuracy.spec import ENGINE, TradeSpec
@@ -131,22 +129,11 @@ class Trade(Study[TradeSpec]):
         tables = {"sizes": self.sizes.dictionaries(), "sampling": self.sampling.dictionaries()}
         return {**tables, "horizon": None if self._reference is None else self._reference["horizon"]}
 
-    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
-        """Yield the picture of the page."""
-        if self.rows:
-            yield "Picture", self.plot()
-
-    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
-        """Draw errors against speed, and the error of Z against N.
-
-        Parameters and errors are those of :meth:`carom.results.Result.plot`.
-        """
-        from carom.pictures import paper
+    def picture(self) -> Figure | None:
+        """Return errors against speed, and the error of Z against N."""
         from carom.studies.accuracy.picture import picture
 
-        if not self.rows:
-            raise InputError("There is nothing to draw yet: no method that is done.")
-        return paper.saved(picture(self.rows, self.sizes), path)
+        return picture(self.rows, self.sizes) if self.rows else None
 
     def files(self) -> dict[str, Callable[[Path], object]]:
         """Return what writes the three tables and, if a method is done, the picture."""

@@ -30,8 +30,9 @@ from carom.studies.accuracy.measures import (
 )
 from carom.studies.accuracy.methods import Method, engine, oracle, pseudo_hard, stepping
 from carom.studies.accuracy.scenes import medium_scene, small_scene
-from carom.studies.accuracy.statistics import known, sampling, size
+from carom.studies.accuracy.statistics import sampling, size
 from carom.studies.folder import Task, canonical
+from carom.studies.phase import finite
 
 STARTS = 3
 """Small scenes to follow. One is not enough: a grazing collision may end its trajectory early by chance."""
@@ -149,7 +150,7 @@ def _measured(
         follows = median([faithfulness(start, method, true, look) for start, true in followings])
     followed = 2.0 * float(track.collisions[-1]) / small.n
     back = [
-        known(reversal(small, method, count * mean_free_time)) if 2.0 * count <= followed else None
+        finite(reversal(small, method, count * mean_free_time)) if 2.0 * count <= followed else None
         for count in BACK
     ]
     overlap, energy, momentum = found.motion.faults()
@@ -159,15 +160,15 @@ def _measured(
         "method": method.name,
         "algorithm": method.kind,
         "n": where.n,
-        "bytes_per_particle": known(moving.bytes_per_particle()),
-        "worst_overlap": known(overlap),
+        "bytes_per_particle": finite(moving.bytes_per_particle()),
+        "worst_overlap": finite(overlap),
         "energy_drift": energy * 1e6 / collisions,
         "momentum_drift": momentum * 1e6 / collisions,
-        "order": known(min(follows.order, followed)),
+        "order": finite(min(follows.order, followed)),
         "order_kept": math.isinf(follows.order),
         "position": min(follows.position, followed),
         "position_kept": math.isinf(follows.position),
-        "error_1": known(follows.error),
+        "error_1": finite(follows.error),
         "back": back,
         "Z": _pair(found.pressure.Z),
         "count": _pair(count),

@@ -226,13 +226,6 @@ def _text(x: Any, digits: int) -> str:
     return str(mpmath.nstr(x, digits, strip_zeros=False))
 
 
-def load(path: str | PathLike[str]) -> SphericalCode:
-    """Return the code in the JSON file ``path``."""
-    what = "a spherical code that save() wrote"
-    found: SphericalCode = records.read_json(Path(path), _of_words, what, "name another file")
-    return found
-
-
 _COUNT = records.integer()
 _PRECISE = records.number(low=-1.0, high=1.0)
 

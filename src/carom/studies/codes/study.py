@@ -134,15 +134,9 @@ class Codes(Study[CodeSpec]):
             if self.spec.dimension == 3:
                 yield "The best code", self.plot()
 
-    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
-        """Draw the caps of the best code, if it is on S^2.
-
-        Parameters and errors are those of :meth:`carom.results.Result.plot`.
-        """
-        if self.code is None:
-            raise InputError("There is no code to draw: no try has led to one.")
-        figure: Figure = self.code.plot(path)
-        return figure
+    def picture(self) -> Figure | None:
+        """Return the caps of the best code, if it is on S^2."""
+        return None if self.code is None else self.code.plot()
 
     def files(self) -> dict[str, Callable[[Path], object]]:
         """Return what writes the table of tries, the code, its points and, on S^2, its picture."""

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from carom import theory
-from carom.errors import InputError
-from carom.pictures import paper
 from carom.studies.coefficients.points import Coefficients
 from carom.theory.transport import HIGHEST
 
@@ -30,15 +27,12 @@ WIDEST = 0.15
 """Relative error beyond which a point of the running coefficient is not drawn."""
 
 
-def study(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
+def study(rows: list[Coefficients]) -> Figure:
     """Draw the coefficients over Enskog's against packing fraction, and the running shear viscosity.
 
     In two dimensions, and where there is no theory of Enskog, the running self-diffusion replaces the
     coefficients.
     """
-    rows = result.points
-    if not rows:
-        raise InputError("No point of the study is done yet, so there is nothing to draw.")
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(9.6, 4.2), layout="constrained")
@@ -50,7 +44,7 @@ def study(result: Any, path: str | os.PathLike[str] | None = None) -> Figure:
     else:
         _with_time(left, rows, "self_diffusion")
     _with_time(right, rows, "shear_viscosity")
-    return paper.saved(figure, path)
+    return figure
 
 
 def _against_density(axes: Axes, rows: list[Coefficients]) -> None:

@@ -203,14 +203,11 @@ class Transport(GridStudy[TransportSpec]):
             lines.append(remarks[0] if len(remarks) == 1 else f"{len(remarks)} remarks: remarks()")
         return lines
 
-    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
-        """Draw the coefficients divided by Enskog's, and their convergence in time.
-
-        Parameters and errors are those of :meth:`carom.results.Result.plot`.
-        """
+    def picture(self) -> Figure | None:
+        """Return the coefficients divided by Enskog's, and their convergence in time."""
         from carom.studies.coefficients import pictures
 
-        return pictures.study(self, path)
+        return pictures.study(self.points) if self.points else None
 
 
 @documented(Transport, scene=SCENE)

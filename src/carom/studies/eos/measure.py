@@ -15,7 +15,7 @@ from carom.observables.precision import lengthen
 from carom.simulation.measuring import stretches
 from carom.simulation.measuring.equipartition import Thermometer
 from carom.simulation.measuring.relaxation import StructuralRelaxation
-from carom.studies.eos.order import OrderParameter
+from carom.studies.eos.order import ORDERS
 from carom.studies.folder import Task
 from carom.studies.scenes import equilibrate, simulation_of
 from carom.studies.study import Look
@@ -38,7 +38,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
     equilibrate(sim, task, look)
     equilibration = sim.time
     moved = moved_from(began_at, sim.frame())
-    sampler = OrderParameter(scene.dimension) if task["frames"] else None
+    order, orders = ORDERS.get(scene.dimension) if task["frames"] else None, list[float]()
     every = task["blocks"] // task["frames"] if task["frames"] else 0
     request = Pressure()
     duration = stretches.time_for(sim, 0.5 * scene.n * task["collisions_per_particle"]) / task["blocks"]
@@ -50,8 +50,8 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
             look()
             blocks.append(block)
             thermometer.look()
-            if sampler is not None and len(blocks) % every == 0:
-                sampler.add(sim.frame())
+            if order is not None and len(blocks) % every == 0:
+                orders.append(order[1](sim.frame()))
         return wanted
 
     def error_bar() -> Estimate:
@@ -83,8 +83,8 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
         "energy_drift": statistics.energy_drift,
         "advancement_fraction": statistics.advancement_fraction,
     }
-    if sampler is not None and (order := sampler.values()) is not None:
-        result["order"] = order
+    if order is not None:
+        result["order"] = {"name": order[0], "values": orders}
     return {**result, "timings": {"engine_seconds": sim._state.seconds}}
 
 

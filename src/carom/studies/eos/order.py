@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 
@@ -17,27 +17,6 @@ REACH = 1.2 * 2 ** (1 / 6)
 
 MANY = 2048
 """Bonds of Q_6 in one matrix product."""
-
-NAMES = {2: "psi_6", 3: "Q_6"}
-"""Name of the order parameter, by dimension."""
-
-
-class OrderParameter:
-    """The modulus of the mean psi_6 (2D) or the global Q_6 (3D) of successive frames; nothing in other d."""
-
-    def __init__(self, dimension: int):
-        self.name = NAMES.get(dimension)
-        self._values: list[float] = []
-
-    def add(self, frame: Frame) -> None:
-        """Measure one frame."""
-        if self.name is None:
-            return
-        self._values.append(psi_6(frame) if frame.dimension == 2 else q_6(frame))
-
-    def values(self) -> dict[str, Any] | None:
-        """Return the name and the values so far; None where nothing is measured."""
-        return None if self.name is None else {"name": self.name, "values": self._values}
 
 
 def psi_6(frame: Frame) -> float:
@@ -72,6 +51,10 @@ def q_6(frame: Frame) -> float:
         squares.append(_ordered_squares(moments))
     mean_legendre = (231 * squares[0] - 315 * squares[1] + 105 * squares[2] - 5 * squares[3]) / 16
     return math.sqrt(max(mean_legendre, 0.0))
+
+
+ORDERS: dict[int, tuple[str, Callable[[Frame], float]]] = {2: ("psi_6", psi_6), 3: ("Q_6", q_6)}
+"""Name and value of the order parameter, by dimension."""
 
 
 def _products(bonds: np.ndarray) -> np.ndarray:

@@ -174,6 +174,10 @@ class EquationOfState(GridStudy[StudySpec]):
         said = f"From {counted(found.points, 'point')}, χ² = {found.chi2:.1f}."
         yield "Virial coefficients", Table(Virial, lines, notes=[said])
 
+    def picture(self) -> Figure | None:
+        """Return what :meth:`plot` draws."""
+        return self.plot() if self.table else None
+
     def plot(
         self,
         path: str | PathLike[str] | None = None,

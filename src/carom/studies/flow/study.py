@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import math
-import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -12,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 import numpy as np
 
 from carom import theory
-from carom.errors import InputError
 from carom.observables.drift import drift, drifts
 from carom.observables.statistics import (
     FEW_SAMPLES,
@@ -108,16 +106,12 @@ class ShearFlow(GridStudy[ShearSpec]):
         value = value_with_error(row.viscosity, row.viscosity_error)
         return f"viscosity {value} at packing fraction {row.packing_fraction:g} and rate {row.rate:g}"
 
-    def plot(self, path: str | os.PathLike[str] | None = None) -> Figure:
-        """Draw the viscosity against the shear rate, and Enskog's beside it.
-
-        Of one rate at several packing fractions, it is drawn against the packing fraction. Parameters and
-        errors are those of :meth:`carom.results.Result.plot`.
-        """
+    def picture(self) -> Figure | None:
+        """Return the viscosity against the rate, or of one rate the packing fraction, with Enskog's."""
         from carom.pictures import paper
 
         if not self.table:
-            raise InputError("No point of the study is done yet, so there is nothing to draw.")
+            return None
         figure, axes = paper.sheet(5.0, 3.6)
         rates = sorted({row.rate for row in self.table})
         one_rate = len(rates) == 1 < len({row.packing_fraction for row in self.table})
@@ -145,7 +139,7 @@ class ShearFlow(GridStudy[ShearSpec]):
         axes.set_ylim(0.0, 1.3 * axes.get_ylim()[1])  # room for the names
         axes.legend(frameon=False, fontsize=8, ncols=3, loc="upper center")
         paper.lay_out(figure, axes)
-        return paper.saved(figure, path)
+        return figure
 
 
 def _row(records: list[Record]) -> Row:

@@ -12,7 +12,6 @@ import json
 import math
 import time as clock
 from collections.abc import Callable, Sequence
-from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -47,6 +46,9 @@ HEATING = 0.4
 
 LONGEST = 100.0
 """Collisions per particle between two rescalings, at most."""
+
+PER_FACTOR = 3.4
+"""Growth rate times collisions per particle in which Z grows by a factor e (d = 3)."""
 
 N = 1000
 """Default number of points."""
@@ -138,18 +140,6 @@ def _digest(scene: Scene) -> str:
     return hashlib.sha256(words.encode() + given).hexdigest()[:8]
 
 
-def holds_packing(out: str | PathLike[str]) -> bool:
-    """Return whether the folder ``out`` holds a compression that can be continued."""
-    folder = PackingFolder(Path(out))
-    there = folder.checkpoint.is_file()
-    if there and (other := RunFolder(folder.path).checkpoint).is_file():
-        raise FileError(
-            f"{out} holds a run ({other.name}) and a packing ({folder.checkpoint.name}), so it cannot be "
-            "resumed; move the files of one of them to another folder."
-        )
-    return there
-
-
 def stages_of(rate: Any, until: Any, collisions: Any, stages: Any) -> tuple[Stage, ...]:
     """Return the stages that the arguments of :func:`pack` describe."""
     if stages is None:
@@ -218,16 +208,7 @@ class Compression:
         sim = Simulation(scene, seed=seed, tuning=Tuning(neighbors=neighbors), growth=plan[0].rate * unit)
         return cls(sim, plan, limit, unit, seed, pictures, progress, _digest(scene))
 
-    def check_same(self, kept: Compression, where: Path) -> None:
-        """Raise InputError if a compression that was kept has other settings, or began from another scene."""
-        ours, theirs = self._settings(), kept._settings()
-        if other := [name for name in ours if ours[name] != theirs[name]]:
-            raise InputError(
-                f"{where} holds a packing with {other[0]} = {theirs[other[0]]}, found {ours[other[0]]}: "
-                "`carom resume` goes on with that; for another packing choose another --out."
-            )
-
-    def _settings(self) -> dict[str, Any]:
+    def settings(self) -> dict[str, Any]:
         """Return what decides every bit of the result."""
         return {
             "stages (rate, until_Z)": [tuple(stage) for stage in self.plan],

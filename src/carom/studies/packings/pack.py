@@ -22,11 +22,11 @@ from carom.studies.packings.compression import (
     Compression,
     PackingFolder,
     Progress,
-    holds_packing,
     stages_of,
 )
 from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec
+from carom.studies.places import check_same
 from carom.studies.signals import Interrupted, stoppable
 
 POINTS = ("n", "dimension", "packing_fraction", "species", "walls")
@@ -101,10 +101,10 @@ def pack(
     Raises
     ------
     InputError
-        If an argument is unknown or out of range, nothing moves, the particles become as wide as the box, or
-        the folder holds another packing than is to be resumed.
+        If an argument is unknown or out of range, nothing moves, or the particles become as wide as the box.
     FileError
-        If the folder holds a packing and ``overwrite`` and ``resume`` are false, or it cannot be written.
+        If the folder holds a packing and ``overwrite`` and ``resume`` are false, or another one than is to be
+        resumed, or it cannot be written.
     Interrupted
         After Ctrl-C; its ``so_far`` is the packing until then.
 
@@ -153,7 +153,7 @@ def packed(
 ) -> Packing:
     """Return what is asked for, from a scene or from points; other arguments are as in :func:`pack`."""
     folder = None if out is None else PackingFolder(Path(out))
-    goes_on = folder is not None and resume and holds_packing(folder.path)
+    goes_on = folder is not None and resume and folder.checkpoint.is_file()
     if folder is not None and not goes_on:
         folder.check_free(overwrite)  # first: to make a scene may compile for seconds
     scene = asked.start(asked.seed) if start is None else start
@@ -172,7 +172,7 @@ def packed(
     with folder.owned():
         if goes_on:
             kept = Compression.load(folder.checkpoint, progress)
-            compression.check_same(kept, folder.path)
+            check_same(folder.path, folder.kind, kept.settings(), compression.settings())
             compression = kept
         else:
             folder.clear()
@@ -199,7 +199,7 @@ def _carried_out(compression: Compression, folder: PackingFolder | None) -> Pack
 def resume_packing(out: str | PathLike[str], *, progress: Progress | None = None) -> Packing:
     """Continue the compression in a folder; the result is bit-identical to an uninterrupted one."""
     folder = PackingFolder(Path(out))
-    if not holds_packing(out):
+    if not folder.checkpoint.is_file():
         raise FileError(f"{out} holds no packing of Carom; start one with `carom pack --out {out}`.")
     with folder.owned():
         return _carried_out(Compression.load(folder.checkpoint, progress), folder)

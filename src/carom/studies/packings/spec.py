@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -34,14 +33,11 @@ def _stages_in(texts: Sequence[str]) -> list[list[float]]:
 
 
 def _species(value: Any, name: str) -> tuple[dict[str, Any], ...]:
-    """Check species, and return them as a file has them."""
-    from carom.scene.species import listed
+    """Check species as [scene] does, and return them as a file has them."""
+    from carom.scene_file import fields
+    from carom.studies.scenes import plain
 
-    if isinstance(value, Mapping):  # tables with names, as those of [scene]
-        value = [
-            {"name": each, **table} if isinstance(table, Mapping) else table for each, table in value.items()
-        ]
-    return tuple(map(_table, listed(value, name)))
+    return tuple(plain(fields.species(value, name), name))
 
 
 @described
@@ -154,19 +150,3 @@ def points_of(task: Mapping[str, Any]) -> Any:
     if n is None and not (species and species[0].count is not None):
         n = N
     return points(n, task["dimension"], seed=task["seed"], species=species or None, **given)
-
-
-def _table(species: Any) -> dict[str, Any]:
-    """Return a species as a file has it."""
-    from carom import checks
-    from carom.scene.species import Species
-
-    known = [field.name for field in dataclasses.fields(Species)]
-    if isinstance(species, Mapping):
-        for name in species:
-            if name not in known:
-                raise InputError(f"A species has no {name!r}{checks.suggestion(str(name), known)}.")
-        species = Species(**species)
-    if not isinstance(species, Species):
-        raise InputError(f"species must hold Species, found {checks.describe(species)} in it.")
-    return {name: value for name, value in dataclasses.asdict(species).items() if value is not None}

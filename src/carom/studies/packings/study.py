@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -19,7 +19,7 @@ from carom.scene.description import particles
 from carom.studies.documented import documented
 from carom.studies.executors import Stopped
 from carom.studies.folder import Task
-from carom.studies.packings.compression import Compression, stages_of
+from carom.studies.packings.compression import PER_FACTOR, Compression, N, Stage, stages_of
 from carom.studies.packings.pack import asked_of
 from carom.studies.packings.packing import Packing
 from carom.studies.packings.spec import PackSpec, points_of
@@ -57,7 +57,7 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
     """Return the packing that a ``task`` describes; ``look`` ends it, and names the file of its state."""
     compression = _kept(look.kept) or Compression.begun(
         points_of(task),
-        stages_of(*(task.get(name) for name in ("rate", "until_Z", "collisions", "stages"))),
+        _stages(task),
         task.get("collisions"),
         task["common"],
         task["seed"],
@@ -66,6 +66,10 @@ def measure(task: Task, look: Look) -> dict[str, Any]:
     if not compression.run(look.kept, look.stop or (lambda: False)):
         raise Stopped
     return as_saved(compression.packing())
+
+
+def _stages(task: Task) -> tuple[Stage, ...]:
+    return stages_of(*(task.get(name) for name in ("rate", "until_Z", "collisions", "stages")))
 
 
 def _kept(path: Path | None) -> Compression | None:
@@ -90,6 +94,20 @@ class Packings(Study[PackSpec]):
     unit: ClassVar[str] = "packings"
     long: ClassVar[bool] = True
     measure = staticmethod(measure)
+
+    @staticmethod
+    def cost(task: Task) -> float:
+        """Return the work of a task [collisions], as far as it is known before."""
+        n = task.get("n") or sum(each.get("count") or 0 for each in task.get("species", ())) or N
+        ends = [(stage.rate, math.log(stage.until_Z)) for stage in _stages(task) if stage.until_Z]
+        steps = zip(ends, [0.0, *(end for _, end in ends)], strict=False)
+        wanted = 0.5 * n * sum(PER_FACTOR / rate * max(end - begin, 0.0) for (rate, end), begin in steps)
+        return min(max(wanted, 1.0) if ends else math.inf, task.get("collisions") or math.inf)
+
+    @property
+    def first(self) -> str:
+        """What is said before the first task is done: what a packing costs."""
+        return f"{super().first}, of about {self.cost(self.tasks[0]):.2g} collisions each"
 
     @functools.cached_property
     def packings(self) -> tuple[Packing, ...]:
@@ -166,16 +184,13 @@ class Packings(Study[PackSpec]):
             **{f"{name}_error": error for name, (_, error) in found.items()},
         }
 
-    def plot(self, path: str | PathLike[str] | None = None) -> Figure:
-        """Draw the jamming fraction of each seed, their mean and its standard error.
-
-        Parameters and errors are those of :meth:`carom.results.Result.plot`.
-        """
+    def picture(self) -> Figure | None:
+        """Return the jamming fraction of each seed, their mean and its standard error."""
         from carom.pictures import paper
 
         known = [(row.jamming_fraction, row.seed) for row in self.table if row.jamming_fraction is not None]
         if not known:
-            raise InputError("There is nothing to draw yet: no jamming fraction is known.")
+            return None
         figure, axes = paper.sheet(5.0, 3.6)
         mean, error = self.mean("jamming_fraction")
         axes.axvline(mean, color="0.4", lw=0.8)
@@ -188,12 +203,7 @@ class Packings(Study[PackSpec]):
         axes.locator_params(axis="x", nbins=5)
         axes.ticklabel_format(axis="x", useOffset=False)
         paper.lay_out(figure, axes)
-        return paper.saved(figure, path)
-
-    def parts(self) -> Iterator[tuple[str, Table | Figure]]:
-        """Yield the picture of the page."""
-        if any(row.jamming_fraction is not None for row in self.table):
-            yield "Results", self.plot()
+        return figure
 
     def files(self) -> dict[str, Callable[[Path], object]]:
         """Return what writes the table, the picture, and a folder for each packing."""

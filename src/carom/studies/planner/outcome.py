@@ -151,6 +151,8 @@ class _Runs(Spec):
 class _Planned(GridStudy[Any]):
     """The runs of a plan, which the method of its quantity measures."""
 
+    name: ClassVar[str] = "plan"
+
     @property
     def measure(self) -> Any:
         return self.spec.how.measure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,10 @@ import numpy as np
 
 from carom import checks, io
 from carom.errors import InputError
-from carom.frame import Frame
 from carom.io.formats import foreign_format_of
 from carom.models.obstacles import Wall
 from carom.paths import existing, replacing
+from carom.scene.conversion import to_frame
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 from carom.scene_file.scene_file import SceneFile
@@ -67,12 +68,8 @@ def plan_of_scene(scene: Scene, kT: float | None, folder: RunFolder) -> SceneFil
     plan = SceneFile(SceneSpec(file=str(folder.start.absolute()), **words), RunSpec(kT=kT))
     plan.to_toml()  # which refuses what no file can hold, before anything is written
     folder.make()
-    velocities = np.zeros_like(scene.positions) if scene.velocities is None else scene.velocities
-    frame = Frame(
-        0.0, 0, scene.positions, velocities, scene.box, scene.diameters, scene.masses,
-        species=scene.species, species_names=scene.species_names, periodic=scene.periodic,
-        spins=scene.spins, tilt=getattr(scene.motion, "tilt", None),
-    )  # fmt: skip
+    tilt = getattr(scene.motion, "tilt", None)
+    frame = dataclasses.replace(to_frame(scene), spins=scene.spins, tilt=tilt)
     with replacing(folder.start) as temporary, io.open(temporary, "w", scene) as writer:
         assert isinstance(writer, io.Writer)
         writer.write(frame)

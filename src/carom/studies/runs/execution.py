@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from carom.errors import CaromError, FileError, InputError
+from carom.errors import CaromError, FileError
 from carom.io import checkpoint
 from carom.notebook import watchable
 from carom.scene.scene import Scene
@@ -17,9 +17,9 @@ from carom.scene_file.sections import RunSpec
 from carom.simulation.moves.barostat import Barostat
 from carom.simulation.moves.swaps import Swaps
 from carom.studies.documented import documented
-from carom.studies.places import of_the_user
+from carom.studies.places import check_same, of_the_user
 from carom.studies.runs.asked import plan_of, plan_of_scene
-from carom.studies.runs.folder import RunFolder, existing_run
+from carom.studies.runs.folder import RunFolder, existing_run, words_of
 from carom.studies.runs.result import RunResult
 from carom.studies.runs.summary import read_summary
 from carom.studies.runs.underway import KEPT, Predicted, Progress, Run
@@ -157,12 +157,9 @@ def go_on(plan: SceneFile, out: str | PathLike[str], *, trust_code: bool = False
         # A process that was killed before its first checkpoint left at most a scene file of its own.
         killed = folder.scene.is_file() and not of_the_user(folder.scene)
         return run(plan, out, overwrite=killed, trust_code=trust_code, **how)
-    held = SceneFile.load(folder.scene) if folder.scene.is_file() else plan
-    if held.to_toml() != plan.to_toml():
-        raise InputError(
-            f"{out} holds another run than is asked for; continue that by `carom resume {out}`, or choose "
-            "another folder with --out."
-        )
+    if folder.scene.is_file():
+        asked = SceneFile.from_toml(plan.to_toml())
+        check_same(folder.path, folder.kind, words_of(SceneFile.load(folder.scene)), words_of(asked))
     return resume(out, trust_code=trust_code, **how)
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import os
 import shlex
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
+from carom.declared import fields_of
 from carom.errors import CaromError, FileError, InputError
 from carom.io.events import read_events
 from carom.io.trajectory import open_reader
@@ -16,7 +17,15 @@ from carom.paths import reason, write_text, writing
 from carom.scene_file.scene_file import SceneFile
 from carom.scene_file.sections import FORMATS
 from carom.studies.lock import owned
-from carom.studies.places import TABLES, is_table, kind_of, of_the_user, refuse_others, title
+from carom.studies.places import (
+    TABLES,
+    differences,
+    is_table,
+    kind_of,
+    of_the_user,
+    refuse_others,
+    title,
+)
 
 PICTURES = ("pressure.png", "rdf.png", "snapshot.png")
 
@@ -68,8 +77,8 @@ class RunFolder:
             )
         if found and not overwrite:
             raise FileError(
-                f"{self.path} holds a run already ({found[0]}); go on with `carom resume {self.path}`, "
-                "choose another folder with --out, or replace the run with --overwrite."
+                f"{self.path} holds {self.kind} already ({found[0]}); go on with `carom resume {self.path}`, "
+                "choose another folder with --out, or replace it with --overwrite."
             )
 
     def make(self) -> None:
@@ -117,9 +126,9 @@ class RunFolder:
             found = SceneFile.load(self.scene)
         except (FileError, InputError) as error:
             raise FileError(f"{str(error).rstrip('.')}; {remedy}.") from None
-        if edits := differences(plan, found):
+        if edits := differences(words_of(plan), words_of(found)):
             raise FileError(
-                f"{self.scene} was edited since its run began: {'; '.join(edits)}. A run goes on as it "
+                f"{self.scene} was edited since its run began: {edits}. A run goes on as it "
                 f"began: {remedy}; `carom run {self.scene} --out` with another folder runs what the file "
                 "asks for now."
             )
@@ -134,22 +143,10 @@ class RunFolder:
         return owned(self.path, {path.name for path in self._files()}.__contains__)
 
 
-def differences(run: SceneFile, file: SceneFile) -> list[str]:
-    """Return the keys in which two plans differ, in words."""
-    found = []
-    for section in dataclasses.fields(SceneFile):
-        one, other = getattr(run, section.name), getattr(file, section.name)
-        for key in dataclasses.fields(one):
-            ran, asks = getattr(one, key.name), getattr(other, key.name)
-            if ran != asks:
-                found.append(f"[{section.name}] {key.name} is {_shown(asks)}, and the run has {_shown(ran)}")
-    return found
-
-
-def _shown(value: object) -> str:
-    """Return a value as text of at most 60 characters."""
-    text = "left out" if value is None else repr(value)
-    return text if len(text) <= 60 else text[:57] + "..."
+def words_of(plan: SceneFile) -> dict[str, Any]:
+    """Return the values of a plan by section and key."""
+    parts = {"scene": plan.scene, "run": plan.run}
+    return {f"[{name}] {k}": getattr(part, k) for name, part in parts.items() for k in fields_of(type(part))}
 
 
 def _text(plan: SceneFile) -> str:
