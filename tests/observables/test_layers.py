@@ -83,7 +83,6 @@ def test_only_a_field_has_weights():
     assert weight(still.replace(motion=Gravity((0.0, 0.0)))) is None
     assert weight(still.replace(motion=Gravity((3.0, -4.0)))) == 7.5
     layers = Layers(still, [])
-    layers.look(frame_of(still, still.positions, still.positions, still.masses), 1.0)
     assert (layers.found(), layers.kT, layers.groups) == ([], None, [])
 
 

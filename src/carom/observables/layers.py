@@ -60,9 +60,7 @@ class Layers:
         self._width = max(scene.diameter, self._room / MOST)
 
     def look(self, frame: Frame, kT: float) -> None:
-        """Add the present state, whose temperature is ``kT``."""
-        if self.weight is None:
-            return
+        """Add the present state, whose temperature is ``kT``; only where there is a ``weight``."""
         heights = frame.positions @ self._up - self._bottom
         which = np.clip((heights / self._width).astype(np.int64), 0, self._count - 1)
         members, _ = np.histogram(which, np.arange(self._count + 1))

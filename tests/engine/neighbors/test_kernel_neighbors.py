@@ -12,7 +12,7 @@ from helpers.neighbors import check_invariants, check_lists, go, present
 from helpers.oracle import moving
 
 import carom
-from carom.engine.neighbors import build, plan as scheme
+from carom.engine.neighbors import build, lists, plan as scheme
 from carom.engine.neighbors.prefetch import HUGE, LARGE
 from carom.scene import lattices
 from carom.simulation.pace import Pace
@@ -88,6 +88,13 @@ def test_lists_stay_symmetric_and_complete(dimension, n):
         go(sim, 4 * n)
     check_lists(sim)
     assert sim.statistics.transits > n
+
+
+def test_a_root_from_above_is_at_most_six_per_cent_too_large():
+    x = np.geomspace(1e-300, 1e300, 4001)
+    ratio = np.array([lists.root_above(each) for each in x]) / np.sqrt(x)
+    assert ratio.min() >= 1.0 - 1e-15
+    assert 1.05 < ratio.max() < 1.0607
 
 
 @pytest.mark.usefixtures("plain")

@@ -80,21 +80,19 @@ class Lists(NamedTuple):
         slack, rate = skin_at(self.bounds, i, now)
         rr = 0.0
         b = slack * rate
-        a = -rate * rate
+        v_sq = 0.0
         for axis in range(len(self.grid_step)):
             r = from_reference(self.window, motion, self, boundary, me, self.reference[i], axis, now)
             v = speed_from_reference(self.window, motion, self, boundary, me, self.reference[i], axis, now)
             rr += r * r
             b += r * v
-            a += v * v
-        if a == 0.0 and rate == 0.0:
+            v_sq += v * v
+        if v_sq == 0.0 and rate == 0.0:
             return NEVER
-        # The outward root of |r + v t| = slack - rate t, in the form that cancels for neither sign of b.
+        # No later than |r + v t| = slack - rate t, and mostly some per cent before: a root and a branch would
+        # cost more than the renewals that come too early (docs/decisions/08-tried-and-left.md).
         c = max(slack * slack - rr, 0.0)
-        root = np.sqrt(max(b * b + a * c, 0.0))
-        if b > 0.0:
-            return now + c / (b + root)
-        return now + (root - b) / a if a > 0.0 else now
+        return now + c / (b + slack * (root_above(v_sq) + abs(rate)))
 
     def must_renew(self, motion, length):
         return ends_with(self.window, motion, length)
@@ -205,6 +203,12 @@ def make_lists(
         steps=pair_steps,
         window=window,
     )
+
+
+@inner
+def root_above(x):
+    """Return the root of x or up to 6 % more: its bits halved are linear between powers of four and two."""
+    return np.int64((np.float64(x).view(np.int64) >> 1) + 0x1FF8000000000000).view(np.float64)
 
 
 @inner

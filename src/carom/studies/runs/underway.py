@@ -300,7 +300,8 @@ class Run:
             if stretch.part == PARTS:
                 stretch.mark(self.sim)
                 self.thermometer.look()
-                self.layers.look(self.sim.frame(), self.sim.kT)
+                if self.layers.weight is not None:
+                    self.layers.look(self.sim.frame(), self.sim.kT)
                 if not stretch.pilot and stretch.measured % stretch.per_frame == 0:
                     self._write()
         self._look()
