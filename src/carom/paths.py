@@ -59,7 +59,7 @@ def writable(path: str | os.PathLike[str]) -> Path:
 
 @contextlib.contextmanager
 def reading(path: Path, kind: str, mend: str = "") -> Iterator[None]:
-    """Turn whatever a parser raises about the content of `path` into one FileError, which ends with `mend`."""
+    """Turn whatever a parser raises about the content of `path` into a FileError that ends with `mend`."""
     try:
         yield
     except CaromError:
