@@ -44,6 +44,9 @@ SAME = (
 )  # fmt: skip
 """Words for the same thing: here and there in Carom, in other programs, in formulas and in older versions."""
 
+FIRST = tuple(group[0] for group in SAME)
+"""One word for each thing."""
+
 NO_KEYWORDS = {"self", "cls", "keywords", "unknown"}  # parameters that nobody gives by name
 
 ALIKE = 0.65  # how alike two names are at least, where one is meant for the other
@@ -69,18 +72,24 @@ def suggestion(
     known: Iterable[str],
     *,
     listed: bool = False,
+    gone: Mapping[str, str] | None = None,
     called: Mapping[str, str] | None = None,
     elsewhere: Mapping[str, str] | None = None,
 ) -> str:
     """Return the end of an error about an unknown name: the name that is meant, or all unless ``listed``.
 
-    ``called`` has what some names are called here, ``elsewhere`` names that others know, and who.
+    ``gone`` has what to do instead of some names, ``called`` what they are called here, ``elsewhere`` names
+    that others know, and who.
     """
-    names, others = sorted({*known} - NO_KEYWORDS), elsewhere or {}
+    names, others, gone = sorted({*known} - NO_KEYWORDS), elsewhere or {}, gone or {}
+    if name in gone:
+        return f"; {gone[name]}"
     if called and name in called:
         return f"; it is called {called[name]}"
     if one := synonym(name, names):
         return f"; it is called {one}"
+    if one := synonym(name, gone):
+        return f"; {gone[one]}"
     if one := name if name in others else synonym(name, others):
         return f"; {one} is a keyword of {others[one]}"
     if one := nearest(name, [*names, *others]):

@@ -58,8 +58,8 @@ def writable(path: str | os.PathLike[str]) -> Path:
 
 
 @contextlib.contextmanager
-def reading(path: Path, kind: str) -> Iterator[None]:
-    """Turn whatever a parser raises about the content of `path` into one FileError."""
+def reading(path: Path, kind: str, mend: str = "") -> Iterator[None]:
+    """Turn whatever a parser raises about the content of `path` into a FileError that ends with `mend`."""
     try:
         yield
     except CaromError:
@@ -67,7 +67,7 @@ def reading(path: Path, kind: str) -> Iterator[None]:
     except PARSE_ERRORS as error:
         raise FileError(
             f"{path} is not a readable {kind} file ({reason(error)}): "
-            "it is truncated, damaged or was not written by Carom."
+            f"it is truncated, damaged or was not written by Carom{mend and f'; {mend}'}."
         ) from error
 
 

@@ -169,7 +169,7 @@ class Spec(Declared):
         known = [name for name in fields_of(cls) if name not in cls.tables]
         for name in words:
             if name not in known:
-                hint = f"; {cls.gone[name]}" if name in cls.gone else meant.suggestion(name, known)
+                hint = meant.suggestion(name, known, gone=cls.gone)
                 raise InputError(f"[{cls.section}] {shown(name)} is no known key{hint}.")
 
     def to_toml(self) -> str:

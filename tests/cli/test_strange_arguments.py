@@ -29,6 +29,32 @@ def test_a_number_far_too_small_or_large_is_refused_in_a_sentence(words, tmp_pat
     assert not list(tmp_path.iterdir()), "nothing is begun"
 
 
+@pytest.mark.parametrize(
+    ("line", "way"),
+    [
+        ("run --packing-fracton 0.3", "--packing-fraction"),
+        ("run --ndim 3", "Did you mean --dimension?"),
+        ("run --T 3", "Did you mean --kT?"),
+        ("run --phi 0.3", "Did you mean --eta?"),
+        ("run --eta 0.7", "Scene.crystal, --lattice), for equal ones up to 0.74"),
+        ("transport --num-particles 3", "Did you mean --n?"),
+        ("pack --temperature 3", "carom pack has no kT"),
+        ("code 5 --eta 0.3", "carom code has no eta"),
+        ("code 5 --num-particles 3", "Did you mean N?"),
+        ("plan --target Z=0", "--eta"),
+        ("plan --target Z=0 --eta 0.3", "the relative error of the target must be at least"),
+        ("measure cut.h5md rdf", "carom.io.rebuild(source, target, keep)"),
+        ("info cut.h5md", "carom.io.rebuild(source, target, keep)"),
+    ],
+)
+def test_a_line_that_cannot_be_meant_points_the_right_way(line, way, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cut.h5md").write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(100))
+    done = CliRunner().invoke(app, line.split(), env={"COLUMNS": "300"})
+    assert (done.exit_code, type(done.exception)) == (2, SystemExit)
+    assert way in " ".join(done.output.replace("│", "").split())
+
+
 def test_growth_that_no_diameter_would_notice_is_refused():
     scene = carom.Scene.crystal(cells=1, packing_fraction=0.1)
     velocities = scene.positions - scene.positions.mean(axis=0)

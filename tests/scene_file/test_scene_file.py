@@ -86,7 +86,12 @@ BAD = [
     ),
     ("[scene]\nseed = 2", r"seed is no known key; the section of a command has it, such as \[run\] seed = 2"),
     ("[scene]\nkT = 2.0", r"kT is no known key; the section of a command has it, such as \[run\] kT = 2.0"),
-    ("[scene]\nphi = 0.3", "phi is no known key; give packing_fraction"),
+    ("[scene]\nphi = 0.3", "phi is no known key; it is called packing_fraction"),
+    (
+        "[scene]\ntemperature = 2.0",
+        r"temperature is no known key; the section of a command has it, such as \[run\] kT",
+    ),
+    ("[scene]\nbox = [.5, 1.0]", "a number begins with a digit: 0.5"),
     ("[scene]\ncells = ", "line 2|end of document"),
     ("[scene]\ncells = 1\nmass = 1 1\n", "line 3"),
     ("[scene]\ncells = 1\ncells = 2", "overwrite"),

@@ -160,7 +160,7 @@ def test_a_study_is_a_toml_file_and_back():
     for text, message in (
         ("[study]\nreplica = 2", "did you mean replicas"),
         ("[run]\nseed = 1", "for another command"),
-        ("[study]\neta = [0.3]", "eta is no known key; give packing_fraction"),
+        ("[study]\neta = [0.3]", "eta is no known key; it is called packing_fraction"),
         ("[stdy]\nseed = 1", "no known section; did you mean study"),
         ("study = 1", "must be a section"),
         ("[study", "no valid TOML"),

@@ -382,6 +382,13 @@ def test_a_search_ends_when_tries_agree_and_does_not_depend_on_who_ends_first(tm
     assert len(Codes(CodeSpec(7, tries=8)).run(out=tmp_path / "seven").records) == 8
 
 
+def test_a_search_ends_when_two_tries_agree_unless_a_number_of_tries_is_given(without_growth, tmp_path):
+    done = typed(7, "--engine", "serial", "--no-pictures", "--out", tmp_path / "seven")
+    assert without_growth == [1, 2, 3]
+    assert "reached by 2 of 3, first by seed 2" in done.stdout
+    assert [CodeSpec(7).agree, CodeSpec(7, tries=5).agree, CodeSpec(7, agree=3).tries] == [2, None, 40]
+
+
 def test_tries_that_do_not_agree_all_run(without_growth):
     code = spherical_code(7, tries=4, seed=2, agree=3, executor="serial")  # 2 and 3 agree; 4 and 5 are worse
     assert without_growth == [2, 3, 4, 5]

@@ -36,8 +36,13 @@ class Command(TyperCommand):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the arguments."""
         known = {name for each in self.params for name in (*each.opts, *each.secondary_opts)}
+        known |= {each.metavar for each in self.params if each.metavar and each.param_type_name == "argument"}
         for word in args[: args.index("--")] if "--" in args else args:
             name = word.split("=", 1)[0]
-            if name.startswith("-") and name not in known and (one := meant.synonym(name, sorted(known))):
+            if not name.startswith("-") or name in known:
+                continue
+            if one := meant.synonym(name, sorted(known)):
                 ctx.fail(f"No such option: {name}. Did you mean {one}?")
+            if other := meant.synonym(name, meant.FIRST):
+                ctx.fail(f"No such option: {name}. {ctx.command_path} has no {other}.")
         return super().parse_args(ctx, args)

@@ -5,9 +5,10 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from carom.cli.heartbeat import quiet, say
+from carom.compiling.compile_listeners import under_way
 
 if TYPE_CHECKING:
     from rich.progress import ProgressColumn
@@ -20,7 +21,7 @@ UNMEASURED = ("Preparing", "Compiling", "Drawing")
 
 
 def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ...]:
-    """Return the columns of a bar. The fraction done and the time left are shown if they are known."""
+    """Return the columns of a bar: compiling is called so; fraction and time left are shown if known."""
     from rich.progress import (
         BarColumn,
         TaskProgressColumn,
@@ -28,9 +29,15 @@ def columns(description: str = "{task.description}") -> tuple[ProgressColumn, ..
         TimeElapsedColumn,
         TimeRemainingColumn,
     )
+    from rich.text import Text
+
+    class Stage(TextColumn):
+        def render(self, task: Any) -> Text:
+            text = super().render(task)
+            return Text("Compiling".ljust(len(text))) if under_way() else text
 
     return (
-        TextColumn(description, markup=False),
+        Stage(description, markup=False),
         BarColumn(),
         TaskProgressColumn("{task.percentage:>3.0f} %"),
         TimeElapsedColumn(),

@@ -8,18 +8,25 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 _LISTENERS: list[Callable[[str], object]] = []
-_taken = 0.0
+_taken, _depth = 0.0, 0
 
 
 @contextlib.contextmanager
 def compiling() -> Iterator[None]:
     """Leave the time that the body takes out of :func:`running`."""
-    global _taken
+    global _taken, _depth
     began = time.perf_counter()
+    _depth += 1
     try:
         yield
     finally:
+        _depth -= 1
         _taken += time.perf_counter() - began
+
+
+def under_way() -> bool:
+    """Tell whether this process compiles now, or loads what it has compiled."""
+    return _depth > 0
 
 
 def running() -> float:

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     import h5py
 
 _KIND = "H5MD"
+_REBUILD = "carom.io.rebuild(source, target, keep) makes it anew from the .extxyz of the same run"
 _LAYOUT = 2  # layout 1 had neither species nor changing diameters
 _GROUP = "particles/trajectory"
 _LENGTH, _TIME, _VELOCITY = "Angstrom", "ps", "Angstrom ps-1"
@@ -240,7 +241,7 @@ class H5mdReader(Reader):
         self._input, self._store = patiently(path, self._opened)
 
     def _opened(self) -> tuple[Input, _Store | None]:
-        with reading(self.path, _KIND):
+        with reading(self.path, _KIND, _REBUILD):
             source = Input(self.path)
             try:
                 return source, _find_store(source.file)
@@ -255,7 +256,7 @@ class H5mdReader(Reader):
         def read() -> Frame:
             assert self._store is not None
             try:
-                with reading(self.path, _KIND):
+                with reading(self.path, _KIND, _REBUILD):
                     return self._store.read(k)
             except FileError:
                 if under_way(self.path):  # Where its parts lie may have changed.
@@ -291,13 +292,12 @@ class H5mdWriter(Writer):
         try:
             with H5mdReader(self.path) as reader:
                 keep = self._retain(reader, keep)
-            with reading(self.path, _KIND):
+            with reading(self.path, _KIND, _REBUILD):
                 self._output = Output(self.path, "r+")
         except FileError as error:
             raise FileError(
                 f"{self.path} cannot be opened for appending ({reason(error.__cause__ or error)}); "
-                "if a kill destroyed it, carom.io.rebuild(source, target, keep) makes it anew from the "
-                ".extxyz beside it."
+                f"if a kill destroyed it, {_REBUILD}."
             ) from error
         try:
             with writing(self.path):

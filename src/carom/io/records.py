@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import numbers
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,9 @@ def toml_tables(text: str) -> dict[str, Any]:
     except RecursionError:
         raise InputError("This is no valid TOML: its values are nested too deeply.") from None
     except ValueError as error:
-        raise InputError(f"This is no valid TOML: {str(error).rstrip('.')}.") from None
+        point = re.search(r"= *\[? *(\.\d+)", text)
+        hint = f"; a number begins with a digit: 0{point[1]}" if point else ""
+        raise InputError(f"This is no valid TOML: {str(error).rstrip('.')}{hint}.") from None
     return found
 
 

@@ -67,10 +67,6 @@ class SceneSpec(Spec):
         "periodic": 'axes without walls are periodic: give walls = "y", say',
         "restitution": "give impact = 0.9, say",
         "elastic_below": "give impact = { restitution = 0.9, elastic_below = 0.01 }, say",
-        "eta": "give packing_fraction",
-        "phi": "give packing_fraction",
-        "N": "give n",
-        "d": "give dimension",
     }
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = (
         ("cells", "n"),

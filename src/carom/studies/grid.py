@@ -84,13 +84,7 @@ class SceneGrid(OfScene):
     """The field that says how long a run measures, instead of the error."""
     refused: ClassVar[Mapping[str, str]]
     """Keys of a scene with which there is nothing to measure, and why."""
-    gone: ClassVar[Mapping[str, str]] = {
-        "initial": 'give lattice = "fcc", "none" or "auto"',
-        "eta": "give packing_fraction",
-        "phi": "give packing_fraction",
-        "N": "give n",
-        "d": "give dimension",
-    }
+    gone: ClassVar[Mapping[str, str]] = {"initial": 'give lattice = "fcc", "none" or "auto"'}
 
     packing_fraction: tuple[float, ...] = option(
         None,

@@ -60,10 +60,13 @@ class CodeSpec(Spec):
 
     n: int = needed(integer(low=2, high=MOST), "Number of points, 2 to 1000.", flags=None)
     dimension: int = option(integer(low=2, high=12), "Dimension of the space around the sphere.", default=3)
-    tries: int = option(integer(low=1, high=10**6), "Number of random starts.", default=40)
+    tries: int | None = option(
+        integer(low=1, high=10**6), "Number of random starts; by default 40 at most, until two agree."
+    )
     seed: int = option(SEED, "Seed of the first try; each further one has the next.", default=1)
     agree: int | None = option(
-        integer(low=2), "End as soon as so many tries have led to the best code. By default, all tries run."
+        integer(low=2),
+        "End as soon as so many tries have led to the best code; by default 2, unless tries are given.",
     )
     rate: float | None = option(
         number(low=0.0, high=1.0, open_low=True),
@@ -84,11 +87,15 @@ class CodeSpec(Spec):
     digits: int = option(integer(low=15, high=MOST_DIGITS), "Decimal digits of the result.", default=32)
 
     def complete(self) -> None:
-        """Set the number of starts, which depends on n; errors are those of :class:`CodeSpec`."""
+        """Set the starts, which depend on n, and when to end; errors are those of :class:`CodeSpec`."""
         from carom.studies.codes.repulsion import starts_for
 
         if self.starts is None:
             self._put("starts", starts_for(self.n))
+        if self.tries is None:
+            self._put("tries", 40)
+            self._put("agree", self.agree or 2)
+        assert self.tries is not None
         if self.agree is not None and self.agree > self.tries:
             raise InputError(
                 f"agree must be at most the number of tries ({self.tries}), found {self.agree}; give more "
@@ -114,6 +121,7 @@ class CodeSpec(Spec):
         """Return the tries, by seed; none for a code that is known."""
         if self.exact:
             return []
+        assert self.tries is not None
         seeds = range(self.seed, self.seed + self.tries)
         shared = self.settings()
         return [{**shared, "seed": seed, "rate": self.rate or RATES[seed % 2]} for seed in seeds]

@@ -528,6 +528,8 @@ def system_of(
             )
         return of_scene(Path(scene))[0]
     if packing_fraction is None:
-        raise InputError("A plan needs packing_fraction, or a scene; found neither.")
+        raise InputError(
+            "A plan needs packing_fraction (--eta), or a scene (a file, such as fluid.toml); found neither."
+        )
     words = {} if species is None else {"species": [{"fraction": 1.0, **each} for each in species]}
     return System(packing_fraction, 3 if dimension is None else dimension, words)
