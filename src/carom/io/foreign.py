@@ -53,6 +53,7 @@ class ForeignReader(Reader):
     """
 
     foreign = True
+    _sheared = False
     _stranger = "cannot be used"
 
     def __init__(
@@ -135,11 +136,12 @@ class ForeignReader(Reader):
             assumed.append("times 0, 1, 2 and so on")
         #: Whether particles leave the box and are not put back: at the end they fill more than it.
         last = first if len(self) == 1 else self._source.read(len(self) - 1)
+        self._sheared = any(self._check_box(each)[1] for each in (first, last))  # a shear may begin at 0
         self._unwrapped = last.unwrapped or (first.images is None and self._strays(last))
         if self._unwrapped and not last.unwrapped:
             assumed.append("unwrapped positions, as they fill more than the box")
         said = [f"assumed {', '.join(assumed)}"] if assumed else []
-        moving = [each.velocities is not None for each in (first, last)]
+        moving = [self._moves(each) is not None for each in (first, last)]
         said += [] if all(moving) else ["no velocities in some frames" if any(moving) else "no velocities"]
         said += [f"left out {', '.join(first.dropped)}"] if first.dropped else []
         said += [f"lengths in {self._source.units}"] if self._source.units else []
@@ -186,7 +188,7 @@ class ForeignReader(Reader):
                 f"{self.path} has a box with the edges {cell.tolist()}; expected right angles along x, y and "
                 "z, or a tilt of y along x alone."
             )
-        return edges, shift / float(edges[1]) if shift else None
+        return edges, shift / float(edges[1]) if shift or self._sheared else None
 
     def _strays(self, snapshot: Snapshot) -> bool:
         """Tell whether particles fill more than 1.5 boxes; wrapped ones fill one, molecules a little more."""
@@ -195,6 +197,12 @@ class ForeignReader(Reader):
         places[:, 0] -= (tilt * places[:, 1]) if tilt else 0.0
         spread = np.ptp(places, axis=0) / edges if len(places) else np.zeros(len(edges))
         return bool((spread[self._periodic(snapshot)] > 1.5).any())
+
+    def _moves(self, snapshot: Snapshot) -> np.ndarray | None:
+        """Return the velocities (n, d), or None where some components are unknown."""
+        if snapshot.velocities is None or np.shape(snapshot.velocities)[1] < self._dimension:
+            return None
+        return np.asarray(snapshot.velocities, dtype=np.float64)[:, : self._dimension]
 
     def _periodic(self, snapshot: Snapshot) -> np.ndarray:
         flags = (True,) * 3 if self._box is not None or snapshot.periodic is None else snapshot.periodic
@@ -245,13 +253,13 @@ class ForeignReader(Reader):
         if tilt:
             positions[:, 0] += tilt * positions[:, 1]
         assert images is not None
-        moves = found.velocities
+        moves = self._moves(found)
         kinds, names = self._species(found)
         return Frame(
             time=float(k if found.time is None else found.time),
             step=0,
             positions=np.ascontiguousarray(positions[order]),
-            velocities=np.zeros((n, d)) if moves is None else _wide(moves, d)[order],
+            velocities=np.zeros((n, d)) if moves is None else moves[order],
             box=edges,
             diameters=self._diameters(found)[order],
             masses=np.ones(n)
@@ -264,8 +272,12 @@ class ForeignReader(Reader):
             tilt=tilt,
             lacks=frozenset(
                 name
-                for name in ("velocities", "masses", "diameters")
-                if getattr(found, name) is None and not (name == "diameters" and self._diameter is not None)
+                for name, known in (
+                    ("velocities", moves),
+                    ("masses", found.masses),
+                    ("diameters", found.diameters if self._diameter is None else self._diameter),
+                )
+                if known is None
             ),
         )
 
@@ -293,12 +305,3 @@ def _names(snapshot: Snapshot) -> list[str]:
     """Return the names of the species that a snapshot holds, numbers in order of their value."""
     kinds = [] if snapshot.kinds is None else sorted({*np.asarray(snapshot.kinds).astype(str).tolist()})
     return sorted(kinds, key=int) if all(kind.isdecimal() for kind in kinds) else kinds
-
-
-def _wide(vectors: np.ndarray, d: int) -> np.ndarray:
-    """Return (n, d) vectors; components that a file does not have are 0."""
-    vectors = np.asarray(vectors, dtype=np.float64)
-    result = np.zeros((len(vectors), d))
-    width = min(d, vectors.shape[1])
-    result[:, :width] = vectors[:, :width]
-    return result

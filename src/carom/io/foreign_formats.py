@@ -60,17 +60,20 @@ class Xyz(Source):
         velocities = next((columns[name] for name in _VELOCITIES if name in columns), None)
         used = {"pos", "radius", "radii", "diameter", "masses", "mass", *_VELOCITIES}
         used |= {"momenta", "species", "id", "images", "kind", "color", "z"}
+        numbers = columns.get("z")  # of elements
+        if numbers is not None and numbers.dtype.kind != "i":
+            numbers = None
         if velocities is None and "momenta" in columns:
             if masses is None:
-                masses = _of_elements(columns.get("species"), len(places))
+                masses = _of_elements(numbers, columns.get("species", ["X"] * len(places)))
             velocities = columns["momenta"] / masses[:, None]
         return Snapshot(
             places, cell, np.array(origin) if len(origin) == 3 else None,
             None if flags is None else (*flags, *(False,) * (3 - len(flags))),
             velocities=None if velocities is None else velocities.reshape(len(places), -1),
             diameters=2.0 * radii if radii is not None else columns.get("diameter"),
-            masses=masses, images=columns.get("images"), kinds=columns.get("species"), ids=ids_of(columns),
-            time=time, dimension=_said_dimension(info, width) if extended else None,
+            masses=masses, images=columns.get("images"), kinds=columns.get("species", numbers),
+            ids=ids_of(columns), time=time, dimension=_said_dimension(info, width) if extended else None,
             dropped=tuple(name for name in columns if name not in used),
         )  # fmt: skip
 
@@ -88,13 +91,13 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _of_elements(symbols: Any, n: int) -> np.ndarray:
-    """Return the masses that ASE gives to chemical elements; others have 1."""
+def _of_elements(numbers: np.ndarray | None, symbols: Any) -> np.ndarray:
+    """Return the masses that ASE gives to chemical elements, by number or by symbol; others have 1."""
     from ase.data import atomic_masses, atomic_numbers
 
-    if symbols is None:
-        return np.ones(n)
-    return np.array([atomic_masses[atomic_numbers.get(str(name), 0)] for name in symbols])
+    if numbers is None:
+        numbers = np.array([atomic_numbers.get(str(name), 0) for name in symbols])
+    return np.asarray(atomic_masses[numbers])
 
 
 class _Blocks(Source):

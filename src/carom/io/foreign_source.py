@@ -17,6 +17,8 @@ import numpy as np
 LONGEST = 1 << 24
 """Bytes of a line, at most: a file of zeros is one line that never ends."""
 
+_BLOCK, _LINE = 1 << 20, 64  # bytes that are read at once, and of a usual line
+
 PACKED = (".gz", ".bz2", ".xz")  # suffixes of compressed files, before which stands that of the format
 
 _MAGIC: dict[bytes, Callable[[Path], Any]] = {
@@ -66,14 +68,12 @@ class Source(ABC):
         """Close the file."""
 
 
-def opened(path: Path) -> IO[bytes]:
+def opened(path: Path) -> io.BufferedReader:
     """Open a text file for reading, compressed or not: its first bytes tell, whatever its name says."""
     with path.open("rb") as file:
         begin = file.read(6)
-    for magic, opener in _MAGIC.items():
-        if begin.startswith(magic):
-            return opener(path)
-    return path.open("rb")
+    packed = (opener(path) for magic, opener in _MAGIC.items() if begin.startswith(magic))
+    return io.BufferedReader(next(packed, None) or path.open("rb", buffering=0), _BLOCK)
 
 
 def text_of(path: Path) -> list[str]:
@@ -88,6 +88,26 @@ def line_of(file: IO[bytes]) -> bytes:
     if len(line) == LONGEST:
         raise ValueError(f"a line is longer than {LONGEST} bytes")
     return line
+
+
+def pass_lines(file: io.BufferedReader, count: int, end: bytes = b"") -> tuple[int, bytes]:
+    """Go past lines, up to one that begins with ``end``; return how many, and a last one without an end."""
+    passed, rest = 0, b""
+    while passed < count and (block := file.peek()[: _LINE * (count - passed) + len(rest)]):
+        # A block has about as many lines as are left: a small frame does not search through what follows it.
+        if end:
+            at = 0 if block.startswith(end) and not rest else block.find(b"\n" + end) + 1 or len(block)
+            if at == 0:
+                break
+            block = block[:at]
+        ends = np.flatnonzero(np.frombuffer(block, np.uint8) == ord("\n"))[: count - passed]
+        stop = int(ends[-1]) + 1 if len(ends) else len(block)
+        rest = block[stop:] if len(ends) else rest + block
+        file.read(stop if len(ends) == count - passed else len(block))
+        passed += len(ends)
+        if len(rest) >= LONGEST:
+            raise ValueError(f"a line is longer than {LONGEST} bytes")
+    return passed, rest if passed < count else b""
 
 
 def table_of(lines: bytes, columns: list[int]) -> np.ndarray:

@@ -14,7 +14,17 @@ from typing import Any
 import numpy as np
 
 from carom.io.extxyz_header import integers
-from carom.io.foreign_source import Snapshot, Source, line_of, opened, table_of, text_of, tilted_cell, vectors
+from carom.io.foreign_source import (
+    Snapshot,
+    Source,
+    line_of,
+    opened,
+    pass_lines,
+    table_of,
+    text_of,
+    tilted_cell,
+    vectors,
+)
 
 _WORDS = {"typelabel", "element"}
 """Columns of a dump that hold words; ``type`` may."""
@@ -35,10 +45,9 @@ class Dump(Source):
             while self._seek_frame():
                 self._starts.append(self._at)
                 _, n, _, _ = self._head()
-                for k in range(n):
-                    line = line_of(self._file)
-                    if not line.strip() or line.startswith(b"ITEM:"):
-                        raise ValueError(f"frame {len(self) - 1} ends after {k} of {n} particles")
+                k, rest = pass_lines(self._file, n, b"ITEM:")
+                if k < n - bool(rest.strip()):
+                    raise ValueError(f"frame {len(self) - 1} ends after {k} of {n} particles")
         except BaseException:
             self._file.close()
             raise

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import tempfile
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -109,8 +110,13 @@ class Pdb(_OfMDAnalysis):
     def _trajectory(self) -> Any:
         import MDAnalysis
 
-        self._world = MDAnalysis.Universe(str(self.path), format="PDB")
         lines = text_of(self.path)
+        with tempfile.TemporaryDirectory() as folder:  # MDAnalysis unpacks no .xz
+            path = self.path
+            if path.suffix.lower() == ".xz":
+                path = Path(folder, "a.pdb")
+                path.write_text("\n".join(lines))
+            self._world = MDAnalysis.Universe(str(path), topology_format="PDB", format="PDB")
         if lines[-1].startswith(("ATOM", "HETATM")) and len(lines[-1]) < 54:
             raise ValueError("its last line ends before the coordinates do")
         for line in lines:  # MDAnalysis passes over a box before the first MODEL
