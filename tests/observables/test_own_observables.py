@@ -104,10 +104,10 @@ class Density:
 
 
 def test_frames_without_a_scene_begin_with_the_first_of_them(sim, tmp_path):
-    sim.write(tmp_path / "a.h5md", every=0.5, count=16)
+    sim.write(tmp_path / "a.h5md", every=0.5, count=128)
     found = carom.measure(tmp_path / "a.h5md", Density())["Density"]
+    assert len(found) == 2
     assert sum(each.mean for each in found) == pytest.approx(sim.n)
-    assert len(found) == len(sim.measure(Density(), time=1.0, blocks=4)) == 2
 
 
 @own.observer

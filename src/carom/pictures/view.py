@@ -19,7 +19,7 @@ from carom.frame import Frame
 from carom.io import records
 from carom.io.events import is_log
 from carom.io.formats import Reader
-from carom.io.trajectory import open_reader
+from carom.io.trajectory import FRAMES, open_reader
 from carom.models.drives import Drive
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
@@ -30,7 +30,7 @@ from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing
 
-ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
+ORDER = ("events.h5", *FRAMES)
 """Files of a folder that can be shown; the first that exists is taken."""
 
 

@@ -22,10 +22,9 @@ from carom.observables.bond_order import NEAREST, BondOrder
 from carom.observables.crystallinity import Crystallinity
 from carom.observables.density_profile import DensityProfile
 from carom.observables.dynamics import FEW, Dynamics
-from carom.observables.histograms import DEFAULT_REACH
 from carom.observables.of_frames import OfFrames, as_points
 from carom.observables.protocol import Underway, sees
-from carom.observables.rdf import MOST_SPECIES, RDF, PartialRDF
+from carom.observables.rdf import DEFAULT_REACH, MOST_SPECIES, RDF, PartialRDF
 from carom.observables.statistics import unwarned
 from carom.observables.structure_factor import StructureFactor
 from carom.scene.fields import is_equal
