@@ -47,7 +47,7 @@ from carom.io.extxyz_header import (
 )
 from carom.io.foreign_source import LONGEST, line_of, opened, pass_lines, table_of
 from carom.io.formats import Reader, Writer
-from carom.io.locks import Claim, under_way
+from carom.io.locks import WriteLock, under_way
 from carom.io.validation import narrowed
 from carom.paths import reading, writing
 from carom.version import __version__
@@ -336,7 +336,7 @@ class ExtxyzWriter(Writer):
         super().__init__(path, scene)
         end = 0
         with writing(path):
-            self._claim = Claim(path)
+            self._write_lock = WriteLock(path)
         try:
             if append:
                 end = self._keep(keep)
@@ -347,7 +347,7 @@ class ExtxyzWriter(Writer):
                     self._file.truncate(end)
                     self._file.seek(end)
         except BaseException:
-            self._claim.close()
+            self._write_lock.close()
             raise
         self._end = end
 
@@ -378,7 +378,7 @@ class ExtxyzWriter(Writer):
 
     def _close(self) -> None:
         self._file.close()
-        self._claim.close()
+        self._write_lock.close()
 
 
 READER, WRITER = ExtxyzReader, ExtxyzWriter

@@ -27,7 +27,7 @@ _MAGIC: dict[bytes, Callable[[Path], Any]] = {
 
 
 @dataclass
-class Snapshot:
+class RawFrame:
     """All particles at one time, as a file has them; what it lacks is None."""
 
     positions: np.ndarray  # (n, 1 to 3), centers [length], anywhere
@@ -47,7 +47,7 @@ class Snapshot:
 
 
 class Source(ABC):
-    """A file of another program: snapshots by number. Its constructor and ``read`` may raise anything."""
+    """A file of another program: frames by number. Its constructor and ``read`` may raise anything."""
 
     units = ""
     """Unit of lengths that the format prescribes."""
@@ -61,8 +61,8 @@ class Source(ABC):
     def __len__(self) -> int: ...
 
     @abstractmethod
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot ``0 <= k < len(self)``."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame ``0 <= k < len(self)``."""
 
     def close(self) -> None:  # noqa: B027  (many hold nothing open)
         """Close the file."""

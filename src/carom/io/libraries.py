@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from carom.io.foreign_source import Snapshot, Source, text_of
+from carom.io.foreign_source import RawFrame, Source, text_of
 from carom.io.formats import foreign_format_of
 
 if TYPE_CHECKING:
@@ -38,11 +38,11 @@ class OfAse(Source):
     def __len__(self) -> int:
         return len(self._atoms)
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         atoms: ase.Atoms = self._atoms[k]
         time = atoms.info.get("time")
-        return Snapshot(
+        return RawFrame(
             atoms.positions, atoms.cell[:], None, tuple(bool(flag) for flag in atoms.pbc),
             velocities=atoms.get_velocities() if atoms.has("momenta") else None,
             masses=atoms.get_masses(), kinds=np.array(atoms.get_chemical_symbols()),
@@ -85,8 +85,8 @@ class _OfMDAnalysis(Source):
     def __len__(self) -> int:
         return len(self._frames)
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         from MDAnalysis.lib.mdamath import triclinic_vectors
 
         with warnings.catch_warnings():
@@ -94,7 +94,7 @@ class _OfMDAnalysis(Source):
             step = self._frames[k]
         box = self._box if step.dimensions is None else step.dimensions
         cell = None if box is None else triclinic_vectors(box).astype(np.float64)
-        return Snapshot(step.positions, cell, kinds=self._kinds(), time=float(step.time))
+        return RawFrame(step.positions, cell, kinds=self._kinds(), time=float(step.time))
 
     def _kinds(self) -> np.ndarray | None:
         return None
@@ -126,8 +126,8 @@ class Pdb(_OfMDAnalysis):
                 break
         return self._world.trajectory
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k, which has no time: that of MDAnalysis is its number."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k, which has no time: that of MDAnalysis is its number."""
         return dataclasses.replace(super().read(k), time=None)
 
     def _kinds(self) -> np.ndarray:
@@ -169,12 +169,12 @@ class Xtc(Source):
     def __len__(self) -> int:
         return len(self._file)
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         self._file.seek(k)
         step = self._file.read()
         moving = getattr(step, "hasv", False)
-        return Snapshot(
+        return RawFrame(
             np.array(step.x), np.array(step.box, dtype=np.float64),
             velocities=np.array(step.v) if moving else None, time=float(step.time),
         )  # fmt: skip

@@ -677,8 +677,8 @@ class _Fit:
             both = jacobian[:, :, None] * (jacobian / expected[:, None])[:, None, :]
             information = np.sum(both, axis=0)
             inverse = pseudo_inverse(information)
-            missing = np.sum(jacobian * (counts / expected - 1.0)[:, None], axis=0)
-            step = np.sum(inverse * missing, axis=1)
+            score = np.sum(jacobian * (counts / expected - 1.0)[:, None], axis=0)
+            step = np.sum(inverse * score, axis=1)
             # A step from a poor start may be too long; ln g never needs to change by more than 1 at once.
             a = a + step * min(1.0, 1.0 / max(float(np.abs(step).max()), 1e-300))
             # Converged when the step is a hundredth of the statistical error.
