@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 
     from carom.scene.scene import Scene
 
+__all__ = ["RDF", "PartialRDF", "PartialRDFResult", "RDFResult", "contact_value"]
+
 MOST_SPECIES = 4
 """Largest number of species whose pairs each have a g(r): ten pairs."""
 
@@ -67,16 +69,10 @@ WEIGHTS = (5.0 / 9.0, 8.0 / 9.0, 5.0 / 9.0)
 
 
 def species_of(scene: Scene) -> np.ndarray | None:
-    """Return the species (n,) of a ``scene`` for g_ij(r).
+    """Return the species (n,) for g_ij(r): those of the ``scene``, or each diameter, the largest first.
 
-    They are those of the scene if each has one diameter. Otherwise each diameter is a species, the largest
-    first.
-
-    Returns
-    -------
-    (n,) int64 array or None
-        None if there are more than four, as in a polydisperse fluid: no pair of sizes occurs often enough.
-        Also None if a contact matrix goes with species of several diameters.
+    None if there are more than four, as in a polydisperse fluid: no pair of sizes occurs often enough. Also
+    if a contact matrix goes with species of several diameters.
     """
     given = scene.species
     if given is not None and all(np.ptp(scene.diameters[given == k]) == 0.0 for k in np.unique(given)):
@@ -349,19 +345,9 @@ class PartialRDFResult(Result, dict[str, RDFResult]):
 
 
 class PartialRDF(_Histograms):
-    """g_ij(r) of every pair of species of a mixture, in the default bins of :class:`carom.RDF`.
+    """g_ij(r) of every pair of species of a ``scene``, in the default bins of :class:`carom.RDF`.
 
-    Parameters
-    ----------
-    scene : Scene
-        Scene of the frames, with its species and contact distances.
-
-    Attributes
-    ----------
-    pairs : list of str
-        Names of the pairs by ``carom.scene.species.pair_name``: "large-small", or "0-1". Pairs that do not
-        occur are left out, and pairs whose contact lies beyond half of the box. It is empty if
-        :func:`species_of` is None.
+    ``pairs`` has the names of those that occur, and whose contact lies within half of the box.
     """
 
     def __init__(self, scene: Scene):
