@@ -212,6 +212,9 @@ def test_lines_are_passed_over_by_number_however_long_they_are(tmp_path):
                 at += count
                 assert file.tell() == len(b"".join(lines[:at]))
             assert pass_lines(file, len(lines) - at) == (len(lines) - at - 1, lines[-1])
+    (tmp_path / "a").write_bytes(b"1 2\n" * 3000 + b"ITEM: NEXT\n" * 2 + b"3 4\n" * 3000)
+    with opened(tmp_path / "a") as file:
+        assert pass_lines(file, 5000, b"ITEM:") == (3000, b"")
 
 
 def test_the_number_of_particles_may_change(tmp_path):

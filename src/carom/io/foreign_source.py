@@ -17,7 +17,8 @@ import numpy as np
 LONGEST = 1 << 24
 """Bytes of a line, at most: a file of zeros is one line that never ends."""
 
-_BLOCK, _LINE = 1 << 20, 64  # bytes that are read at once, and of a usual line
+_BLOCK, _LINE = 1 << 18, 64  # bytes that are read at once, and of a usual line
+_FEW = 500  # lines that are read one by one
 
 PACKED = (".gz", ".bz2", ".xz")  # suffixes of compressed files, before which stands that of the format
 
@@ -92,22 +93,26 @@ def line_of(file: IO[bytes]) -> bytes:
 
 def pass_lines(file: io.BufferedReader, count: int, end: bytes = b"") -> tuple[int, bytes]:
     """Go past lines, up to one that begins with ``end``; return how many, and a last one without an end."""
-    passed, rest = 0, b""
-    while passed < count and (block := file.peek()[: _LINE * (count - passed) + len(rest)]):
-        # A block has about as many lines as are left: a small frame does not search through what follows it.
-        if end:
-            at = 0 if block.startswith(end) and not rest else block.find(b"\n" + end) + 1 or len(block)
-            if at == 0:
+    passed = 0
+    while passed < count:
+        if count - passed > _FEW:  # of many lines the ends are counted
+            block = file.peek()[: _LINE * (count - passed)]
+            if end and block.startswith(end):
                 break
-            block = block[:at]
-        ends = np.flatnonzero(np.frombuffer(block, np.uint8) == ord("\n"))[: count - passed]
-        stop = int(ends[-1]) + 1 if len(ends) else len(block)
-        rest = block[stop:] if len(ends) else rest + block
-        file.read(stop if len(ends) == count - passed else len(block))
-        passed += len(ends)
-        if len(rest) >= LONGEST:
-            raise ValueError(f"a line is longer than {LONGEST} bytes")
-    return passed, rest if passed < count else b""
+            if end and (at := block.find(b"\n" + end)) >= 0:
+                block = block[: at + 1]
+            ends = np.flatnonzero(np.frombuffer(block, np.uint8) == ord("\n"))[: count - passed]
+            if len(ends):
+                file.read(int(ends[-1]) + 1)
+                passed += len(ends)
+                continue
+        line = line_of(file)
+        if not line.endswith(b"\n"):
+            return passed, line
+        if end and line.startswith(end):
+            break
+        passed += 1
+    return passed, b""
 
 
 def table_of(lines: bytes, columns: list[int]) -> np.ndarray:
