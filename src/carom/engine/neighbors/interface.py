@@ -26,7 +26,7 @@ def earliest_newcomer(neighbors, model, state, i, now, refs, start_index, count)
 
 @required
 def transit_time(neighbors, motion, boundary, state, i, now):
-    """Return the time at which component i leaves its sector (or the sphere of its list)."""
+    """Return the time at which component i leaves its sector, or soon leaves the sphere of its list."""
 
 
 @optional

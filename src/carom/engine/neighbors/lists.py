@@ -1,9 +1,10 @@
 """Neighbour lists (NeighborLists, Verlet lists): the sector's idea with a sphere for a sector.
 
 A surface stays in a sphere around its reference point, its *bound*; two are listed while their bounds
-overlap. At its bound a component takes a new point and renews its own list only. Points are integer fractions
-of the box, all axes in 64 bits: differences are exact, and to the nearest image. Cells find neighbours;
-bounds of very different size have grids (*levels*) of their own, with cells as wide as their largest.
+overlap. At its bound, or shortly before, a component takes a new point and renews its own list only. Points
+are integer fractions of the box, all axes in 64 bits: differences are exact, and to the nearest image. Cells
+find neighbours; bounds of very different size have grids (*levels*) of their own, with cells as wide as their
+largest.
 """
 
 from __future__ import annotations
