@@ -208,8 +208,11 @@ def make_lists(
 
 @inner
 def root_above(x):
-    """Return the root of x or up to 6 % more: its bits halved are linear between powers of four and two."""
-    return np.int64((np.float64(x).view(np.int64) >> 1) + 0x1FF8000000000000).view(np.float64)
+    """Return the root of x and a hair or up to 6 % more: bits halved are linear between powers of four.
+
+    The hair keeps ``b + slack root`` above zero where a component flies straight inwards from its bound.
+    """
+    return np.int64((np.float64(x).view(np.int64) >> 1) + 0x1FF8000000000400).view(np.float64)
 
 
 @inner
