@@ -68,8 +68,8 @@ class Declared:
             value = getattr(self, name)
             if value is None and field.default is not dataclasses.MISSING:  # as if it were left out
                 self._put(name, value := field.default)
-            if value is not None or field.needed:
-                self._put(name, checked(type(self), name, value))
+            if field.check is not None and (value is not None or field.needed):
+                self._put(name, field.check(value, self.before + name + self.after))
         self.complete()
 
     def _put(self, name: str, value: Any) -> None:
@@ -179,11 +179,12 @@ def schema_of_several(one: Check) -> dict[str, Any]:
     return {"anyOf": [schema_of(one), {"type": "array", "items": schema_of(one), "minItems": 1}]}
 
 
-def schema_of_table(kind: type[Declared]) -> dict[str, Any]:
-    """Return the JSON schema of a table with the fields of a declared value."""
-    fields = fields_of(kind)
-    properties = {name: schema_of(field.check) for name, field in fields.items()}
-    needed = [name for name, field in fields.items() if field.needed]
+def schema_of_table(kind: type[Declared], named: str | None = None) -> dict[str, Any]:
+    """Return the JSON schema of a table with the fields of a declared value, and its type where ``named``."""
+    fields = {name: field for name, field in fields_of(kind).items() if field.check is not None}
+    properties = {} if named is None else {"type": {"const": named}}
+    properties |= {name: schema_of(field.check) for name, field in fields.items()}
+    needed = ["type"] * (named is not None) + [name for name, field in fields.items() if field.needed]
     return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
 
 

@@ -14,6 +14,7 @@ from typer.testing import CliRunner
 from carom import cli
 from carom.cli import templates
 from carom.declared import fields_of
+from carom.scene_file.sections import SceneSpec
 
 SMALL_RUN = ("--n", "30", "--equilibration", "1", "--frames", "2", "--no-pictures")
 SMALL_STUDY = ("--n", "32", "--replicas", "1", "-c", "60", "--equilibration", "5", "--engine", "serial",
@@ -92,6 +93,13 @@ def test_the_schema_accepts_a_template_also_with_every_line_switched_on_alone(na
         "[scene]\npacking_fraction = 1.5",
         "[scene]\nspecies.a = { color = 1 }",
         "[scene]\nobstacles.a = { radius = 1.0 }",
+        "[scene]\nobstacles.a = { type = 'ball', radius = -1.0, center = [0, 0] }",
+        "[scene]\nobstacles.a = { type = 'ball', radius = 1.0, center = [0, 0], impact = { power = 9.0 } }",
+        "[scene]\nwalls.x_low = { kT = -1.0 }",
+        "[scene]\nwalls.x_low = { shake = { amplitude = 1.0 } }",
+        "[scene]\ninteraction = { type = 'square-well', range = 0.5 }",
+        "[scene]\ninteraction = { type = 'bonds', outer = 1.1 }",
+        "[scene]\ninteraction = { type = 'steps', distances = [1.0] }",
         "[scene]\nmotion = { type = 'gravity' }",
         "[scene]\ndrive = { type = 'andersen', kT = 1.0, rate = -1.0 }",
         "[scene]\nimpact = { restitution = 2.0 }",
@@ -106,6 +114,21 @@ def test_the_schema_accepts_a_template_also_with_every_line_switched_on_alone(na
 def test_the_schema_refuses_what_carom_refuses(text):
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(tomllib.loads(text), templates.schema())
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "obstacles.a = { type = 'ball', radius = 1, center = [0, 0], shake = { amplitude = 1, period = 1 } }",
+        "walls.x_low = { kT = 1.0 }\nwalls.x_high = { impact = 0.9, offset = 0.0 }",
+        "interaction = { type = 'steps', distances = [1.0, 1.5], energies = [inf, -1.0] }",
+        "interaction = { type = 'bonds', pairs = [[0, 1]], outer = 1.1, others = { type = 'square-well' } }",
+        "interaction = { type = 'ranges', file = 'a.py', rule = 'f', kinds = [{ name = 'a', circles = [1]}]}",
+    ],
+)
+def test_the_schema_accepts_what_carom_reads(text):
+    jsonschema.validate(tomllib.loads("[scene]\n" + text), templates.schema())
+    SceneSpec.from_toml("[scene]\n" + text)
 
 
 def test_the_schema_says_of_each_key_what_its_option_says():

@@ -6,7 +6,7 @@ import numpy as np
 
 import carom
 from carom.io.events import read_events, read_initial
-from carom.models.files.to_tables import obstacle_to_table
+from carom.models.files.tables import obstacle_to_table
 from carom.reference.arithmetic import make_arithmetic
 from helpers.naive.oracle import Oracle
 

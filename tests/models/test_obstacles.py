@@ -13,8 +13,7 @@ from helpers.plain import plain_python
 
 from carom.engine.obstacles import make_obstacles, numbers_of
 from carom.errors import InputError, OverlapError
-from carom.models.files.tables import obstacle_from_table
-from carom.models.files.to_tables import obstacle_to_table
+from carom.models.files.tables import from_table, obstacle_to_table
 from carom.models.obstacles import (
     Arc,
     Ball,
@@ -179,7 +178,7 @@ def test_a_container_without_room_is_refused():
     ],
 )
 def test_an_obstacle_becomes_json_and_comes_back(obstacle):
-    assert obstacle_from_table(obstacle_to_table(obstacle)) == obstacle
+    assert from_table(obstacle_to_table(obstacle), "obstacle") == obstacle
 
 
 @pytest.mark.parametrize(
@@ -194,7 +193,7 @@ def test_an_obstacle_becomes_json_and_comes_back(obstacle):
 )
 def test_json_that_is_no_obstacle_is_refused(values, says):
     with pytest.raises(InputError, match=says):
-        obstacle_from_table(values)
+        from_table(values, "obstacle")
 
 
 @dataclass(frozen=True)

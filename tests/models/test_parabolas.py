@@ -12,8 +12,7 @@ import carom
 from carom.engine.obstacles import age_obstacles, make_obstacles
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
-from carom.models.files.tables import obstacle_from_table
-from carom.models.files.to_tables import obstacle_to_table
+from carom.models.files.tables import from_table, obstacle_to_table
 from carom.models.mathematics.counter_random import normal, uniform
 from carom.models.motions.gravity import Falling, Gravity
 from carom.models.obstacles.balls import SolidBall
@@ -385,6 +384,6 @@ def test_a_direction_is_the_same_from_a_file():
     directions = np.random.default_rng(1).normal(size=(200, 3))
     for direction in directions:
         shaken = Plane((0.0, 0.0, 1.0), 0.0, shake=Sine(0.1, 2.0), direction=tuple(direction))
-        again = obstacle_from_table(json.loads(json.dumps(obstacle_to_table(shaken))))
+        again = from_table(json.loads(json.dumps(obstacle_to_table(shaken))), "obstacle")
         assert again == shaken
         assert dressed(again) == dressed(shaken)

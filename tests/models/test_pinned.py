@@ -12,7 +12,7 @@ from helpers.naive.oracle import Oracle
 import carom
 from carom.errors import InputError, OverlapError
 from carom.models import Ball
-from carom.models.files.to_tables import obstacle_to_table
+from carom.models.files.tables import obstacle_to_table
 from carom.models.interactions.pinned import Pinned
 
 EPS = np.finfo(float).eps

@@ -23,8 +23,7 @@ from carom.models import (
     Wall,
     polygon,
 )
-from carom.models.files.tables import obstacle_from_table
-from carom.models.files.to_tables import obstacle_to_table
+from carom.models.files.tables import from_table, obstacle_to_table
 from carom.models.obstacles.dressing import Shaken, Surface, Thermal, dressed
 from carom.models.obstacles.properties import Properties
 from carom.scene.fields import standing
@@ -63,7 +62,7 @@ def test_every_obstacle_takes_every_keyword_and_becomes_what_encloses_it(body):
         assert dressed(value) == made
         assert dressed(made) is made
         assert value.name == "it"
-        assert obstacle_from_table(obstacle_to_table(value)) == value
+        assert from_table(obstacle_to_table(value), "obstacle") == value
 
 
 def test_a_plane_is_shaken_along_its_normal_and_others_are_told():

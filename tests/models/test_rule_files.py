@@ -170,10 +170,10 @@ def test_a_file_without_a_rule_that_works_is_refused_in_a_sentence(files, source
         ('rule = "behave"', 'rule = "os.remove"', "name of a function"),
         ("seed = 1", "seed = -1", "seed"),
         ("seed = 1", "sha256 = 'abc'", "64 hexadecimal digits"),
-        ("seed = 1", "trust = true", "has no trust"),
+        ("seed = 1", "trust = true", "has no 'trust'"),
         ("circles = [6.0]", "circles = [-6.0]", "rise"),
         ("circles = [6.0]", "range = [6.0]", "has no 'range'"),
-        ('name = "fox", circles', "circles", "needs a name"),
+        ('name = "fox", circles', "circles", "needs name"),
         ("[0.3, 3.0]", "[3.0, 0.3]", "rise"),
     ],
 )
@@ -188,7 +188,7 @@ def test_a_missing_file_is_refused_in_a_sentence(files):
     (files / "rules.py").unlink()
     with pytest.raises(InputError, match="cannot be read: No such file"):
         SceneFile.load(files / "scene.toml").trusted()
-    with pytest.raises(InputError, match="list of tables"):
+    with pytest.raises(InputError, match="or of their tables"):
         RuleFile((), "rules.py", "behave")
 
 

@@ -8,8 +8,7 @@ import pytest
 import carom
 from carom.errors import InputError, OverlapError
 from carom.models.contacts.losses import Loss
-from carom.models.files.tables import obstacle_from_table
-from carom.models.files.to_tables import obstacle_to_table
+from carom.models.files.tables import from_table, obstacle_to_table
 from carom.models.obstacles import Arc, Ball, Cuboid, Segment, Triangle, outwards, polygon
 from carom.models.obstacles.dressing import Shaken, Surface
 from carom.models.obstacles.paths import Sine
@@ -139,7 +138,7 @@ def test_many_shapes_in_two_dimensions_let_nobody_through():
         assert (house.contains_points(frame.positions) == inside).all()
     assert sim.statistics.energy_drift < 1e-12
     assert all(impacts.hits > 5 for impacts in sim.obstacles if impacts.name != "axis")
-    again = [obstacle_from_table(obstacle_to_table(obstacle)) for obstacle in obstacles]
+    again = [from_table(obstacle_to_table(obstacle), "obstacle") for obstacle in obstacles]
     assert again == obstacles
 
 

@@ -107,6 +107,8 @@ def _meaning(field: SpecField) -> str:
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema of scene files: sections, keys, types, limits, defaults and meanings."""
+    from carom.models.files import tables
+
     sections = {name: _section(kind) for name, kind in SPECS.items()}
     return {
         "$schema": "http://json-schema.org/draft-07/schema#",
@@ -114,6 +116,7 @@ def schema() -> dict[str, Any]:
         "type": "object",
         "properties": sections,
         "additionalProperties": False,
+        "definitions": tables.definitions(),
     }
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from carom import checks
-from carom.declared import Declared, number, said
+from carom.declared import Declared, fields_of, number, positive, said
 from carom.errors import InputError
 
 FIELD = number(low=-checks.MAGNITUDE, high=checks.MAGNITUDE)  # any number that leaves room for products
@@ -19,20 +18,38 @@ SPEED = number(low=0.0, high=checks.FASTEST, open_low=True)
 
 
 class Value(Declared):
-    """A value of a model, whose fields are checked; a file holds them in a table of its ``type``."""
+    """A value of a model, whose fields are checked; a file holds them in a table, of its ``type`` if any."""
 
     type: ClassVar[str]
 
+    def given(self) -> dict[str, Any]:
+        """Return the arguments that are given, by name."""
+        fields = fields_of(type(self))
+        return {
+            name: value
+            for name, field in fields.items()
+            if field.check is not None and (value := getattr(self, name)) is not None
+        }
+
     def to_table(self) -> dict[str, Any]:
         """Return the arguments that are given, for a file."""
-        values = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        given = {name: value for name, value in values.items() if value is not None}
-        return {"type": self.type, **{name: plain(value) for name, value in given.items()}}
+        table = plain(self.given())
+        return {"type": self.type, **table} if hasattr(self, "type") else table
+
+    def unusual(self) -> dict[str, Any]:
+        """Return the arguments that are not those by default, by name."""
+        fields = fields_of(type(self))
+        return {name: x for name, field in fields.items() if (x := getattr(self, name)) != field.default}
 
 
 def plain(value: Any) -> Any:
-    """Return a value as a file holds it: lists for tuples."""
-    return [plain(each) for each in value] if isinstance(value, tuple) else value
+    """Return a value as a file holds it: lists for tuples, a number for a restitution alone."""
+    if isinstance(value, Value):
+        table = value.to_table()
+        return table["restitution"] if set(table) == {"type", "restitution"} else table
+    if isinstance(value, dict):
+        return {name: plain(each) for name, each in value.items()}
+    return [*map(plain, value)] if isinstance(value, tuple) else value
 
 
 def vector(values: Any, name: str) -> tuple[float, ...]:
@@ -47,22 +64,22 @@ def vector(values: Any, name: str) -> tuple[float, ...]:
 said(vector, type="array", items={"type": "number"}, minItems=1)
 
 
-def check_name(obstacle: Any) -> None:
-    """Raise InputError where the name of an obstacle is none."""
-    name = obstacle.name
-    if not isinstance(name, str) or not name or not name.isprintable() or len(name) > 80:
+def _name(value: Any, name: str) -> str:
+    """Check the name of an obstacle."""
+    if not isinstance(value, str) or not value or not value.isprintable() or len(value) > 80:
         raise InputError(
             f"An obstacle's name must be a string of 1 to 80 printable characters, found "
-            f"{checks.describe(name)}."
+            f"{checks.describe(value)}."
         )
+    return value
 
 
-def check_center_and_radius(obstacle: Any) -> None:
-    """Check name, center and radius of an obstacle, and keep them as numbers."""
-    kind = type(obstacle).name  # the default name is the kind
-    object.__setattr__(obstacle, "center", vector(obstacle.center, f"center of a {kind}"))
-    object.__setattr__(obstacle, "radius", checks.positive(obstacle.radius, f"radius of a {kind}"))
-    check_name(obstacle)
+said(_name, type="string", minLength=1, maxLength=80)
+
+Name = Annotated[str, _name]
+Vector = Annotated[tuple[float, ...], vector]
+Radius = Annotated[float, positive]
+Rounding = Annotated[float, number(low=0.0)]
 
 
 def check_dimensions(vector: tuple[float, ...], box: Sequence[float], what: str) -> None:

@@ -313,7 +313,7 @@ def _box_of(summary: Path) -> list[float] | None:
 
 def _of_packing(summary: Path, frame: Frame) -> Sequence[Obstacle]:
     """Return the obstacles that the summary of a packing lists, of the dimension of its frame."""
-    from carom.models.files.tables import obstacle_from_table
+    from carom.models.files.tables import from_table
     from carom.models.obstacles import checked
 
     found = records.read_json(
@@ -323,7 +323,7 @@ def _of_packing(summary: Path, frame: Frame) -> Sequence[Obstacle]:
         "so its obstacles are not known: give them, obstacles=[...], to carom.view or carom.movie",
     )
     try:
-        listed = [obstacle_from_table(table) for table in found.get("obstacles", [])]
+        listed = [from_table(table, "obstacle") for table in found.get("obstacles", [])]
         return checked(listed, tuple(frame.box), (False,) * frame.dimension)
     except InputError as error:
         raise FileError(f"{summary}: {error}") from None

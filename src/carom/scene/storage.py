@@ -10,7 +10,7 @@ import numpy as np
 from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.drives import Drive
-from carom.models.files import parameters, tables, to_tables
+from carom.models.files import parameters, tables
 from carom.models.obstacles import Obstacle
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
@@ -29,8 +29,8 @@ def to_arrays(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     arrays = {name: value for name in ARRAYS if (value := getattr(scene, name)) is not None}
     attributes: dict[str, Any] = {
         "box": list(scene.box),
-        "walls": to_tables.walls_to_table(scene.walls),
-        "obstacles": [to_tables.obstacle_to_table(o) for o in scene.obstacles],
+        "walls": tables.walls_to_table(scene.walls),
+        "obstacles": [tables.obstacle_to_table(o) for o in scene.obstacles],
         "species_names": list(scene.species_names),
     }
     usual = {"interaction": is_usual(scene, "interaction"), "motion": is_usual(scene, "motion"),
@@ -38,7 +38,7 @@ def to_arrays(scene: Scene) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     for kind in MODELS:
         value = getattr(scene, kind)
         if not usual[kind]:  # files hold no code
-            holds = to_tables.holds(value)
+            holds = tables.holds(value)
             attributes[kind] = dict(value.to_table()) if holds else parameters.class_and_parameters(value)
     for name, values in (("diameter", scene.diameters), ("mass", scene.masses)):
         if np.ptp(values) == 0:
@@ -67,7 +67,7 @@ def from_arrays(
     try:
         kept = attributes["obstacles"]
         if obstacles is None:
-            obstacles = tuple(tables.obstacle_from_table(each) for each in kept)
+            obstacles = tuple(tables.from_table(each, "obstacle") for each in kept)
         elif len(obstacles) != len(kept):
             raise InputError(f"The scene has {len(kept)} obstacles, found {len(obstacles)}.")
         models = {"interaction": interaction, "motion": motion, "impact": impact, "drive": drive}

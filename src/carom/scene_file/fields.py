@@ -157,7 +157,7 @@ said(
     anyOf=[
         {"type": ["boolean", "string"]},
         {"type": "array", "items": {"type": "string"}},
-        {"type": "object", "additionalProperties": {"type": "object"}},
+        {"type": "object", "additionalProperties": {"$ref": "#/definitions/wall"}},
     ],
 )
 
@@ -272,7 +272,7 @@ def obstacles(value: Any, name: str) -> tuple[Any, ...]:
         if isinstance(each, Mapping):
             named = {"name": key} if isinstance(key, str) else {}
             try:
-                found.append(tables.obstacle_from_table({**named, **tuples(dict(each))}))
+                found.append(tables.from_table({**named, **tuples(dict(each))}, "obstacle"))
             except InputError as problem:
                 raise InputError(f"{name} {key}: {problem}") from problem
         elif isinstance(each, type) or not isinstance(each, Obstacle):
@@ -282,10 +282,10 @@ def obstacles(value: Any, name: str) -> tuple[Any, ...]:
     return tuple(found)
 
 
-said(obstacles, type="object", additionalProperties={"type": "object", "required": ["type"]})
+said(obstacles, type="object", additionalProperties={"$ref": "#/definitions/obstacle"})
 
 
-def model(what: str, *more: dict[str, Any]) -> Check:
+def model(what: str) -> Check:
     """Return the check of an interaction, a motion, an impact or a drive: a value, or its table."""
 
     def check(value: Any, name: str) -> Any:
@@ -301,13 +301,7 @@ def model(what: str, *more: dict[str, Any]) -> Check:
         except InputError as problem:
             raise InputError(f"{name}: {problem}") from problem
 
-    def schema() -> dict[str, Any]:
-        from carom.models.files import tables
-
-        return {"anyOf": [*tables.schemas(what), *more]}
-
-    check.schema = schema  # type: ignore[attr-defined]
-    return check
+    return said(check, anyOf=[{"$ref": f"#/definitions/{what}"}])
 
 
 def _axes(values: tuple[Any, ...], name: str) -> tuple[Any, ...]:

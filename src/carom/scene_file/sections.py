@@ -127,11 +127,7 @@ class SceneSpec(Spec):
     )
     interaction: Any = option(fields.model("interaction"), "What pairs feel besides hard cores.", flags=None)
     motion: Any = option(fields.model("motion"), "How particles move between events.", flags=None)
-    impact: Any = option(
-        fields.model("impact", {"type": "number", "exclusiveMinimum": 0, "maximum": 1}),
-        "What contacts lose: a restitution, or a table.",
-        flags=None,
-    )
+    impact: Any = option(fields.model("impact"), "What contacts lose: a restitution, or a table.", flags=None)
     drive: Any = option(fields.model("drive"), "What kicks single particles.", flags=None)
     pinned: int | tuple[int, ...] | None = option(
         fields.indices, "Particles that stay in place: how many, or their indices.", flags=None

@@ -10,7 +10,8 @@ from carom import checks
 from carom.declared import fields_of
 from carom.errors import InputError
 from carom.io.records import toml_key, toml_lines, toml_value
-from carom.models.files import to_tables
+from carom.models import fields
+from carom.models.files import tables
 from carom.models.obstacles import Obstacle, Wall
 from carom.scene.species import Species
 from carom.spec import Spec
@@ -20,24 +21,23 @@ def plain(value: Any, name: str = "interaction") -> Any:
     """Return a value of ``[scene]`` as numbers, strings, lists and tables."""
     if isinstance(value, Mapping):
         if any(isinstance(each, Wall) for each in value.values()):
-            value = to_tables.walls_to_table(value)
+            value = tables.walls_to_table(value)
         return {key: plain(each) for key, each in value.items()}
-    if isinstance(value, list | tuple) and not hasattr(value, "to_table"):
+    if isinstance(value, list | tuple):
         return [plain(each, name) for each in value]
     if isinstance(value, Species):
         return {key: each for key, each in dataclasses.asdict(value).items() if each is not None}
-    if to_tables.holds(value):
-        table = to_tables.impact_to_table(value) if name == "impact" else dict(value.to_table())
-        return plain(table) if isinstance(table, dict) else table
     if value is None or isinstance(value, str | int | float):
         return value
     if name == "obstacles" and isinstance(value, Obstacle):
-        table = to_tables.obstacle_to_table(value)
+        table = tables.obstacle_to_table(value)
         if table["type"] == "own":
             raise InputError(
                 f"The obstacle {value.name} is of a class of one's own, which a scene file cannot hold."
             )
-        return plain(table)
+        return table
+    if tables.holds(value):
+        return fields.plain(value)
     raise InputError(
         f"[scene] {name} is {checks.describe(value)}, of a class of one's own, which a scene file cannot "
         "hold: run it with carom.Simulation."

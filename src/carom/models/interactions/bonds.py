@@ -4,17 +4,50 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
+from carom.declared import number, positive, said
 from carom.errors import InputError
-from carom.models.interactions.steps import StepInteraction, Steps
+from carom.models.fields import Value
+from carom.models.interactions.steps import StepInteraction, Steps, steps
+
+
+def _pairs(value: Any, name: str) -> tuple[tuple[int, int], ...]:
+    """Return pairs of indices in order, each once."""
+    if not checks.several(value):
+        raise InputError(f"{name} must be m pairs of indices, found {checks.describe(value)}.")
+    given = checks.array(value, name, "(m, 2)", ndim=2) if len(value) else np.empty((0, 2))
+    whole = (given == np.rint(given)) & (given >= 0) & (given < 2**53)
+    if given.shape[1] != 2 or not whole.all():
+        raise InputError(f"{name} must be m pairs of indices of components, 0 or more.")
+    pairs = np.unique(np.sort(given.astype(np.int64), axis=1), axis=0)
+    if not len(pairs):
+        raise InputError(f"{name} is empty: give at least one bond, or leave out Bonds.")
+    if (pairs[:, 0] == pairs[:, 1]).any():
+        raise InputError(f"Component {pairs[pairs[:, 0] == pairs[:, 1]][0, 0]} is bonded to itself.")
+    if len(pairs) < len(given):
+        raise InputError(f"{name} names a pair twice; give every bond once.")
+    return tuple((int(i), int(j)) for i, j in pairs)
+
+
+said(_pairs, type="array", items={"type": "array", "items": {"type": "integer"}}, minItems=1)
+
+
+def _others(value: Any, name: str) -> StepInteraction:
+    """Check what pairs that are not bonded have."""
+    if not isinstance(value, StepInteraction) or isinstance(value, Bonds):
+        raise InputError(f"{name} must be a SquareWell or a StepTable, found {checks.describe(value)}.")
+    return value
+
+
+said(_others, anyOf=[{"$ref": "#/definitions/interaction"}])
 
 
 @dataclass(frozen=True)
-class Bonds(StepInteraction):
+class Bonds(Value, StepInteraction):
     """Bonded pairs, whose distance stays between two limits; other pairs may interact by steps.
 
     Parameters
@@ -41,55 +74,29 @@ class Bonds(StepInteraction):
     ((0, 1), (1, 2), (3, 4), (4, 5))
     """
 
-    pairs: Any = field(repr=False)
-    inner: float | None = None
-    outer: float | None = None
-    others: Any = None
-    bond: Steps | None = None
+    type = "bonds"
+    pairs: Annotated[Any, _pairs] = field(repr=False)
+    inner: Annotated[float | None, number(low=0.0)] = None
+    outer: Annotated[float | None, positive] = None
+    others: Annotated[Any, _others] = None
+    bond: Annotated[Steps | None, steps] = None
 
-    def __post_init__(self) -> None:
-        if not checks.several(self.pairs):
-            raise InputError(f"pairs must be m pairs of indices, found {checks.describe(self.pairs)}.")
-        given = checks.array(self.pairs, "pairs", "(m, 2)", ndim=2) if len(self.pairs) else np.empty((0, 2))
-        whole = (given == np.rint(given)) & (given >= 0) & (given < 2**53)
-        if given.shape[1] != 2 or not whole.all():
-            raise InputError("pairs must be m pairs of indices of components, 0 or more.")
-        pairs = np.unique(np.sort(given.astype(np.int64), axis=1), axis=0)
-        if not len(pairs):
-            raise InputError("pairs is empty: give at least one bond, or leave out Bonds.")
-        if (pairs[:, 0] == pairs[:, 1]).any():
-            raise InputError(f"Component {pairs[pairs[:, 0] == pairs[:, 1]][0, 0]} is bonded to itself.")
-        if len(pairs) < len(given):
-            raise InputError("pairs names a pair twice; give every bond once.")
-        object.__setattr__(self, "pairs", tuple((int(i), int(j)) for i, j in pairs))
-        if self.others is not None and not (
-            isinstance(self.others, StepInteraction) and not isinstance(self.others, Bonds)
-        ):
-            raise InputError(
-                f"others must be a SquareWell or a StepTable, found {checks.describe(self.others)}."
-            )
+    def complete(self) -> None:
+        """Set the potential of a bond from its ends; raise InputError where it is said twice, or not."""
         if self.bond is None:
             if self.outer is None:
                 raise InputError(
                     "A bond needs outer, the distance that it never exceeds; or bond=Steps(...)."
                 )
-            outer = checks.positive(self.outer, "outer")
-            inner = checks.number(0.0 if self.inner is None else self.inner, "inner", low=0.0)
-            ends = (inner, outer) if inner > 0.0 else (outer,)
-            energies = (math.inf, 0.0) if inner > 0.0 else (0.0,)
-            object.__setattr__(self, "bond", Steps(ends, energies, outside=math.inf))
+            ends = (self.inner, self.outer) if self.inner else (self.outer,)
+            energies = (math.inf, 0.0) if self.inner else (0.0,)
+            self._put("bond", Steps(ends, energies, outside=math.inf))
         elif self.inner is not None or self.outer is not None:
             raise InputError("inner and outer say the same as bond: leave out one of them.")
-        elif not isinstance(self.bond, Steps) or self.bond.outside != math.inf:
+        elif self.bond.outside != math.inf:
             raise InputError("bond must be Steps(..., outside=math.inf): else the two could part.")
-        object.__setattr__(self, "inner", None)
-        object.__setattr__(self, "outer", None)
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        assert self.bond is not None
-        found = {"type": "bonds", "pairs": [list(pair) for pair in self.pairs], "bond": self.bond.to_table()}
-        return found if self.others is None else {**found, "others": self.others.to_table()}
+        self._put("inner", None)
+        self._put("outer", None)
 
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps | None, ...], ...]:
         """Return the potentials of pairs that are not bonded, by species, for cores of a ``diameter``."""

@@ -11,17 +11,19 @@ import itertools
 import math
 import types
 from collections import namedtuple
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
 from carom.compiling.registry import inner
+from carom.declared import SEED, Declared, fields_of, said, schema_of_table
 from carom.errors import InputError
+from carom.models.fields import Value
 from carom.models.interactions import units
-from carom.models.interactions.steps import CLOSEST
+from carom.models.interactions.steps import CLOSEST, check_rise
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.questions.steps import step_bits
 
@@ -29,8 +31,35 @@ MOST = 1000
 """Kinds, circles of a kind and numbers of its memory: more are a slip of the pen."""
 
 
+def _numbers(values: Any, name: str) -> tuple[float, ...]:
+    if not isinstance(values, Sequence | np.ndarray) or isinstance(values, str):
+        raise InputError(f"{name} must be a list of numbers, found {checks.describe(values)}.")
+    return tuple(checks.number(value, name, low=-checks.FASTEST, high=checks.FASTEST) for value in values)
+
+
+said(_numbers, type="array", items={"type": "number"})
+
+
+def _timer(value: Any, name: str) -> float:
+    """Check a time, which may be infinite."""
+    return math.inf if value == math.inf else checks.number(value, name, low=0.0, high=checks.MAGNITUDE)
+
+
+said(_timer, type="number", minimum=0)
+
+
+def _word(value: Any, name: str) -> str:
+    """Check the name of a kind."""
+    if not isinstance(value, str) or not value:
+        raise InputError(f"The name of a kind must be a word, found {checks.describe(value)}.")
+    return value
+
+
+said(_word, type="string", minLength=1)
+
+
 @dataclass(frozen=True)
-class Kind:
+class Kind(Value):
     """One kind of units.
 
     Parameters
@@ -56,31 +85,65 @@ class Kind:
     (1.0, 4.0)
     """
 
-    name: str
-    circles: Sequence[float] = ()
-    timer: float = math.inf
-    memory: Sequence[float] = ()
+    name: Annotated[str, _word]
+    circles: Annotated[tuple[float, ...], _numbers] = ()
+    timer: Annotated[float, _timer] = math.inf
+    memory: Annotated[tuple[float, ...], _numbers] = ()
 
-    def __post_init__(self) -> None:
-        if not isinstance(self.name, str) or not self.name:
-            raise InputError(f"The name of a kind must be a word, found {checks.describe(self.name)}.")
-        circles = _numbers(self.circles, f"circles of {self.name!r}")
-        for low, high in zip((0.0, *circles), circles, strict=False):
-            if not (1.0 / checks.MAGNITUDE <= high <= checks.MAGNITUDE and high > low * (1.0 + CLOSEST)):
-                raise InputError(
-                    f"circles of {self.name!r} must be positive radii that rise by more than rounding, found "
-                    f"{high!r} after {low!r}."
-                )
-        object.__setattr__(self, "circles", circles)
-        object.__setattr__(self, "memory", _numbers(self.memory, f"memory of {self.name!r}"))
-        timer = self.timer
-        if timer != math.inf:
-            timer = checks.number(timer, f"timer of {self.name!r}", low=0.0, high=checks.MAGNITUDE)
-        object.__setattr__(self, "timer", float(timer))
+    @property
+    def after(self) -> str:  # type: ignore[override]
+        """What stands behind the name of a field in an error: which kind has it."""
+        return f" of {self.name!r}"
+
+    def complete(self) -> None:
+        """Raise InputError where circles do not increase."""
+        check_rise(self.circles, f"circles of {self.name!r} must be positive radii that")
+
+    def given(self) -> dict[str, Any]:
+        """Return the arguments that are not those by default, by name."""
+        return self.unusual()
+
+
+def kinds(value: Any, name: str) -> tuple[Kind, ...]:
+    """Check the kinds of units, which may be tables."""
+    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
+        raise InputError(
+            f"{name} must be a list of Kind(...), or of their tables; found {checks.describe(value)}."
+        )
+    kinds = tuple(map(_kind, value))
+    sizes = (len(kinds), *(len(k.circles) for k in kinds), *(len(k.memory) for k in kinds))
+    if max(sizes) > MOST:
+        raise InputError(f"There may be {MOST} kinds, circles and numbers at most; found {max(sizes)}.")
+    names = [kind.name for kind in kinds]
+    if len(set(names)) < len(names):
+        raise InputError(f"Two kinds have the same name: {', '.join(names)}.")
+    if not any(kind.circles for kind in kinds):
+        raise InputError("No kind has a circle: give at least one Kind circles=[...].")
+    return kinds
+
+
+said(kinds, type="array", items=schema_of_table(Kind), minItems=1)
+
+
+def _kind(value: Any) -> Kind:
+    """Return a kind, also from its table."""
+    if isinstance(value, Kind):
+        return value
+    if not isinstance(value, Mapping):
+        raise InputError(f"A kind of units must be a table with a name, found {checks.describe(value)}.")
+    checks.keys(value, "A kind of units", fields_of(Kind), needed=("name",))
+    return Kind(**value)
+
+
+def _rule(value: Any, name: str) -> Any:
+    """Check the rule."""
+    if not isinstance(value, types.FunctionType) or value.__code__.co_argcount != 2:
+        raise InputError(f"{name} must be a function rule(unit, event), found {checks.describe(value)}.")
+    return value
 
 
 @dataclass(frozen=True)
-class Ranges:
+class Ranges(Declared):
     """An interaction of units that fly straight until a rule of the user changes their velocity.
 
     Parameters
@@ -118,34 +181,15 @@ class Ranges:
     >>> interaction = Ranges([Kind("hare", circles=[2.0]), Kind("fox")], turn_back)
     """
 
-    kinds: Sequence[Kind]
-    rule: Callable[[Any, Any], Any]
-    seed: int = 0
+    kinds: Annotated[tuple[Kind, ...], kinds]
+    rule: Annotated[Callable[[Any, Any], Any], _rule]
+    seed: Annotated[int, SEED] = 0
 
     penetrable = True
     decides = True
     """Units decide themselves: a run of them has no temperature, pressure or equilibrium to report."""
     keeps_momentum = False
     """Rules change velocities as they like."""
-
-    def __post_init__(self) -> None:
-        given = self.kinds
-        if not isinstance(given, Sequence) or not given or not all(isinstance(k, Kind) for k in given):
-            raise InputError(f"kinds must be a list of Kind(...), found {checks.describe(given)}.")
-        object.__setattr__(self, "kinds", tuple(given))
-        sizes = (len(given), *(len(k.circles) for k in given), *(len(k.memory) for k in given))
-        if max(sizes) > MOST:
-            raise InputError(f"There may be {MOST} kinds, circles and numbers at most; found {max(sizes)}.")
-        names = [kind.name for kind in given]
-        if len(set(names)) < len(names):
-            raise InputError(f"Two kinds have the same name: {', '.join(names)}.")
-        if not any(kind.circles for kind in given):
-            raise InputError("No kind has a circle: give at least one Kind circles=[...].")
-        if not isinstance(self.rule, types.FunctionType) or self.rule.__code__.co_argcount != 2:
-            raise InputError(
-                f"rule must be a function rule(unit, event), found {checks.describe(self.rule)}."
-            )
-        object.__setattr__(self, "seed", checks.integer(self.seed, "seed", low=0, high=2**63 - 1))
 
     @property
     def distances(self) -> np.ndarray:
@@ -283,12 +327,6 @@ def _records(ranges: Ranges, dimension: int, count: int) -> tuple[Any, Any]:
     kinds = [units.unit_type(dimension, len(ranges.kinds), circles, memory), units.event_type(dimension)]
     agents, events = (np.zeros(count, kind).view(np.recarray) for kind in kinds)
     return agents, events
-
-
-def _numbers(values: Any, name: str) -> tuple[float, ...]:
-    if not isinstance(values, Sequence | np.ndarray) or isinstance(values, str):
-        raise InputError(f"{name} must be a list of numbers, found {checks.describe(values)}.")
-    return tuple(checks.number(value, name, low=-checks.FASTEST, high=checks.FASTEST) for value in values)
 
 
 _TAGS: dict[Any, type] = {}

@@ -6,70 +6,65 @@ Reading a file runs nothing. The rule is code, and becomes a function only where
 from __future__ import annotations
 
 import hashlib
-import math
 import sys
 import types
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 from carom import checks
+from carom.declared import SEED, said
 from carom.errors import InputError
-from carom.models.interactions.ranges import Kind, Ranges
+from carom.models.fields import Value
+from carom.models.interactions.ranges import Kind, Ranges, kinds
 
 LARGEST = 1 << 20
 """Bytes of a file with a rule: larger ones are something else."""
 
 
+def _named(value: Any, name: str) -> str:
+    """Check a name."""
+    if not isinstance(value, str) or not value or "\0" in value:
+        raise InputError(f"{name} must be a name, found {checks.describe(value)}.")
+    return value
+
+
+def _python_file(value: Any, name: str) -> str:
+    """Check the name of a Python file."""
+    if Path(_named(value, name)).suffix != ".py":
+        raise InputError(f"{name} must be a Python file, which ends with .py; found {value!r}.")
+    return str(value)
+
+
+def _function(value: Any, name: str) -> str:
+    """Check the name of a function."""
+    if not _named(value, name).isidentifier():
+        raise InputError(f"{name} must be the name of a function in the file, found {value!r}.")
+    return str(value)
+
+
+def _sha256(value: Any, name: str) -> str:
+    """Check the digest of a file."""
+    if not isinstance(value, str) or len(value) != 64 or not set(value) <= set("0123456789abcdef"):
+        raise InputError(f"{name} must be 64 hexadecimal digits, found {checks.describe(value)}.")
+    return value
+
+
+for _check in (_python_file, _function, _sha256):
+    said(_check, type="string")
+
+
 @dataclass(frozen=True)
-class RuleFile:
+class RuleFile(Value):
     """Units whose rule stands in a Python file: what a scene file holds of ``carom.models.Ranges``."""
 
-    kinds: Sequence[Kind]  # one for each species, in their order
-    file: str  # relative to the folder of the scene file
-    rule: str  # name of the function ``rule(unit, event)``
-    seed: int = 0  # of ``carom.models.draw``
-    sha256: str | None = None  # hexadecimal; a file edited since is refused
+    type = "ranges"
+    kinds: Annotated[tuple[Kind, ...], kinds]  # one for each species, in their order
+    file: Annotated[str, _python_file]  # relative to the folder of the scene file
+    rule: Annotated[str, _function]  # name of the function ``rule(unit, event)``
+    seed: Annotated[int, SEED] = 0  # of ``carom.models.draw``
+    sha256: Annotated[str | None, _sha256] = None  # hexadecimal; a file edited since is refused
     trust: bool = field(default=False, compare=False)  # whether its code may run; no file can say so
-
-    def __post_init__(self) -> None:
-        given = self.kinds
-        if not isinstance(given, Sequence) or isinstance(given, str) or not given:
-            raise InputError(f"kinds must be a list of tables, found {checks.describe(given)}.")
-        object.__setattr__(self, "kinds", tuple(map(_kind, given)))
-        for name in ("file", "rule"):
-            value = getattr(self, name)
-            if not isinstance(value, str) or not value or "\0" in value:
-                raise InputError(f"{name} must be a name, found {checks.describe(value)}.")
-        if Path(self.file).suffix != ".py":
-            raise InputError(f"file must be a Python file, which ends with .py; found {self.file!r}.")
-        if not self.rule.isidentifier():
-            raise InputError(f"rule must be the name of a function in the file, found {self.rule!r}.")
-        if self.sha256 is not None and not _is_digest(self.sha256):
-            raise InputError(f"sha256 must be 64 hexadecimal digits, found {checks.describe(self.sha256)}.")
-        # All else that can be wrong with the units, without the rule.
-        Ranges(self.kinds, _idle, self.seed)
-
-    def to_table(self) -> dict[str, Any]:
-        """Return what a file holds; ``trust`` is not among it."""
-        kinds = [
-            {
-                "name": kind.name,
-                "circles": list(kind.circles),
-                "timer": None if kind.timer == math.inf else kind.timer,
-                "memory": list(kind.memory) or None,
-            }
-            for kind in self.kinds
-        ]
-        return {
-            "type": "ranges",
-            "file": self.file,
-            "rule": self.rule,
-            "seed": self.seed,
-            "sha256": self.sha256,
-            "kinds": kinds,
-        }
 
     def beside(self, folder: Path) -> Self:
         """Return the same with the path of the file, where it is relative, taken from a folder."""
@@ -113,33 +108,6 @@ class RuleFile:
                 "edit, or take out sha256 and begin anew."
             )
         return source
-
-
-def of_table(**table: Any) -> RuleFile:
-    """Return the value of :meth:`RuleFile.to_table`, whose code may not run."""
-    known = [each.name for each in fields(RuleFile) if each.name != "trust"]
-    checks.keys(table, "An interaction of type ranges", known, needed=("kinds", "file", "rule"))
-    return RuleFile(**table)
-
-
-def _kind(value: Any) -> Kind:
-    """Return a kind from its table."""
-    if isinstance(value, Kind):
-        return value
-    if not isinstance(value, Mapping):
-        raise InputError(f"A kind of units must be a table with a name, found {checks.describe(value)}.")
-    checks.keys(value, "A kind of units", [each.name for each in fields(Kind)])
-    if "name" not in value:
-        raise InputError("A kind of units needs a name, found none.")
-    return Kind(**value)
-
-
-def _idle(unit: Any, event: Any) -> None:
-    """Decide nothing."""
-
-
-def _is_digest(text: Any) -> bool:
-    return isinstance(text, str) and len(text) == 64 and set(text) <= set("0123456789abcdef")
 
 
 def _digest(source: bytes) -> str:

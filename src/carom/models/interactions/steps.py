@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
+from carom.declared import fields_of, said, schema_of_table
 from carom.errors import InputError, OverlapError
+from carom.models.fields import Value
 from carom.models.interactions.step_pairs import StepPairs
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.questions.steps import step_bits
@@ -27,8 +29,41 @@ CLOSEST = 2.0**-26
 """Part of a distance by which the next one must be larger: nearer steps are lost in rounding."""
 
 
+def _numbers(values: Any, name: str) -> tuple[float, ...]:
+    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
+        raise InputError(f"{name} must be a list of numbers, found {checks.describe(values)}.")
+    found = []
+    for value in values:
+        try:
+            number = float(value)
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(f"{name} must hold numbers, found {checks.describe(value)}.") from None
+        if math.isnan(number) or number == -math.inf or (math.isfinite(number) and abs(number) > 1e100):
+            raise InputError(f"{name} must hold numbers up to 1e100, or math.inf; found {value!r}.")
+        found.append(number)
+    return tuple(found)
+
+
+said(_numbers, type="array", items={"type": "number"})
+
+
+def _energy(value: Any, name: str) -> float:
+    """Check an energy, which may be infinite."""
+    return _numbers([value], name)[0]
+
+
+said(_energy, type="number")
+
+
+def check_rise(distances: Sequence[float], what: str) -> None:
+    """Raise InputError unless distances are above 0, and each above the one before."""
+    for low, high in zip((0.0, *distances), distances, strict=False):
+        if not (1.0 / checks.MAGNITUDE <= high <= checks.MAGNITUDE and high > low * (1.0 + CLOSEST)):
+            raise InputError(f"{what} and rise by more than rounding, found {high!r} after {low!r}.")
+
+
 @dataclass(frozen=True)
-class Steps:
+class Steps(Value):
     """A pair potential that is constant between distances.
 
     Parameters
@@ -56,52 +91,35 @@ class Steps:
     >>> shoulder_and_well = Steps([1.0, 1.2, 1.8], [math.inf, 0.5, -1.0])
     """
 
-    distances: Sequence[float]
-    energies: Sequence[float]
-    outside: float = 0.0
-    leaving: Sequence[float] | None = None
+    distances: Annotated[tuple[float, ...], _numbers]
+    energies: Annotated[tuple[float, ...], _numbers]
+    outside: Annotated[float, _energy] = 0.0
+    leaving: Annotated[tuple[float, ...] | None, _numbers] = None
 
-    def __post_init__(self) -> None:
-        distances = _numbers(self.distances, "distances")
-        energies = _numbers(self.energies, "energies")
-        leaving = energies if self.leaving is None else _numbers(self.leaving, "leaving")
-        if not distances:
+    def complete(self) -> None:
+        """Raise InputError where these are no steps."""
+        leaving = self.energies if self.leaving is None else self.leaving
+        if not self.distances:
             raise InputError("distances is empty: give at least one distance at which the energy changes.")
-        for name, values in (("energies", energies), ("leaving", leaving)):
-            if len(values) != len(distances):
+        for name, values in (("energies", self.energies), ("leaving", leaving)):
+            if len(values) != len(self.distances):
                 raise InputError(
-                    f"{name} must have one energy for each of the {len(distances)} distances, found "
+                    f"{name} must have one energy for each of the {len(self.distances)} distances, found "
                     f"{len(values)}."
                 )
             if not all(math.isfinite(e) for e in values[1:]):
                 raise InputError(f"Only the first of {name} may be infinite, a hard core; found {values}.")
-        if (energies[0] == math.inf) != (leaving[0] == math.inf):
+        if (self.energies[0] == math.inf) != (leaving[0] == math.inf):
             raise InputError("A hard core has an infinite energy in both energies and leaving.")
-        (outside,) = _numbers([self.outside], "outside")
-        if math.isinf(outside) and len(distances) == 1 and math.isinf(energies[0]):
+        if math.isinf(self.outside) and len(self.distances) == 1 and math.isinf(self.energies[0]):
             raise InputError("Both sides of the only distance are infinite: no pair could be anywhere.")
-        for low, high in zip((0.0, *distances), distances, strict=False):
-            if not (1.0 / checks.MAGNITUDE <= high <= checks.MAGNITUDE and high > low * (1.0 + CLOSEST)):
-                raise InputError(
-                    f"distances must be positive and rise by more than rounding, found {high!r} after "
-                    f"{low!r}."
-                )
-        for name, value in (
-            ("distances", distances),
-            ("energies", energies),
-            ("outside", outside),
-            ("leaving", None if leaving == energies else leaving),
-        ):
-            object.__setattr__(self, name, value)
+        check_rise(self.distances, "distances must be positive")
+        if leaving == self.energies:
+            self._put("leaving", None)
 
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        found: dict[str, Any] = {"distances": list(self.distances), "energies": list(self.energies)}
-        if self.outside != 0.0:
-            found["outside"] = self.outside
-        if self.leaving is not None:
-            found["leaving"] = list(self.leaving)
-        return found
+    def given(self) -> dict[str, Any]:
+        """Return the arguments that are not those by default, by name."""
+        return self.unusual()
 
     @property
     def core(self) -> float:
@@ -124,6 +142,21 @@ class Steps:
                 leave_cost = out[k + 1] - out[k] if k + 1 < len(out) else math.inf
                 found.append((ends[k], ends[k + 1], enter_cost, leave_cost, into[k]))
         return found
+
+
+def steps(value: Any, name: str) -> Steps:
+    """Return a potential, also from its table."""
+    if isinstance(value, Mapping):
+        checks.keys(value, name, fields_of(Steps), needed=("distances", "energies"))
+        return Steps(**value)
+    if not isinstance(value, Steps):
+        raise InputError(
+            f"{name} must be Steps, or a table with distances and energies; found {checks.describe(value)}."
+        )
+    return value
+
+
+said(steps, **schema_of_table(Steps))
 
 
 class StepInteraction(ABC):
@@ -284,21 +317,6 @@ class StepInteraction(ABC):
 def _levels(potential: Steps | None) -> list[tuple[float, float, float, float, float]]:
     """Return the levels of a potential; those who have none are everywhere on one step without an end."""
     return [(0.0, math.inf, math.inf, math.inf, 0.0)] if potential is None else potential.levels
-
-
-def _numbers(values: Any, name: str) -> tuple[float, ...]:
-    if isinstance(values, str) or not isinstance(values, Sequence | np.ndarray):
-        raise InputError(f"{name} must be a list of numbers, found {checks.describe(values)}.")
-    found = []
-    for value in values:
-        try:
-            number = float(value)
-        except (TypeError, ValueError, OverflowError):
-            raise InputError(f"{name} must hold numbers, found {checks.describe(value)}.") from None
-        if math.isnan(number) or number == -math.inf or (math.isfinite(number) and abs(number) > 1e100):
-            raise InputError(f"{name} must hold numbers up to 1e100, or math.inf; found {value!r}.")
-        found.append(number)
-    return tuple(found)
 
 
 def _padded(column: np.ndarray) -> np.ndarray:

@@ -11,10 +11,10 @@ from typing import Annotated, Any
 import numpy as np
 
 from carom import checks
-from carom.declared import number
+from carom.declared import number, said, schema_of
 from carom.errors import InputError
 from carom.models.fields import Value
-from carom.models.interactions.steps import CLOSEST, StepInteraction, Steps
+from carom.models.interactions.steps import CLOSEST, StepInteraction, Steps, steps
 
 
 @dataclass(frozen=True)
@@ -68,8 +68,33 @@ class SquareWell(Value, StepInteraction):
             )
 
 
+def _rows(value: Any, name: str) -> tuple[tuple[Steps, ...], ...]:
+    """Check a potential for all pairs, or one for each pair of species."""
+    try:
+        rows = ((value,),) if isinstance(value, Steps) else tuple(tuple(row) for row in value)
+    except TypeError:
+        raise InputError(
+            f"{name} must be Steps, or K rows of K Steps; found {checks.describe(value)}."
+        ) from None
+    if not rows or any(len(row) != len(rows) for row in rows):
+        raise InputError(f"{name} must have as many columns as rows, found {[len(row) for row in rows]}.")
+    rows = tuple(
+        tuple(steps(x, f"{name}[{a}][{b}]") for b, x in enumerate(row)) for a, row in enumerate(rows)
+    )
+    for a, row in enumerate(rows):
+        for b, each in enumerate(row):
+            if each.outside != 0.0:
+                raise InputError(f"{name}[{a}][{b}] has an energy outside; only a bond has (Bonds).")
+            if each != rows[b][a]:
+                raise InputError(f"{name}[{a}][{b}] and {name}[{b}][{a}] differ: a pair has one potential.")
+    return rows
+
+
+said(_rows, type="array", items={"type": "array", "items": schema_of(steps)})
+
+
 @dataclass(frozen=True)
-class StepTable(StepInteraction):
+class StepTable(Value, StepInteraction):
     """A potential for each pair of species, or one for all.
 
     Parameters
@@ -90,31 +115,8 @@ class StepTable(StepInteraction):
     StepTable(...)
     """
 
-    table: Any = field(repr=False)
-
-    def __post_init__(self) -> None:
-        table = ((self.table,),) if isinstance(self.table, Steps) else self.table
-        try:
-            rows = tuple(tuple(row) for row in table)
-        except TypeError:
-            raise InputError(
-                f"table must be Steps, or K rows of K Steps; found {checks.describe(self.table)}."
-            ) from None
-        if not rows or any(len(row) != len(rows) for row in rows):
-            raise InputError(f"table must have as many columns as rows, found {[len(row) for row in rows]}.")
-        for a, row in enumerate(rows):
-            for b, steps in enumerate(row):
-                if not isinstance(steps, Steps):
-                    raise InputError(f"table[{a}][{b}] must be Steps, found {checks.describe(steps)}.")
-                if steps.outside != 0.0:
-                    raise InputError(f"table[{a}][{b}] has an energy outside; only a bond has (Bonds).")
-                if steps != rows[b][a]:
-                    raise InputError(f"table[{a}][{b}] and table[{b}][{a}] differ: a pair has one potential.")
-        object.__setattr__(self, "table", rows)
-
-    def to_table(self) -> dict[str, Any]:
-        """Return the arguments, for a file."""
-        return {"type": "steps", "table": [[steps.to_table() for steps in row] for row in self.table]}
+    type = "steps"
+    table: Annotated[Any, _rows] = field(repr=False)
 
     def steps_by_species(self, diameter: float) -> tuple[tuple[Steps, ...], ...]:
         """Return the table; it does not depend on the ``diameter``."""

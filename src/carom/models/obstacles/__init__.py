@@ -18,6 +18,7 @@ from carom.models.obstacles.blocks import Cuboid
 from carom.models.obstacles.containers import CylindricalContainer, SphericalContainer
 from carom.models.obstacles.named_walls import Wall
 from carom.models.obstacles.planes import Plane, walls
+from carom.models.obstacles.properties import Properties
 from carom.models.obstacles.segments import Segment, polygon
 from carom.models.obstacles.triangles import Triangle
 from carom.models.questions.obstacle import Obstacle, anchor, is_periodic, outward
@@ -38,15 +39,9 @@ __all__ = [
 ]
 
 #: The kinds by the names that scene files and checkpoints use.
-KINDS: dict[str, type] = {
-    "plane": Plane,
-    "ball": Ball,
-    "sphere": SphericalContainer,
-    "cylinder": CylindricalContainer,
-    "segment": Segment,
-    "arc": Arc,
-    "cuboid": Cuboid,
-    "triangle": Triangle,
+KINDS: dict[str, type[Properties]] = {
+    kind.type: kind
+    for kind in (Plane, Ball, SphericalContainer, CylindricalContainer, Segment, Arc, Cuboid, Triangle)
 }
 
 

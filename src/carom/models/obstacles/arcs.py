@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
 from carom.compiling.registry import answering, inner
+from carom.declared import number
 from carom.errors import InputError
-from carom.models import fields
+from carom.models.fields import Name, Radius, Vector, check_dimensions
 from carom.models.obstacles.cells import in_every_image
 from carom.models.obstacles.outlines import Arc as Drawn, images
 from carom.models.obstacles.properties import Properties
@@ -47,24 +47,16 @@ class Arc(Properties):
         If a number is out of range. The angle must be above 0 and at most 360.
     """
 
-    center: tuple[float, float]
-    radius: float
-    start: float = 0.0
-    angle: float = 360.0
-    name: str = "arc"
-
-    def __post_init__(self) -> None:
-        fields.check_center_and_radius(self)
-        object.__setattr__(
-            self, "start", checks.number(self.start, "start of an arc", low=-360.0, high=360.0)
-        )
-        angle = checks.number(self.angle, "angle of an arc", low=0.0, high=360.0, open_low=True)
-        object.__setattr__(self, "angle", angle)
-        super().__post_init__()
+    type = "arc"
+    center: Vector
+    radius: Radius
+    start: Annotated[float, number(low=-360.0, high=360.0)] = 0.0
+    angle: Annotated[float, number(low=0.0, high=360.0, open_low=True)] = 360.0
+    name: Name = "arc"
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the box is not two-dimensional, or if a periodic edge would cut the arc."""
-        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        check_dimensions(self.center, box, f"center of {self.name}")
         if len(box) != 2:
             raise InputError(f"{self.name} is for two dimensions, and the box has {len(box)}.")
         for axis, (edge, repeats) in enumerate(zip(box, periodic, strict=True)):

@@ -10,7 +10,7 @@ import numpy as np
 
 from carom.compiling.registry import answering
 from carom.densities import sphere_area
-from carom.models import fields
+from carom.models.fields import Name, Radius, Vector, check_dimensions
 from carom.models.mathematics import parabolas
 from carom.models.mathematics.contact import MOST_DIAMETERS
 from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
@@ -43,13 +43,10 @@ class Ball(Properties):
         If a number is out of range.
     """
 
-    center: tuple[float, ...]
-    radius: float
-    name: str = "ball"
-
-    def __post_init__(self) -> None:
-        fields.check_center_and_radius(self)
-        super().__post_init__()
+    type = "ball"
+    center: Vector
+    radius: Radius
+    name: Name = "ball"
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each surface from the nearest image of the ball, (n,) [length]."""
@@ -61,7 +58,7 @@ class Ball(Properties):
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the center has another dimension."""
-        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        check_dimensions(self.center, box, f"center of {self.name}")
 
     def model(self) -> SolidBall:
         """Return the model that the engine compiles."""

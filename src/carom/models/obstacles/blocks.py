@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
 from carom.compiling.registry import answering
 from carom.errors import InputError
-from carom.models import fields
-from carom.models.obstacles.convex import Body, convex, points_of
+from carom.models.fields import Name, Rounding, Vector
+from carom.models.obstacles.convex import Body, check_points, convex
 from carom.models.questions import obstacle
 
 
@@ -37,20 +36,17 @@ class Cuboid(Body):
         If an edge is not positive, or a number is out of range.
     """
 
-    low: tuple[float, ...]
-    high: tuple[float, ...]
-    radius: float = 0.0
-    name: str = "cuboid"
+    type = "cuboid"
+    low: Vector
+    high: Vector
+    radius: Rounding = 0.0
+    name: Name = "cuboid"
 
-    def __post_init__(self) -> None:
-        low, high = points_of((self.low, self.high), "corners of a cuboid")
-        if any(not a < b for a, b in zip(low, high, strict=True)):
-            raise InputError(f"low must be below high along every axis, found {low} and {high}.")
-        object.__setattr__(self, "low", low)
-        object.__setattr__(self, "high", high)
-        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a cuboid", low=0.0))
-        fields.check_name(self)
-        super().__post_init__()
+    def complete(self) -> None:
+        """Raise InputError where an edge is not positive."""
+        check_points((self.low, self.high), "corners of a cuboid")
+        if any(not a < b for a, b in zip(self.low, self.high, strict=True)):
+            raise InputError(f"low must be below high along every axis, found {self.low} and {self.high}.")
 
     def corners(self) -> np.ndarray:
         """Return all corners, (2^d, d) [length]."""

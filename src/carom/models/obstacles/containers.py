@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering
+from carom.declared import integer
 from carom.densities import sphere_area
 from carom.errors import InputError
-from carom.models import fields
+from carom.models.fields import Name, Radius, Vector, check_dimensions
 from carom.models.mathematics import parabolas
 from carom.models.mathematics.contact import exit_sphere
 from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
@@ -44,13 +45,10 @@ class SphericalContainer(Properties):
         If a number is out of range.
     """
 
-    center: tuple[float, ...]
-    radius: float
-    name: str = "sphere"
-
-    def __post_init__(self) -> None:
-        fields.check_center_and_radius(self)
-        super().__post_init__()
+    type = "sphere"
+    center: Vector
+    radius: Radius
+    name: Name = "sphere"
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each particle's surface from the container's, (n,) [length]."""
@@ -58,7 +56,7 @@ class SphericalContainer(Properties):
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the center has another dimension, or an axis is periodic."""
-        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        check_dimensions(self.center, box, f"center of {self.name}")
         if any(periodic):
             raise InputError(
                 f"Around {self.name}, a spherical container, no axis may be periodic, found "
@@ -114,18 +112,17 @@ class CylindricalContainer(Properties):
         If there is no such axis, a number is out of range, or the space has one dimension only.
     """
 
-    axis: int
-    center: tuple[float, ...]
-    radius: float
-    name: str = "cylinder"
+    type = "cylinder"
+    axis: Annotated[int, integer(low=0)]
+    center: Vector
+    radius: Radius
+    name: Name = "cylinder"
 
-    def __post_init__(self) -> None:
-        fields.check_center_and_radius(self)
-        axis = checks.integer(self.axis, "axis of a cylinder", low=0, high=len(self.center) - 1)
-        object.__setattr__(self, "axis", axis)
+    def complete(self) -> None:
+        """Raise InputError where there is no such axis, or none across it."""
+        checks.integer(self.axis, "axis of a cylinder", low=0, high=len(self.center) - 1)
         if len(self.center) < 2:
             raise InputError("A cylindrical container needs two dimensions or more, found one.")
-        super().__post_init__()
 
     def gap(self, positions, radii, box, periodic):
         """Return the distance of each particle's surface from the container's, (n,) [length]."""
@@ -134,7 +131,7 @@ class CylindricalContainer(Properties):
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the center has another dimension, or another axis is periodic."""
-        fields.check_dimensions(self.center, box, f"center of {self.name}")
+        check_dimensions(self.center, box, f"center of {self.name}")
         for axis, repeats in enumerate(periodic):
             if repeats and axis != self.axis:
                 raise InputError(

@@ -211,11 +211,9 @@ class Body(Properties, ABC):
                 )
 
 
-def points_of(values: Any, what: str) -> tuple[tuple[float, ...], ...]:
-    """Return points as tuples of numbers, all of one dimension and none like another."""
-    points = tuple(fields.vector(each, what) for each in values)
+def check_points(points: tuple[tuple[float, ...], ...], what: str) -> None:
+    """Raise InputError where points are not of one dimension, or one is like another."""
     if len({len(point) for point in points}) > 1:
         raise InputError(f"{what} must have one number of coordinates, found {points}.")
     if len(set(points)) < len(points):
         raise InputError(f"{what} must differ, found {points}.")
-    return points

@@ -7,12 +7,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
 from carom.compiling import registry
+from carom.declared import SEED, Declared
 from carom.errors import InputError
 from carom.models import fields
 from carom.models.contacts.losses import Loss
@@ -21,7 +22,7 @@ from carom.models.contacts.rough import Rough
 from carom.models.mathematics.parabolas import time_to_moving
 from carom.models.obstacles.outlines import shapes
 from carom.models.obstacles.paths import check_path
-from carom.models.obstacles.properties import Properties, properties_of
+from carom.models.obstacles.properties import TEMPERATURE, Properties, properties_of
 from carom.models.obstacles.shaken import displaced
 from carom.models.obstacles.surfaces import hot, lossy
 from carom.models.questions.obstacle import is_periodic
@@ -35,7 +36,7 @@ UNIT = 2.0**-50  # how much the length of a unit vector may differ from 1 by rou
 
 
 @dataclass(frozen=True)
-class Dressed:
+class Dressed(Declared):
     """A shape with a motion along a line, and a surface that loses energy or has a temperature.
 
     :func:`dressed` makes it of an obstacle with keywords; :func:`Shaken`, :func:`Surface` and :func:`Thermal`
@@ -45,14 +46,17 @@ class Dressed:
     others are Maxwell's.
     """
 
+    after = " of Thermal"
+
     obstacle: Any  # where it is not displaced
     direction: tuple[float, ...] | None = None  # of the motion, any vector but zero
-    path: Any = None  # displacement over time
+    path: Annotated[Any, check_path] = None  # displacement over time
     loss: Loss | Restitution | None = None  # of a contact
-    kT: float | None = None  # of the gas behind the surface [energy]
-    seed: int = 0  # every component has its own stream
+    kT: Annotated[float | None, TEMPERATURE] = None  # of the gas behind the surface [energy]
+    seed: Annotated[int, SEED] = 0  # every component has its own stream
 
-    def __post_init__(self) -> None:
+    def complete(self) -> None:
+        """Give the direction of what moves the length 1."""
         if self.path is not None:
             direction = fields.vector(self.direction, "direction of shake")
             length = math.hypot(*direction)
@@ -61,13 +65,7 @@ class Dressed:
             # A unit vector stays as it is: a file holds one, and the run must go on with the same bits.
             if abs(length - 1.0) > UNIT:
                 direction = tuple(x / length for x in direction)
-            object.__setattr__(self, "direction", direction)
-            check_path(self.path)
-        if self.kT is not None:
-            kT = checks.number(self.kT, "kT of Thermal", low=0.0, high=checks.HOTTEST, open_low=True)
-            object.__setattr__(self, "kT", kT)
-        seed = checks.integer(self.seed, "seed of Thermal", low=0, high=2**63 - 1)
-        object.__setattr__(self, "seed", seed)
+            self._put("direction", direction)
 
     @property
     def name(self) -> str:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from carom import checks
+from carom.declared import number
 from carom.errors import InputError
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.properties import Properties, properties_of
@@ -58,16 +59,14 @@ class Wall(Properties):
     (True, False)
     """
 
-    offset: float = 0.0
+    offset: Annotated[float, number(low=0.0, high=checks.MAGNITUDE)] = 0.0
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        offset = checks.number(self.offset, "offset of a Wall", low=0.0, high=checks.MAGNITUDE)
-        object.__setattr__(self, "offset", offset)
-        if offset > (0.0 if self.shake is None else -float(self.shake.lowest)):
+    def complete(self) -> None:
+        """Raise InputError where the wall never gets to the face of the box."""
+        if self.offset > (0.0 if self.shake is None else -float(self.shake.lowest)):
             raise InputError(
                 f"A Wall stands in the face of the box, or gets there while it is shaken; found offset "
-                f"{offset:g}. A Plane among the obstacles may stand anywhere."
+                f"{self.offset:g}. A Plane among the obstacles may stand anywhere."
             )
 
     @property

@@ -22,7 +22,7 @@ import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering
-from carom.declared import number, positive
+from carom.declared import number, positive, said
 from carom.errors import InputError
 from carom.models.fields import FIELD, Value
 from carom.models.questions import path
@@ -58,8 +58,8 @@ class Path(Protocol):
         """Return the model that the engine compiles, with its times in the engine's unit."""
 
 
-def check_path(path: Any) -> None:
-    """Raise InputError if a path is none, or has bounds that are not finite."""
+def check_path(path: Any, name: str) -> Any:
+    """Return a path; raise InputError if it is none, or has bounds that are not finite."""
     if isinstance(path, type) or not isinstance(path, Path):
         raise InputError(
             "shake must be a path, which has lowest, highest, acceleration, period and model, such as "
@@ -71,6 +71,10 @@ def check_path(path: Any) -> None:
             "A path must have finite bounds: lowest <= highest, acceleration, and a period > 0 (longer "
             f"than the run, where it does not repeat itself); found {bounds}."
         )
+    return path
+
+
+said(check_path, anyOf=[{"$ref": "#/definitions/path"}])
 
 
 @dataclass(frozen=True)

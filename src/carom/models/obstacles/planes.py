@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from carom import checks
 from carom.compiling.registry import answering, inner
+from carom.declared import number
 from carom.errors import InputError
-from carom.models import fields
+from carom.models.fields import Name, Vector, check_dimensions
 from carom.models.mathematics import parabolas
 from carom.models.mathematics.parabolas import first_landing, time_to_plane
 from carom.models.obstacles.outlines import HalfPlane, SolidBehind
@@ -47,17 +47,15 @@ class Plane(Properties):
         If the normal is zero, or a number is not finite.
     """
 
-    normal: tuple[float, ...]
-    offset: float
-    name: str = "plane"
+    type = "plane"
+    normal: Vector
+    offset: Annotated[float, number()]
+    name: Name = "plane"
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "normal", fields.vector(self.normal, "normal of a plane"))
-        object.__setattr__(self, "offset", checks.number(self.offset, "offset of a plane"))
-        fields.check_name(self)
+    def complete(self) -> None:
+        """Raise InputError where the normal has no direction."""
         if not any(self.normal):
             raise InputError("The normal of a plane must not be zero: it points to the allowed side.")
-        super().__post_init__()
 
     @property
     def natural_direction(self) -> tuple[float, ...]:
@@ -76,7 +74,7 @@ class Plane(Properties):
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:
         """Raise InputError if the normal has another dimension, or a particle along a periodic axis."""
-        fields.check_dimensions(self.normal, box, f"normal of {self.name}")
+        check_dimensions(self.normal, box, f"normal of {self.name}")
         for axis, (component, repeats) in enumerate(zip(self.normal, periodic, strict=True)):
             if component and repeats:
                 raise InputError(

@@ -5,19 +5,34 @@ Users give them as keywords, in any order (``dressing`` makes of them what the e
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+import dataclasses
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 from carom import checks
+from carom.declared import SEED, fields_of, number, said
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution, as_impact
-from carom.models.fields import vector
+from carom.models.fields import Value, vector
 from carom.models.obstacles.paths import check_path
+
+TEMPERATURE = number(low=0.0, high=checks.HOTTEST, open_low=True)  # of a surface
+
+
+def _impact(value: Any, name: str) -> Restitution | Loss:
+    """Return what contacts at a surface lose."""
+    impact = as_impact(value)
+    if not isinstance(impact, Restitution | Loss):
+        raise InputError(f"{name} must be a number, a Restitution or a Loss, found {checks.describe(value)}.")
+    return impact
+
+
+said(_impact, anyOf=[{"$ref": "#/definitions/impact"}])
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
-class Properties:
+class Properties(Value):
     """What an obstacle may have beside its shape.
 
     Parameters
@@ -42,55 +57,43 @@ class Properties:
         If a value is out of range, or two of them exclude each other.
     """
 
-    shake: Any = None
-    direction: tuple[float, ...] | None = None
-    impact: float | Restitution | Loss | None = None
-    kT: float | None = None
-    seed: int = 0
+    shake: Annotated[Any, check_path] = None
+    direction: Annotated[tuple[float, ...] | None, vector] = None
+    impact: Annotated[Any, _impact] = None
+    kT: Annotated[float | None, TEMPERATURE] = None
+    seed: Annotated[int, SEED] = 0
+
+    def __init_subclass__(cls) -> None:
+        what = vars(cls).get("type", cls.__name__)
+        cls.after = f" of {'an' if what[0] in 'aeiou' else 'a'} {what}"
 
     def __post_init__(self) -> None:
-        what = type(self).__name__
-        impact = as_impact(self.impact)
-        object.__setattr__(self, "impact", impact)
-        if impact is not None and not isinstance(impact, Restitution | Loss):
+        super().__post_init__()
+        if self.kT is not None and self.impact is not None:
             raise InputError(
-                f"impact of a {what} must be a number, a Restitution or a Loss, found "
-                f"{checks.describe(self.impact)}."
-            )
-        if self.kT is not None:
-            kT = checks.number(self.kT, f"kT of a {what}", low=0.0, high=checks.HOTTEST, open_low=True)
-            object.__setattr__(self, "kT", kT)
-        object.__setattr__(
-            self, "seed", checks.integer(self.seed, f"seed of a {what}", low=0, high=2**63 - 1)
-        )
-        if self.kT is not None and impact is not None:
-            raise InputError(
-                f"A {what} has impact or kT, found both: what a thermal surface reflects has its "
-                "temperature, whatever it lost."
+                f"A {type(self).__name__} has impact or kT, found both: what a thermal surface reflects has "
+                "its temperature, whatever it lost."
             )
         if self.kT is None and self.seed:
-            raise InputError(f"seed of a {what} goes with kT, which is missing.")
+            raise InputError(f"seed{self.after} goes with kT, which is missing.")
         if self.shake is None and self.direction is not None:
-            raise InputError(f"direction of a {what} goes with shake, which is missing.")
-        if self.direction is not None:
-            direction = vector(self.direction, f"direction of a {what}")
-            object.__setattr__(self, "direction", direction)
-        if self.shake is not None:
-            check_path(self.shake)
+            raise InputError(f"direction{self.after} goes with shake, which is missing.")
 
     @property
     def natural_direction(self) -> tuple[float, ...] | None:
         """Direction in which it is shaken unless another is given; None where it has no normal."""
         return None
 
+    def given(self) -> dict[str, Any]:
+        """Return the geometry, and the properties that are not those by default."""
+        each = sorted(dataclasses.fields(self), key=lambda part: part.kw_only is True)
+        values = {part: getattr(self, part.name) for part in each}
+        return {part.name: x for part, x in values.items() if not part.kw_only or x != part.default}
+
     def __repr__(self) -> str:
-        each = sorted(fields(self), key=lambda part: part.kw_only is True)
-        values = ((part, getattr(self, part.name)) for part in each)
-        given = (f"{part.name}={x!r}" for part, x in values if not part.kw_only or x != part.default)
-        return f"{type(self).__name__}({', '.join(given)})"
+        return f"{type(self).__name__}({', '.join(f'{name}={x!r}' for name, x in self.given().items())})"
 
 
 def properties_of(value: Properties) -> dict[str, Any]:
     """Return the properties that are given, by name."""
-    found = {each.name: (getattr(value, each.name), each.default) for each in fields(Properties)}
-    return {name: given for name, (given, default) in found.items() if given != default}
+    return {name: each for name, each in value.unusual().items() if name in fields_of(Properties)}

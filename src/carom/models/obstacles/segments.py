@@ -8,12 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
 from carom.compiling.registry import answering
 from carom.densities import unit_ball_volume
 from carom.errors import InputError
-from carom.models import fields
-from carom.models.obstacles.convex import Body, convex, points_of
+from carom.models.fields import Name, Rounding, Vector, vector
+from carom.models.obstacles.convex import Body, check_points, convex
 from carom.models.questions import obstacle
 
 
@@ -39,18 +38,15 @@ class Segment(Body):
         If the points are the same, or a number is out of range.
     """
 
-    start: tuple[float, ...]
-    end: tuple[float, ...]
-    radius: float = 0.0
-    name: str = "segment"
+    type = "segment"
+    start: Vector
+    end: Vector
+    radius: Rounding = 0.0
+    name: Name = "segment"
 
-    def __post_init__(self) -> None:
-        start, end = points_of((self.start, self.end), "ends of a segment")
-        object.__setattr__(self, "start", start)
-        object.__setattr__(self, "end", end)
-        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a segment", low=0.0))
-        fields.check_name(self)
-        super().__post_init__()
+    def complete(self) -> None:
+        """Raise InputError where the ends are the same."""
+        check_points((self.start, self.end), "ends of a segment")
 
     def corners(self) -> np.ndarray:
         """Return the two ends, (2, d) [length]."""
@@ -126,7 +122,7 @@ def polygon(
     InputError
         If there are too few corners, or two in a row are the same.
     """
-    points = [fields.vector(each, "corners of a polygon") for each in corners]
+    points = [vector(each, "corners of a polygon") for each in corners]
     if len(points) < (3 if closed else 2):
         raise InputError(f"A polygon needs three corners, and a line two; found {len(points)}.")
     ends = points[1:] + points[:1] if closed else points[1:]

@@ -7,11 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from carom import checks
 from carom.compiling.registry import answering, inner
 from carom.errors import InputError
-from carom.models import fields
-from carom.models.obstacles.convex import Body, convex, points_of
+from carom.models.fields import Name, Rounding, Vector
+from carom.models.obstacles.convex import Body, check_points, convex
 from carom.models.questions import obstacle
 
 
@@ -36,22 +35,19 @@ class Triangle(Body):
         If the corners lie on a line, or a number is out of range.
     """
 
-    a: tuple[float, ...]
-    b: tuple[float, ...]
-    c: tuple[float, ...]
-    radius: float = 0.0
-    name: str = "triangle"
+    type = "triangle"
+    a: Vector
+    b: Vector
+    c: Vector
+    radius: Rounding = 0.0
+    name: Name = "triangle"
 
-    def __post_init__(self) -> None:
-        a, b, c = points_of((self.a, self.b, self.c), "corners of a triangle")
-        for key, point in zip("abc", (a, b, c), strict=True):
-            object.__setattr__(self, key, point)
-        object.__setattr__(self, "radius", checks.number(self.radius, "radius of a triangle", low=0.0))
-        fields.check_name(self)
-        u, v = np.subtract(b, a), np.subtract(c, a)
+    def complete(self) -> None:
+        """Raise InputError where the corners lie on a line."""
+        check_points((self.a, self.b, self.c), "corners of a triangle")
+        u, v = np.subtract(self.b, self.a), np.subtract(self.c, self.a)
         if not (u @ u) * (v @ v) - (u @ v) ** 2 > 1e-12 * (u @ u) * (v @ v):
             raise InputError(f"The corners of {self.name} lie on a line: give a Segment.")
-        super().__post_init__()
 
     def corners(self) -> np.ndarray:
         """Return the three corners, (3, d) [length]."""

@@ -11,7 +11,7 @@ import numpy as np
 
 from carom import texts, theory
 from carom.errors import InputError
-from carom.models.interactions.tables import from_table
+from carom.models.files.tables import from_table
 from carom.pictures import paper
 from carom.scene import description
 from carom.studies.eos.table import Row, compared
@@ -73,7 +73,7 @@ def study(
 def kind(dimension: int, scene: Mapping[str, Any], *, mixture: bool) -> str:
     """Return what the particles of a study with such a ``scene`` are, e.g. "mixture of hard disks"."""
     given = scene.get("interaction")
-    interaction = from_table(given) if isinstance(given, Mapping) else given
+    interaction = from_table(given, "interaction") if isinstance(given, Mapping) else given
     name = description.kind(dimension, interaction=interaction)
     return f"mixture of {name}" if mixture else name
 

@@ -11,7 +11,7 @@ import numpy as np
 from carom.errors import FileError, InputError
 from carom.io import records
 from carom.io.trajectory import open_reader
-from carom.models.files.tables import obstacle_from_table
+from carom.models.files.tables import from_table
 from carom.studies.kind import Info, Kind, typed
 from carom.studies.packings.compression import PackingFolder
 from carom.studies.packings.pack import resume_packing
@@ -45,7 +45,7 @@ class OfPacking(Kind):
         with open_reader(folder) as reader:
             frame = reader[-1]
         try:
-            obstacles = tuple(obstacle_from_table(table) for table in found["obstacles"])
+            obstacles = tuple(from_table(table, "obstacle") for table in found["obstacles"])
         except InputError as error:
             raise FileError(f"{summary}: {error}") from None
         history = _history(folder / "history.csv")

@@ -21,8 +21,7 @@ from carom.errors import InputError
 from carom.frame import Frame
 from carom.io.formats import SUFFIXES
 from carom.io.validation import flaw
-from carom.models.files.tables import obstacle_from_table
-from carom.models.files.to_tables import obstacle_to_table
+from carom.models.files.tables import from_table, obstacle_to_table
 from carom.models.obstacles import Obstacle
 from carom.observables.packing import PackingNetwork, network_of
 from carom.paths import replacing, write_text, writing
@@ -273,7 +272,7 @@ class Packing(Result):
         if outside.any() or frame.diameters.max() > 2.0 * frame.box.min():
             raise InputError("its particles do not fit into its box")
         history = np.array([tuple(row) for row in values["history"]], HISTORY)
-        obstacles = tuple(obstacle_from_table(each) for each in values["obstacles"])
+        obstacles = tuple(from_table(each, "obstacle") for each in values["obstacles"])
         return cls(frame, history, values["note"], values["seed"], values["shrunk"], obstacles)
 
     def _writers(self) -> dict[str, Callable[[Path], object]]:
