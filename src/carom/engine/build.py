@@ -138,7 +138,7 @@ def timing_of(
 ) -> FromRows | FarSteps | FromCache | AlongCurves | None:
     """Return how the time of a contact is computed."""
     if scheme.kind == "all":
-        return FromCache(neighbors.from_time)
+        return FromCache(neighbors.start_times)
     if scheme.kind == "pairs":
         return AlongCurves(scheme.span)
     if system.stepped:

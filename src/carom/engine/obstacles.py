@@ -86,7 +86,7 @@ class Chain(NamedTuple):
         normal_along(self.tail, obstacles, boundary, number)
         k = number - self.number
         if 0 <= k < len(self.head):
-            touching_normal(self.head[k], obstacles, boundary)
+            store_normal(self.head[k], obstacles, boundary)
 
     def strike(self, model, state, i, number, now):
         k = number - self.number
@@ -94,7 +94,7 @@ class Chain(NamedTuple):
             there = model.obstacles
             rate = growth(model.pair, i)
             at_time(self.head[k], now)
-            touching_normal(self.head[k], there, model.boundary)
+            store_normal(self.head[k], there, model.boundary)
             recoil(
                 self.head[k], model.motion, i, mass(model.pair, i), there.x, there.v, there.image, rate, now
             )
@@ -127,12 +127,12 @@ class Crowd(NamedTuple):
         normal_along(self.tail, obstacles, boundary, number)
         k = number - self.number
         if 0 <= k < members(self.head):
-            touching_normal(member(self.head, k), obstacles, boundary)
+            store_normal(member(self.head, k), obstacles, boundary)
 
     def strike(self, model, state, i, number, now):
         k = number - self.number
         if 0 <= k < members(self.head):
-            touching_normal(member(self.head, k), model.obstacles, model.boundary)
+            store_normal(member(self.head, k), model.obstacles, model.boundary)
         strike(self.tail, model, state, i, number, now)
 
     def age_link(self, duration):
@@ -332,7 +332,7 @@ def gained(live, momentum, rate):
 
 
 @inner
-def touching_normal(obstacle, obstacles, boundary):
+def store_normal(obstacle, obstacles, boundary):
     """Put the normal of an obstacle that is touched into the room for an image."""
     if is_periodic(obstacle):  # the image that is touched is the nearest one
         for axis in range(len(boundary.edges)):

@@ -118,7 +118,7 @@ class FarSteps(NamedTuple):
 class FromCache(NamedTuple):
     """Contacts that are found along paths of several boxes."""
 
-    from_time: np.ndarray
+    start_times: np.ndarray
     """A time shortly before the contact found last for each component, (n,): everybody's own array."""
 
 
@@ -172,13 +172,13 @@ def _contact_time_of_far_steps(timing: FarSteps, model, state, i, ref, now, t):
     falls = (core > 0.0) & (rv < 0.0) & (rv * rv - vv * (rr - core) >= 0.0)
     if falls & (core < timing.nearness * rr):
         # Two diameters of flight before the contact.
-        from_time = max(event_time - 2.0 * np.sqrt(core / vv), now)
-        rr, rv, vv = relative(model, state, i, ref, from_time)
+        then = max(event_time - 2.0 * np.sqrt(core / vv), now)
+        rr, rv, vv = relative(model, state, i, ref, then)
         t, clamped = contact_time_known(rr - core, rv, vv)
-        event_time = from_time + t
+        event_time = then + t
     return event_time, clamped
 
 
 @contact_time_of.register
 def _contact_time_of_from_cache(timing: FromCache, model, state, i, ref, now, t):
-    return contact_time_of(None, model, state, i, ref, timing.from_time[i], t)
+    return contact_time_of(None, model, state, i, ref, timing.start_times[i], t)

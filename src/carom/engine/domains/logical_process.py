@@ -101,7 +101,7 @@ SCRATCH: dict[type, tuple[str, ...]] = {
 
 
 def make_channels(processes: int, dimension: int) -> Channels:
-    """Return an empty board."""
+    """Return the channels of a number of processes, empty."""
     return Channels(
         published_time=aligned(LINE * processes, np.float64).reshape(processes, LINE),
         sent_count=aligned(LINE * processes, np.int64).reshape(processes, LINE),

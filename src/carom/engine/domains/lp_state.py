@@ -88,7 +88,9 @@ class Channels(NamedTuple):
     """Whether somebody holds the border below each process, and the events in its zone, (processes, 8) int64.
     """
     history: np.ndarray
-    """The last of them, (processes, HISTORY_LENGTH, 8 or more) float64: a cache line each."""
+    """The last events in each of these zones, (processes, HISTORY_LENGTH, 8 or more) float64: a cache line
+    each.
+    """
     event_time: np.ndarray
     """Earliest event announced in each patch of both borders, (processes, 2, PATCHES) float64."""
 

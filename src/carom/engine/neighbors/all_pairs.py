@@ -88,7 +88,7 @@ class Everybody(NamedTuple):
     """
     flight: np.ndarray
     """Of one pair, coordinates [edges] and velocities [edges / time] along all axes but one, (2 d,)."""
-    from_time: np.ndarray
+    start_times: np.ndarray
     """Shortly before the contact that the last search of each component has found, (n,): a time from which
     the nearest image is the one met, and close.
     """
@@ -105,7 +105,7 @@ class Everybody(NamedTuple):
                 if k < 0:
                     return np.int64(-1), 0.0
                 contact = contact_of(contacts, i, k)
-                self.from_time[i] = contact.start_time
+                self.start_times[i] = contact.start_time
                 return np.int64(contact.other), 0.0
         clear(contacts, i)
         return search_all(self, model, state, i, now, np.int64(-1), avoided), 0.0
@@ -123,7 +123,7 @@ class Everybody(NamedTuple):
 
     def begin_epoch(self, model, state, tally):
         rows = state.rows
-        n = np.uint64(len(self.from_time))
+        n = np.uint64(len(self.start_times))
         search_everybody(self, model, state, 0.0)
         for i in range(n):
             # An advancement now for whom contacts found no room: it looks at all by itself.
@@ -162,7 +162,7 @@ def make_everybody(n: int, edges, core: float, span: float, number: type = np.fl
         names=np.minimum(np.arange(padded + BLOCK), n).astype(np.uint32),
         paths=aligned((2 * dimension - 1) * BLOCK, np.uint16),
         flight=np.zeros(2 * dimension),
-        from_time=np.zeros(n),
+        start_times=np.zeros(n),
         contacts=make_contacts(n, number),
     )
 
@@ -241,7 +241,7 @@ def pack_all(everybody, motion, state):
         everybody.fastest[0] = 0.0
         for k in range(len(everybody.swiftest)):
             everybody.swiftest[k] = 0.0
-        for i in range(np.uint64(len(everybody.from_time))):
+        for i in range(np.uint64(len(everybody.start_times))):
             pack_one(everybody, motion, state, i)
 
 
@@ -320,7 +320,7 @@ def search_all(everybody, model, state, i, now, after, avoided):
     """
     contacts = everybody.contacts
     pack_self(everybody, i)
-    n = np.int64(len(everybody.from_time))
+    n = np.int64(len(everybody.start_times))
     best = NEVER
     chosen = np.int64(-1)
     elapsed = now / everybody.span
@@ -340,7 +340,7 @@ def search_all(everybody, model, state, i, now, after, avoided):
                     if event_time < best and event_time <= state.rows[np.uint64(j)].event_time:
                         best = event_time
                         chosen = j
-                        everybody.from_time[i] = shortly
+                        everybody.start_times[i] = shortly
             if lane == last:
                 break
             lane, _ = marked(everybody, lane + 1, limit)
@@ -351,9 +351,9 @@ def search_all(everybody, model, state, i, now, after, avoided):
 def search_everybody(everybody, model, state, now):
     """Look at every pair, from now to the end of the epoch."""
     pack_all(everybody, model.motion, state)
-    for i in range(np.uint64(len(everybody.from_time))):
+    for i in range(np.uint64(len(everybody.start_times))):
         clear(everybody.contacts, i)
-    for i in range(np.uint64(len(everybody.from_time))):
+    for i in range(np.uint64(len(everybody.start_times))):
         search_all(everybody, model, state, i, now, i, np.int64(-1))
 
 
@@ -378,7 +378,7 @@ def choose(everybody, model, state, tally, i):
         if left >= 0:
             rows[left].event_time = NEVER
             state.partner[left] = LAMBDA
-    everybody.from_time[i] = contact.start_time
+    everybody.start_times[i] = contact.start_time
     event_time, clamped = contact_time_of(model.timing, model, state, i, np.int64(j), 0.0, 0.0)
     tally.clamped += np.int64(clamped)
     rows[i].event_time = event_time

@@ -25,8 +25,8 @@ class Contacts(NamedTuple):
     """Contacts of all components."""
 
     found: np.ndarray
-    """Of each component ROOM records: the other, its version then, a time shortly before the contact, and the
-    time of the contact, rounded as rows round it; (n ROOM,).
+    """Of each component CAPACITY records, (n CAPACITY,): the other, its version then, a time shortly before
+    the contact, and the time of the contact, rounded as rows round it.
     """
     counts: np.ndarray  # how many of them are filled, or STALE, (n,) int64
     versions: np.ndarray  # how often the flight of each has changed, (n,) int64
