@@ -109,10 +109,11 @@ S = TypeVar("S", bound=Declared)
 
 def described(kind: type[S]) -> type[S]:
     """Add the fields to the docstring of a class of specifications, as its parameters."""
-    lines = ["Parameters", "----------"]
-    for field in fields_of(kind).values():
-        assert field.opt is not None
-        lines += [f"{field.name} : {_words(field.kind)}", f"    {field.opt.help}"]
+    lines, fields = ["Parameters", "----------"], fields_of(kind)
+    for name in inspect.signature(kind).parameters:
+        opt = fields[name].opt
+        assert opt is not None
+        lines += [f"{name} : {_words(fields[name].kind)}", f"    {opt.help}"]
     head, mark, rest = inspect.cleandoc(kind.__doc__ or "").partition("Raises\n")
     kind.__doc__ = "\n".join([head + lines[0], *lines[1:], "", mark + rest])
     return kind
@@ -121,7 +122,10 @@ def described(kind: type[S]) -> type[S]:
 def _words(hint: Any) -> str:
     """Return a type as docstrings have it."""
     kinds = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
-    names = ["tuple" if get_origin(kind) is tuple else getattr(kind, "__name__", "value") for kind in kinds]
+    names = [
+        f"{_words(get_args(kind)[0])}s" if get_origin(kind) is tuple else getattr(kind, "__name__", "value")
+        for kind in kinds
+    ]
     words = ["value" if name == "Any" else name for name in names if name != "NoneType"]
     return " or ".join(words) + (", optional" if "NoneType" in names or hint is Any else "")
 
@@ -182,8 +186,10 @@ def schema_of_several(one: Check) -> dict[str, Any]:
 def schema_of_table(kind: type[Declared], named: str | None = None) -> dict[str, Any]:
     """Return the JSON schema of a table with the fields of a declared value, and its type where ``named``."""
     fields = {name: field for name, field in fields_of(kind).items() if field.check is not None}
-    properties = {} if named is None else {"type": {"const": named}}
-    properties |= {name: schema_of(field.check) for name, field in fields.items()}
+    properties: dict[str, Any] = {} if named is None else {"type": {"const": named}}
+    for name, field in fields.items():
+        told = {"description": field.opt.help.replace("`", "")} if field.opt is not None else {}
+        properties[name] = {**schema_of(field.check), **told}
     needed = ["type"] * (named is not None) + [name for name, field in fields.items() if field.needed]
     return {"type": "object", "properties": properties, "required": needed, "additionalProperties": False}
 

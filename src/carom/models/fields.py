@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar
 import numpy as np
 
 from carom import checks
-from carom.declared import Declared, fields_of, number, positive, said
+from carom.declared import Declared, Opt, fields_of, number, said
 from carom.errors import InputError
 
 FIELD = number(low=-checks.MAGNITUDE, high=checks.MAGNITUDE)  # any number that leaves room for products
@@ -76,10 +76,10 @@ def _name(value: Any, name: str) -> str:
 
 said(_name, type="string", minLength=1, maxLength=80)
 
-Name = Annotated[str, _name]
+Name = Annotated[str, _name, Opt("Name, for messages and results.")]
 Vector = Annotated[tuple[float, ...], vector]
-Radius = Annotated[float, positive]
-Rounding = Annotated[float, number(low=0.0)]
+Center = Annotated[Vector, Opt("Center [length].")]
+Rounding = Annotated[float, number(low=0.0), Opt("Thickness added on all sides [length].")]
 
 
 def check_dimensions(vector: tuple[float, ...], box: Sequence[float], what: str) -> None:

@@ -13,9 +13,9 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import answering, inner
-from carom.declared import number
+from carom.declared import Opt, described, number, positive
 from carom.errors import InputError
-from carom.models.fields import Name, Radius, Vector, check_dimensions
+from carom.models.fields import Name, Vector, check_dimensions
 from carom.models.obstacles.cells import in_every_image
 from carom.models.obstacles.outlines import Arc as Drawn, images
 from carom.models.obstacles.properties import Properties
@@ -24,22 +24,10 @@ from carom.models.questions.particles import NEVER
 from carom.texts import axis_name
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class Arc(Properties):
     """A piece of a circle in two dimensions, without thickness, with all its periodic images.
-
-    Parameters
-    ----------
-    center : 2 floats
-        Center of the circle [length].
-    radius : float
-        Radius of the circle [length].
-    start, angle : float
-        Direction in which the arc begins, from the first axis, and its extent; counterclockwise [degrees].
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -48,10 +36,16 @@ class Arc(Properties):
     """
 
     type = "arc"
-    center: Vector
-    radius: Radius
-    start: Annotated[float, number(low=-360.0, high=360.0)] = 0.0
-    angle: Annotated[float, number(low=0.0, high=360.0, open_low=True)] = 360.0
+    center: Annotated[Vector, Opt("Center of the circle [length].")]
+    radius: Annotated[float, positive, Opt("Radius of the circle [length].")]
+    start: Annotated[
+        float,
+        number(low=-360.0, high=360.0),
+        Opt("Direction in which the arc begins, from the first axis [degrees]."),
+    ] = 0.0
+    angle: Annotated[
+        float, number(low=0.0, high=360.0, open_low=True), Opt("Its extent, counterclockwise [degrees].")
+    ] = 360.0
     name: Name = "arc"
 
     def check(self, box: Sequence[float], periodic: Sequence[bool]) -> None:

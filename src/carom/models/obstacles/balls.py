@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering
+from carom.declared import Opt, described, positive
 from carom.densities import sphere_area
-from carom.models.fields import Name, Radius, Vector, check_dimensions
+from carom.models.fields import Center, Name, check_dimensions
 from carom.models.mathematics import parabolas
 from carom.models.mathematics.contact import MOST_DIAMETERS
 from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
@@ -22,20 +23,10 @@ from carom.models.questions.obstacle import encounter
 from carom.models.questions.particles import NEVER
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class Ball(Properties):
     """A fixed solid ball (a disk for d = 2), with all its periodic images.
-
-    Parameters
-    ----------
-    center : d floats
-        Center [length].
-    radius : float
-        Radius [length].
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -44,8 +35,8 @@ class Ball(Properties):
     """
 
     type = "ball"
-    center: Vector
-    radius: Radius
+    center: Center
+    radius: Annotated[float, positive, Opt("Radius [length].")]
     name: Name = "ball"
 
     def gap(self, positions, radii, box, periodic):

@@ -4,31 +4,22 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering
+from carom.declared import Opt, described
 from carom.errors import InputError
 from carom.models.fields import Name, Rounding, Vector
 from carom.models.obstacles.convex import Body, check_points, convex
 from carom.models.questions import obstacle
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class Cuboid(Body):
     """A block with edges along the axes, rounded if it has a radius.
-
-    Parameters
-    ----------
-    low, high : d floats
-        Two opposite corners [length].
-    radius : float
-        Thickness added on all sides [length].
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -37,8 +28,8 @@ class Cuboid(Body):
     """
 
     type = "cuboid"
-    low: Vector
-    high: Vector
+    low: Annotated[Vector, Opt("The corner with the least coordinates [length].")]
+    high: Annotated[Vector, Opt("The corner opposite to it [length].")]
     radius: Rounding = 0.0
     name: Name = "cuboid"
 

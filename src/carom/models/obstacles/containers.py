@@ -10,10 +10,10 @@ import numpy as np
 
 from carom import checks
 from carom.compiling.registry import answering
-from carom.declared import integer
+from carom.declared import Opt, described, integer, positive
 from carom.densities import sphere_area
 from carom.errors import InputError
-from carom.models.fields import Name, Radius, Vector, check_dimensions
+from carom.models.fields import Center, Name, Vector, check_dimensions
 from carom.models.mathematics import parabolas
 from carom.models.mathematics.contact import exit_sphere
 from carom.models.mathematics.parabolas import Gap, at_rest, first_touch, straight_growth, time_to_moving
@@ -23,21 +23,13 @@ from carom.models.questions import obstacle
 from carom.models.questions.obstacle import encounter
 from carom.texts import axis_name
 
+InnerRadius = Annotated[float, positive, Opt("Inner radius [length].")]
 
+
+@described
 @dataclass(frozen=True, repr=False)
 class SphericalContainer(Properties):
     """A hollow sphere around everything; no axis may be periodic.
-
-    Parameters
-    ----------
-    center : d floats
-        Center [length].
-    radius : float
-        Inner radius [length].
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -46,8 +38,8 @@ class SphericalContainer(Properties):
     """
 
     type = "sphere"
-    center: Vector
-    radius: Radius
+    center: Center
+    radius: InnerRadius
     name: Name = "sphere"
 
     def gap(self, positions, radii, box, periodic):
@@ -89,22 +81,10 @@ class SphericalContainer(Properties):
         return [HollowSphere(tuple(self.center), self.radius)]
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class CylindricalContainer(Properties):
     """A hollow cylinder around everything, along one of the axes; the others may not be periodic.
-
-    Parameters
-    ----------
-    axis : int
-        Direction of the cylinder: the number of an axis.
-    center : d floats
-        Any point on the cylinder's axis [length].
-    radius : float
-        Inner radius [length].
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -113,9 +93,9 @@ class CylindricalContainer(Properties):
     """
 
     type = "cylinder"
-    axis: Annotated[int, integer(low=0)]
-    center: Vector
-    radius: Radius
+    axis: Annotated[int, integer(low=0), Opt("Direction of the cylinder: the number of an axis.")]
+    center: Annotated[Vector, Opt("Any point on the cylinder's axis [length].")]
+    radius: InnerRadius
     name: Name = "cylinder"
 
     def complete(self) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from carom import checks
-from carom.declared import number
+from carom.declared import Opt, described, number
 from carom.errors import InputError
 from carom.models.obstacles.planes import Plane
 from carom.models.obstacles.properties import Properties, properties_of
@@ -19,31 +19,12 @@ from carom.texts import axis_name, counted
 Walls = bool | str | Sequence[str] | Mapping[str, "Wall"]  # what the keyword ``walls`` takes
 
 
+@described
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Wall(Properties):
     """A wall of the box with properties: shaken, lossy or hot.
 
     Without any it is plain: hard, at rest. It is given by name, ``walls={"y_low": Wall(...)}``.
-
-    Parameters
-    ----------
-    shake : Path, optional
-        How it moves, as displacement by time: ``Sine``, ``Parabolas`` or a path of your own.
-    direction : d floats, optional
-        Along which it is displaced, a vector of any length; by default its normal, into the box.
-    impact : float, Restitution or Loss, optional
-        What a contact loses, in the frame of the wall. A number is the fraction of the normal relative
-        speed that remains.
-    kT : float, optional
-        Temperature of the wall [energy]: it reflects particles as if they came from a gas behind it. The
-        normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of effusion; speeds along the wall are
-        Maxwell's.
-    seed : int
-        Seed of the random numbers of a hot wall; each particle has its own stream. In a scene, a later
-        surface with the seed of another gets a new one.
-    offset : float
-        How far inside the face of the box a shaken wall swings [length], at most so far that it gets to the
-        face. Its center then never leaves the box by more than the smallest radius, which is an error.
 
     Raises
     ------
@@ -59,7 +40,15 @@ class Wall(Properties):
     (True, False)
     """
 
-    offset: Annotated[float, number(low=0.0, high=checks.MAGNITUDE)] = 0.0
+    offset: Annotated[
+        float,
+        number(low=0.0, high=checks.MAGNITUDE),
+        Opt(
+            "How far inside the face of the box a shaken wall swings [length], at most so far that it gets "
+            "to the face. Its center then never leaves the box by more than the smallest radius, which is an "
+            "error."
+        ),
+    ] = 0.0
 
     def complete(self) -> None:
         """Raise InputError where the wall never gets to the face of the box."""

@@ -10,7 +10,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from carom.compiling.registry import answering, inner
-from carom.declared import number
+from carom.declared import Opt, described, number
 from carom.errors import InputError
 from carom.models.fields import Name, Vector, check_dimensions
 from carom.models.mathematics import parabolas
@@ -25,21 +25,10 @@ from carom.texts import axis_name
 UNIT = 2.0**-50  # how much a coordinate of a unit vector may be off by rounding
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class Plane(Properties):
     """A flat wall in any orientation: surfaces stay where ``normal.x >= offset``.
-
-    Parameters
-    ----------
-    normal : d floats
-        Vector to the allowed side, of any length. It must be zero along periodic axes.
-    offset : float
-        ``normal . x`` of the points x on the plane, with this normal: the distance of the plane from the
-        origin [length] times the length of the normal.
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -48,8 +37,17 @@ class Plane(Properties):
     """
 
     type = "plane"
-    normal: Vector
-    offset: Annotated[float, number()]
+    normal: Annotated[
+        Vector, Opt("Vector to the allowed side, of any length. It must be zero along periodic axes.")
+    ]
+    offset: Annotated[
+        float,
+        number(),
+        Opt(
+            "``normal . x`` of the points x on the plane, with this normal: the distance of the plane from "
+            "the origin [length] times the length of the normal."
+        ),
+    ]
     name: Name = "plane"
 
     def complete(self) -> None:

@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
 from carom import checks
-from carom.declared import SEED, fields_of, number, said
+from carom.declared import SEED, described, fields_of, number, option, said
 from carom.errors import InputError
 from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution, as_impact
 from carom.models.fields import Value, vector
-from carom.models.obstacles.paths import check_path
+from carom.models.obstacles.paths import Path, check_path
 
 TEMPERATURE = number(low=0.0, high=checks.HOTTEST, open_low=True)  # of a surface
 
@@ -31,25 +31,10 @@ def _impact(value: Any, name: str) -> Restitution | Loss:
 said(_impact, anyOf=[{"$ref": "#/definitions/impact"}])
 
 
+@described
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Properties(Value):
     """What an obstacle may have beside its shape.
-
-    Parameters
-    ----------
-    shake : Path, optional
-        How it moves as a whole, as displacement by time: ``Sine``, ``Parabolas`` or a path of your own.
-    direction : d floats, optional
-        Along which it is displaced, a vector of any length. Planes and walls have their normal; other
-        obstacles need it.
-    impact : float, Restitution or Loss, optional
-        What a contact loses, in the frame of the surface. A number is the fraction of the normal relative
-        speed that remains.
-    kT : float, optional
-        Temperature of the surface [energy]: it reflects particles as if they came from a gas behind it.
-    seed : int
-        Seed of the random numbers of a thermal surface; each particle has its own stream. In a scene, a later
-        surface with the seed of another gets a new one.
 
     Raises
     ------
@@ -57,11 +42,32 @@ class Properties(Value):
         If a value is out of range, or two of them exclude each other.
     """
 
-    shake: Annotated[Any, check_path] = None
-    direction: Annotated[tuple[float, ...] | None, vector] = None
-    impact: Annotated[Any, _impact] = None
-    kT: Annotated[float | None, TEMPERATURE] = None
-    seed: Annotated[int, SEED] = 0
+    shake: Path | None = option(
+        check_path,
+        "How it moves as a whole, as displacement by time: ``Sine``, ``Parabolas`` or a path of your own.",
+    )
+    direction: tuple[float, ...] | None = option(
+        vector,
+        "Along which it is displaced, a vector of any length. Planes and walls have their normal, into the "
+        "box; other obstacles need it.",
+    )
+    impact: float | Restitution | Loss | None = option(
+        _impact,
+        "What a contact loses, in the frame of the surface. A number is the fraction of the normal relative "
+        "speed that remains.",
+    )
+    kT: float | None = option(
+        TEMPERATURE,
+        "Temperature of the surface [energy]: it reflects particles as if they came from a gas behind it. "
+        "The normal speed u has the density ``u exp(-m u^2 / 2 kT)`` of effusion; speeds along it are "
+        "Maxwell's.",
+    )
+    seed: int = option(
+        SEED,
+        "Seed of the random numbers of a thermal surface; each particle has its own stream. In a scene, a "
+        "later surface with the seed of another gets a new one.",
+        default=0,
+    )
 
     def __init_subclass__(cls) -> None:
         what = vars(cls).get("type", cls.__name__)

@@ -4,33 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering
+from carom.declared import Opt, described, number
 from carom.densities import unit_ball_volume
 from carom.errors import InputError
-from carom.models.fields import Name, Rounding, Vector, vector
+from carom.models.fields import Name, Vector, vector
 from carom.models.obstacles.convex import Body, check_points, convex
 from carom.models.questions import obstacle
 
 
+@described
 @dataclass(frozen=True, repr=False)
 class Segment(Body):
     """A straight line between two points, thickened to a capped cylinder: a stick for d = 2.
-
-    Parameters
-    ----------
-    start, end : d floats
-        The two ends [length].
-    radius : float
-        Distance of the surface from the line [length]. With 0 the segment is a thin wall, which particles
-        hit from both sides.
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -39,9 +29,16 @@ class Segment(Body):
     """
 
     type = "segment"
-    start: Vector
-    end: Vector
-    radius: Rounding = 0.0
+    start: Annotated[Vector, Opt("One end [length].")]
+    end: Annotated[Vector, Opt("The other end [length].")]
+    radius: Annotated[
+        float,
+        number(low=0.0),
+        Opt(
+            "Distance of the surface from the line [length]. With 0 the segment is a thin wall, which "
+            "particles hit from both sides."
+        ),
+    ] = 0.0
     name: Name = "segment"
 
     def complete(self) -> None:

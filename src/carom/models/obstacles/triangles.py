@@ -3,31 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from carom.compiling.registry import answering, inner
+from carom.declared import Opt, described, number
 from carom.errors import InputError
-from carom.models.fields import Name, Rounding, Vector
+from carom.models.fields import Name, Vector
 from carom.models.obstacles.convex import Body, check_points, convex
 from carom.models.questions import obstacle
 
+Corner = Annotated[Vector, Opt("A corner [length].")]
 
+
+@described
 @dataclass(frozen=True, repr=False)
 class Triangle(Body):
     """A flat triangle, thickened if it has a radius: the piece of which surfaces are made.
-
-    Parameters
-    ----------
-    a, b, c : d floats
-        Corners [length].
-    radius : float
-        Thickness added on all sides [length]; 0 is a thin wall in three dimensions.
-    name : str
-        Name, for messages and results.
-    shake, direction, impact, kT, seed : optional
-        How it moves, what contacts lose, or its temperature: as for :class:`carom.models.Wall`.
 
     Raises
     ------
@@ -36,10 +29,14 @@ class Triangle(Body):
     """
 
     type = "triangle"
-    a: Vector
-    b: Vector
-    c: Vector
-    radius: Rounding = 0.0
+    a: Corner
+    b: Corner
+    c: Corner
+    radius: Annotated[
+        float,
+        number(low=0.0),
+        Opt("Thickness added on all sides [length]; 0 is a thin wall in three dimensions."),
+    ] = 0.0
     name: Name = "triangle"
 
     def complete(self) -> None:
