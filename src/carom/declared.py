@@ -149,10 +149,13 @@ def fields_of(kind: type) -> dict[str, SpecField]:
     """Return the fields of a class of specifications by name."""
     if kind in _FIELDS:
         return _FIELDS[kind]
-    hints = get_type_hints(kind, include_extras=True)
+    try:
+        hints = get_type_hints(kind, include_extras=True)
+    except NameError:  # of a class of the user's, which names what is known within a function alone
+        hints = get_type_hints(kind.__base__, include_extras=True)
     found = {}
     for field in dataclasses.fields(kind):
-        hint = hints[field.name]
+        hint = hints.get(field.name, Any)
         marks = (*getattr(hint, "__metadata__", ()), *field.metadata.get("marks", ()))
         check = next((mark for mark in marks if callable(mark)), None)
         opt = next((mark for mark in marks if isinstance(mark, Opt)), None)

@@ -54,6 +54,11 @@ def counted(number: int, name: str) -> str:
     return f"{number} {name if number == 1 else plural}"
 
 
+def with_article(name: str) -> str:
+    """Return a name after "a" or "an"."""
+    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
+
+
 def axis_name(axis: int) -> str:
     """Return the name of an axis: x, y, z, and axis3 from the fourth on."""
     return "xyz"[axis] if axis < 3 else f"axis{axis}"

@@ -211,7 +211,7 @@ shake = { amplitude = 0.3, period = 2.0 }
     assert scene.obstacles[0] == Plane((0.0, 1.0), 0.5, "floor", shake=Sine(0.3, 2.0), impact=law)
     with pytest.raises(InputError, match="type of a motion must be one of gravity"):
         SceneFile.from_toml('[scene]\nmotion = { type = "warp" }')
-    with pytest.raises(InputError, match="A gravity needs g"):
+    with pytest.raises(InputError, match="A motion of type gravity needs g"):
         SceneFile.from_toml('[scene]\nmotion = { type = "gravity" }')
 
 

@@ -116,8 +116,9 @@ def test_only_what_can_move_is_shaken():
 def test_an_obstacle_of_ones_own_may_take_the_keywords():
     @dataclass(frozen=True, repr=False)
     class Shelf(Properties):
-        name: str = "shelf"
+        name: "Word" = "shelf"
 
+    Word = str
     assert dressed(Shelf(impact=LOSS)) == Surface(Shelf(), LOSS)
     assert repr(Shelf(kT=2.0)) == "Shelf(name='shelf', kT=2.0)"
 

@@ -161,7 +161,10 @@ SPECIES = "species = {a = {fraction = 1}, b = {fraction = 2}}"
         ("restitution = 0.9", "give impact = 0.9"),
         ("elastic_below = 0.1", "restitution = 0.9, elastic_below"),
         ("obstacles.a = {type = 'hole'}", "type of an obstacle"),
-        ("obstacles.a = {type = 'ball', center = [0, 0, 0]}", "obstacles a: A ball needs radius"),
+        (
+            "obstacles.a = {type = 'ball', center = [0, 0, 0]}",
+            "obstacles a: An obstacle of type ball needs radius",
+        ),
         ("obstacles.a = 3", "must be an obstacle"),
         ("obstacles = [3]", r"tables with names, as \[scene.obstacles.pillar\]; found a list"),
         ("file = 'x.h5md'\n" + SPECIES, "species has no meaning"),

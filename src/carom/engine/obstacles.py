@@ -209,19 +209,14 @@ def kind_of(model) -> tuple:
     return type(model), *(kind_of(part) for part in model if hasattr(part, "_fields"))
 
 
-def numbering(models) -> list[int]:
-    """Return the place of each obstacle after they were put together by kind."""
-    kinds: dict[tuple, list[int]] = {}
-    for k, model in enumerate(models):
-        kinds.setdefault(kind_of(model), []).append(k)
-    order = [k for group in kinds.values() for k in group]
-    return np.argsort(order).tolist()
-
-
 def numbers_of(periodic, models) -> list[int]:
     """Return the numbers of walls, of axes that are not periodic, and of obstacles, in the scene's order."""
     walls = [2 * axis + side for axis, wraps in enumerate(periodic) if not wraps for side in (0, 1)]
-    return walls + [2 * len(periodic) + k for k in numbering(models)]
+    kinds: dict[tuple, list[int]] = {}  # they were put together by kind
+    for k, model in enumerate(models):
+        kinds.setdefault(kind_of(model), []).append(k)
+    order = [k for group in kinds.values() for k in group]
+    return walls + [2 * len(periodic) + k for k in np.argsort(order).tolist()]
 
 
 @inner

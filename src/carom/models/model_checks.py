@@ -127,11 +127,6 @@ def answers(question: Any, model: Any) -> bool:
     return registry.answers(question, type(model))
 
 
-def answers_any(kind: str, model: Any) -> bool:
-    """Tell whether a model answers one of the required questions of a kind."""
-    return any(registry.answers(question, type(model)) for question in REQUIRED[kind])
-
-
 def contact_range_of(interaction: Any, scene: Any) -> float:
     """Return the reach of an interaction in a scene, checked [length]."""
     name = f"reach(scene) of {type(interaction).__name__}"

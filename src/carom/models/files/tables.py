@@ -17,6 +17,7 @@ from carom.models.contacts.restitution import as_impact
 from carom.models.fields import plain
 from carom.models.obstacles.named_walls import Wall
 from carom.models.questions.obstacle import Obstacle
+from carom.texts import with_article
 
 KINDS: dict[str, dict[str, Any]] = {
     "interaction": {
@@ -73,7 +74,7 @@ def from_table(values: Any, what: str) -> Any:
     """
     if what == "impact" and isinstance(values, int | float):
         return as_impact(values)
-    one = f"{'an' if what[0] in 'aeiou' else 'a'} {what}"
+    one = with_article(what)
     if not isinstance(values, Mapping):
         needs = "must be a table" + ("" if what in UNSAID else " with type")
         raise InputError(f"{one.capitalize()} {needs}, found {checks.describe(values)}.")

@@ -86,7 +86,8 @@ class RuleFile(Value):
         module = sys.modules.get(name) or _run(name, self.file, source)
         rule = getattr(module, self.rule, None)
         if not isinstance(rule, types.FunctionType):
-            known = [each for each, value in vars(module).items() if _defined(value, name)]
+            functions = {k: x for k, x in vars(module).items() if isinstance(x, types.FunctionType)}
+            known = [each for each, function in functions.items() if function.__module__ == name]
             raise InputError(
                 f"{self.file} has no function {self.rule}; it has {', '.join(known) or 'no function'}."
             )
@@ -112,10 +113,6 @@ class RuleFile(Value):
 
 def _digest(source: bytes) -> str:
     return hashlib.sha256(source).hexdigest()
-
-
-def _defined(value: Any, module: str) -> bool:
-    return isinstance(value, types.FunctionType) and value.__module__ == module
 
 
 def _run(name: str, path: str, source: bytes) -> types.ModuleType:

@@ -80,7 +80,7 @@ def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: 
             break
         side *= 2.0
     members = np.repeat(np.arange(len(low), dtype=np.int32), counts)
-    rest = _ranks(counts)
+    rest = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)  # 0, 1, ... of each
     cell = np.zeros(len(members), np.int64)
     shifts = np.zeros((len(members), dimension), np.int32)
     for axis in range(dimension):
@@ -91,8 +91,3 @@ def cells_of(low: np.ndarray, high: np.ndarray, box: Sequence[float], periodic: 
     starts = np.searchsorted(cell[order], np.arange(shape.prod() + 1))
     sides = tuple((edges / shape).tolist())
     return Cells(tuple(shape.tolist()), sides, starts, members[order], shifts[order])
-
-
-def _ranks(counts: np.ndarray) -> np.ndarray:
-    """Return 0, 1, ... up to each of the ``counts``, one group after the other."""
-    return np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -42,9 +42,8 @@ def stand_ins(obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence
         for k, obstacle in enumerate(obstacles):
             heights = _heights(obstacle, box, wall)
             if heights is None:
-                stands = (
-                    hasattr(obstacle, "live") and _is_own(obstacle) and _covers(obstacle, box, periodic, wall)
-                )
+                stands = hasattr(obstacle, "live") and _is_own(obstacle)
+                stands = stands and bool((np.abs(_gaps(obstacle, box, periodic, wall)) <= hair).all())
             else:
                 stands = heights[0] <= hair and heights[1] >= -hair
             if not stands:
@@ -168,11 +167,6 @@ def _lies_in(obstacle: Any, box: Sequence[float], periodic: Sequence[bool], wall
     # From inside, an arc touches a wall in one point: without a surface of its own it throws back likewise.
     from_inside = isinstance(body, Arc) and hasattr(obstacle, "live") and abs(front[0]) <= hair
     return abs(front[1]) <= hair or from_inside
-
-
-def _covers(obstacle: Any, box: Sequence[float], periodic: Sequence[bool], wall: Wall) -> bool:
-    """Tell whether an obstacle lies all over a wall, as far as its gaps say."""
-    return bool((np.abs(_gaps(obstacle, box, periodic, wall)) <= ROUNDING_MARGIN * max(box)).all())
 
 
 def _gaps(obstacle: Any, box: Sequence[float], periodic: Sequence[bool], wall: Wall) -> np.ndarray:

@@ -16,6 +16,7 @@ from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution, as_impact
 from carom.models.fields import Value, vector
 from carom.models.obstacles.paths import Path, check_path
+from carom.texts import with_article
 
 TEMPERATURE = number(low=0.0, high=checks.HOTTEST, open_low=True)  # of a surface
 
@@ -70,8 +71,7 @@ class Properties(Value):
     )
 
     def __init_subclass__(cls) -> None:
-        what = vars(cls).get("type", cls.__name__)
-        cls.after = f" of {'an' if what[0] in 'aeiou' else 'a'} {what}"
+        cls.after = f" of {with_article(vars(cls).get('type', cls.__name__))}"
 
     def __post_init__(self) -> None:
         super().__post_init__()

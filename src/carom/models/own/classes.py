@@ -26,6 +26,7 @@ from carom.models.questions.memory import parameter, shift_epoch
 from carom.models.questions.obstacle import LIVE
 from carom.models.questions.particles import NEVER, Particles
 from carom.models.questions.steps import step_bits
+from carom.texts import with_article
 from carom.units import TimeUnit
 
 MISSPELT = 0.85
@@ -123,14 +124,16 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
     wanted_in = {name: signature(name, kind.questions[name]) for name in kind.required} | kind.asked
     for name, wanted in wanted_in.items():
         if name in found or (name in kind.asked and (hasattr(cls, name) or name in meanings)):
-            _refuse_parameters(cls, name, wanted)
+            function = inspect.getattr_static(cls, name, None)  # one that is asked in Python
+            if isinstance(function, FunctionType) and function.__code__.co_argcount != len(wanted):
+                raise InputError(f"{name} of {cls.__name__} must be written def {name}({', '.join(wanted)}).")
             continue
         if name == "step_of" and hasattr(cls, "steps_of"):
             continue
         alike = meant.nearest(name, [each for each in written if each not in found])
         how = f"def {name}({', '.join(wanted)})" if wanted else name
         raise InputError(
-            f"{cls.__name__} is {_article(kind.name)} and has no {name}"
+            f"{cls.__name__} is {with_article(kind.name)} and has no {name}"
             + (f", but {alike}" if alike else "")
             + f": give it {how}."
         )
@@ -144,17 +147,6 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
                 "it a name that is less alike."
             )
     return found
-
-
-def _refuse_parameters(cls: type, name: str, wanted: tuple[str, ...]) -> None:
-    """Raise InputError where a method that is asked in Python has another number of parameters."""
-    function = inspect.getattr_static(cls, name, None)
-    if isinstance(function, FunctionType) and function.__code__.co_argcount != len(wanted):
-        raise InputError(f"{name} of {cls.__name__} must be written def {name}({', '.join(wanted)}).")
-
-
-def _article(name: str) -> str:
-    return f"{'an' if name[0] in 'aeiou' else 'a'} {name}"
 
 
 def _completed(

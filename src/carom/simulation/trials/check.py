@@ -460,7 +460,10 @@ def _kind(value: Any) -> str:
                 f"{model_checks.lacks(value, 'reach')}(scene): the largest distance at which two act on each "
                 "other."
             )
-    return next((kind for kind in ("motion", "drive") if model_checks.answers_any(kind, model)), "impact")
+    for kind in ("motion", "drive"):
+        if any(model_checks.answers(question, model) for question in model_checks.REQUIRED[kind]):
+            return kind
+    return "impact"
 
 
 def _without_model(value: Any) -> str:
