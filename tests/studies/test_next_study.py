@@ -67,14 +67,18 @@ class Contacts(own.Study[ContactSpec]):
 @pytest.mark.filterwarnings("ignore::carom.CaromWarning")
 def test_a_study_in_sixty_lines_has_folder_resume_table_picture_and_page(plain, tmp_path):
     first = Contacts(ContactSpec(packing_fraction=(0.1,), time=1.0)).run(executor="serial", out=tmp_path)
+    remnant = tmp_path / ".contact.1.tmp.csv"
+    remnant.touch()
     both = Contacts(ContactSpec(packing_fraction=(0.1, 0.3), time=1.0))
     study = both.run(executor="serial", out=tmp_path)
     assert study.records[0] == first.records[0]  # it did not run again
+    assert not remnant.exists()
     # The box of 32 lowers g by a few percent, within the error of so short a run.
     assert all(abs(each.deviation) < 5.0 for each in study.table)
     assert study.table[1].g > study.table[0].g
     study.save(tmp_path / "contact.csv")
     study.save(tmp_path / "contact.png")
     study.report(tmp_path / "report.html")
+    assert "data:image/svg" in (tmp_path / "report.html").read_text()
     assert carom.load(tmp_path).records == study.records == carom.resume(tmp_path).records
     assert info(tmp_path).state == "finished"

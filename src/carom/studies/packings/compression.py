@@ -47,8 +47,8 @@ HEATING = 0.4
 LONGEST = 100.0
 """Collisions per particle between two rescalings, at most."""
 
-PER_FACTOR = 3.4
-"""Growth rate times collisions per particle in which Z grows by a factor e (d = 3)."""
+PER_FACTOR = {2: 2.3, 3: 3.4}
+"""Growth rate times collisions per particle in which Z grows by a factor e, by dimension."""
 
 N = 1000
 """Default number of points."""

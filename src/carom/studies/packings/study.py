@@ -101,7 +101,8 @@ class Packings(Study[PackSpec]):
         n = task.get("n") or sum(each.get("count") or 0 for each in task.get("species", ())) or N
         ends = [(stage.rate, math.log(stage.until_Z)) for stage in _stages(task) if stage.until_Z]
         steps = zip(ends, [0.0, *(end for _, end in ends)], strict=False)
-        wanted = 0.5 * n * sum(PER_FACTOR / rate * max(end - begin, 0.0) for (rate, end), begin in steps)
+        factor = 0.5 * n * PER_FACTOR.get(task["dimension"], PER_FACTOR[3])
+        wanted = sum(factor / rate * max(end - begin, 0.0) for (rate, end), begin in steps)
         return min(max(wanted, 1.0) if ends else math.inf, task.get("collisions") or math.inf)
 
     @property
