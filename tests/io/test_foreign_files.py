@@ -3,10 +3,11 @@
 import dataclasses
 import gzip
 import json
+import lzma
 import sys
 import warnings
 
-import ase
+import ase.io
 import gsd.hoomd as gsd
 import h5py
 import MDAnalysis as mda
@@ -17,6 +18,7 @@ from typer.testing import CliRunner
 import carom
 from carom.cli import app
 from carom.errors import CaromWarning, FileError, InputError, OverlapError
+from carom.io.foreign_source import opened, pass_lines
 
 N, EDGE, COUNT = 27, 6.0, 3
 RNG = np.random.default_rng(5)
@@ -181,6 +183,40 @@ def test_a_tilted_box_is_read_and_one_tilted_in_other_ways_is_refused(tmp_path):
         carom.open(path)
 
 
+def test_a_box_whose_shear_begins_at_right_angles_is_sheared_from_the_start(tmp_path):
+    """Or its frames could not stand in one file."""
+    cells = [[[EDGE, 0, 0], [0.25 * k * EDGE, EDGE, 0], [0, 0, EDGE]] for k in range(COUNT)]
+    ase.io.write(tmp_path / "a.traj", [ase.Atoms(numbers=KINDS, positions=PLACES, cell=c) for c in cells])
+    with pytest.warns(CaromWarning, match="a diameter of 1"):
+        carom.io.convert(tmp_path / "a.traj", tmp_path / "a.h5md")
+    assert [frame.tilt for frame in carom.open(tmp_path / "a.h5md")] == [0.0, 0.25, 0.5]
+
+
+def test_velocities_of_which_a_component_is_unknown_are_none(tmp_path):
+    path = dump(tmp_path / "a.dump", "id x y z vx vy", lambda i, k: f"{i + 1} {wrapped(i, k)} 1 2")
+    frames, told = read(path)
+    assert "no velocities" in told
+    assert all("velocities" in frame.lacks for frame in frames)
+
+
+def test_lines_are_passed_over_by_number_however_long_they_are(tmp_path):
+    rng = np.random.default_rng(1)
+    lines = [b"x" * int(length) + b"\n" for length in rng.integers(0, 300, 4000)] + [b"and no end"]
+    whole = b"".join(lines)
+    for content in (whole, lzma.compress(whole)):
+        (tmp_path / "a").write_bytes(content)
+        with opened(tmp_path / "a") as file:
+            at = 0
+            for count in (1, 0, 7, 600, 1, 2000):
+                assert pass_lines(file, count) == (count, b"")
+                at += count
+                assert file.tell() == len(b"".join(lines[:at]))
+            assert pass_lines(file, len(lines) - at) == (len(lines) - at - 1, lines[-1])
+    (tmp_path / "a").write_bytes(b"1 2\n" * 3000 + b"ITEM: NEXT\n" * 2 + b"3 4\n" * 3000)
+    with opened(tmp_path / "a") as file:
+        assert pass_lines(file, 5000, b"ITEM:") == (3000, b"")
+
+
 def test_the_number_of_particles_may_change(tmp_path):
     def row(i, k):
         return f"{i + 1} 1 {wrapped(i, k)}"
@@ -259,6 +295,22 @@ def test_the_density_of_a_point_in_a_data_file_is_its_mass(tmp_path):
     (frame,), _ = read(path)
     np.testing.assert_array_equal(frame.diameters, [0.5, 0.0, 0.5, 0.0])
     np.testing.assert_allclose(frame.masses, [2.5 * np.pi / 48, 2.5] * 2, rtol=4e-16)
+
+
+def test_a_pdb_file_is_read_also_where_it_is_compressed_as_mdanalysis_reads_none(tmp_path):
+    by_ase(tmp_path / "a.pdb")
+    (tmp_path / "b.pdb.xz").write_bytes(lzma.compress((tmp_path / "a.pdb").read_bytes()))
+    for frame, other in zip(*(read(tmp_path / name)[0] for name in ("a.pdb", "b.pdb.xz")), strict=True):
+        np.testing.assert_array_equal(frame.positions, other.positions)
+
+
+def test_momenta_of_elements_that_are_numbers_are_velocities_as_ase_has_them(tmp_path):
+    rows = [f"{z} {words(x)} 1 2 3" for z, x in zip(KINDS + 10, PLACES, strict=True)]
+    head = f'{N}\nLattice="6 0 0 0 6 0 0 0 6" Properties=Z:I:1:pos:R:3:momenta:R:3'
+    (tmp_path / "a.xyz").write_text("\n".join([head, *rows]) + "\n")
+    (frame,), _ = read(tmp_path / "a.xyz")
+    np.testing.assert_allclose(frame.velocities, ase.io.read(tmp_path / "a.xyz").get_velocities(), rtol=1e-15)
+    np.testing.assert_array_equal(frame.species, KINDS)
 
 
 def test_a_box_of_pdb_whose_edges_are_one_stands_for_none(tmp_path):
@@ -352,8 +404,6 @@ def world():
 
 
 def by_ase(path, **options):
-    import ase.io
-
     ase.io.write(path, [atoms(k) for k in range(options.pop("count", COUNT))], **options)
 
 

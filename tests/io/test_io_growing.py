@@ -17,7 +17,7 @@ import carom
 from carom.errors import FileError
 from carom.io import checkpoint, hdf5, locks
 from carom.io.events import EventLog, read_events, read_initial
-from carom.io.locks import Claim, steady, under_way
+from carom.io.locks import WriteLock, steady, under_way
 from carom.paths import replacing
 
 COUNT, FEW = 4000, 20
@@ -135,21 +135,21 @@ def test_a_reader_keeps_no_writer_out_and_a_writer_leaves_no_mark(tmp_path, suff
 
 @pytest.mark.needs("Linux")
 def test_a_writer_waits_for_a_reader_but_not_for_ever(tmp_path):
-    claim = Claim(tmp_path / "file")
+    write_lock = WriteLock(tmp_path / "file")
     with steady(tmp_path / "file"):
         begin = time.monotonic()
-        with claim.changing():
+        with write_lock.changing():
             waited = time.monotonic() - begin
     assert waited >= locks._WAIT
     begin = time.monotonic()
-    with claim.changing():
+    with write_lock.changing():
         pass
     assert time.monotonic() - begin < locks._WAIT
-    claim.close()
-    claim.close()
+    write_lock.close()
+    write_lock.close()
     assert not under_way(tmp_path / "file")
-    claim = Claim(tmp_path / "file")
-    del claim  # by whoever forgets to close it
+    write_lock = WriteLock(tmp_path / "file")
+    del write_lock  # by whoever forgets to close it
     assert not under_way(tmp_path / "file")
 
 
@@ -160,11 +160,11 @@ def test_a_file_that_is_written_and_cannot_be_read_is_not_called_damaged(tmp_pat
     path.write_bytes(b"half of a header")
     with pytest.raises(FileError, match="not a readable"):
         carom.io.open(path)
-    claim = Claim(path)
+    write_lock = WriteLock(path)
     with pytest.raises(FileError, match="is being written, and cannot be read yet") as caught:
         carom.io.open(path)
     assert "damaged" not in str(caught.value)
-    claim.close()
+    write_lock.close()
 
 
 def test_where_there_are_no_locks_a_file_that_has_just_changed_counts_as_written(tmp_path, monkeypatch):

@@ -18,7 +18,7 @@ from carom.io import checksums
 from carom.io.formats import Closing
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import growing, put
-from carom.io.locks import Claim, patiently, steady
+from carom.io.locks import WriteLock, patiently, steady
 from carom.paths import existing, reading, uninterrupted, writable, writing
 from carom.version import __version__
 
@@ -212,7 +212,7 @@ class EventLog(Closing):
         """Continue a log after a check, and drop all but the first `keep` events."""
         existing(self.path)
         with writing(self.path):
-            Claim(self.path).close()
+            WriteLock(self.path).close()
         if self.sums is not None:
             verify(self.path, keep or 0, self.sums)
         with reading(self.path, _KIND):

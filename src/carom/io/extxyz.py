@@ -45,9 +45,9 @@ from carom.io.extxyz_header import (
     vectors,
     words_of,
 )
-from carom.io.foreign_source import LONGEST, line_of, opened, table_of
+from carom.io.foreign_source import LONGEST, line_of, opened, pass_lines, table_of
 from carom.io.formats import Reader, Writer
-from carom.io.locks import Claim, under_way
+from carom.io.locks import WriteLock, under_way
 from carom.io.validation import narrowed
 from carom.paths import reading, writing
 from carom.version import __version__
@@ -141,19 +141,16 @@ class Index:
                         if block.strip():
                             raise ValueError(f"an empty line follows frame {len(self) - 1}")
                     break
-                complete = first.endswith(b"\n")
-                n, second = self._number(first), b""
-                for k in range(n + 1):
+                n, second, complete = self._number(first), line_of(file), False
+                if second.endswith(b"\n"):
+                    if len(self) == 0:
+                        layout_of(pairs(second))  # before all rows are read
+                    passed, rest = pass_lines(file, n)
                     # A line without a newline is the last of the file, perhaps cut off within a number.
-                    line = line_of(file) if complete else b""
-                    complete = line.endswith(b"\n") or (whole and k == n and bool(line.strip()))
-                    if not complete:
-                        self.unended = k == n and len(line.split()) == layout_of(pairs(second))[1]
-                        break
-                    if k == 0:
-                        second = line
-                        if len(self) == 0:
-                            layout_of(pairs(second))  # before all rows are read
+                    last = passed == n - 1 and bool(rest.strip())
+                    complete = passed == n or (whole and last)
+                    if last and not complete:
+                        self.unended = len(rest.split()) == layout_of(pairs(second))[1]
                 if not complete:
                     if whole:
                         raise ValueError(f"it ends inside frame {len(self)}")
@@ -339,7 +336,7 @@ class ExtxyzWriter(Writer):
         super().__init__(path, scene)
         end = 0
         with writing(path):
-            self._claim = Claim(path)
+            self._write_lock = WriteLock(path)
         try:
             if append:
                 end = self._keep(keep)
@@ -350,7 +347,7 @@ class ExtxyzWriter(Writer):
                     self._file.truncate(end)
                     self._file.seek(end)
         except BaseException:
-            self._claim.close()
+            self._write_lock.close()
             raise
         self._end = end
 
@@ -381,7 +378,7 @@ class ExtxyzWriter(Writer):
 
     def _close(self) -> None:
         self._file.close()
-        self._claim.close()
+        self._write_lock.close()
 
 
 READER, WRITER = ExtxyzReader, ExtxyzWriter

@@ -21,7 +21,7 @@ from carom.paths import reason
 from carom.scene.species import MOST_SPECIES
 
 if TYPE_CHECKING:
-    from carom.io.foreign_source import Snapshot, Source
+    from carom.io.foreign_source import RawFrame, Source
 
 SOURCES = {
     "LAMMPS dump": "lammps.Dump",
@@ -53,6 +53,7 @@ class ForeignReader(Reader):
     """
 
     foreign = True
+    _sheared = False
     _stranger = "cannot be used"
 
     def __init__(
@@ -104,7 +105,7 @@ class ForeignReader(Reader):
                 "of another format."
             ) from error
 
-    def _begin(self, first: Snapshot) -> list[str]:
+    def _begin(self, first: RawFrame) -> list[str]:
         """Decide on dimension, diameters and box by the first frame; return what was assumed."""
         assumed: list[str] = []
         if isinstance(self._diameter, Mapping):
@@ -135,40 +136,41 @@ class ForeignReader(Reader):
             assumed.append("times 0, 1, 2 and so on")
         #: Whether particles leave the box and are not put back: at the end they fill more than it.
         last = first if len(self) == 1 else self._source.read(len(self) - 1)
+        self._sheared = any(self._check_box(each)[1] for each in (first, last))  # a shear may begin at 0
         self._unwrapped = last.unwrapped or (first.images is None and self._strays(last))
         if self._unwrapped and not last.unwrapped:
             assumed.append("unwrapped positions, as they fill more than the box")
         said = [f"assumed {', '.join(assumed)}"] if assumed else []
-        moving = [each.velocities is not None for each in (first, last)]
+        moving = [self._moves(each) is not None for each in (first, last)]
         said += [] if all(moving) else ["no velocities in some frames" if any(moving) else "no velocities"]
         said += [f"left out {', '.join(first.dropped)}"] if first.dropped else []
         said += [f"lengths in {self._source.units}"] if self._source.units else []
         return said
 
-    def _is_flat(self, snapshot: Snapshot, axis: int) -> bool:
+    def _is_flat(self, raw: RawFrame, axis: int) -> bool:
         """Tell whether all coordinates along an axis are equal, and the box has no room for another layer."""
-        if len(snapshot.positions) < 2 or np.ptp(snapshot.positions[:, axis]) != 0.0:  # NaN is not flat
+        if len(raw.positions) < 2 or np.ptp(raw.positions[:, axis]) != 0.0:  # NaN is not flat
             return False
-        if snapshot.cell is None or (snapshot.periodic is not None and not snapshot.periodic[axis]):
+        if raw.cell is None or (raw.periodic is not None and not raw.periodic[axis]):
             return True
-        return bool(snapshot.cell[axis, axis] <= self._diameters(snapshot).max())
+        return bool(raw.cell[axis, axis] <= self._diameters(raw).max())
 
-    def _diameters(self, snapshot: Snapshot) -> np.ndarray:
+    def _diameters(self, raw: RawFrame) -> np.ndarray:
         """Return the diameters (n,): those of the file, those that are given, or 1."""
-        n = len(snapshot.positions)
-        if snapshot.diameters is not None and self._diameter is None:
-            return np.array(snapshot.diameters, dtype=np.float64).reshape(n)
+        n = len(raw.positions)
+        if raw.diameters is not None and self._diameter is None:
+            return np.array(raw.diameters, dtype=np.float64).reshape(n)
         if isinstance(self._diameter, Mapping):
-            kinds = ["X"] * n if snapshot.kinds is None else np.asarray(snapshot.kinds).astype(str).tolist()
+            kinds = ["X"] * n if raw.kinds is None else np.asarray(raw.kinds).astype(str).tolist()
             return np.array([self._diameter[kind] for kind in kinds], dtype=np.float64)
         return np.full(n, 1.0 if self._diameter is None else self._diameter)
 
-    def _check_box(self, snapshot: Snapshot) -> tuple[np.ndarray, float | None]:
+    def _check_box(self, raw: RawFrame) -> tuple[np.ndarray, float | None]:
         """Return edges (d,) and tilt of the box; raise FileError if there is none, or one that is skew."""
         d = self._dimension
         if self._box is not None:
             return self._box[:d], None
-        cell = np.zeros((3, 3)) if snapshot.cell is None else np.array(snapshot.cell, dtype=np.float64)
+        cell = np.zeros((3, 3)) if raw.cell is None else np.array(raw.cell, dtype=np.float64)
         # Libraries compute cells from angles, in single precision.
         cell[np.abs(cell) <= np.finfo(np.float32).eps * np.abs(cell).max()] = 0.0
         edges = np.diag(cell)[:d]
@@ -186,36 +188,42 @@ class ForeignReader(Reader):
                 f"{self.path} has a box with the edges {cell.tolist()}; expected right angles along x, y and "
                 "z, or a tilt of y along x alone."
             )
-        return edges, shift / float(edges[1]) if shift else None
+        return edges, shift / float(edges[1]) if shift or self._sheared else None
 
-    def _strays(self, snapshot: Snapshot) -> bool:
+    def _strays(self, raw: RawFrame) -> bool:
         """Tell whether particles fill more than 1.5 boxes; wrapped ones fill one, molecules a little more."""
-        edges, tilt = self._check_box(snapshot)
-        places = self._from_corner(snapshot)
-        places[:, 0] -= (tilt * places[:, 1]) if tilt else 0.0
-        spread = np.ptp(places, axis=0) / edges if len(places) else np.zeros(len(edges))
-        return bool((spread[self._periodic(snapshot)] > 1.5).any())
+        edges, tilt = self._check_box(raw)
+        coordinates = self._from_corner(raw)
+        coordinates[:, 0] -= (tilt * coordinates[:, 1]) if tilt else 0.0
+        spread = np.ptp(coordinates, axis=0) / edges if len(coordinates) else np.zeros(len(edges))
+        return bool((spread[self._periodic(raw)] > 1.5).any())
 
-    def _periodic(self, snapshot: Snapshot) -> np.ndarray:
-        flags = (True,) * 3 if self._box is not None or snapshot.periodic is None else snapshot.periodic
+    def _moves(self, raw: RawFrame) -> np.ndarray | None:
+        """Return the velocities (n, d), or None where some components are unknown."""
+        if raw.velocities is None or np.shape(raw.velocities)[1] < self._dimension:
+            return None
+        return np.asarray(raw.velocities, dtype=np.float64)[:, : self._dimension]
+
+    def _periodic(self, raw: RawFrame) -> np.ndarray:
+        flags = (True,) * 3 if self._box is not None or raw.periodic is None else raw.periodic
         return np.array(flags[: self._dimension])
 
-    def _from_corner(self, snapshot: Snapshot) -> np.ndarray:
+    def _from_corner(self, raw: RawFrame) -> np.ndarray:
         """Return positions (n, d) from the corner of the box."""
         d = self._dimension
-        places = np.asarray(snapshot.positions, dtype=np.float64)
-        if places.shape[1] > d and np.ptp(places[:, d:], axis=0).any():
+        coordinates = np.asarray(raw.positions, dtype=np.float64)
+        if coordinates.shape[1] > d and np.ptp(coordinates[:, d:], axis=0).any():
             raise ValueError(f"coordinates beyond the {d} dimensions of the first frame differ")
-        if places.shape[1] < d:
-            raise ValueError(f"it has {places.shape[1]} coordinates, and the first frame had {d}")
-        return places[:, :d] - (0.0 if snapshot.origin is None else snapshot.origin[:d])
+        if coordinates.shape[1] < d:
+            raise ValueError(f"it has {coordinates.shape[1]} coordinates, and the first frame had {d}")
+        return coordinates[:, :d] - (0.0 if raw.origin is None else raw.origin[:d])
 
     def _read(self, k: int) -> Frame:
         with self._understood():
             return self._frame(self._source.read(k), k)
 
-    def _frame(self, found: Snapshot, k: int) -> Frame:
-        """Return a snapshot as a frame, in the order of its ids."""
+    def _frame(self, found: RawFrame, k: int) -> Frame:
+        """Return a raw frame as a frame, in the order of its ids."""
         n, d = len(found.positions), self._dimension
         if n == 0:
             raise ValueError(f"frame {k} holds no particles")
@@ -228,30 +236,30 @@ class ForeignReader(Reader):
             raise ValueError(f"frame {k} has no column 'id', and the first frame has one")
         edges, tilt = self._check_box(found)
         periodic = self._periodic(found)
-        places = self._from_corner(found)
-        if not np.isfinite(places).all():  # which no image count can follow
+        coordinates = self._from_corner(found)
+        if not np.isfinite(coordinates).all():  # which no image count can follow
             raise FileError(
                 f"{self.path} {self._stranger}: in frame {k} the positions hold NaN or infinite values."
             )
         if tilt:
-            places[:, 0] -= tilt * places[:, 1]
+            coordinates[:, 0] -= tilt * coordinates[:, 1]
         counts = np.zeros((n, d), np.int64)
         if found.images is not None and not self._unwrapped:
             counts += np.asarray(found.images).reshape(n, -1)[:, :d].astype(np.int64)
-        positions, images = wrapped(places, np.where(periodic, edges, np.inf), counts)
+        positions, images = wrapped(coordinates, np.where(periodic, edges, np.inf), counts)
         walled = np.clip(positions, 0.0, edges)  # single precision rounds what touches a wall
         touches = ~periodic & (np.abs(positions - walled) <= 4.0 * np.finfo(np.float32).eps * edges)
         positions = np.where(touches, walled, positions)
         if tilt:
             positions[:, 0] += tilt * positions[:, 1]
         assert images is not None
-        moves = found.velocities
+        moves = self._moves(found)
         kinds, names = self._species(found)
         return Frame(
             time=float(k if found.time is None else found.time),
             step=0,
             positions=np.ascontiguousarray(positions[order]),
-            velocities=np.zeros((n, d)) if moves is None else _wide(moves, d)[order],
+            velocities=np.zeros((n, d)) if moves is None else moves[order],
             box=edges,
             diameters=self._diameters(found)[order],
             masses=np.ones(n)
@@ -264,19 +272,23 @@ class ForeignReader(Reader):
             tilt=tilt,
             lacks=frozenset(
                 name
-                for name in ("velocities", "masses", "diameters")
-                if getattr(found, name) is None and not (name == "diameters" and self._diameter is not None)
+                for name, known in (
+                    ("velocities", moves),
+                    ("masses", found.masses),
+                    ("diameters", found.diameters if self._diameter is None else self._diameter),
+                )
+                if known is None
             ),
         )
 
-    def _followed(self, found: Snapshot) -> bool:
+    def _followed(self, found: RawFrame) -> bool:
         """Tell whether the file says how often a particle crossed the box, and which particle that was."""
         known = self._unwrapped or found.images is not None
         if found.ids is None or self._ids is None:
             return known and self._source.ordered
         return known and np.array_equal(np.sort(found.ids), np.sort(self._ids))
 
-    def _species(self, found: Snapshot) -> tuple[np.ndarray | None, tuple[str, ...]]:
+    def _species(self, found: RawFrame) -> tuple[np.ndarray | None, tuple[str, ...]]:
         """Return the species of all particles and their names: those of the first frame, then new ones."""
         names = [*self._names, *(name for name in _names(found) if name not in self._names)]
         if not 1 < len(names) <= MOST_SPECIES:
@@ -289,16 +301,7 @@ class ForeignReader(Reader):
         self._source.close()
 
 
-def _names(snapshot: Snapshot) -> list[str]:
-    """Return the names of the species that a snapshot holds, numbers in order of their value."""
-    kinds = [] if snapshot.kinds is None else sorted({*np.asarray(snapshot.kinds).astype(str).tolist()})
+def _names(raw: RawFrame) -> list[str]:
+    """Return the names of the species that a frame holds, numbers in order of their value."""
+    kinds = [] if raw.kinds is None else sorted({*np.asarray(raw.kinds).astype(str).tolist()})
     return sorted(kinds, key=int) if all(kind.isdecimal() for kind in kinds) else kinds
-
-
-def _wide(vectors: np.ndarray, d: int) -> np.ndarray:
-    """Return (n, d) vectors; components that a file does not have are 0."""
-    vectors = np.asarray(vectors, dtype=np.float64)
-    result = np.zeros((len(vectors), d))
-    width = min(d, vectors.shape[1])
-    result[:, :width] = vectors[:, :width]
-    return result

@@ -13,7 +13,7 @@ import numpy as np
 
 from carom.io.extxyz import Index, parse
 from carom.io.extxyz_header import ids_of, lattice_of, number_of, periodic_axes, words_of
-from carom.io.foreign_source import Snapshot, Source, text_of, tilted_cell
+from carom.io.foreign_source import RawFrame, Source, text_of, tilted_cell
 from carom.io.gsd import hoomd_for, refuse_more_than_there_is
 from carom.io.hdf5 import Input
 
@@ -38,8 +38,8 @@ class Xyz(Source):
     def __len__(self) -> int:
         return len(self._index)
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         info, columns = parse(self.path, self._index.offsets[k], self._index.offsets[k + 1])
         columns = {name.lower(): values for name, values in columns.items()}
         if "pos" not in columns:
@@ -50,27 +50,30 @@ class Xyz(Source):
         time = None
         if "time" in info and (extended or _is_number(info["time"])):
             time = number_of(info, "time")
-        places = columns["pos"].reshape(len(columns["pos"]), -1)
+        coordinates = columns["pos"].reshape(len(columns["pos"]), -1)
         cell = lattice_of(info)
         origin = [float(word) for word in words_of(info.get("Origin", ""))]
-        width = places.shape[1]
+        width = coordinates.shape[1]
         flags = periodic_axes(info, width) if cell is not None or "pbc" in info else None
         radii = next((columns[name] for name in ("radius", "radii") if name in columns), None)
         masses = next((columns[name] for name in ("masses", "mass") if name in columns), None)
         velocities = next((columns[name] for name in _VELOCITIES if name in columns), None)
         used = {"pos", "radius", "radii", "diameter", "masses", "mass", *_VELOCITIES}
         used |= {"momenta", "species", "id", "images", "kind", "color", "z"}
+        numbers = columns.get("z")  # of elements
+        if numbers is not None and numbers.dtype.kind != "i":
+            numbers = None
         if velocities is None and "momenta" in columns:
             if masses is None:
-                masses = _of_elements(columns.get("species"), len(places))
+                masses = _of_elements(numbers, columns.get("species", ["X"] * len(coordinates)))
             velocities = columns["momenta"] / masses[:, None]
-        return Snapshot(
-            places, cell, np.array(origin) if len(origin) == 3 else None,
+        return RawFrame(
+            coordinates, cell, np.array(origin) if len(origin) == 3 else None,
             None if flags is None else (*flags, *(False,) * (3 - len(flags))),
-            velocities=None if velocities is None else velocities.reshape(len(places), -1),
+            velocities=None if velocities is None else velocities.reshape(len(coordinates), -1),
             diameters=2.0 * radii if radii is not None else columns.get("diameter"),
-            masses=masses, images=columns.get("images"), kinds=columns.get("species"), ids=ids_of(columns),
-            time=time, dimension=_said_dimension(info, width) if extended else None,
+            masses=masses, images=columns.get("images"), kinds=columns.get("species", numbers),
+            ids=ids_of(columns), time=time, dimension=_said_dimension(info, width) if extended else None,
             dropped=tuple(name for name in columns if name not in used),
         )  # fmt: skip
 
@@ -88,13 +91,13 @@ def _is_number(word: str) -> bool:
     return True
 
 
-def _of_elements(symbols: Any, n: int) -> np.ndarray:
-    """Return the masses that ASE gives to chemical elements; others have 1."""
+def _of_elements(numbers: np.ndarray | None, symbols: Any) -> np.ndarray:
+    """Return the masses that ASE gives to chemical elements, by number or by symbol; others have 1."""
     from ase.data import atomic_masses, atomic_numbers
 
-    if symbols is None:
-        return np.ones(n)
-    return np.array([atomic_masses[atomic_numbers.get(str(name), 0)] for name in symbols])
+    if numbers is None:
+        numbers = np.array([atomic_numbers.get(str(name), 0) for name in symbols])
+    return np.asarray(atomic_masses[numbers])
 
 
 class _Blocks(Source):
@@ -134,8 +137,8 @@ class Gro(_Blocks):
     units = "nm"
     count_line, around = 1, 3
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k; velocities that only some lines have are none."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k; velocities that only some lines have are none."""
         title, _, *rows, last = self._of(k)
         points = [m for m, letter in enumerate(rows[0]) if letter == "." and m >= 20]
         width = points[1] - points[0]  # as many digits as the writer likes; velocities have one more
@@ -148,7 +151,7 @@ class Gro(_Blocks):
         if len(box) == 9:
             (cell[0, 1], cell[0, 2], cell[1, 0], cell[1, 2], cell[2, 0], cell[2, 1]) = box[3:]
         time = re.search(r"\bt\s*=\s*(\S+)", title)
-        return Snapshot(
+        return RawFrame(
             _columns(rows, 20, width, k), cell,
             velocities=_columns(rows, end, points[4] - points[3], k) if moving else None,
             kinds=np.array([row[10:15].strip() for row in rows]),
@@ -184,19 +187,19 @@ class Sph(_Blocks):
     count_line, around = 0, 2
     comment = "#"
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         _, edges, *rows = self._of(k)
         words = [row.split() for row in rows]
         if {len(row) for row in words} != {5} or len(edges.split()) != 3:
             raise ValueError(f"frame {k} does not have three edges, and five words for each particle")
         box = np.array(edges.split(), dtype=np.float64)
         table = np.array([row[1:] for row in words], dtype=np.float64)
-        places = table[:, :3]
-        return Snapshot(
-            places, np.diag(box), np.zeros(3), (True,) * 3, diameters=2.0 * table[:, 3],
+        coordinates = table[:, :3]
+        return RawFrame(
+            coordinates, np.diag(box), np.zeros(3), (True,) * 3, diameters=2.0 * table[:, 3],
             kinds=np.array([row[0] for row in words]),
-            unwrapped=bool((np.ptp(places, axis=0) > (1.0 + _ROUNDING) * box).any()),
+            unwrapped=bool((np.ptp(coordinates, axis=0) > (1.0 + _ROUNDING) * box).any()),
         )  # fmt: skip
 
 
@@ -217,8 +220,8 @@ class Gsd(Source):
         """Return a property, or None if no frame holds it: HOOMD-blue leaves out what has its default."""
         return getattr(particles, name) if f"particles/{name}" in self._held else None
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         refuse_more_than_there_is(self._file, self.path, k)
         stored = self._file[k]
         particles, (lx, ly, lz, xy, xz, yz) = stored.particles, map(float, stored.configuration.box)
@@ -229,7 +232,7 @@ class Gsd(Source):
         diameters = self._of(particles, "diameter")
         if diameters is None and len(shapes) == len(names) and None not in shapes:
             diameters = np.array(shapes, dtype=np.float64)[particles.typeid]
-        return Snapshot(
+        return RawFrame(
             particles.position, cell, -0.5 * cell.sum(axis=0), (True,) * 3,
             velocities=self._of(particles, "velocity"), diameters=diameters,
             masses=self._of(particles, "mass"), images=self._of(particles, "image"),
@@ -258,21 +261,21 @@ class H5md(Source):
                 raise ValueError("its group 'particles' has no positions")
             self._group = max(groups.values(), key=lambda group: _values(group["position"]).shape[-2])
             self._left = tuple(f"group {name}" for name in groups if groups[name] != self._group)
-            self._places = self._group["position"]
-            self.units = str(_values(self._places).attrs.get("unit", ""))
+            self._coordinates = self._group["position"]
+            self.units = str(_values(self._coordinates).attrs.get("unit", ""))
         except BaseException:
             self._input.close()
             raise
 
     def __len__(self) -> int:
-        return 1 if _is_fixed(self._places) else len(_values(self._places))
+        return 1 if _is_fixed(self._coordinates) else len(_values(self._coordinates))
 
     def _element(self, parent: Any, name: str, k: int) -> Any:
         """Return an element at the step of position k, or None; it may be stored at steps of its own."""
         node = parent.get(name)
         if node is None or _is_fixed(node):
             return None if node is None else node[()]
-        values, own = _values(node), [self._moments(self._places, clock) for clock in _CLOCKS]
+        values, own = _values(node), [self._moments(self._coordinates, clock) for clock in _CLOCKS]
         at = [k] if len(values) == len(self) else [0] if len(values) == 1 else []
         for ours, its in zip(own, (self._moments(node, clock) for clock in _CLOCKS), strict=True):
             if ours is not None and its is not None:
@@ -297,13 +300,16 @@ class H5md(Source):
         return self._clocks[at, count]
 
     def _time(self, k: int) -> float | None:
-        known = (self._moments(self._places, clock) for clock in reversed(_CLOCKS))
+        known = (self._moments(self._coordinates, clock) for clock in reversed(_CLOCKS))
         return next((float(moments[k]) for moments in known if moments is not None), None)
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
-        group, places = self._group, np.asarray(self._element(self._group, "position", k), dtype=np.float64)
-        width = places.shape[1]
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
+        group, coordinates = (
+            self._group,
+            np.asarray(self._element(self._group, "position", k), dtype=np.float64),
+        )
+        width = coordinates.shape[1]
         box, cell, flags, origin = group.get("box"), None, None, None
         if box is not None:
             edges = self._element(box, "edges", k)
@@ -317,8 +323,8 @@ class H5md(Source):
             origin = None if offset is None else np.append(offset, np.zeros(3 - width))
         radii = self._element(group, "radius", k)
         known = {"position", "velocity", "image", "mass", "species", "id", "diameter", "radius", "box"}
-        return Snapshot(
-            places, cell, origin, None if flags is None else (*flags, *(False,) * (3 - len(flags))),
+        return RawFrame(
+            coordinates, cell, origin, None if flags is None else (*flags, *(False,) * (3 - len(flags))),
             velocities=self._element(group, "velocity", k),
             diameters=2.0 * radii if radii is not None else self._element(group, "diameter", k),
             masses=self._element(group, "mass", k), images=self._element(group, "image", k),

@@ -17,6 +17,9 @@ import numpy as np
 LONGEST = 1 << 24
 """Bytes of a line, at most: a file of zeros is one line that never ends."""
 
+_BLOCK, _LINE = 1 << 18, 64  # bytes that are read at once, and of a usual line
+_FEW = 500  # lines that are read one by one
+
 PACKED = (".gz", ".bz2", ".xz")  # suffixes of compressed files, before which stands that of the format
 
 _MAGIC: dict[bytes, Callable[[Path], Any]] = {
@@ -25,7 +28,7 @@ _MAGIC: dict[bytes, Callable[[Path], Any]] = {
 
 
 @dataclass
-class Snapshot:
+class RawFrame:
     """All particles at one time, as a file has them; what it lacks is None."""
 
     positions: np.ndarray  # (n, 1 to 3), centers [length], anywhere
@@ -45,7 +48,7 @@ class Snapshot:
 
 
 class Source(ABC):
-    """A file of another program: snapshots by number. Its constructor and ``read`` may raise anything."""
+    """A file of another program: frames by number. Its constructor and ``read`` may raise anything."""
 
     units = ""
     """Unit of lengths that the format prescribes."""
@@ -59,21 +62,19 @@ class Source(ABC):
     def __len__(self) -> int: ...
 
     @abstractmethod
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot ``0 <= k < len(self)``."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame ``0 <= k < len(self)``."""
 
     def close(self) -> None:  # noqa: B027  (many hold nothing open)
         """Close the file."""
 
 
-def opened(path: Path) -> IO[bytes]:
+def opened(path: Path) -> io.BufferedReader:
     """Open a text file for reading, compressed or not: its first bytes tell, whatever its name says."""
     with path.open("rb") as file:
         begin = file.read(6)
-    for magic, opener in _MAGIC.items():
-        if begin.startswith(magic):
-            return opener(path)
-    return path.open("rb")
+    packed = (opener(path) for magic, opener in _MAGIC.items() if begin.startswith(magic))
+    return io.BufferedReader(next(packed, None) or path.open("rb", buffering=0), _BLOCK)
 
 
 def text_of(path: Path) -> list[str]:
@@ -88,6 +89,30 @@ def line_of(file: IO[bytes]) -> bytes:
     if len(line) == LONGEST:
         raise ValueError(f"a line is longer than {LONGEST} bytes")
     return line
+
+
+def pass_lines(file: io.BufferedReader, count: int, end: bytes = b"") -> tuple[int, bytes]:
+    """Go past lines, up to one that begins with ``end``; return how many, and a last one without an end."""
+    passed = 0
+    while passed < count:
+        if count - passed > _FEW:  # of many lines the ends are counted
+            block = file.peek()[: _LINE * (count - passed)]
+            if end and block.startswith(end):
+                break
+            if end and (at := block.find(b"\n" + end)) >= 0:
+                block = block[: at + 1]
+            ends = np.flatnonzero(np.frombuffer(block, np.uint8) == ord("\n"))[: count - passed]
+            if len(ends):
+                file.read(int(ends[-1]) + 1)
+                passed += len(ends)
+                continue
+        line = line_of(file)
+        if not line.endswith(b"\n"):
+            return passed, line
+        if end and line.startswith(end):
+            break
+        passed += 1
+    return passed, b""
 
 
 def table_of(lines: bytes, columns: list[int]) -> np.ndarray:

@@ -294,13 +294,13 @@ def foreign_format_of(path: str | os.PathLike[str]) -> str | None:
     return None if start is None else FOREIGN[start or "dump."]
 
 
-def format_of(path: str | os.PathLike[str], others: Iterable[str] = ()) -> str:
-    """Return the format of a file name: "h5md", "extxyz" or "gsd"; the error also names ``others``."""
+def format_of(path: str | os.PathLike[str], exported: Iterable[str] = ()) -> str:
+    """Return the format of a file name: "h5md", "extxyz" or "gsd"; the error names ``exported``, too."""
     suffix = Path(path).suffix.lower()
     if suffix not in SUFFIXES:
         raise InputError(
             f"{path} has the suffix '{suffix}', which chooses the format; "
-            f"expected one of {', '.join([*SUFFIXES, *others])}."
+            f"expected one of {', '.join([*SUFFIXES, *exported])}."
             + (" Such a file is written by carom export." if suffix in EXPORTED else "")
         )
     return SUFFIXES[suffix]

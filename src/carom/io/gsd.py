@@ -18,7 +18,7 @@ from carom.bridges.embedding import edges, embed, names_of, plain, require_at_mo
 from carom.errors import CaromWarning
 from carom.frame import Frame
 from carom.io.formats import Reader, Writer
-from carom.io.locks import Claim, patiently
+from carom.io.locks import WriteLock, patiently
 from carom.io.validation import narrowed
 from carom.paths import reading, replacing, writing
 
@@ -177,15 +177,15 @@ class GsdWriter(Writer):
         hoomd_for(path)
         self._file: gsd.hoomd.HOOMDTrajectory | None = None
         with writing(path):
-            self._claim = Claim(path)
+            self._write_lock = WriteLock(path)
         try:
             if append and self._keep(keep):
-                self._claim.close()
-                self._claim = Claim(path)
+                self._write_lock.close()
+                self._write_lock = WriteLock(path)
             with writing(path):
                 self._file = _open(path, "r+" if append else "w")
         except BaseException:
-            self._claim.close()
+            self._write_lock.close()
             raise
 
     def _keep(self, keep: int | None) -> bool:
@@ -212,7 +212,7 @@ class GsdWriter(Writer):
                 stacklevel=4,
             )
         assert self._file is not None
-        with self._claim.changing():
+        with self._write_lock.changing():
             _append(self._file, _to_gsd(frame))
             self._file.flush()
 
@@ -222,7 +222,7 @@ class GsdWriter(Writer):
                 self._file.close()
                 self._file = None
         finally:
-            self._claim.close()
+            self._write_lock.close()
 
 
 READER, WRITER = GsdReader, GsdWriter

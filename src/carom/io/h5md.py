@@ -18,7 +18,7 @@ from carom.frame import Frame
 from carom.io.formats import Reader, Writer
 from carom.io.hdf5 import Input, Output
 from carom.io.inspection import fill_value, growing, put
-from carom.io.locks import Claim, patiently, under_way
+from carom.io.locks import WriteLock, patiently, under_way
 from carom.paths import reading, reason, writing
 from carom.scene.lattices import MOST_DIMENSIONS
 from carom.version import __version__
@@ -287,7 +287,7 @@ class H5mdWriter(Writer):
     def _reopen(self, keep: int | None) -> None:
         """Open the file for appending, and drop all but the first `keep` frames."""
         with writing(self.path):
-            Claim(self.path).close()
+            WriteLock(self.path).close()
         try:
             with H5mdReader(self.path) as reader:
                 keep = self._retain(reader, keep)

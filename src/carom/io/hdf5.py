@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from carom.io.inspection import FORMAT, opened
-from carom.io.locks import Claim, patiently
+from carom.io.locks import WriteLock, patiently
 from carom.paths import existing, reading, reason
 
 if TYPE_CHECKING:
@@ -34,9 +34,9 @@ _TRAILER = struct.Struct("<32sQ16s")  # SHA-256 and length of the entries, _JOUR
 class _Staged(io.RawIOBase):
     """A file as HDF5 sees it: the file on the disk, overlaid with all writes since the last commit."""
 
-    def __init__(self, path: Path, mode: str, claim: Claim | None = None):
+    def __init__(self, path: Path, mode: str, write_lock: WriteLock | None = None):
         super().__init__()
-        self._claim = claim
+        self._write_lock = write_lock
         self._disk = io.FileIO(path, "w+" if mode == "w" else mode)
         self._size = self._disk_size = self._disk.seek(0, os.SEEK_END)
         self._at = 0
@@ -69,8 +69,8 @@ class _Staged(io.RawIOBase):
             at += count
             if offset + len(data) <= self._size:
                 self._pending.append((offset, data))
-        if self._claim is not None:
-            with self._claim.changing():
+        if self._write_lock is not None:
+            with self._write_lock.changing():
                 for offset, data in self._pending:
                     self._put(offset, memoryview(data))
                 self._disk.truncate(self._size)
@@ -117,10 +117,10 @@ class _Staged(io.RawIOBase):
 
     def commit(self) -> None:
         """Write all that is pending: a kill leaves the file as it was, or a journal that completes it."""
-        assert self._claim is not None
+        assert self._write_lock is not None
         if self._failure is not None:
             raise OSError(f"an earlier write to it failed ({reason(self._failure)})")
-        with self._claim.changing():
+        with self._write_lock.changing():
             self._commit()
 
     def _commit(self) -> None:
@@ -213,9 +213,9 @@ class Output:
     def __init__(self, path: Path, mode: str):
         import h5py
 
-        claim = Claim(path)
+        write_lock = WriteLock(path)
         try:
-            self._staged = _Staged(path, mode, claim)
+            self._staged = _Staged(path, mode, write_lock)
             try:
                 self.file = (
                     h5py.File(self._staged, "w", libver=FORMAT) if mode == "w" else opened(self._staged, mode)
@@ -224,10 +224,10 @@ class Output:
                 self._staged.close()
                 raise
         except BaseException:
-            claim.close()
+            write_lock.close()
             raise
         # HDF5 must not find the file open after the interpreter has ended.
-        self._finalizer = weakref.finalize(self, _close, self.file, self._staged, claim)
+        self._finalizer = weakref.finalize(self, _close, self.file, self._staged, write_lock)
 
     def flush(self) -> None:
         """Bring everything to the disk."""
@@ -297,11 +297,11 @@ def _close_input(file: Any, disk: _Staged) -> None:
         disk.close()
 
 
-def _close(file: Any, staged: _Staged, claim: Claim) -> None:
+def _close(file: Any, staged: _Staged, write_lock: WriteLock) -> None:
     try:
         file.close()
         if not staged.failed:
             staged.commit()
     finally:
         staged.close()
-        claim.close()
+        write_lock.close()

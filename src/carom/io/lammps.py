@@ -14,7 +14,17 @@ from typing import Any
 import numpy as np
 
 from carom.io.extxyz_header import integers
-from carom.io.foreign_source import Snapshot, Source, line_of, opened, table_of, text_of, tilted_cell, vectors
+from carom.io.foreign_source import (
+    RawFrame,
+    Source,
+    line_of,
+    opened,
+    pass_lines,
+    table_of,
+    text_of,
+    tilted_cell,
+    vectors,
+)
 
 _WORDS = {"typelabel", "element"}
 """Columns of a dump that hold words; ``type`` may."""
@@ -35,10 +45,9 @@ class Dump(Source):
             while self._seek_frame():
                 self._starts.append(self._at)
                 _, n, _, _ = self._head()
-                for k in range(n):
-                    line = line_of(self._file)
-                    if not line.strip() or line.startswith(b"ITEM:"):
-                        raise ValueError(f"frame {len(self) - 1} ends after {k} of {n} particles")
+                k, rest = pass_lines(self._file, n, b"ITEM:")
+                if k < n - bool(rest.strip()):
+                    raise ValueError(f"frame {len(self) - 1} ends after {k} of {n} particles")
         except BaseException:
             self._file.close()
             raise
@@ -81,8 +90,8 @@ class Dump(Source):
     def __len__(self) -> int:
         return len(self._starts)
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         self._file.seek(self._starts[k])
         time, n, bounds, names = self._head()
         rows = [line_of(self._file) for _ in range(n)]
@@ -94,14 +103,14 @@ class Dump(Source):
                 raise ValueError(f"frame {k} has {len(row)} columns where {len(names)} were announced")
         table = _table(names, rows, words)
         cell, origin, periodic = (None, None, None) if bounds is None else _box(*bounds)
-        positions, unwrapped = _places(table, cell, origin)
+        positions, unwrapped = _coordinates(table, cell, origin)
         radii = table.get("radius")
         d = positions.shape[1]
         images = None if unwrapped else vectors(table, *("ix", "iy", "iz")[:d])
         if images is not None:
             images = integers(images) if images.shape[1] == d else None
         kinds = next((table[name] for name in ("typelabel", "type", "element") if name in table), None)
-        return Snapshot(
+        return RawFrame(
             positions, cell, origin, periodic,
             velocities=vectors(table, "vx", "vy", "vz"),
             diameters=2.0 * radii if radii is not None else table.get("diameter"),
@@ -155,20 +164,20 @@ def _dimension(positions: np.ndarray, cell: Any, origin: Any) -> int | None:
     return d if d < 3 else None
 
 
-def _places(table: dict[str, Any], cell: Any, origin: Any) -> tuple[np.ndarray, bool]:
+def _coordinates(table: dict[str, Any], cell: Any, origin: Any) -> tuple[np.ndarray, bool]:
     """Return positions, and whether they are unwrapped."""
     for names, unwrapped, scaled in (
         (("xu", "yu", "zu"), True, False), (("x", "y", "z"), False, False),
         (("xsu", "ysu", "zsu"), True, True), (("xs", "ys", "zs"), False, True),
     ):  # fmt: skip
-        places = vectors(table, *names)
-        if places is not None and scaled:
+        coordinates = vectors(table, *names)
+        if coordinates is not None and scaled:
             if cell is None:
                 raise ValueError("its coordinates are scaled, and it has no box")
-            d = places.shape[1]
-            places = origin[:d] + places @ cell[:d, :d]
-        if places is not None:
-            return places, unwrapped
+            d = coordinates.shape[1]
+            coordinates = origin[:d] + coordinates @ cell[:d, :d]
+        if coordinates is not None:
+            return coordinates, unwrapped
     raise ValueError("it has no column x, xs, xu or xsu")
 
 
@@ -187,8 +196,8 @@ class Data(Source):
     def __len__(self) -> int:
         return 1
 
-    def read(self, k: int) -> Snapshot:
-        """Return the snapshot."""
+    def read(self, k: int) -> RawFrame:
+        """Return the frame."""
         head, sections, style = self._parts()
         atoms = sections.get("Atoms")
         if not atoms:
@@ -223,7 +232,7 @@ class Data(Source):
         images = vectors(table, "ix", "iy", "iz")
         positions = np.column_stack([table["x"], table["y"], table["z"]])
         cell, origin = self._cell(head, flat=not positions[:, 2].any())
-        return Snapshot(
+        return RawFrame(
             positions, cell, origin, dimension=_dimension(positions, cell, origin),
             velocities=_velocities(sections.get("Velocities"), ids), diameters=diameters,
             masses=_masses(table, kinds, labels, sections.get("Masses")),

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import tempfile
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from carom.io.foreign_source import Snapshot, Source, text_of
+from carom.io.foreign_source import RawFrame, Source, text_of
 from carom.io.formats import foreign_format_of
 
 if TYPE_CHECKING:
@@ -37,11 +38,11 @@ class OfAse(Source):
     def __len__(self) -> int:
         return len(self._atoms)
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         atoms: ase.Atoms = self._atoms[k]
         time = atoms.info.get("time")
-        return Snapshot(
+        return RawFrame(
             atoms.positions, atoms.cell[:], None, tuple(bool(flag) for flag in atoms.pbc),
             velocities=atoms.get_velocities() if atoms.has("momenta") else None,
             masses=atoms.get_masses(), kinds=np.array(atoms.get_chemical_symbols()),
@@ -84,8 +85,8 @@ class _OfMDAnalysis(Source):
     def __len__(self) -> int:
         return len(self._frames)
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         from MDAnalysis.lib.mdamath import triclinic_vectors
 
         with warnings.catch_warnings():
@@ -93,7 +94,7 @@ class _OfMDAnalysis(Source):
             step = self._frames[k]
         box = self._box if step.dimensions is None else step.dimensions
         cell = None if box is None else triclinic_vectors(box).astype(np.float64)
-        return Snapshot(step.positions, cell, kinds=self._kinds(), time=float(step.time))
+        return RawFrame(step.positions, cell, kinds=self._kinds(), time=float(step.time))
 
     def _kinds(self) -> np.ndarray | None:
         return None
@@ -109,8 +110,13 @@ class Pdb(_OfMDAnalysis):
     def _trajectory(self) -> Any:
         import MDAnalysis
 
-        self._world = MDAnalysis.Universe(str(self.path), format="PDB")
         lines = text_of(self.path)
+        with tempfile.TemporaryDirectory() as folder:  # MDAnalysis unpacks no .xz
+            path = self.path
+            if path.suffix.lower() == ".xz":
+                path = Path(folder, "a.pdb")
+                path.write_text("\n".join(lines))
+            self._world = MDAnalysis.Universe(str(path), topology_format="PDB", format="PDB")
         if lines[-1].startswith(("ATOM", "HETATM")) and len(lines[-1]) < 54:
             raise ValueError("its last line ends before the coordinates do")
         for line in lines:  # MDAnalysis passes over a box before the first MODEL
@@ -120,8 +126,8 @@ class Pdb(_OfMDAnalysis):
                 break
         return self._world.trajectory
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k, which has no time: that of MDAnalysis is its number."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k, which has no time: that of MDAnalysis is its number."""
         return dataclasses.replace(super().read(k), time=None)
 
     def _kinds(self) -> np.ndarray:
@@ -163,12 +169,12 @@ class Xtc(Source):
     def __len__(self) -> int:
         return len(self._file)
 
-    def read(self, k: int) -> Snapshot:
-        """Return snapshot k."""
+    def read(self, k: int) -> RawFrame:
+        """Return frame k."""
         self._file.seek(k)
         step = self._file.read()
         moving = getattr(step, "hasv", False)
-        return Snapshot(
+        return RawFrame(
             np.array(step.x), np.array(step.box, dtype=np.float64),
             velocities=np.array(step.v) if moving else None, time=float(step.time),
         )  # fmt: skip

@@ -33,7 +33,7 @@ _OURS: dict[tuple[int, int], int] = {}
 """Device and number of each file that this process writes, and by how many writers."""
 
 
-class Claim:
+class WriteLock:
     """A mark that this process writes a file, which is made if it is missing; its content stays."""
 
     def __init__(self, path: Path):

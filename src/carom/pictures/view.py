@@ -19,7 +19,7 @@ from carom.frame import Frame
 from carom.io import records
 from carom.io.events import is_log
 from carom.io.formats import Reader
-from carom.io.trajectory import open_reader
+from carom.io.trajectory import FRAMES, open_reader
 from carom.models.drives import Drive
 from carom.models.questions.contact import Impact
 from carom.models.questions.interaction import Interaction
@@ -30,9 +30,11 @@ from carom.scene.box import LONGEST_EDGE
 from carom.scene.conversion import to_frame
 from carom.scene.fields import standing
 
-ORDER = ("events.h5", "packing.h5md", "trajectory.h5md", "trajectory.extxyz", "trajectory.gsd")
+ORDER = ("events.h5", *FRAMES)
 """Files of a folder that can be shown; the first that exists is taken."""
 
+
+__all__ = ["View", "view"]
 
 MARK = '<meta name="generator" content="Carom">'
 """By what a page tells that Carom wrote it."""
@@ -262,20 +264,9 @@ def rules_beside(source: Path) -> Interaction | None:
 
 
 def standing_beside(trajectory: Path, frame: Frame) -> Sequence[Obstacle]:
-    """Return the obstacles of the run or of the packing in whose folder a ``trajectory`` lies.
+    """Return the obstacles of the run or packing in whose folder a ``trajectory`` lies; none in another box.
 
-    There are none if a ``frame`` of it is in another box. A scene file alone is a plan of some run, of which
-    this trajectory need not be.
-
-    Raises
-    ------
-    FileError
-        If the summary of a packing is damaged, or lists an obstacle of a class of one's own.
-
-    Warns
-    -----
-    CaromWarning
-        If the scene file of the run cannot be read.
+    A scene file alone is a plan of some run, of which this trajectory need not be.
     """
     folder = trajectory.parent
     if trajectory.stem == "packing" and (folder / "summary.json").exists():
