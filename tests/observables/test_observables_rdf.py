@@ -12,7 +12,7 @@ from carom import theory
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import RDF
-from carom.observables.contact import contact_value
+from carom.observables.rdf import contact_value
 
 DATA = Path(__file__).parents[1] / "data"
 SIX_SIGMA = 6.0
@@ -276,7 +276,7 @@ def test_mdanalysis_finds_the_same_pairs(dimension):
 
 
 def test_the_quadrature_over_a_shell_is_exact_for_polynomials():
-    from carom.observables.contact import NODES, WEIGHTS
+    from carom.observables.rdf import NODES, WEIGHTS
 
     for power in range(6):
         exact = 2.0 / (power + 1) if power % 2 == 0 else 0.0

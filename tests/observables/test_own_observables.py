@@ -93,6 +93,23 @@ def test_an_observable_of_ones_own_is_measured_of_a_list_a_file_and_a_folder(sim
         carom.measure(frames, Rates())
 
 
+class Density:
+    """Number density by slabs, the number of which the size of the system decides."""
+
+    def begin(self, scene):
+        self.edges = np.linspace(0.0, scene.box[0], 2 + scene.n // 100)
+
+    def add(self, frame):
+        return np.histogram(frame.positions[:, 0], self.edges)[0]
+
+
+def test_frames_without_a_scene_begin_with_the_first_of_them(sim, tmp_path):
+    sim.write(tmp_path / "a.h5md", every=0.5, count=128)
+    found = carom.measure(tmp_path / "a.h5md", Density())["Density"]
+    assert len(found) == 2
+    assert sum(each.mean for each in found) == pytest.approx(sim.n)
+
+
 @own.observer
 class Angles:
     """The mean square of the impact parameter in each block."""

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from carom.observables.contact import contact_value
+from carom.observables.rdf import contact_value
 from carom.studies.eos import fits
 
 RUNS = 800

@@ -28,27 +28,11 @@ stays at some 0.15 (Lindemann); in a fluid it grows as the square root of the ti
 
 
 def drift(values: Sequence[float], parts: int = PARTS) -> float:
-    """Return the trend of a series in units of its error, as a standard normal number.
+    """Return the trend of equally spaced values, as a standard normal number; 0 if they are constant.
 
-    Parameters
-    ----------
-    values : sequence of float
-        Equally spaced values of a series, which is stationary if the run was in equilibrium.
-    parts : int
-        Number of consecutive means that are compared.
-
-    Returns
-    -------
-    float
-        The trend; 0 for a series too short or constant. One of a thousand stationary series has one beyond
-        3.3.
-
-    Notes
-    -----
-    The slope of the means against their number is divided by its error from the scatter about the line. This
-    is Student's t with ``parts - 2`` degrees of freedom, which is converted to the normal number of the same
-    probability. A relaxation not much shorter than the run inflates it, too. The run is then too short for
-    its error bar, and is rightly flagged.
+    The slope of the means of so many ``parts`` is divided by its error from the scatter about the line:
+    Student's t with ``parts - 2`` degrees of freedom. A relaxation not much shorter than the run inflates it,
+    too: the run is then too short for its error bar.
     """
     x = np.asarray(values, dtype=np.float64)
     parts = min(parts, x.size)
@@ -66,25 +50,10 @@ def drift(values: Sequence[float], parts: int = PARTS) -> float:
 
 
 def relaxation(values: Sequence[float]) -> float:
-    """Return how far the first quarter of a series lies above its second half, as a standard normal.
+    """Return how far the first quarter of a series lies above its second half, as a standard normal number.
 
-    Parameters
-    ----------
-    values : sequence of float
-        As of :func:`drift`.
-
-    Returns
-    -------
-    float
-        The difference in units of its error; 0 for less than 32 values or constant ones. Beyond 3.3 in at
-        most one of a thousand stationary series.
-
-    Notes
-    -----
-    J. Geweke, in Bayesian Statistics 4 (Oxford, 1992), p. 169. The error is that of the second half alone, by
-    blocking, and Student's t has its degrees of freedom. So a decay in the first quarter does not widen the
-    error. :func:`drift` misses a decay, because it bends the line and correlates the residuals. This test
-    misses a steady trend, because it continues in the second half.
+    J. Geweke, in Bayesian Statistics 4 (Oxford, 1992), p. 169: the error is that of the second half, so that
+    a decay does not widen it. :func:`drift` misses a decay, which bends its line; this misses a steady trend.
     """
     x = np.asarray(values, dtype=np.float64)
     if x.size > 2 * MEANS:

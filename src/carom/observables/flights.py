@@ -13,28 +13,15 @@ from carom.results import Binned, Result
 
 
 class FlightSums(NamedTuple):
-    """What the flights and collisions of one stretch of time add up to.
+    """What the flights and collisions of one stretch of time add up to."""
 
-    Attributes
-    ----------
-    times, paths : (K, b) int64 arrays
-        Histograms of free times and free paths of each species.
-    speeds : (K, K, b) int64 array
-        Histograms of relative normal speeds, in the row of the species with the smaller number.
-    flown : (K, 3) array
-        Number of flights, sum of their times [time], and sum of their paths [length].
-    met : (K, K, 2) array
-        Number of collisions, and sum of the normal speeds [length / time].
-    returns : (K, 2) array
-        Number of collisions of particles that had collided before, and of those with the same partner again.
-    """
-
-    times: np.ndarray
+    times: np.ndarray  # histograms of free times of each species, (K, b) int64
     paths: np.ndarray
-    speeds: np.ndarray
-    flown: np.ndarray
-    met: np.ndarray
+    speeds: np.ndarray  # of relative normal speeds, in the row of the smaller number, (K, K, b) int64
+    flown: np.ndarray  # flights, and the sums of their times [time] and paths [length], (K, 3)
+    met: np.ndarray  # collisions, and the sum of normal speeds [length / time], (K, K, 2)
     returns: np.ndarray
+    """Collisions of particles that had collided before, and of those with the same partner again, (K, 2)."""
 
 
 @corrected()
@@ -134,19 +121,7 @@ class FreeFlightsResult(Result):
 def flights_of(
     blocks: list[FlightSums], durations: list[float], counts: np.ndarray, widths: np.ndarray
 ) -> FreeFlightsResult:
-    """Return distributions from the sums of blocks.
-
-    Parameters
-    ----------
-    blocks : list of FlightSums
-        Sums over stretches of a run in equilibrium.
-    durations : list of float
-        Duration of each stretch [time].
-    counts : (K,) array
-        Number of particles of each species.
-    widths : (3,) array
-        Widths of the bins of time, path and speed.
-    """
+    """Return distributions from sums over stretches, by the bins' ``widths`` of time, path and speed (3,)."""
     kinds = range(len(counts))
     with unwarned():  # bins with few samples have wide error bars
         times, paths = (

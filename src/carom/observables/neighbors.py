@@ -1,7 +1,8 @@
 """Neighbors by sorted cells (:mod:`carom.cells`): the nearest of each particle, and pairs within a reach.
 
 Particles with too few in reach get a larger one; a k-d tree replaces cells too full or with too many around.
-The loop around a cell is repeated in :mod:`carom.observables.pairs`: Numba's cache sees no edit elsewhere.
+The loop around a cell is repeated in :mod:`carom.observables.pair_counts`: Numba's cache sees no edit
+elsewhere.
 """
 
 from __future__ import annotations

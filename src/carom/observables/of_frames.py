@@ -143,3 +143,31 @@ def of_species(frame: Frame, species: int | None) -> np.ndarray:
     if frame.species is None or not (frame.species == species).any():
         raise InputError(f"species is {species}, and the frame has none of them.")
     return np.asarray(frame.species == species)
+
+
+def species_pair(frame: Frame, pair: tuple[int | str, int | str]) -> tuple[int, int]:
+    """Return the numbers of two species of a frame, given by names or numbers."""
+    if frame.species is None:
+        raise InputError("pair is given, and the frames have no species; leave it out.")
+    if not isinstance(pair, tuple | list) or len(pair) != 2:
+        raise InputError(f"pair is {pair!r}; expected two species, such as (0, 1).")
+    count = max(int(frame.species.max()) + 1, len(frame.species_names))
+    found = []
+    for which in pair:
+        k = frame.species_names.index(which) if which in frame.species_names else which
+        k = int(k) if isinstance(k, str) and k.isdecimal() else k
+        if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 0 <= k < count:
+            known = ", ".join(frame.species_names) or f"0 to {count - 1}"
+            raise InputError(f"There is no species {which!r}; known are {known}.")
+        found.append(int(k))
+    if count_pairs(frame, (found[0], found[1])) == 0:
+        raise InputError(f"There are too few components of species {found[0]} and {found[1]} for any pair.")
+    return found[0], found[1]
+
+
+def count_pairs(frame: Frame, pair: tuple[int, int] | None) -> float:
+    """Return the number of pairs of all particles, or of two species."""
+    if pair is None:
+        return 0.5 * frame.n * (frame.n - 1)
+    a, b = (int(np.count_nonzero(frame.species == k)) for k in pair)
+    return 0.5 * a * (a - 1) if pair[0] == pair[1] else float(a * b)

@@ -374,5 +374,5 @@ def is_held(directions: np.ndarray) -> bool:
     m, dimension = directions.shape
     if m < dimension + 1 or np.linalg.matrix_rank(directions, tol=BALANCED) < dimension:
         return False
-    _, missing = nnls(directions.T, -directions.sum(axis=0), maxiter=100 * m)
-    return bool(missing < BALANCED * m)
+    _, residual = nnls(directions.T, -directions.sum(axis=0), maxiter=100 * m)
+    return bool(residual < BALANCED * m)

@@ -152,17 +152,7 @@ def unwarned(of: type[CaromWarning] = CaromWarning) -> Iterator[None]:
 
 
 def arrays(found: Sequence[Estimate]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the means and the errors of estimates.
-
-    Parameters
-    ----------
-    found : sequence of Estimate
-        m estimates.
-
-    Returns
-    -------
-    values, errors : (m,) float64 arrays
-    """
+    """Return the means and the errors of m estimates, (m,) each."""
     return np.array([each.mean for each in found]), np.array([each.error for each in found])
 
 
@@ -179,15 +169,7 @@ def value_with_error(mean: float | None, error: float | None) -> str:
 
 
 def shown(values: np.ndarray, errors: np.ndarray, k: int) -> str:
-    """Return a number of an array with its error as text.
-
-    Parameters
-    ----------
-    values, errors : (m,) arrays
-        Numbers and their errors.
-    k : int
-        Which of them.
-    """
+    """Return number k of an array with its error as text."""
     return Estimate(float(values[k]), float(errors[k]), math.inf, 1.0, 1).value_text
 
 
@@ -263,23 +245,9 @@ def _blocked(x: np.ndarray, n: int, least: int) -> Estimate:
 
 
 def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
-    """Ratio of two sums, ``sum(a) / sum(b)``, over blocks of any lengths, with its error.
+    """Return ``sum(a) / sum(b)`` over blocks of any lengths, whose b are positive, with its error.
 
-    Parameters
-    ----------
-    numerators, denominators : (n,) array_like of float
-        What each block adds to the two sums, in order; denominators are positive.
-
-    Returns
-    -------
-    Estimate
-        The mean is exactly the ratio of the sums. The error is that of the linearised ratio (delta method),
-        ``R + (a_k - R b_k) / mean(b)``, by :func:`carom.observables.blocking`.
-
-    Raises
-    ------
-    InputError
-        If the two differ in length, or a denominator is not positive.
+    The error is that of the linearised ratio (delta method), ``R + (a_k - R b_k) / mean(b)``, by blocking.
     """
     a = np.asarray(numerators, dtype=np.float64)
     b = np.asarray(denominators, dtype=np.float64)
@@ -293,18 +261,7 @@ def ratio(numerators: ArrayLike, denominators: ArrayLike) -> Estimate:
 
 
 def linear_ratio(a: np.ndarray, b: np.ndarray) -> Estimate:
-    """Return :func:`ratio` of two sums over blocks, of which those below may have either sign.
-
-    Parameters
-    ----------
-    a, b : (n,) array of float
-        What each block adds to the sum above and to the sum below, in order.
-
-    Returns
-    -------
-    Estimate
-        As that of :func:`ratio`.
-    """
+    """Return :func:`ratio` of two sums over blocks, of which those below may have either sign."""
     units = _unit_of(a), _unit_of(b)
     a, b = a / units[0], b / units[1]
     quotient = float(a.sum() / b.sum())

@@ -12,8 +12,7 @@ from carom import checks
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.meant import corrected
-from carom.observables.histograms import species_pair
-from carom.observables.of_frames import OfFrames
+from carom.observables.of_frames import OfFrames, species_pair
 from carom.observables.statistics import arrays, blocking, shown
 from carom.observables.waves import Waves
 from carom.results import Result

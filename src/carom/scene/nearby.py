@@ -1,7 +1,7 @@
 """Near pairs, listed by compiled code from sorted cells (:mod:`carom.cells`): for many components.
 
-The list is that of a k-d tree, in another order. The loop is repeated in :mod:`carom.observables.pairs`:
-Numba's cache notices no edit outside the file of a compiled function.
+The list is that of a k-d tree, in another order. The loop is repeated in
+:mod:`carom.observables.pair_counts`: Numba's cache notices no edit outside the file of a compiled function.
 """
 
 from __future__ import annotations

@@ -22,10 +22,9 @@ from carom.observables.bond_order import NEAREST, BondOrder
 from carom.observables.crystallinity import Crystallinity
 from carom.observables.density_profile import DensityProfile
 from carom.observables.dynamics import FEW, Dynamics
-from carom.observables.histograms import DEFAULT_REACH
-from carom.observables.of_frames import as_points
+from carom.observables.of_frames import OfFrames, as_points
 from carom.observables.protocol import Underway, sees
-from carom.observables.rdf import MOST_SPECIES, RDF, PartialRDF
+from carom.observables.rdf import DEFAULT_REACH, MOST_SPECIES, RDF, PartialRDF
 from carom.observables.statistics import unwarned
 from carom.observables.structure_factor import StructureFactor
 from carom.scene.fields import is_equal
@@ -376,8 +375,9 @@ def _begun(wanted: dict[str, Any], system: _System, reasons: dict[str, str]) -> 
                 begun[name] = QUANTITIES[name].make(system)
                 continue
             mine = given.fresh() if hasattr(given, "fresh") else given
-            if system.scene is not None and hasattr(mine, "begin"):
-                mine.begin(system.scene)
+            # One of one's own may need to begin: a frame has the names of its scene.
+            if hasattr(mine, "begin") and not (system.scene is None and isinstance(mine, OfFrames)):
+                mine.begin(system.scene or system.frame)
             begun[name] = mine if hasattr(mine, "result") else Underway(mine)
         except InputError as error:
             reasons[name] = _clause(error)

@@ -1,4 +1,4 @@
-"""Histograms of pair distances, counted in one pass over sorted cells, in any dimension.
+"""Counts of pair distances, in one pass over sorted cells, in any dimension: those of a frame, and compiled.
 
 Distances are those of nearest images. The counts are integers, so that they do not depend on the number of
 threads or on the order of the particles.
@@ -8,20 +8,85 @@ from __future__ import annotations
 
 import math
 import os
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from carom.cells import SortedCells
+from carom.cells import Grid, SortedCells
+from carom.errors import InputError
+from carom.frame import Frame
 from carom.jit import compiled
+from carom.scene.overlaps import room_of_frame
 
 WORTH_THREADS = 2_000_000
 """Number of pairs in reach below which a second thread gains nothing; they take some 15 ms."""
 
 PORTIONS = 8
 """Portions of work per thread, to balance the load: columns at a border of the box have more pairs."""
+
+
+def counts_of(
+    frame: Frame, asked: Mapping[str, tuple[tuple[int, int] | None, np.ndarray]]
+) -> dict[str, np.ndarray]:
+    """Return the numbers of pairs (m,) of one frame, or of two of its species, in each bin, by name."""
+    if frame.tilt:
+        return {name: _tilted_histogram(frame, *each) for name, each in asked.items()}
+    box = np.asarray(frame.box, dtype=np.float64)
+    grid = Grid.of(box, np.ones(len(box), dtype=np.bool_), frame.n, max(e[-1] for _, e in asked.values()))
+    rounding = float(np.finfo(np.float32).eps) * float(box.max())
+    kinds = {kind for pair, _ in asked.values() for kind in (pair or (None,))}
+    x = frame.positions
+    places = {kind: x if kind is None else x[frame.species == kind] for kind in kinds}
+    cells = {kind: SortedCells.of(grid, place) for kind, place in places.items()}
+    found = {}
+    for name, (pair, edges) in asked.items():
+        a, b = pair or (None, None)
+        counts, closer = distance_counts(
+            cells[a], None if a == b else cells[b], edges, closest=float(edges[0]) - rounding
+        )
+        if closer:
+            _refuse_overlap(frame, pair, float(edges[0]))
+        found[name] = counts
+    return found
+
+
+def _tilted_histogram(frame: Frame, pair: tuple[int, int] | None, edges: np.ndarray) -> np.ndarray:
+    """Return the numbers of pairs (m,) in each bin in a tilted cell, whose pairs are listed."""
+    room = room_of_frame(frame)
+    pairs = room.near(frame.positions, float(edges[-1]))
+    if pair is not None:
+        kinds = np.sort(np.asarray(frame.species)[pairs], axis=1)
+        pairs = pairs[(kinds == sorted(pair)).all(axis=1)]
+    distances = room.distances(frame.positions, pairs)
+    rounding = float(np.finfo(np.float32).eps) * max(frame.box)
+    if (distances < edges[0] - rounding).any():
+        _refuse_overlap(frame, pair, float(edges[0]))
+    return np.histogram(np.maximum(distances, edges[0]), edges)[0]
+
+
+def _refuse_overlap(frame: Frame, pair: tuple[int, int] | None, contact: float) -> None:
+    """Raise InputError that names the closest pair of a frame, or of two of its species."""
+    room = room_of_frame(frame)
+    members = np.arange(frame.n)
+    species = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
+    if pair is not None:
+        members = np.flatnonzero(np.isin(species, pair))
+    places = room.wrapped(frame.positions[members])
+    pairs = room.near(places, contact)
+    if pair is not None and pair[0] != pair[1]:
+        kinds = species[members]
+        pairs = pairs[kinds[pairs[:, 0]] != kinds[pairs[:, 1]]]
+    distances = room.distances(places, pairs)
+    closest = int(np.argmin(distances))
+    i, j = sorted(members[pairs[closest]].tolist())
+    raise InputError(
+        f"Particles {i} and {j} overlap at time {frame.time:.6g} (distance {distances[closest]:.6g}, "
+        f"{'diameter' if pair is None else 'contact'} {contact:.6g}); g(r) needs a valid frame, or points "
+        "(diameter 0)."
+    )
 
 
 def distance_counts(
