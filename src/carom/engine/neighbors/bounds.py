@@ -13,8 +13,6 @@ import numpy as np
 from carom.compiling.registry import answering, inner, required
 from carom.compiling.simd import pack
 
-LEAST_SKIN = 1e-100  # more than nothing, by which times are divided [length]
-
 
 @required
 def list_range_sq(bounds, i, j):
@@ -150,4 +148,4 @@ def _skin_of(rates, bounds, i, now):
     if rates is None:
         return bounds.skins[i], 0.0
     left = bounds.bounds[i] - bounds.radii[i] - rates[i] * now
-    return max(left, LEAST_SKIN) * bounds.slack, rates[i]
+    return max(left, 1e-100) * bounds.slack, rates[i]  # more than nothing: times are divided by it
