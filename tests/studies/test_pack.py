@@ -248,11 +248,6 @@ def test_a_box_too_narrow_is_refused():
         carom.pack(narrow, rate=0.1, until_Z=1e6)
 
 
-def test_a_folder_without_a_packing_cannot_go_on(tmp_path):
-    with pytest.raises(FileError, match="nothing of Carom yet"):
-        carom.resume(tmp_path)
-
-
 def test_rescale_changes_a_growth_but_begins_none():
     scene = carom.Scene.random(30, 0.2, 2, seed=0)
     sim = carom.Simulation(scene, growth=0.01, seed=0)
