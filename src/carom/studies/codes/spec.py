@@ -56,7 +56,7 @@ class CodeSpec(Spec):
     carom code search.toml --tries 100
     """
     grid: ClassVar[tuple[str, ...]] = ("tries", "seed", "agree", "digits")
-    resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"n": ("starts",)}
+    resets: ClassVar[Mapping[str, tuple[str, ...]]] = {"n": ("starts",), "tries": ("agree",)}
 
     n: int = needed(integer(low=2, high=MOST), "Number of points, 2 to 1000.", flags=None)
     dimension: int = option(integer(low=2, high=12), "Dimension of the space around the sphere.", default=3)
