@@ -208,7 +208,7 @@ def test_an_edit_after_the_end_is_refused_as_well(whole, tmp_path):
     out = shutil.copytree(whole, tmp_path / "run")
     scene = out / "scene.toml"
     scene.write_text(scene.read_text().replace("frames = 16", "frames = 17"))
-    assert "[run] frames is 17, and the run has 16" in refused("resume", out)
+    assert "[run] frames was 16 and is 17 now" in refused("resume", out)
 
 
 def test_frames_and_events_without_a_checkpoint_are_kept(out):
