@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-import carom
 from carom.engine import calendar as cal
-from carom.engine.build import arrays, build, enlarge_heap, restore
+from carom.engine.build import build, enlarge_heap
 from carom.engine.neighbors.plan import NeighborPlan
 from carom.engine.neighbors.prefetch import HUGE
 from carom.engine.system import System
@@ -270,21 +269,6 @@ def test_a_pair_has_one_entry():
     cal.pop(book.engine.calendar)
     book.event_time[:2] = np.inf
     assert book.next_event() == 2
-
-
-def test_a_state_from_before_there_was_a_bucket_for_later_events_is_read():
-    scene = carom.Scene.crystal(cells=3, packing_fraction=0.3)
-    sim, other = (carom.Simulation(scene, seed=1) for _ in range(2))
-    sim.run(collisions_per_particle=2)
-    saved = {name: array.copy() for name, array in arrays(sim._state.engine).items()}
-    buckets = saved["calendar.buckets"]
-    saved["calendar.buckets"] = buckets[:-1]
-    restore(other._state.engine, saved)
-    for name, array in arrays(other._state.engine).items():
-        np.testing.assert_array_equal(array[: len(saved[name])], saved[name])
-    saved["calendar.buckets"] = buckets[:-2]
-    with pytest.raises(ValueError, match=r"calendar\.buckets"):
-        restore(other._state.engine, saved)
 
 
 @pytest.mark.parametrize(
