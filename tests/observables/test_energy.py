@@ -378,6 +378,7 @@ def test_the_screen_shows_wells_with_their_energy_and_temperature(whole, tmp_pat
     show(RunResult(tmp_path, whole, new=True), tmp_path, as_json=False)
     shown = " ".join(capsys.readouterr().out.split())
     assert "108 spheres with square wells of range 1.5 and depth 1 at packing fraction" in shown
-    assert re.search(rf"U / N {whole['U']['mean']:.3f}"[:-1] + r"\d* ± 0\.0\d+ kT 3\.", shown)
+    energy, kT = (f"{whole[name]['mean']:.3f}"[:-1] for name in ("U", "temperature"))
+    assert re.search(rf"U / N {energy}\d* ± 0\.0\d+ kT {kT}", shown)
     assert "hard" not in shown
     json.dumps(whole, allow_nan=False)
