@@ -48,7 +48,7 @@ def measured(sim, kT, collisions, rounds=4):
         sim.rescale(kT)
     sim.run(collisions_per_particle=100)
     start, energies = sim.interaction, []
-    pressure = sim.measure(carom.Pressure(), collisions=collisions, blocks=32)
+    pressure = sim.measure(carom.Pressure(), collisions=collisions, blocks=256)
     found = (sim.interaction - start).kT
     span = stretches.time_for(sim, collisions) / 400.0
     for _ in sim.sample(every=span, count=400):
