@@ -327,7 +327,7 @@ def test_swaps_of_no_meaning_are_refused(wrong):
 
 def test_a_sweep_is_done_before_what_else_is_due_at_its_time(unscheduled):
     sim = swapping()
-    assert run_loop._next_stop(sim._state, sim._state.sweeps.next, None)[1] == run_loop.SWAPS
+    assert run_loop._next_stop(sim._state, sim._state.sweeps.next, None)[1] == "sweeps"
 
 
 def test_a_checkpoint_from_before_there_were_swaps_is_read(plain, tmp_path):

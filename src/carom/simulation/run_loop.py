@@ -30,12 +30,13 @@ if TYPE_CHECKING:
 MOST_FREE_TIMES = 1000.0
 """Mean free times without any collision after which a run towards a number of collisions gives up."""
 
-END, GROWTH, CALL, SWAPS, VOLUME, RATE = "end", "growth", "call", "swaps", "volume", "rate"
-"""Why the engine has to return at a time: the run ends, neighbours are chosen anew, something is called,
-diameters are exchanged, the volume is to change, or the rate of a shear.
+END, GROWTH, CALL = "end", "growth", "call"
+"""Why the engine has to return at a time: the run ends, neighbours are chosen anew, something is called; or
+one of ``MOVES``.
 """
 
-MOVES = {SWAPS: sweep, VOLUME: move_volume, RATE: change_rate}  # what happens between events then
+MOVES = {"sweeps": sweep, "volume_moves": move_volume, "oscillation": change_rate}
+"""What happens between events when the state of that name in ``RunState`` is due."""
 
 UNLIMITED = 2**62
 """As a number of collisions or an epoch: never reached."""
@@ -198,11 +199,8 @@ def _next_stop(
     upcoming = None if callbacks is None else callbacks.next
     if upcoming is not None and (instant is None or upcoming <= instant):
         instant, why = upcoming, CALL
-    for moves, kind in (
-        (run_state.sweeps, SWAPS),
-        (run_state.volume_moves, VOLUME),
-        (run_state.oscillation, RATE),
-    ):
+    for kind in MOVES:
+        moves = getattr(run_state, kind)
         if moves is not None and (instant is None or moves.next <= instant):
             instant, why = moves.next, kind
     return instant, why
