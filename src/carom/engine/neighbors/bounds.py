@@ -147,5 +147,6 @@ class UnequalBounds(NamedTuple):
 def _skin_of(rates, bounds, i, now):
     if rates is None:
         return bounds.skins[i], 0.0
-    left = bounds.bounds[i] - bounds.radii[i] - rates[i] * now
-    return max(left, 1e-100) * bounds.slack, rates[i]  # more than nothing: times are divided by it
+    bound = bounds.bounds[i]
+    left = bound - bounds.radii[i] - rates[i] * now
+    return max(left, bound * 2.0**-100) * bounds.slack, rates[i]  # not nothing: times are divided by it
