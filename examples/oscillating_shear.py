@@ -50,7 +50,9 @@ axes = figure.subplots()
 for k, name in enumerate((r"storage modulus $G'$", r"loss modulus $G''$")):
     values, errors = ([getattr(each[k], what) for each in moduli] for what in ("mean", "error"))
     axes.errorbar(frequencies, values, errors, fmt="o", color=f"C{k}", label=name)
-axes.plot(frequencies, viscosity * frequencies, "k--", label=r"$\omega$ times the viscosity of a steady shear")
+axes.plot(
+    frequencies, viscosity * frequencies, "k--", label=r"$\omega$ times the viscosity of a steady shear"
+)
 axes.set_xscale("log")
 axes.set_yscale("log", nonpositive="mask")
 axes.set_ylim(bottom=0.1)

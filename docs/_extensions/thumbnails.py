@@ -64,7 +64,9 @@ PARTS = {
     "brazil_nut": Part("brazil-nut", (59, 7, 688, 387), ("cycles", "height")),
     "haffs_law": Part("haffs-law", (75, 7, 698, 406), ("time", "$T$"), (480, 8, 697, 78)),
     "sheared_spheres": Part("sheared-spheres", (64, 7, 437, 365), (r"$\eta$", "viscosity"), (66, 8, 275, 65)),
-    "oscillating_shear": Part("oscillating-shear", (72, 5, 612, 385), (r"$\omega$", "modulus"), (78, 8, 440, 85)),
+    "oscillating_shear": Part(
+        "oscillating-shear", (72, 5, 612, 385), (r"$\omega$", "modulus"), (78, 8, 440, 85)
+    ),
     "brownian_spheres": Part(
         "brownian-spheres", (66, 7, 457, 362), ("time", "displacement²"), (68, 8, 300, 100)
     ),
