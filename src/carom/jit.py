@@ -13,9 +13,10 @@ def compiled(function: Callable[..., Any], signature: Any) -> Any:
     can run.
     """
     from carom.compiling.compile_listeners import compiling
+    from carom.compiling.dispatch import STRICT  # and with it all that may be inlined
 
     with compiling():
-        made = compiled_on_call(function, error_model="numpy", nogil=True)
+        made = compiled_on_call(function, **STRICT)
         if hasattr(made, "compile"):  # not without a compiler
             made.compile(signature)
             made.disable_compile()

@@ -1,8 +1,6 @@
 """Neighbors by sorted cells (:mod:`carom.cells`): the nearest of each particle, and pairs within a reach.
 
 Particles with too few in reach get a larger one; a k-d tree replaces cells too full or with too many around.
-The loop around a cell is repeated in :mod:`carom.observables.pair_counts`: Numba's cache sees no edit
-elsewhere.
 """
 
 from __future__ import annotations
@@ -16,7 +14,7 @@ import numpy as np
 from carom.cells import Grid, SortedCells
 from carom.errors import InputError
 from carom.jit import compiled
-from carom.scene.nearby import WIDE, columns_around, crowded, near_pairs
+from carom.scene.nearby import WIDE, columns_around, crowded, near_pairs, put_squares, stretch
 from carom.scene.overlaps import Room
 from carom.theory import ball_volume
 
@@ -131,14 +129,8 @@ def _keep(places, starts, order, height, around, windows, period, limit, who):
                 other = around[column, step]
                 if other < 0:
                     continue
-                below, above = level - windows[step], level + windows[step] + 1
-                # The window itself, then its periodic images beyond the bottom and beyond the top.
                 for turn in range(3 if round_the_end else 1):
-                    a, b = max(below, 0), min(above, height)
-                    if turn == 1:
-                        a, b = max(below + height, above), height
-                    elif turn == 2:
-                        a, b = 0, min(above - height, below)
+                    a, b = stretch(turn, level, windows[step], 0, height)
                     if a < b:
                         begin = np.uint64(starts[other * height + a])
                         size = np.uint64(starts[other * height + b]) - begin
@@ -152,18 +144,7 @@ def _keep(places, starts, order, height, around, windows, period, limit, who):
                 mine = order[i]
                 if who[mine, count - 1] >= 0:
                     continue
-                x, edge = places[0, i], period[0]
-                for j in range(total):
-                    # This is the nearest image, because both lie in the box.
-                    r = abs(them[0, j] - x)
-                    r = min(r, edge - r)
-                    squares[j] = r * r
-                for axis in range(1, dimension):
-                    x, edge = places[axis, i], period[axis]
-                    for j in range(total):
-                        r = abs(them[axis, j] - x)
-                        r = min(r, edge - r)
-                        squares[j] += r * r
+                put_squares(squares, np.uint64(0), places, i, them, np.uint64(0), total, period)
                 found = np.uint64(0)
                 for j in range(total):
                     # No branch, as it would often be mispredicted.

@@ -19,6 +19,7 @@ from carom.cells import Grid, SortedCells
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.jit import compiled
+from carom.scene.nearby import columns_around, put_squares, stretch
 from carom.scene.overlaps import room_of_frame
 
 WORTH_THREADS = 2_000_000
@@ -117,20 +118,21 @@ def distance_counts(
     length = 2 * bins + 64
     offsets, windows = grid.surroundings(float(limits[-1]))
     period = np.where(grid.periodic, grid.box, np.inf)
+    around = columns_around(grid, offsets)
     count = _compiled()
 
     def portion(first: int, last: int) -> np.ndarray:
         counts = np.zeros(length, dtype=np.int64)
         count(
-            ours.places.reshape(-1),
-            others.places.reshape(-1),
+            ours.places,
+            others.places,
             ours.starts,
             others.starts,
             theirs is None,
-            grid.shape,
-            period,
-            offsets,
+            int(grid.shape[-1]),
+            around,
             windows,
+            period,
             limits,
             low,
             scale,
@@ -170,11 +172,10 @@ def _compiled() -> Any:
     """Return the compiled :func:`_count`, if possible from the cache of an earlier process."""
     from numba import types
 
-    numbers, integers = types.float64[::1], types.int64[::1]
+    places, numbers, integers = types.float64[:, ::1], types.float64[::1], types.int64[::1]
     arguments = (
-        *(numbers, numbers, integers, integers, types.boolean, integers, numbers),
-        *(types.int64[:, ::1], integers, numbers, types.float64, types.float64, types.float64),
-        *(types.int64, types.int64, integers),
+        *(places, places, integers, integers, types.boolean, types.int64, types.int64[:, ::1], integers),
+        *(numbers, numbers, types.float64, types.float64, types.float64, types.int64, types.int64, integers),
     )
     return compiled(_count, types.void(*arguments))
 
@@ -185,10 +186,10 @@ def _count(
     starts,
     others,
     alike,
-    shape,
-    period,
-    offsets,
+    height,
+    around,
     windows,
+    period,
     edges,
     low,
     scale,
@@ -202,48 +203,26 @@ def _count(
     ``period`` is infinite along an axis with walls. If both hold the same particles, a pair of cells is
     visited from the lower number. Indices are unsigned: a sign test would prevent vectorisation.
     """
-    dimension = shape.size
-    across, height = dimension - 1, shape[dimension - 1]
-    n, m = np.uint64(ours.size // dimension), np.uint64(theirs.size // dimension)
-    where = np.empty(dimension, np.int64)
     # Stretches of memory near a cell: at most three for each column around, and the cell itself.
     begins = np.empty(3 * windows.size + 1, np.uint64)
     sizes = np.empty(3 * windows.size + 1, np.uint64)
-    squares = np.empty(theirs.size // dimension)
-    slots = np.empty(theirs.size // dimension, np.uint32)
+    squares = np.empty(theirs.shape[1])
+    slots = np.empty(theirs.shape[1], np.uint32)
     origin, bins, top = edges[0], edges.size - 1, float(counts.size - 2)
-    round_the_end = not math.isinf(period[across])
+    round_the_end = not math.isinf(period[-1])
     for column in range(first, last):
-        rest = column
-        for axis in range(across - 1, -1, -1):
-            where[axis] = rest % shape[axis]
-            rest //= shape[axis]
         for level in range(height):
             start, end = starts[column * height + level], starts[column * height + level + 1]
             if start == end:
                 continue
             parts = 0
             for step in range(windows.size):
-                other = 0
-                for axis in range(across):
-                    place = where[axis] + offsets[step, axis]
-                    if not math.isinf(period[axis]):
-                        place = (place + shape[axis]) % shape[axis]
-                    if place < 0 or place >= shape[axis]:
-                        other = -1
-                        break
-                    other = other * shape[axis] + place
+                other = around[column, step]
                 if other < 0 or (alike and other < column):
                     continue
                 least = level + 1 if alike and other == column else 0
-                below, above = level - windows[step], level + windows[step] + 1
-                # The window itself, then its periodic images beyond the bottom and beyond the top.
                 for turn in range(3 if round_the_end else 1):
-                    a, b = max(below, least), min(above, height)
-                    if turn == 1:
-                        a, b = max(below + height, above, least), height
-                    elif turn == 2:
-                        a, b = least, min(above - height, below)
+                    a, b = stretch(turn, level, windows[step], least, height)
                     if a < b:
                         begins[parts] = others[other * height + a]
                         sizes[parts] = others[other * height + b] - others[other * height + a]
@@ -256,22 +235,8 @@ def _count(
                     sizes[parts - 1] = end - i - 1
                 found = np.uint64(0)
                 for part in range(parts):
-                    size, row, mine = sizes[part], begins[part], np.uint64(i)
-                    x, edge = ours[mine], period[0]
-                    for j in range(size):
-                        # This is the nearest image, because both lie in the box.
-                        r = abs(theirs[row + j] - x)
-                        r = min(r, edge - r)
-                        squares[found + j] = r * r
-                    for axis in range(1, dimension):
-                        row += m
-                        mine += n
-                        x, edge = ours[mine], period[axis]
-                        for j in range(size):
-                            r = abs(theirs[row + j] - x)
-                            r = min(r, edge - r)
-                            squares[found + j] += r * r
-                    found += size
+                    put_squares(squares, found, ours, np.uint64(i), theirs, begins[part], sizes[part], period)
+                    found += sizes[part]
                 doubtful = np.uint64(0)
                 for j in range(found):
                     place = (math.sqrt(squares[j]) - origin) * scale

@@ -1,7 +1,6 @@
 """Near pairs, listed by compiled code from sorted cells (:mod:`carom.cells`): for many components.
 
-The list is that of a k-d tree, in another order. The loop is repeated in
-:mod:`carom.observables.pair_counts`: Numba's cache notices no edit outside the file of a compiled function.
+The list is that of a k-d tree, in another order.
 """
 
 from __future__ import annotations
@@ -13,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from carom.cells import Grid, SortedCells
+from carom.compiling.registry import inner
 from carom.jit import compiled
 
 ACROSS = 1.0 + 2.0**-10
@@ -99,6 +99,37 @@ def columns_around(grid: Grid, offsets: np.ndarray) -> np.ndarray:
     return result
 
 
+@inner
+def stretch(turn, level, window, least, height):
+    """Return which cells of a column are in a window around a level and not below ``least``: from, to.
+
+    In turn 0 those in the window itself, then its periodic images beyond the top and beyond the bottom.
+    """
+    below, above = level - window, level + window + 1
+    if turn == 0:
+        return max(below, least), min(above, height)
+    if turn == 1:
+        return max(below + height, above, least), height
+    return least, min(above - height, below)
+
+
+@inner
+def put_squares(squares, at, ours, i, theirs, begin, size, period):
+    """Put the squared distances of component i from ``size`` others, nearest images, from ``at`` on."""
+    x, edge = ours[0, i], period[0]
+    for j in range(size):
+        # This is the nearest image, because both lie in the box.
+        r = abs(theirs[0, begin + j] - x)
+        r = min(r, edge - r)
+        squares[at + j] = r * r
+    for axis in range(1, period.size):
+        x, edge = ours[axis, i], period[axis]
+        for j in range(size):
+            r = abs(theirs[axis, begin + j] - x)
+            r = min(r, edge - r)
+            squares[at + j] += r * r
+
+
 @lru_cache(maxsize=1)
 def _lister() -> Any:
     """Return the compiled :func:`_list`."""
@@ -121,11 +152,10 @@ def _list(ours, theirs, starts, others, us, them, alike, height, around, windows
     Those without room are only counted. If both sets are the same (`alike`), a pair of cells is visited from
     the lower number.
     """
-    dimension = period.size
     begins = np.empty(3 * windows.size + 1, np.int64)
     ends = np.empty(3 * windows.size + 1, np.int64)
     squares = np.empty(them.size)
-    round_the_end = not math.isinf(period[dimension - 1])
+    round_the_end = not math.isinf(period[-1])
     count = 0
     for column in range(around.shape[0]):
         for level in range(height):
@@ -138,14 +168,8 @@ def _list(ours, theirs, starts, others, us, them, alike, height, around, windows
                 if other < 0 or (alike and other < column):
                     continue
                 least = level + 1 if alike and other == column else 0
-                below, above = level - windows[step], level + windows[step] + 1
-                # The window, then its periodic parts: those below the bottom, and those above the top.
                 for turn in range(3 if round_the_end else 1):
-                    a, b = max(below, least), min(above, height)
-                    if turn == 1:
-                        a, b = max(below + height, above, least), height
-                    elif turn == 2:
-                        a, b = least, min(above - height, below)
+                    a, b = stretch(turn, level, windows[step], least, height)
                     if a < b:
                         begins[parts], ends[parts] = others[other * height + a], others[other * height + b]
                         parts += begins[parts] < ends[parts]
@@ -158,18 +182,7 @@ def _list(ours, theirs, starts, others, us, them, alike, height, around, windows
                 for part in range(parts):
                     # Unsigned: Numba tests whether a signed index is negative.
                     begin, size = np.uint64(begins[part]), np.uint64(ends[part] - begins[part])
-                    x, edge = ours[0, i], period[0]
-                    for j in range(size):
-                        # This is the nearest image, because both lie in the box.
-                        r = abs(theirs[0, begin + j] - x)
-                        r = min(r, edge - r)
-                        squares[j] = r * r
-                    for axis in range(1, dimension):
-                        x, edge = ours[axis, i], period[axis]
-                        for j in range(size):
-                            r = abs(theirs[axis, begin + j] - x)
-                            r = min(r, edge - r)
-                            squares[j] += r * r
+                    put_squares(squares, np.uint64(0), ours, i, theirs, begin, size, period)
                     for j in range(size):
                         if squares[j] <= limit:
                             if count < found.shape[0]:
