@@ -6,16 +6,18 @@
     python tests/benchmarks/peers.py --picture docs/images/rates.png
 
 Results go to ``results/peers.json``, one entry a scene. README.md gets its table from there. EDMD has three
-programs; all are built with its own makefiles, in a temporary folder, and the fastest of each scene counts.
-Three lines are changed: how long a run takes, no thermostat (one of the three has it on), and CPU time is
-printed beside the number of collisions. It has no disks: spheres in a plane that do not leave it are disks.
-In each turn both programs start again. Rates are of CPU time, without set-up.
+programs; all are built in a temporary folder, with its own flags and others, two of them with several shells
+of their lists, and the fastest of each scene counts. Three lines are changed: how long a run takes, no
+thermostat (one of the three has it on), and CPU time is printed beside the number of collisions. It has no
+disks: spheres in a plane that do not leave it are disks. In each turn both start again, in processes of their
+own. Rates are of CPU time, without set-up.
 """
 
 import argparse
 import datetime
 import itertools
 import json
+import multiprocessing
 import re
 import resource
 import shutil
@@ -23,6 +25,7 @@ import statistics
 import subprocess
 import tempfile
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
 
@@ -61,11 +64,11 @@ class State(NamedTuple):
     n: int
 
 
-def states(sizes: tuple[int, ...]) -> list[State]:
+def states(sizes: tuple[int, ...], scenes: tuple[str, ...]) -> list[State]:
     """Return what is compared with EDMD."""
     kinds = [("spheres", eta) for eta in (0.05, 0.30, 0.49, 0.55, 0.60)]
     kinds += [("disks", 0.30), ("disks", 0.70), ("binary", 0.30), ("binary", 0.49)]
-    return [State(*kind, n) for kind, n in itertools.product(kinds, sizes)]
+    return [State(*kind, n) for kind, n in itertools.product(kinds, sizes) if kind[0] in scenes]
 
 
 def melted(state: State) -> carom.Scene:
@@ -89,14 +92,20 @@ def melted(state: State) -> carom.Scene:
     return scene.replace(positions=frame.positions, velocities=frame.velocities)
 
 
-def carom_rate(scene: carom.Scene, seconds: float, settle: float = SETTLE) -> float:
+def timed(scene: carom.Scene, seconds: float) -> float:
     """Return Carom's collisions per CPU second, from the start anew."""
     sim = carom.Simulation(scene, seed=1)
-    sim.run(collisions_per_particle=settle)
+    sim.run(collisions_per_particle=SETTLE)
     count, began = 0, time.process_time()
     while time.process_time() - began < seconds:
-        count += sim.run(collisions=100_000).collisions
+        count += sim.run(collisions=1_000_000).collisions
     return count / (time.process_time() - began)
+
+
+def carom_rate(scene: carom.Scene, seconds: float) -> float:
+    """Return Carom's collisions per CPU second in a process of its own."""
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as fresh:
+        return fresh.submit(timed, scene, seconds).result()
 
 
 # EDMD ---------------------------------------------------------------------------------------------------
@@ -110,19 +119,42 @@ CHANGES = (
 )
 IN_A_PLANE = ((r"p->vz = imsq \* random_gaussian\(\);", "p->vz = 0;"),)
 
+FLAGS = ("-Ofast -funroll-loops -march=native", "-O3 -march=native")
+"""Flags of the compiler; the first are EDMD's own."""
 
-def build(checkout: Path, name: str, folder: Path, disks: bool) -> Path:
+SHELLS = (1.4, 1.5, 1.6, 1.7)
+"""Reaches of the lists of Single and Multi [largest diameter]; theirs is 1.5."""
+
+
+class Build(NamedTuple):
+    """One of EDMD's programs, as it is built."""
+
+    name: str  # "Cell", "Multi" or "Single"
+    flags: str
+    shell: float | None  # None where there is none
+
+    def __str__(self) -> str:
+        return f"EDMD, {self.name}"
+
+
+BUILDS = [Build("Cell", flags, None) for flags in FLAGS]
+BUILDS += [Build(*each) for each in itertools.product(("Multi", "Single"), FLAGS, SHELLS)]
+
+
+def build(checkout: Path, what: Build, folder: Path, disks: bool) -> Path:
     """Return one of EDMD's programs, built in a folder."""
+    name, flags, shell = what
     shutil.copytree(checkout / name, folder, dirs_exist_ok=True)
     source = folder / f"md{name}.c"
     text = source.read_text()
-    for before, after in (*CHANGES, *(IN_A_PLANE if disks else ())):
+    reach = () if shell is None else ((r"shellsize = [\d.]+;", f"shellsize = {shell};"),)
+    for before, after in (*CHANGES, *reach, *(IN_A_PLANE if disks else ())):
         text, count = re.subn(before, after.replace("\\", "\\\\"), text, count=1)
         if count == 0:
             raise SystemExit(f"{checkout / name / source.name} has no {before!r}: it is another version.")
     source.write_text(text)
     (folder / "md").unlink(missing_ok=True)
-    subprocess.run(["make"], cwd=folder, check=True, capture_output=True)
+    subprocess.run(["make", f"CFLAGS={flags}"], cwd=folder, check=True, capture_output=True)
     return folder / "md"
 
 
@@ -164,22 +196,22 @@ def edmd_rate(program: Path, start: Path, seconds: float) -> float:
 def beside_edmd(checkout: Path, given: argparse.Namespace, folder: Path) -> list[dict]:
     """Return a row for each state: the fastest program of EDMD, and Carom in turn with it."""
     rows = []
-    for state in states(tuple(given.sizes)):
+    for state in states(tuple(given.sizes), tuple(given.scenes)):
         scene = melted(state)
         start = folder / "start.sph"
         write_sph(scene, start)
         programs = {}
-        for name in ("Cell", "Multi", "Single"):
-            where = folder / f"{name}{'2' if scene.dimension == 2 else '3'}"
-            programs[name] = (
-                where / "md" if where.exists() else build(checkout, name, where, scene.dimension == 2)
-            )
-        fastest = max(programs, key=lambda name: edmd_rate(programs[name], start, given.seconds))
+        for number, each in enumerate(BUILDS):
+            where = folder / f"{number}-{scene.dimension}"
+            done = (where / "md").exists()
+            programs[each] = where / "md" if done else build(checkout, each, where, scene.dimension == 2)
+        fastest = max(programs, key=lambda each: edmd_rate(programs[each], start, given.seconds))
+        print(fastest, flush=True)
         pairs = [
             (carom_rate(scene, given.seconds), edmd_rate(programs[fastest], start, given.seconds))
             for _ in range(given.turns)
         ]
-        rows.append(row(state, f"EDMD, {fastest}", pairs))
+        rows.append(row(state, str(fastest), pairs))
     return rows
 
 
@@ -310,8 +342,9 @@ def main() -> None:
     parser.add_argument("--edmd", type=Path, help="checkout of EDMD; a C compiler and make build it")
     parser.add_argument("--dynamo", type=Path, help="folder of dynamod and dynarun")
     parser.add_argument("--sizes", type=int, nargs="+", default=SIZES, help="numbers of particles")
+    parser.add_argument("--scenes", nargs="+", default=("spheres", "disks", "binary"))
     parser.add_argument("--turns", type=int, default=5)
-    parser.add_argument("--seconds", type=float, default=2.0, help="CPU time of each program in a turn")
+    parser.add_argument("--seconds", type=float, default=3.0, help="CPU time of each program in a turn")
     parser.add_argument("--results", type=Path, default=STORED)
     parser.add_argument("--picture", type=Path, help="draw the rates of spheres")
     given = parser.parse_args()
