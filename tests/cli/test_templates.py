@@ -103,6 +103,7 @@ def test_the_schema_accepts_a_template_also_with_every_line_switched_on_alone(na
         "[scene]\nmotion = { type = 'gravity' }",
         "[scene]\ndrive = { type = 'andersen', kT = 1.0, rate = -1.0 }",
         "[scene]\nimpact = { restitution = 2.0 }",
+        "[scene]\nimpact = 0",
         "[run]\nwrite = ['pdb']",
         "[run]\nevent_log = 1",
         "[study]\nn = []",
@@ -123,6 +124,7 @@ def test_the_schema_refuses_what_carom_refuses(text):
         "walls.x_low = { kT = 1.0 }\nwalls.x_high = { impact = 0.9, offset = 0.0 }",
         "interaction = { type = 'steps', distances = [1.0, 1.5], energies = [inf, -1.0] }",
         "interaction = { type = 'bonds', pairs = [[0, 1]], outer = 1.1, others = { type = 'square-well' } }",
+        "impact = { restitution = 0.8, elastic_below = 0.1, at_speed = 1.0 }",
         "interaction = { type = 'ranges', file = 'a.py', rule = 'f', kinds = [{ name = 'a', circles = [1]}]}",
     ],
 )

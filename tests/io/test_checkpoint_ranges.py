@@ -123,7 +123,7 @@ ATTRIBUTES = [
     scheme(shape=[0, 10]),
     scheme(cell_capacity=2**40),
     scheme(capacity=-1),
-    scheme(heap=2**40),
+    scheme(heap=2**17),
     scheme(epoch=0.0),
     scheme(epoch=3.0),
     scheme(width=float("nan")),
@@ -144,20 +144,25 @@ def test_an_attribute_that_no_run_has_is_refused(states, tmp_path, change):
 def test_what_follows_from_the_scene_is_in_no_file(states):
     for arrays, _ in states.values():
         names = ("state.clock.length", "neighbors.ways", "neighbors.grid.shape", "neighbors.bounds.bounds")
-        assert not {*names} & {*arrays}
+        assert not {*names, "neighbors.found", "neighbors.points", "neighbors.newcomers"} & {*arrays}
         assert not [name for name in arrays if name.startswith("calendar.")]
+    assert "neighbors.refs" not in states["disks"][0]
 
 
-def test_an_array_too_few_or_too_many_is_refused(states, tmp_path):
+def test_an_array_too_few_or_too_many_or_too_late_is_refused(states, tmp_path):
     arrays, attributes = states["disks"]
     few = {name: array for name, array in arrays.items() if name != "state.crossing_time"}
+    late = arrays["state.rows.event_time"].copy()
+    late[:-1] = np.nextafter(arrays["state.clock.now"][0], late.dtype.type(0.0))
     for given in (
         few,
         {**arrays, "model.pair.radii": np.ones(81)},
         {**arrays, "state.crossing_time": np.ones(3)},
+        {**arrays, "observers.0": np.ones(3)},
+        {**arrays, "state.rows.event_time": late},
     ):
         checkpoint.save(tmp_path / "c.h5", given, attributes)
-        with pytest.raises(FileError, match=r"state\.crossing_time|model\.pair\.radii"):
+        with pytest.raises(FileError, match=r"crossing_time|pair\.radii|observers\.0|before the present"):
             carom.Simulation.load(tmp_path / "c.h5")
 
 

@@ -569,6 +569,7 @@ def test_extended_xyz_with_an_origin_radii_and_no_time_is_read(tmp_path):
     (found,), told = read(tmp_path / "a.xyz")
     np.testing.assert_array_equal(found.positions, [[1, 2, 1], [3.5, 2, 1]])
     assert (found.diameters.tolist(), found.time) == ([1, 1], 0.0)
+    assert found.lacks == {"masses", "velocities"}
     assert told.endswith("assumed a mass of 1; no velocities; left out q.")
 
 

@@ -2,6 +2,7 @@
 
 import math
 from fractions import Fraction
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -67,7 +68,9 @@ def test_particles_that_never_meet_are_a_solid(d):
     assert (found.periods, found.strain) == (2, pytest.approx(0.5 * 3.0 / (2.0 * math.pi)))
     assert sim.velocities == pytest.approx(v, abs=1e-13)
     assert sim.frame().tilt == pytest.approx(0.1, abs=1e-14)
+    assert found.frequency == pytest.approx(2.0 * math.pi / 3.0)
     assert "2 periods" in str(found)
+    assert str(found).index(found.storage.value_text) < str(found).index("G''")
 
 
 @pytest.mark.usefixtures("both_ways")
@@ -104,14 +107,20 @@ def test_energy_grows_by_the_work_of_every_stage(law):
         work -= rate * (sum(momentum_flux(state))[1, 0] - passed)
     assert energy() - before == pytest.approx(work, abs=1e-12 * before)
     assert abs(work) > 0.01 * before
+    assert math.isnan(sim.statistics.energy_drift)  # the rate of now is not that of all its stages
 
 
 @pytest.mark.usefixtures("plain")
-def test_stops_and_blocks_do_not_matter():
+def test_stops_and_ctrl_c_do_not_matter(monkeypatch):
     whole, parts = (carom.Simulation(gas(n=20), seed=1) for _ in range(2))
     whole.run(time=1.0)
-    for _ in range(16):
-        parts.run(time=1.0 / 16.0)
+    parts.run(time=1.0 / 32.0)
+    monkeypatch.setattr(parts._state, "schedule", Mock(side_effect=KeyboardInterrupt))  # as the rate changes
+    with pytest.raises(KeyboardInterrupt):
+        parts.run(time=1.0)
+    monkeypatch.undo()
+    while parts.time < 1.0:
+        parts.run(time=min(1.0 / 16.0, 1.0 - parts.time))
     assert whole.positions.tobytes() == parts.positions.tobytes()
     assert sum(momentum_flux(whole._state)) == pytest.approx(sum(momentum_flux(parts._state)), rel=1e-12)
 

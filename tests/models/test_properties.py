@@ -121,6 +121,8 @@ def test_an_obstacle_of_ones_own_may_take_the_keywords():
     Word = str
     assert dressed(Shelf(impact=LOSS)) == Surface(Shelf(), LOSS)
     assert repr(Shelf(kT=2.0)) == "Shelf(name='shelf', kT=2.0)"
+    with pytest.raises(InputError, match="kT of Thermal must be"):
+        Thermal(Shelf(), -2.0)
 
 
 def bed(**settings):

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 import carom
+from carom.engine.obstacles import numbers_of
 from carom.errors import InputError, OverlapError
 from carom.models.contacts.losses import Loss
 from carom.models.files.tables import from_table, obstacle_to_table
 from carom.models.obstacles import Arc, Ball, Cuboid, Segment, Triangle, outwards, polygon
+from carom.models.obstacles.containers import CylindricalContainer
 from carom.models.obstacles.dressing import Shaken, Surface
 from carom.models.obstacles.paths import Sine
 from carom.models.questions.obstacle import encounter, is_periodic, outward
@@ -158,6 +160,12 @@ def test_solids_in_three_dimensions_stand_in_every_image():
     assert all(impacts.hits > 5 for impacts in sim.obstacles)
 
 
+def test_numbers_of_obstacles_follow_the_scene_though_kinds_are_put_together():
+    ball, arc, block = Ball((1.0, 1.0), 0.5), Arc((1.0, 1.0), 0.5), Cuboid((0.0, 0.0), (1.0, 1.0))
+    models = [each.model() for each in (ball, arc, block, ball)]
+    assert numbers_of((True, False), models) == [2, 3, 4, 6, 7, 5]
+
+
 @pytest.mark.parametrize(
     ("make", "says"),
     [
@@ -169,6 +177,7 @@ def test_solids_in_three_dimensions_stand_in_every_image():
         (lambda: Arc((0.0, 0.0), 1.0, angle=0.0), "angle of an arc"),
         (lambda: Arc((0.0, 0.0), 1.0, angle=400.0), "angle of an arc"),
         (lambda: polygon([(0.0, 0.0), (1.0, 0.0)]), "three corners"),
+        (lambda: CylindricalContainer(2, (1.0, 1.0), 1.0), "axis of a cylinder must be"),
         (lambda: Cuboid((0.0, 0.0), (1.0, 1.0)).check((3.0, 3.0, 3.0), (False,) * 3), "3 coordinates"),
         (lambda: Cuboid((0.0, 0.0), (2.0, 1.0)).check((3.0, 3.0), (True, True)), "fit into half"),
         (lambda: Arc((1.0, 2.0), 1.5).check((4.0, 4.0), (True, False)), "crosses the edge"),

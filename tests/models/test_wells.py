@@ -19,6 +19,7 @@ from carom.engine.pair_steps import read_steps
 from carom.errors import InputError, OverlapError
 from carom.io.events import read_events
 from carom.models import Bonds, SquareWell, Steps, StepTable, chains, from_potential, rings
+from carom.models.files.tables import from_table
 from carom.observables.steps import StepSums, heat_capacity
 from carom.scene.first_steps import first_steps
 from carom.scene.overlaps import Room
@@ -313,7 +314,7 @@ density = 0.3
     [
         ('type = "square-well"\nrange = 1.5\ndepth = 1.0', SquareWell(1.5, 1.0)),
         (
-            'type = "steps"\ndistances = [1, 1.2, 1.6]\nenergies = [inf, 0.5, -1]',
+            'type = "steps"\ndistances = [1, 1.2, 1.6]\nenergies = [inf, 0.5, -1]\nleaving = [inf, 0.5, -1]',
             StepTable(Steps([1.0, 1.2, 1.6], [INF, 0.5, -1.0])),
         ),
         (
@@ -358,12 +359,10 @@ def test_the_page_runs_as_it_stands(capsys):
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: SquareWell(-1.5), "range must be greater than 1"),
         (lambda: SquareWell(1.0), "range must be greater than 1"),
         (lambda: SquareWell(1.5, math.nan), "depth must be finite"),
         (lambda: Steps([], []), "at least one distance"),
-        (lambda: Steps([1.0, 0.9], [INF, -1.0]), "rise by more than rounding"),
-        (lambda: Steps([1.0, 1.0], [INF, -1.0]), "rise by more than rounding"),
+        (lambda: Steps([1.0, 1.0 + 1e-9], [INF, -1.0]), "rise by more than rounding"),
         (lambda: Steps([-1.0], [INF]), "rise by more than rounding"),
         (lambda: Steps([1.0, 1.5], [INF]), "one energy for each of the 2 distances"),
         (lambda: Steps([1.0, 1.5], [INF, INF]), "Only the first of energies may be infinite"),
@@ -373,13 +372,18 @@ def test_the_page_runs_as_it_stands(capsys):
         (lambda: Bonds(3, outer=1.0), "pairs must be m pairs"),
         (lambda: from_potential(1.0, reach=2.0, core=1.0, count=3), "u must be a function"),
         (lambda: Steps([1.0, 1.5], [INF, -1.0], leaving=[0.0, -2.0]), "in both energies and leaving"),
+        (lambda: Steps([1.0, 1.5], [0.0, -1.0], leaving=[INF, -2.0]), "in both energies and leaving"),
+        (lambda: from_table({"type": "steps", "table": AA, "distances": [1.0]}, "interaction"), "two ways"),
         (lambda: StepTable([[AA, CORE], [AB, AA]]), "a pair has one potential"),
         (lambda: StepTable([[AA, AB]]), "as many columns as rows"),
-        (lambda: StepTable(Steps([1.0, 1.5], [INF, 0.0], outside=INF)), "only a bond has"),
+        (lambda: StepTable(Steps([1.0, 1.5], [INF, 0.0], outside=-1.0)), "only a bond has"),
         (lambda: Bonds([], outer=1.0), "at least one bond"),
         (lambda: Bonds([(1, 1)], outer=1.0), "bonded to itself"),
         (lambda: Bonds([(0, 1), (1, 0)], outer=1.0), "names a pair twice"),
+        (lambda: Bonds([(0, -1)], outer=1.0), "0 or more"),
         (lambda: Bonds([(0, 1)]), "needs outer"),
+        (lambda: Bonds([(0, 1)], outer=1.0, bond=CORE), "say the same as bond"),
+        (lambda: Bonds([(0, 1)], bond={"distances": [1.0]}), "needs energies"),
         (lambda: Bonds([(0, 1)], bond=CORE), "else the two could part"),
         (lambda: Bonds([(0, 1)], outer=1.0, others=CORE), "must be a SquareWell or a StepTable"),
         (lambda: rings(1, 2), "length must be at least 3"),

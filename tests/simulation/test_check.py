@@ -10,7 +10,7 @@ from helpers.faulty import Bouncy, Curved, Drag, DragCores, Floor, Law, Mine, Sh
 from helpers.magnetic import Magnetic
 
 import carom
-from carom.models import Ball, Cuboid, Plane, Segment, SphericalContainer
+from carom.models import Andersen, Ball, Cuboid, Plane, Segment, SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.steps import Steps
 from carom.models.interactions.wells import StepTable
@@ -87,6 +87,10 @@ def _(motion: Bent, me, other, now, contact, rate, limit, span):
     t = first_contact(r @ r - contact * contact, r @ u - contact * rate, u @ u - rate * rate)
     late = {"rest": rate == 0.0, "growth": rate > 0.0}.get(motion.wrong_at, False)
     return (1.5 * t if late else t), False
+
+
+def test_a_drive_of_carom_passes():
+    assert carom.check(Andersen(1.0, 1.0), pairs=10).passed
 
 
 def test_curves_are_tried_with_and_without_growth():

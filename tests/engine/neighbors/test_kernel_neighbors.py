@@ -13,6 +13,7 @@ from helpers.oracle import moving
 
 import carom
 from carom.engine.neighbors import build, lists, plan as scheme
+from carom.engine.neighbors.bounds import skin_at
 from carom.engine.neighbors.prefetch import HUGE, LARGE
 from carom.scene import lattices
 from carom.simulation.pace import Pace
@@ -95,6 +96,21 @@ def test_a_root_from_above_is_at_most_six_per_cent_too_large():
     ratio = np.array([lists.root_above(each) for each in x]) / np.sqrt(x)
     assert ratio.min() > 1.0 + 1e-14
     assert 1.05 < ratio.max() < 1.0607
+
+
+@pytest.mark.usefixtures("plain")
+def test_a_list_is_renewed_before_its_surface_leaves_the_bound_though_at_rest_it_only_grows():
+    scene = carom.Scene.random(60, 0.3, 2, seed=1)
+    velocities = np.random.default_rng(1).normal(size=(60, 2)) * (np.arange(60) % 2)[:, np.newaxis]
+    tuning = carom.Tuning(neighbors="lists")
+    sim = carom.Simulation(scene.replace(velocities=velocities), growth=0.5, tuning=tuning)
+    sim.run(time=1e-9)
+    engine = sim._state.engine
+    skins, rates = np.array([skin_at(engine.neighbors.bounds, i, 0.0) for i in range(60)]).T
+    leaves = skins / (np.linalg.norm(engine.state.rows["v"][:60], axis=1) + rates)
+    assert (engine.state.crossing_time <= leaves).all()
+    assert (engine.state.crossing_time > 0.49 * leaves).all()
+    assert skin_at(engine.neighbors.bounds, 0, 1e9)[0] > 0.0  # outgrown: times are divided by it
 
 
 @pytest.mark.usefixtures("plain")
