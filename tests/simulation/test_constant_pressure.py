@@ -256,4 +256,24 @@ def test_a_run_at_constant_pressure_that_was_killed_ends_with_the_same_bits(fini
     assert "a barostat changes the volume" in result.summary["without_rdf"]
     shown = CliRunner().invoke(app, ["resume", str(whole)]).output
     assert "of the barostat" in shown
-    assert "volume moves accepted" in shown
+    assert "volume moves accepted, step 0.2" in shown
+
+
+@pytest.mark.filterwarnings("ignore::carom.CaromWarning")
+def test_a_step_that_is_tuned_ends_with_the_same_bits_if_equilibration_is_cut(plain, tmp_path):
+    text = TOML.replace(" step = 0.2,", "").replace("equilibration = 4", "equilibration = 60")
+    plan, seen = SceneFile.from_toml(text), []
+
+    def killed(fraction, stage):
+        seen.append((stage, fraction))
+        if stage == "Equilibrating" and fraction > 0.5:
+            raise Killed
+
+    whole = carom.run(plan, tmp_path / "whole").summary["barostat"]
+    with pytest.raises(Killed):
+        carom.run(plan, tmp_path / "cut", progress=killed)
+    assert [each for each in seen if each[0] == "Equilibrating" and 0.0 < each[1] < 0.5]
+    assert carom.resume(tmp_path / "cut").summary["barostat"] == whole
+    assert_same_run(tmp_path / "whole", tmp_path / "cut")
+    assert 0.0 < whole["step"] < 1.0
+    assert SceneFile.from_toml(plan.to_toml()) == plan
