@@ -16,7 +16,7 @@ from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.measuring.until_precise import merged
 from carom.simulation.moves.barostat import VolumeMoves, volume_sums
-from carom.studies.phase import MeanBox, phase_of, shift
+from carom.studies.phase import MeanBox, _theory, phase_of, shift
 from carom.studies.runs import constant_pressure
 from carom.studies.runs.stretch import Stretch
 
@@ -106,6 +106,8 @@ def test_the_shift_of_z_at_constant_pressure_is_exact_for_rods_to_order_one_over
     phase = phase_of(MeanBox(n, 1, eta), "random", 9.0)
     more = shift(MeanBox(n, 1, eta), phase, theory.tonks)
     assert more == pytest.approx(1.0 / n, rel=1e-6)
+    (row,) = _theory(MeanBox(n, 1, eta), phase)  # 1 + d ln Z / d ln eta, with Z = 1 / (1 - eta)
+    assert row["errors"] == pytest.approx(1.0 / (1.0 - eta), rel=1e-3)
     assert abs(p * length / n - theory.tonks(eta) - more) < 10.0 / n**2
 
 

@@ -26,6 +26,9 @@ ENDS = {"Henderson": 0.6, "Padé of ten virials": 0.6, "Pieprzyk et al.": 0.55}
 1.5 % off at 0.67; Z of spheres by the series has a maximum at 0.57."""
 
 
+NEAR = 1e-4  # relative difference of two packing fractions for the slope of an equation of state
+
+
 class Phase(NamedTuple):
     """The phase of a run of equal elastic particles in a periodic box."""
 
@@ -204,11 +207,14 @@ def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
     """Return Z by the equations of state of the phase, for infinitely many particles and for n."""
     n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
     rows: list[dict[str, Any]] = []
+    more: dict[str, float] = {}
     for name, equation in phase.equations.items():
         try:
             large = float(equation(eta))
             if isinstance(scene, MeanBox):
                 value, contact = large + shift(scene, phase, equation), math.nan
+                # Measured is Z ~ V, and theory falls with the same V: their errors add.
+                more = {"errors": 1.0 + (float(equation(eta * (1.0 + NEAR))) / large - 1.0) / NEAR}
             else:
                 value = large + finite_size_shift(phase.name, eta, n, equation)
                 contact = float(theory.contact_value(value, eta, dimension, n)) if n > 1 else math.nan
@@ -222,6 +228,7 @@ def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
                 "Z": finite(value),
                 "Z_infinite": finite(large),
                 "contact_value": finite(contact),
+                **more,
             }
         )
     return rows
