@@ -12,6 +12,7 @@ import numpy as np
 from carom import theory
 from carom.errors import CaromError, InputError
 from carom.models import model_checks
+from carom.models.interactions.wells import SquareWell
 from carom.observables import Estimate, PressureResult
 from carom.observables.drift import STUCK
 from carom.observables.pressure import finite_size_doubt
@@ -20,6 +21,7 @@ from carom.observables.volume import VolumeResult
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 from carom.theory import Equation
+from carom.theory.square_wells import gas_and_liquid
 
 ENDS = {"Henderson": 0.6, "Padé of ten virials": 0.6, "Pieprzyk et al.": 0.55}
 """Packing fractions up to which results are compared with equations of state of the fluid. Those of disks are
@@ -172,12 +174,31 @@ def lines(rows: list[dict[str, Any]]) -> dict[str, float]:
     return {row["name"]: row["Z"] for row in rows if row["Z"] is not None}
 
 
-def note(phase: Phase, scene: Scene) -> str | None:
-    """Return the caveats on the phase and on the size of the box."""
+def note(phase: Phase | None, scene: Scene, kT: float) -> str | None:
+    """Return the caveats on the phase, where particles have one or wells in which gas and liquid part, and on
+    the size of the box.
+    """
+    if phase is None:
+        return _note_on_wells(scene, kT)
     small = ""
     if phase.name == "fluid":
         small = finite_size_doubt(scene.packing_fraction, scene.n, scene.dimension)
     return " ".join(filter(None, (phase.note, small))) or None
+
+
+def _note_on_wells(scene: Scene, kT: float) -> str | None:
+    """Return a sentence where gas and liquid of particles with wells are known to coexist."""
+    wells = scene.interaction
+    if scene.dimension != 3 or not isinstance(wells, SquareWell) or not wells.depth > 0.0:
+        return None
+    density = scene.n / scene.volume * scene.diameter**3
+    found = gas_and_liquid(wells.range, kT / wells.depth)
+    if found is None or not found[0] < density < found[1]:
+        return None
+    return (
+        f"Gas and liquid of these wells coexist at kT = {kT:.3g}, at densities of about {found[0]:.1g} and "
+        f"{found[1]:.2g}, and the density is {density:.3g}: they part, and no one state is measured."
+    )
 
 
 def of_infinite_size(
