@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -23,7 +24,7 @@ from carom.scene.scene import Scene
 from carom.theory import Equation
 from carom.theory.square_wells import gas_and_liquid
 
-ENDS = {"Henderson": 0.6, "Padé of ten virials": 0.6, "Pieprzyk et al.": 0.55}
+ENDS = {"Henderson": 0.6, "Padé of ten virials": 0.6, "Pieprzyk et al.": 0.55, "BMCSL": 0.55}
 """Packing fractions up to which results are compared with equations of state of the fluid. Those of disks are
 1.5 % off at 0.67; Z of spheres by the series has a maximum at 0.57."""
 
@@ -88,8 +89,12 @@ def _in_range(dimension: int, eta: float) -> tuple[dict[str, Equation], str]:
     gone = [name for name in found if eta > ENDS.get(name, 1.0)]
     if not gone:
         return found, ""
-    said = f"{' and '.join(gone)} end at packing fraction {ENDS[gone[0]]:g}, so the result stands without."
+    said = _ended(" and ".join(gone) + " end", ENDS[gone[0]])
     return {name: equation for name, equation in found.items() if name not in gone}, said
+
+
+def _ended(who: str, last: float) -> str:
+    return f"{who} at packing fraction {last:g}, so the result stands without."
 
 
 def end(dimension: int) -> float:
@@ -175,10 +180,12 @@ def lines(rows: list[dict[str, Any]]) -> dict[str, float]:
 
 
 def note(phase: Phase | None, scene: Scene, kT: float) -> str | None:
-    """Return the caveats on the phase, where particles have one or wells in which gas and liquid part, and on
-    the size of the box.
-    """
+    """Return the caveats on the phase and the size of the box, on wells, or on the equation of a mixture."""
     if phase is None:
+        known = _mixture_equations(scene)
+        name = max(known, key=lambda name: known[name][0], default="")
+        if name and scene.packing_fraction > known[name][0]:
+            return _ended(f"{name} ends", known[name][0])
         return _note_on_wells(scene, kT)
     small = ""
     if phase.name == "fluid":
@@ -255,26 +262,31 @@ def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
     return rows
 
 
-def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
-    """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
+def _mixture_equations(scene: Scene) -> dict[str, tuple[float, Callable[..., Any]]]:
+    """Return the equations of state of an additive mixture, each with the packing fraction where it ends;
+    nothing for other scenes.
+    """
     usual = all(is_usual(scene, kind) for kind in model_checks.USUAL) and scene.pinned is None
     if scene.walls or scene.obstacles or scene.contact is not None or not is_elastic(scene) or not usual:
-        return []
-    d, eta = scene.dimension, scene.packing_fraction
-    diameters, counts = np.unique(scene.diameters, return_counts=True)
-    fractions = counts / scene.n
-    equations: dict[str, Callable[[], Any]] = {}
+        return {}
+    # The second rests on an equation of equal particles, which holds up to their freezing only.
+    d = scene.dimension
+    general = functools.partial(theory.santos_yuste_lopez_de_haro, dimension=d)
+    found: dict[str, tuple[float, Callable[..., Any]]] = {}
     if d == 3:
-        equations["BMCSL"] = lambda: theory.bmcsl(eta, fractions, diameters)
-    # It rests on an equation of equal particles, which holds up to their freezing only.
-    if eta < theory.FREEZING.get(d, 1.0):
-        equations["Santos-Yuste-Lopez de Haro"] = lambda: theory.santos_yuste_lopez_de_haro(
-            eta, fractions, diameters, d
-        )
+        found["BMCSL"] = ENDS["BMCSL"], theory.bmcsl
+    return found | {"Santos-Yuste-Lopez de Haro": (min(end(d), theory.FREEZING.get(d, 1.0)), general)}
+
+
+def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
+    """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
+    diameters, counts = np.unique(scene.diameters, return_counts=True)
     rows: list[dict[str, Any]] = []
-    for name, equation in equations.items():
+    for name, (last, equation) in _mixture_equations(scene).items():
+        if scene.packing_fraction > last:
+            continue
         try:
-            value = float(equation())
+            value = float(equation(scene.packing_fraction, counts / scene.n, diameters))
         except CaromError:
             continue
         # The effect of N on Z of a mixture is left out; it is small where N is large.
