@@ -9,6 +9,10 @@ class CaromError(Exception):
     def __str__(self) -> str:
         return visible(super().__str__())
 
+    def _render_traceback_(self) -> list[str]:
+        """Return what a notebook shows: the sentence, and no lines of Carom's source."""
+        return [f"{type(self).__name__}: {self}"]
+
 
 class InputError(CaromError, ValueError):
     """The input cannot be used as it is: a wrong type, value, key, unit or file."""

@@ -14,16 +14,24 @@ C = TypeVar("C", bound=Callable[..., Any])
 
 SAME = (
     ("eta", "packing_fraction", "phi", "fraction", "volume_fraction", "packing", "packing_fractions",
-     "filling"),
-    ("density", "rho", "number_density", "densities"),
-    ("n", "N", "number", "particles", "spheres", "count", "size", "num", "num_particles", "n_particles"),
+     "filling", "volfrac"),
+    ("density", "rho", "number_density", "densities", "rho_star"),
+    ("n", "N", "number", "particles", "spheres", "count", "size", "num", "num_particles", "n_particles",
+     "natoms", "n_atoms", "num_atoms", "npart", "nparticles"),
     ("dimension", "k", "d", "dim", "dims", "dimensions", "ndim", "n_dim"),
     ("diameter", "sigma", "diameters"),
     ("mass", "m", "masses"),
-    ("box", "L", "box_size", "edges", "lengths"),
+    ("box", "L", "box_size", "edges", "lengths", "cell", "box_length", "boxlength", "lx"),
+    ("positions", "pos", "coordinates", "coords", "xyz"),
+    ("velocities", "vel", "momenta"),
+    ("species", "types", "type", "typeid", "symbols", "numbers", "elements"),
+    ("periodic", "pbc", "boundary"),
+    ("restitution", "elasticity", "coefficient_of_restitution", "cor", "e"),
+    ("pressure", "P", "barostat"),
+    ("interaction", "potential", "pair_style"),
     ("lattice", "initial", "structure"),
     ("walls", "wall", "boundaries"),
-    ("kT", "T", "temperature", "temp", "kBT"),
+    ("kT", "T", "temperature", "temp", "kBT", "T_init"),
     ("drive", "thermostat"),
     ("cores", "workers", "threads", "processes", "jobs", "cpus", "nproc", "n_jobs"),
     ("tries", "seeds"),
@@ -32,7 +40,8 @@ SAME = (
     ("overwrite", "force", "f", "replace", "clobber"),
     ("quiet", "silent", "no_progress"),
     ("walltime", "max_walltime", "time_limit", "hours", "seconds"),
-    ("collisions_per_particle", "collisions", "length", "steps"),
+    ("collisions_per_particle", "collisions", "length", "steps", "nsteps", "n_steps", "events"),
+    ("timestep", "dt", "time_step"),
     ("relative_error", "target", "error", "accuracy", "precision", "tolerance"),
     ("dry_run", "explain", "dryrun"),
     ("until_Z", "until_pressure"),
@@ -47,17 +56,25 @@ SAME = (
 FIRST = tuple(group[0] for group in SAME)
 """One word for each thing."""
 
+NOWHERE = {
+    "timestep": "there is none, as events are computed: time or collisions say how long",
+    "ensemble": "volume and energy are kept; a drive keeps a temperature, a barostat a pressure",
+}
+"""Words of other programs for what has no name here."""
+
 NO_KEYWORDS = {"self", "cls", "keywords", "unknown"}  # parameters that nobody gives by name
 
 ALIKE = 0.65  # how alike two names are at least, where one is meant for the other
+SPELT = 0.85  # how alike they are at least, where one is another in spite of a word for the same thing
 
 
 def synonym(name: str, known: Iterable[str]) -> str | None:
     """Return the known name for the same thing, or None; options of the command line have their hyphens."""
     plain = {one.lstrip("-").replace("-", "_"): one for one in known if one != name}
     word = name.lstrip("-").replace("-", "_")
-    same = (one for group in SAME if word in group for one in group if one in plain)
-    return next((plain[one] for one in same), None)
+    same = [one for group in SAME if {word, word.lower()} & {*group} for one in group]
+    same += [one for one in plain if one.lower() == word.lower()]
+    return next((plain[one] for one in same if one in plain), None)
 
 
 def nearest(name: str, known: Iterable[str], alike: float = ALIKE) -> str | None:
@@ -84,16 +101,21 @@ def suggestion(
     names, others, gone = sorted({*known} - NO_KEYWORDS), elsewhere or {}, gone or {}
     if name in gone:
         return f"; {gone[name]}"
-    if called and name in called:
-        return f"; it is called {called[name]}"
+    if called and (one := name if name in called else synonym(name, called)):
+        return f"; it is called {called[one]}"
     if one := synonym(name, names):
         return f"; it is called {one}"
     if one := synonym(name, gone):
         return f"; {gone[one]}"
+    if one := nearest(name, names, SPELT):
+        return f"; did you mean {one}"
     if one := name if name in others else synonym(name, others):
         return f"; {one} is a keyword of {others[one]}"
-    if one := nearest(name, [*names, *others]):
-        return f"; did you mean {one}" + (f", a keyword of {others[one]}" if one not in names else "")
+    if one := name if name in NOWHERE else synonym(name, NOWHERE):
+        return f"; {NOWHERE[one]}"
+    if one := nearest(name, [*names, *others, *gone]):
+        where = "" if one in names else f", a keyword of {others[one]}" if one in others else f"; {gone[one]}"
+        return f"; did you mean {one}{where}"
     known = f" (known: {', '.join(names)})" if names else "; it takes none"
     return "" if listed else known
 

@@ -75,6 +75,15 @@ def test_one_line_says_whether_a_run_is_sound(changes, line):
     assert results._health(summary(**{**sound, **changes})) == line
 
 
+@pytest.mark.parametrize(
+    ("samples", "errors", "shown"),
+    [(9.9, 1.0, "3.800"), (10.0, 1.0, "3.800 (+1.0)"), (50.0, 2.0, "3.800 (+0.5)")],
+)
+def test_theory_is_compared_from_ten_samples_on_with_the_error_of_both(samples, errors, shown):
+    measured = {"mean": 3.9, "error": 0.1, "n_eff": samples}
+    assert results._beside({"Z": 3.8, "errors": errors}, "Z", measured, 2) == shown
+
+
 @pytest.mark.parametrize("width", [30, 60])
 def test_a_table_wider_than_the_terminal_is_stacked_and_loses_nothing(width):
     theory = [

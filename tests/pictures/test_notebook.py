@@ -55,6 +55,14 @@ def test_a_notebook_shows_bars_tables_plots_and_frames_without_a_magic_word():
     assert "srcdoc=" in frame[-1]["text/html"]
 
 
+def test_an_error_in_a_notebook_is_one_line_without_lines_of_the_source(capsys):
+    from IPython.core.interactiveshell import InteractiveShell
+
+    InteractiveShell().run_cell("import carom\ncarom.Scene.random(8, eta=0.3)")
+    said = "Scene.random has no keyword 'eta'; it is called packing_fraction."
+    assert capsys.readouterr().out.splitlines() == [f"InputError: {said}"]
+
+
 @pytest.mark.slow
 def test_a_run_in_a_notebook_shows_its_bar_and_results_as_tables():
     run, pressure, statistics, live = executed(RUN)

@@ -87,6 +87,15 @@ BAD = [
     ("[scene]\nseed = 2", r"seed is no known key; the section of a command has it, such as \[run\] seed = 2"),
     ("[scene]\nkT = 2.0", r"kT is no known key; the section of a command has it, such as \[run\] kT = 2.0"),
     ("[scene]\nphi = 0.3", "phi is no known key; it is called packing_fraction"),
+    ("[run]\nphi = 0.3", r"phi is no known key; packing_fraction is a key of \[scene\]"),
+    (
+        "[run]\npacking_fracton = 0.3",
+        r"did you mean packing_fraction; packing_fraction is a key of \[scene\]",
+    ),
+    ("[run]\nrestitution = 0.9", r"in \[scene\], give impact = 0.9"),
+    ("[scene]\nnatoms = 9", "natoms is no known key; it is called n"),
+    ("[scene]\nequilibration = 9", r"such as \[run\] equilibration = 500"),
+    ("[scene]\ndt = 0.1", "dt is no known key; there is none, as events are computed"),
     (
         "[scene]\ntemperature = 2.0",
         r"temperature is no known key; the section of a command has it, such as \[run\] kT",

@@ -195,8 +195,26 @@ def test_methods_that_need_one_box_are_refused(unscheduled):
             sim.measure(observable, time=1.0)
     with pytest.raises(InputError, match="give Simulation a barostat"):
         carom.Simulation(mixture()).measure(carom.Volume(), time=1.0)
-    with pytest.raises(InputError, match=r"equilibrate\(\) needs a box that does not change"):
-        sim.equilibrate()
+
+
+def test_equilibration_tunes_a_step_that_is_not_given_and_it_is_held_from_then_on(plain, tmp_path):
+    """Of 200 moves 100 are accepted, within four standard errors."""
+    sim = carom.Simulation(rods(8, 12.0), barostat=carom.Barostat(4.0, interval=0.25), seed=1)
+    sim.run(time=0.25)
+    assert sim._state.volume_moves.step == pytest.approx(2.0 / (4.0 * 12.0))
+    sim.equilibrate(collisions_per_particle=150)
+    held, before = sim._state.volume_moves.step, sim.statistics
+    sim.save(tmp_path / "state.h5")
+    for each in (sim, carom.Simulation.load(tmp_path / "state.h5")):
+        each.run(time=50.0)
+        after = each.statistics
+        accepted = after.volume_moves_accepted - before.volume_moves_accepted
+        assert each._state.volume_moves.step == held > 0.05
+        assert after.volume_moves_tried - before.volume_moves_tried == 200
+        assert 72 < accepted < 128
+    given = at_pressure(rods(8, 12.0), 4.0)
+    given.equilibrate(collisions_per_particle=20)
+    assert given._state.volume_moves.step == 0.1
 
 
 def test_particles_at_rest_have_no_temperature_for_a_barostat(plain):

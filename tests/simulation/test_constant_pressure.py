@@ -16,7 +16,7 @@ from carom.observables import Volume
 from carom.scene_file.scene_file import SceneFile
 from carom.simulation.measuring.until_precise import merged
 from carom.simulation.moves.barostat import VolumeMoves, volume_sums
-from carom.studies.phase import MeanBox, phase_of, shift
+from carom.studies.phase import MeanBox, _theory, phase_of, shift
 from carom.studies.runs import constant_pressure
 from carom.studies.runs.stretch import Stretch
 
@@ -106,6 +106,8 @@ def test_the_shift_of_z_at_constant_pressure_is_exact_for_rods_to_order_one_over
     phase = phase_of(MeanBox(n, 1, eta), "random", 9.0)
     more = shift(MeanBox(n, 1, eta), phase, theory.tonks)
     assert more == pytest.approx(1.0 / n, rel=1e-6)
+    (row,) = _theory(MeanBox(n, 1, eta), phase)  # 1 + d ln Z / d ln eta, with Z = 1 / (1 - eta)
+    assert row["errors"] == pytest.approx(1.0 / (1.0 - eta), rel=1e-3)
     assert abs(p * length / n - theory.tonks(eta) - more) < 10.0 / n**2
 
 
@@ -256,4 +258,24 @@ def test_a_run_at_constant_pressure_that_was_killed_ends_with_the_same_bits(fini
     assert "a barostat changes the volume" in result.summary["without_rdf"]
     shown = CliRunner().invoke(app, ["resume", str(whole)]).output
     assert "of the barostat" in shown
-    assert "volume moves accepted" in shown
+    assert "volume moves accepted, step 0.2" in shown
+
+
+@pytest.mark.filterwarnings("ignore::carom.CaromWarning")
+def test_a_step_that_is_tuned_ends_with_the_same_bits_if_equilibration_is_cut(plain, tmp_path):
+    text = TOML.replace(" step = 0.2,", "").replace("equilibration = 4", "equilibration = 60")
+    plan, seen = SceneFile.from_toml(text), []
+
+    def killed(fraction, stage):
+        seen.append((stage, fraction))
+        if stage == "Equilibrating" and fraction > 0.5:
+            raise Killed
+
+    whole = carom.run(plan, tmp_path / "whole").summary["barostat"]
+    with pytest.raises(Killed):
+        carom.run(plan, tmp_path / "cut", progress=killed)
+    assert [each for each in seen if each[0] == "Equilibrating" and 0.0 < each[1] < 0.5]
+    assert carom.resume(tmp_path / "cut").summary["barostat"] == whole
+    assert_same_run(tmp_path / "whole", tmp_path / "cut")
+    assert 0.0 < whole["step"] < 1.0
+    assert SceneFile.from_toml(plan.to_toml()) == plan

@@ -11,6 +11,7 @@ import carom
 from carom import theory
 from carom.block import Block
 from carom.frame import Frame
+from carom.models import SquareWell
 from carom.observables import Pressure
 from carom.observables.drift import moved
 from carom.studies.accuracy.measures import theory_of
@@ -21,6 +22,7 @@ from carom.studies.phase import (
     expected,
     finite_size_shift,
     lines,
+    note,
     of_infinite_size,
     phase_of,
 )
@@ -135,3 +137,24 @@ def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off
     )
     assert of_infinite_size(measured, phase_of(scene, "file", 9.0)).mean == pytest.approx(2.5, rel=1e-6)
     assert math.isclose(row["contact_value"], 2.5, rel_tol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("density", "kT", "well", "dimension", "known"),
+    [
+        (0.3, 1.0, SquareWell(1.5, 1.0), 3, True),
+        (0.3, 2.0, SquareWell(1.5, 2.0), 3, True),
+        (0.3, 1.22, SquareWell(1.5, 1.0), 3, False),
+        (0.02, 1.0, SquareWell(1.5, 1.0), 3, False),
+        (0.7, 1.0, SquareWell(1.5, 1.0), 3, False),
+        (0.3, 0.7, SquareWell(1.25, 1.0), 3, True),
+        (0.3, 0.5, SquareWell(1.3, 1.0), 3, False),
+        (0.3, 1.0, SquareWell(1.5, -1.0), 3, False),
+        (0.3, 1.0, SquareWell(1.5, 1.0), 2, False),
+    ],
+)
+def test_wells_in_which_gas_and_liquid_are_known_to_coexist_say_so(density, kT, well, dimension, known):
+    scene = carom.Scene.random(100, dimension=dimension, density=density, diameter=1.0, interaction=well)
+    said = note(None, scene, kT)
+    assert bool(said) is known
+    assert not known or "Gas and liquid of these wells coexist" in said

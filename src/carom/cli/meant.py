@@ -7,6 +7,7 @@ from typing import Any
 from typer.core import TyperCommand, TyperGroup
 
 from carom import meant
+from carom.declared import fields_of
 
 COMMANDS = {
     "rdf": "measure PATH rdf",
@@ -43,6 +44,24 @@ class Command(TyperCommand):
                 continue
             if one := meant.synonym(name, sorted(known)):
                 ctx.fail(f"No such option: {name}. Did you mean {one}?")
+            if said := self._elsewhere(name.lstrip("-").replace("-", "_")):
+                ctx.fail(f"No such option: {name}. {said}.")
             if other := meant.synonym(name, meant.FIRST):
                 ctx.fail(f"No such option: {name}. {ctx.command_path} has no {other}.")
         return super().parse_args(ctx, args)
+
+    def _elsewhere(self, word: str) -> str:
+        """Return where a word that is no option stands, or why nowhere; else ""."""
+        from carom.scene_file.sections import RunSpec, SceneSpec
+
+        if one := word if word in meant.NOWHERE else meant.synonym(word, meant.NOWHERE):
+            return meant.NOWHERE[one].capitalize()
+        reads = "scene" in {each.name for each in self.params}
+        for spec in (SceneSpec, RunSpec)[: 2 * reads if self.name == "run" else reads]:
+            gone = {name: text for name, text in spec.gone.items() if "give " in text}
+            if one := word if word in gone else meant.synonym(word, gone):
+                return f"In [{spec.section}] of a scene file {gone[one]}"
+            keys = [*fields_of(spec)]
+            if one := word if word in keys else meant.synonym(word, keys):
+                return f"A scene file has {one}, in [{spec.section}]"
+        return ""

@@ -31,7 +31,7 @@ LONGER = 5.0
 """Length of a longer run that is proposed [that of the run]."""
 
 FEWEST = 10.0
-"""Independent samples from which a run is said to be in equilibrium."""
+"""Independent samples from which a run is said to be in equilibrium, and compared with theory."""
 
 
 @functools.singledispatch
@@ -112,12 +112,17 @@ def _health(summary: dict[str, Any]) -> str:
     if (frames := summary.get("frames_with_overlaps")) is not None:
         said[-1] += f" in {f'{frames} of ' if frames else ''}{summary['frames']} checked frames"
     doubts = summary.get("remarks") or summary.get("phase_note")
-    samples = [summary.get(name, {}).get("n_eff") for name in ("Z", "U", "temperature", "volume")]
-    few = any(each is not None and each < FEWEST for each in samples)
+    few = any(_few(summary.get(name, {})) for name in ("Z", "U", "temperature", "volume"))
     if summary["Z"]["mean"] is not None and not (doubts or few):
         said.append("in equilibrium" if drift is not None and kept else "steady")
     line = ", ".join(said)
     return f"{line[0].upper()}{line[1:]}."
+
+
+def _few(value: dict[str, Any]) -> bool:
+    """Return whether an estimate has fewer than ten independent samples, and its error is a guess."""
+    samples = value.get("n_eff")
+    return samples is not None and samples < FEWEST
 
 
 def ready(console: Any, folder: RunFolder, *more: str, trusted: bool = False) -> None:
@@ -163,7 +168,7 @@ def _physics(summary: dict[str, Any]) -> Table:
         if measured["mean"] is None:
             continue
         places = decimals(measured["error"])
-        beside = [_beside(row[theoretical], measured, places) for row in summary["theory"]]
+        beside = [_beside(row, theoretical, measured, places) for row in summary["theory"]]
         shown.append((name, _with_error(measured), *beside))
     per_kT = f"P σ{_superscript(dimension)}/kT"
     alone = [
@@ -177,7 +182,7 @@ def _physics(summary: dict[str, Any]) -> Table:
     if barostat := summary.get("barostat"):
         reduced = barostat["pressure"] * summary["diameter"] ** dimension / summary["kT"]
         shown.append((f"{per_kT} of the barostat", f"{reduced:.6g}"))
-        shown.append(("volume moves accepted", _share(barostat)))
+        shown.append((f"volume moves accepted, step {barostat['step']:.3g}", _share(barostat)))
     if (rate := summary["collision_rate"])["mean"] is not None:
         shown.append(("collision rate of one", _with_error(rate)))
     if (swaps := summary.get("swaps")) and swaps["tried"]:
@@ -242,7 +247,8 @@ def _meaning(summary: dict[str, Any]) -> list[str]:
     """Return the meaning of the numbers in the table, one sentence per line."""
     lines = []
     if summary["theory"]:
-        lines.append("In brackets: (measured - theory) / standard error.")
+        of = " of both, as theory is that of the mean volume" if summary.get("barostat") else ""
+        lines.append(f"In brackets, from ten samples on: (measured - theory) / standard error{of}.")
     sigma = f"σ = {summary['diameter']:.6g} is the largest diameter"
     if summary.get("weight"):
         lines.append(f"{sigma}, mg = {summary['weight']:.6g} the mean weight of one.")
@@ -343,15 +349,16 @@ def _with_error(value: dict[str, Any]) -> str:
     return f"{value['mean']:.{places}f} ± {value['error']:.{places if value['error'] else 0}f}"
 
 
-def _beside(theory: float | None, measured: dict[str, Any], places: int) -> str:
-    """Return a value of theory, with (measured - theory) / standard error in brackets."""
+def _beside(row: dict[str, Any], key: str, measured: dict[str, Any], places: int) -> str:
+    """Return a value of theory, with (measured - theory) / standard error in brackets, if that is known."""
+    theory = row[key]
     if theory is None:
         return "-"
     # One digit more than the measurement has, so that rounding does not affect the comparison.
     text = f"{theory:.{places + 1}f}"
-    if not measured["error"]:
+    if not measured["error"] or _few(measured):
         return text
-    return f"{text} ({(measured['mean'] - theory) / measured['error']:+.1f})"
+    return f"{text} ({(measured['mean'] - theory) / (measured['error'] * row.get('errors', 1.0)):+.1f})"
 
 
 def _superscript(dimension: int) -> str:

@@ -48,6 +48,7 @@ CALLED = {
 ELSEWHERE = {
     **dict.fromkeys(("n", "packing_fraction", "dimension", "density"), "Scene.random and Scene.crystal"),
     **dict.fromkeys(("lattice", "cells", "nearest"), "Scene.crystal"),
+    **dict.fromkeys(("positions", "velocities", "box", "diameter", "mass", "species", *KNOWN), "carom.Scene"),
     **dict.fromkeys(("kT", "cores", "seed", "barostat", "swaps", "growth", "tuning"), "carom.Simulation"),
 }
 """Keywords of other makers."""
@@ -56,8 +57,8 @@ ELSEWHERE = {
 def refuse_unknown(maker: str, keywords: Mapping[str, Any], known: Iterable[str] = ()) -> None:
     """Raise InputError if a keyword is neither of every scene nor ``known``, with the one that is meant."""
     names = [*KNOWN, *known]
-    if "periodic" in keywords and "periodic" not in names:
-        raise InputError(f"{maker} has no keyword 'periodic'; {_walls_for(keywords['periodic'])}.")
+    for name in {"periodic", "pbc"} & {*keywords} - {*names}:
+        raise InputError(f"{maker} has no keyword {name!r}; {_walls_for(keywords[name])}.")
     meant.refuse_unknown(maker, keywords, names, CALLED, ELSEWHERE)
 
 

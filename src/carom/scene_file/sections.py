@@ -28,6 +28,8 @@ FRACTIONS = {1: 0.5, 2: 0.6, 3: 0.45, 4: 0.2, 5: 0.1, 6: 0.05}
 """Packing fraction where a scene says none, by dimension: fluids below freezing. Beyond, half of random close
 packing."""
 
+BAROSTAT = "{ pressure = 10.0, interval = 0.2 }"  # how constant pressure is asked for
+
 FIXED = {"fcc": 3, "triangular": 2}  # lattices of one dimension
 
 ADDED = ("walls", "contact", "obstacles", "interaction", "motion", "impact", "drive", "pinned")
@@ -37,6 +39,12 @@ DEFAULT_COLLISIONS = 10000.0  # collisions per particle in the measurement, by d
 
 MOST_COLLISIONS = 1e10
 """More collisions per particle than any run reaches; their total still fits an integer of 64 bits."""
+
+OF_A_COMMAND = {
+    "kT": 2.0, "seed": 2, "equilibration": 500, "collisions_per_particle": 1000, "frames": 50, "time": 100.0,
+    "barostat": BAROSTAT,
+}  # fmt: skip
+"""Keys that are none of [scene], with a value."""
 
 WITH_FILE = ("file", "frame", "diameter", "box", *ADDED)  # keys of [scene] that go with a start from a file
 
@@ -62,8 +70,11 @@ class SceneSpec(Spec):
     before: ClassVar[str] = "[scene] "
     gone: ClassVar[Mapping[str, str]] = {
         "initial": 'places are random; give lattice = "fcc" for a crystal, or file = "run1/trajectory.h5md"',
-        "kT": "the section of a command has it, such as [run] kT = 2.0",
-        "seed": "the section of a command has it, such as [run] seed = 2",
+        **{
+            name: f"the section of a command has it, such as [run] {name} = {value}"
+            for name, value in OF_A_COMMAND.items()
+        },
+        "positions": 'give file = "start.extxyz", a file with frames',
         "periodic": 'axes without walls are periodic: give walls = "y", say',
         "restitution": "give impact = 0.9, say",
         "elastic_below": "give impact = { restitution = 0.9, elastic_below = 0.01 }, say",
@@ -309,7 +320,9 @@ class RunSpec(Spec):
     before: ClassVar[str] = "[run] "
     gone: ClassVar[Mapping[str, str]] = {
         "trajectory": 'give write = ["h5md"], say',
-        "pressure": "give barostat = { pressure = 10.0, interval = 0.2, step = 0.4 }, say",
+        "pressure": f"give barostat = {BAROSTAT}, say",
+        **{name: f"in [scene], {text}" for name, text in SceneSpec.gone.items() if name not in OF_A_COMMAND},
+        **{name: f"{name} is a key of [scene]" for name in fields_of(SceneSpec)},
         "initial": "what the run starts from stands in [scene]",
     }
     rivals: ClassVar[tuple[tuple[str, ...], ...]] = (LENGTHS,)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
@@ -12,6 +13,7 @@ import numpy as np
 from carom import theory
 from carom.errors import CaromError, InputError
 from carom.models import model_checks
+from carom.models.interactions.wells import SquareWell
 from carom.observables import Estimate, PressureResult
 from carom.observables.drift import STUCK
 from carom.observables.pressure import finite_size_doubt
@@ -20,10 +22,14 @@ from carom.observables.volume import VolumeResult
 from carom.scene.fields import is_elastic, is_usual
 from carom.scene.scene import Scene
 from carom.theory import Equation
+from carom.theory.square_wells import gas_and_liquid
 
-ENDS = {"Henderson": 0.6, "Padé of ten virials": 0.6, "Pieprzyk et al.": 0.55}
+ENDS = {"Henderson": 0.6, "Padé of ten virials": 0.6, "Pieprzyk et al.": 0.55, "BMCSL": 0.55}
 """Packing fractions up to which results are compared with equations of state of the fluid. Those of disks are
 1.5 % off at 0.67; Z of spheres by the series has a maximum at 0.57."""
+
+
+NEAR = 1e-4  # relative difference of two packing fractions for the slope of an equation of state
 
 
 class Phase(NamedTuple):
@@ -83,8 +89,12 @@ def _in_range(dimension: int, eta: float) -> tuple[dict[str, Equation], str]:
     gone = [name for name in found if eta > ENDS.get(name, 1.0)]
     if not gone:
         return found, ""
-    said = f"{' and '.join(gone)} end at packing fraction {ENDS[gone[0]]:g}, so the result stands without."
+    said = _ended(" and ".join(gone) + " end", ENDS[gone[0]])
     return {name: equation for name, equation in found.items() if name not in gone}, said
+
+
+def _ended(who: str, last: float) -> str:
+    return f"{who} at packing fraction {last:g}, so the result stands without."
 
 
 def end(dimension: int) -> float:
@@ -169,12 +179,33 @@ def lines(rows: list[dict[str, Any]]) -> dict[str, float]:
     return {row["name"]: row["Z"] for row in rows if row["Z"] is not None}
 
 
-def note(phase: Phase, scene: Scene) -> str | None:
-    """Return the caveats on the phase and on the size of the box."""
+def note(phase: Phase | None, scene: Scene, kT: float) -> str | None:
+    """Return the caveats on the phase and the size of the box, on wells, or on the equation of a mixture."""
+    if phase is None:
+        known = _mixture_equations(scene)
+        name = max(known, key=lambda name: known[name][0], default="")
+        if name and scene.packing_fraction > known[name][0]:
+            return _ended(f"{name} ends", known[name][0])
+        return _note_on_wells(scene, kT)
     small = ""
     if phase.name == "fluid":
         small = finite_size_doubt(scene.packing_fraction, scene.n, scene.dimension)
     return " ".join(filter(None, (phase.note, small))) or None
+
+
+def _note_on_wells(scene: Scene, kT: float) -> str | None:
+    """Return a sentence where gas and liquid of particles with wells are known to coexist."""
+    wells = scene.interaction
+    if scene.dimension != 3 or not isinstance(wells, SquareWell) or not wells.depth > 0.0:
+        return None
+    density = scene.n / scene.volume * scene.diameter**3
+    found = gas_and_liquid(wells.range, kT / wells.depth)
+    if found is None or not found[0] < density < found[1]:
+        return None
+    return (
+        f"Gas and liquid of these wells coexist at kT = {kT:.3g}, at densities of about {found[0]:.1g} and "
+        f"{found[1]:.2g}, and the density is {density:.3g}: they part, and no one state is measured."
+    )
 
 
 def of_infinite_size(
@@ -204,11 +235,14 @@ def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
     """Return Z by the equations of state of the phase, for infinitely many particles and for n."""
     n, dimension, eta = scene.n, scene.dimension, scene.packing_fraction
     rows: list[dict[str, Any]] = []
+    more: dict[str, float] = {}
     for name, equation in phase.equations.items():
         try:
             large = float(equation(eta))
             if isinstance(scene, MeanBox):
                 value, contact = large + shift(scene, phase, equation), math.nan
+                # Measured is Z ~ V, and theory falls with the same V: their errors add.
+                more = {"errors": 1.0 + (float(equation(eta * (1.0 + NEAR))) / large - 1.0) / NEAR}
             else:
                 value = large + finite_size_shift(phase.name, eta, n, equation)
                 contact = float(theory.contact_value(value, eta, dimension, n)) if n > 1 else math.nan
@@ -222,31 +256,37 @@ def _theory(scene: Scene | MeanBox, phase: Phase) -> list[dict[str, Any]]:
                 "Z": finite(value),
                 "Z_infinite": finite(large),
                 "contact_value": finite(contact),
+                **more,
             }
         )
     return rows
 
 
-def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
-    """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
+def _mixture_equations(scene: Scene) -> dict[str, tuple[float, Callable[..., Any]]]:
+    """Return the equations of state of an additive mixture, each with the packing fraction where it ends;
+    nothing for other scenes.
+    """
     usual = all(is_usual(scene, kind) for kind in model_checks.USUAL) and scene.pinned is None
     if scene.walls or scene.obstacles or scene.contact is not None or not is_elastic(scene) or not usual:
-        return []
-    d, eta = scene.dimension, scene.packing_fraction
-    diameters, counts = np.unique(scene.diameters, return_counts=True)
-    fractions = counts / scene.n
-    equations: dict[str, Callable[[], Any]] = {}
+        return {}
+    # The second rests on an equation of equal particles, which holds up to their freezing only.
+    d = scene.dimension
+    general = functools.partial(theory.santos_yuste_lopez_de_haro, dimension=d)
+    found: dict[str, tuple[float, Callable[..., Any]]] = {}
     if d == 3:
-        equations["BMCSL"] = lambda: theory.bmcsl(eta, fractions, diameters)
-    # It rests on an equation of equal particles, which holds up to their freezing only.
-    if eta < theory.FREEZING.get(d, 1.0):
-        equations["Santos-Yuste-Lopez de Haro"] = lambda: theory.santos_yuste_lopez_de_haro(
-            eta, fractions, diameters, d
-        )
+        found["BMCSL"] = ENDS["BMCSL"], theory.bmcsl
+    return found | {"Santos-Yuste-Lopez de Haro": (min(end(d), theory.FREEZING.get(d, 1.0)), general)}
+
+
+def _mixture_theory(scene: Scene) -> list[dict[str, Any]]:
+    """Return Z of an additive mixture of infinite size by theory; nothing for other scenes."""
+    diameters, counts = np.unique(scene.diameters, return_counts=True)
     rows: list[dict[str, Any]] = []
-    for name, equation in equations.items():
+    for name, (last, equation) in _mixture_equations(scene).items():
+        if scene.packing_fraction > last:
+            continue
         try:
-            value = float(equation())
+            value = float(equation(scene.packing_fraction, counts / scene.n, diameters))
         except CaromError:
             continue
         # The effect of N on Z of a mixture is left out; it is small where N is large.

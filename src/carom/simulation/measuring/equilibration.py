@@ -15,7 +15,7 @@ from carom.notebook import watchable
 from carom.scene.fields import standing
 from carom.simulation.measuring import stretches
 from carom.simulation.measuring.relaxation import StructuralRelaxation
-from carom.simulation.moves.barostat import refuse_barostat
+from carom.simulation.moves.barostat import tuning
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
@@ -104,7 +104,7 @@ def equilibrate(
 
     Pairs that fall into wells heat, and so do particles that fall in a field. Velocities are therefore scaled
     several times, each time by the mean kT since the last. The last quarter is undisturbed. Where kT is
-    constant, they are scaled once, at the beginning.
+    constant, they are scaled once, at the beginning. A barostat that says no step finds it, and holds it.
 
     Parameters
     ----------
@@ -140,7 +140,6 @@ def equilibrate(
     """
     length = checks.number(collisions_per_particle, "collisions_per_particle", low=0.0)
     collisions = checks.collisions_of(length, sim.n)
-    refuse_barostat(sim._state, "equilibrate()", "call run()")
     if sim._state.system.rates is not None:
         raise InputError("equilibrate() needs diameters that last: leave out growth, or run() instead.")
     if kT is not None:
@@ -152,14 +151,14 @@ def equilibrate(
         if progress is not None:
             progress(min((sim.collisions - start) / collisions, 1.0) if collisions else 1.0)
 
-    if kT is None:
-        sim.run(collisions=collisions, progress=look)
-    elif sim._state.system.drive is not None:
-        sim.rescale(kT)
-        sim.run(collisions=collisions, progress=look)
-    else:
-        Equilibration(sim, kT, collisions).run(look)
-    _leave_neighbourhoods(sim, start, collisions, relaxation)
+    with tuning(sim._state):
+        if kT is not None and sim._state.system.drive is None:
+            Equilibration(sim, kT, collisions).run(look)
+        else:
+            if kT is not None:
+                sim.rescale(kT)
+            sim.run(collisions=collisions, progress=look)
+        _leave_neighbourhoods(sim, start, collisions, relaxation)
 
 
 def _leave_neighbourhoods(

@@ -22,7 +22,6 @@ from carom.simulation.measuring.cooling import Blocks, cools
 from carom.simulation.measuring.equipartition import Thermometer
 from carom.simulation.measuring.relaxation import StructuralRelaxation
 from carom.simulation.measuring.until_precise import tell_doubts, until
-from carom.simulation.moves.barostat import refuse_barostat
 
 if TYPE_CHECKING:
     from carom.simulation.simulation import Simulation
@@ -239,9 +238,11 @@ def _check_box(sim: Simulation, observable: Any) -> None:
     if isinstance(observable, Volume):
         if sim._state.volume_moves is None:
             raise InputError("Volume needs a box that changes: give Simulation a barostat.")
-    elif _of_the_run(observable) or own_observers.is_observer(observable):
-        name = type(observable).__name__
-        refuse_barostat(sim._state, name, "measure carom.Volume(), or an observable of your own")
+    elif sim._state.volume_moves and (_of_the_run(observable) or own_observers.is_observer(observable)):
+        raise InputError(
+            f"{type(observable).__name__} needs a box that does not change, and there is a barostat: measure "
+            "carom.Volume(), or an observable of your own."
+        )
 
 
 def _blocks(sim: Simulation, count: int, time: float | None, collisions: int | None) -> Iterator[Block]:

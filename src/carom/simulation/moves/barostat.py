@@ -9,7 +9,9 @@ that time.
 
 from __future__ import annotations
 
+import contextlib
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
@@ -66,11 +68,10 @@ class Barostat(Declared):
         "Time between two moves [time]. An accepted one costs as much as tens of collisions a particle, "
         "because neighbors are chosen anew. Some mean free times are a good choice.",
     )
-    step: float = needed(
+    step: float | None = option(
         number(low=0.0, open_low=True, high=1.0),
-        "Largest change of ln V in a move, at most 1. Of N particles with the compressibility factor Z about "
-        "half of the moves are accepted near 2 / (N (Z - 1)), and few of much larger ones: one overlap "
-        "refuses a compression.",
+        "Largest change of ln V in a move, at most 1. By default equilibration tunes it until half of the "
+        "moves are accepted, and it is held from then on; before, it is 2 kT / P V of the first move.",
     )
     seed: int = option(SEED, "Seed of the moves.", default=1)
 
@@ -86,6 +87,8 @@ class VolumeMoves(NamedTuple):
     volume_time: float = 0.0  # this and the next two: :class:`carom.block.VolumeSums`
     inverse_time: float = 0.0
     virial_density: float = 0.0
+    step: float = 0.0  # that of the next move; 0 before the first, if the barostat says none
+    tunes: int = 0  # whether each move changes the step
 
     @property
     def next(self) -> Fraction:
@@ -132,36 +135,57 @@ def checked_barostat(barostat: Any, scene: Scene, system: System, **others: Any)
     ):
         if found:
             raise InputError(f"A barostat is not defined with {wrong}: leave one of the two out.")
-    return VolumeMoves(barostat)
+    return VolumeMoves(barostat, step=barostat.step or 0.0)
 
 
-def refuse_barostat(run_state: Any, name: str, instead: str) -> None:
-    """Raise InputError where a method ``name`` needs a box that does not change."""
-    if run_state.volume_moves is not None:
-        raise InputError(f"{name} needs a box that does not change, and there is a barostat: {instead}.")
+@contextlib.contextmanager
+def tuning(run_state: Any) -> Iterator[None]:
+    """Tune the step of a barostat that says none, and hold it afterwards."""
+    moves: VolumeMoves | None = run_state.volume_moves
+    if moves is not None and moves.barostat.step is None:
+        run_state.volume_moves = moves._replace(tunes=1)
+    try:
+        yield
+    finally:
+        if moves is not None:
+            run_state.volume_moves = run_state.volume_moves._replace(tunes=0)
 
 
 def move_volume(run_state: Any) -> None:
     """Try the move that is due at the present time; all is scheduled anew if it is accepted."""
-    moves: VolumeMoves = run_state.volume_moves
-    scene, number = _moved(run_state, moves), moves.tried + 1
-    if scene is None:
-        run_state.volume_moves = moves._replace(tried=number)
-        return
-    virial = _virial(run_state)
-    sums = moves.sums(moves.next, run_state.scene.volume, virial)
-    after = VolumeMoves(moves.barostat, number, moves.accepted + 1, number, virial, *sums)
-    run_state.refit(move=(moves.next, {"scene": scene, "volume_moves": after}))
-
-
-def _moved(run_state: Any, moves: VolumeMoves) -> Scene | None:
-    """Return the scene after a move from the present state, None if it is refused."""
-    scene, barostat = run_state.scene, moves.barostat
-    kT = run_state.unit.to_scene(temperature(scene, run_state.speeds), -2)
+    scene, moves, unit = run_state.scene, run_state.volume_moves, run_state.unit
+    kT = unit.to_scene(temperature(scene, run_state.speeds), -2)
     if not kT > 0.0:
         raise InputError("A barostat needs a temperature, and the particles do not move: give kT.")
+    moves = moves._replace(step=moves.step or _first_step(scene, moves.barostat.pressure / kT))
+    moved, number = _moved(run_state, moves, kT), moves.tried + 1
+    step = _tuned(moves, moved is not None) if moves.tunes else moves.step
+    if moved is None:
+        run_state.volume_moves = moves._replace(tried=number, step=step)
+        return
+    virial = _virial(run_state)
+    volume, inverse, density = moves.sums(moves.next, scene.volume, virial)
+    after = moves._replace(tried=number, accepted=moves.accepted + 1, last=number, step=step)
+    after = after._replace(virial=virial, volume_time=volume, inverse_time=inverse, virial_density=density)
+    run_state.refit(move=(moves.next, {"scene": moved, "volume_moves": after}))
+
+
+def _first_step(scene: Scene, pressure_over_kT: float) -> float:
+    """Return a step of which about half of the moves are accepted, where the volume is right."""
+    return min(2.0 / max(pressure_over_kT * scene.volume, scene.n), 1.0)
+
+
+def _tuned(moves: VolumeMoves, accepted: bool) -> float:
+    """Return the next step: larger after an accepted move, by ever less (Robbins and Monro)."""
+    change = (1.0 if accepted else -1.0) / math.sqrt(moves.tried + 1)
+    return min(moves.step * float(exponential(np.array(change))), 1.0)
+
+
+def _moved(run_state: Any, moves: VolumeMoves, kT: float) -> Scene | None:
+    """Return the scene after a move from the present state, None if it is refused."""
+    scene, barostat = run_state.scene, moves.barostat
     rng = np.random.default_rng(seeds.stream(barostat.seed, "volume", moves.tried))
-    change, threshold = barostat.step * (2.0 * rng.random() - 1.0), rng.random()
+    change, threshold = moves.step * (2.0 * rng.random() - 1.0), rng.random()
     scale = float(exponential(np.array(change / scene.dimension)))
     box = tuple(edge * scale for edge in scene.box)
     work = barostat.pressure * (math.prod(box) - scene.volume)

@@ -20,20 +20,16 @@ def volume_of(sim: Simulation, blocks: list[Any]) -> VolumeResult | None:
     return found
 
 
-def compressibility_factor(found: VolumeResult, moves: VolumeMoves) -> Estimate:
-    """Return ``Z = P <V> / n kT`` with the pressure P of the barostat."""
-    return found.volume.scaled(moves.barostat.pressure / (found.n * found.kT))
-
-
 def numbers(found: VolumeResult, moves: VolumeMoves, diameter: float) -> dict[str, Estimate]:
-    """Return the numbers of the summary with their errors, by name."""
+    """Return the numbers of the summary with their errors, by name; Z has the pressure of the barostat."""
     return {
         "volume": found.volume,
-        "Z": compressibility_factor(found, moves),
+        "Z": found.volume.scaled(moves.barostat.pressure / (found.n * found.kT)),
         "reduced_pressure": found.pressure.scaled(diameter**found.dimension / found.kT),
     }
 
 
 def settings(moves: VolumeMoves) -> dict[str, Any]:
-    """Return the barostat, and the moves that were tried and accepted since the start."""
-    return {**dataclasses.asdict(moves.barostat), "tried": moves.tried, "accepted": moves.accepted}
+    """Return the barostat with its last step, and the moves that were tried and accepted since the start."""
+    counts = {"tried": moves.tried, "accepted": moves.accepted}
+    return {**dataclasses.asdict(moves.barostat), "step": moves.step, **counts}

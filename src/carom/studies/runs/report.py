@@ -290,6 +290,7 @@ def _summary(
     doubts = parts.of("test of equilibrium", lambda: _doubts(facts, pressure, volume, energy), list[str]())
     other, early = (None if energy is None else _other_temperature(facts, energy.kT)) or ("", False)
     missing = None if _decides(scene) else no_pressure(scene)
+    kT = _temperature(facts, pressure, energy)
 
     def measured(name: str) -> dict[str, float | None]:
         return _number(given.get(name) if pressure is None else getattr(pressure, name))
@@ -306,7 +307,7 @@ def _summary(
         "system": kind(
             scene.dimension, scene.n, None if is_usual(scene, "interaction") else scene.interaction
         ),
-        "kT": _temperature(facts, pressure, energy),
+        "kT": kT,
         "thermal": _thermal(facts, pressure),
         "weight": facts.layers.weight,
         "temperature": _number(None if energy is None else energy.kT),
@@ -340,7 +341,7 @@ def _summary(
         "barostat": None if moves is None else constant_pressure.settings(moves),
         "spared_contacts": sim.statistics.spared_contacts,
         "phase": None if phase is None else phase.name,
-        "phase_note": None if phase is None else phases.note(phase, scene),
+        "phase_note": phases.note(phase, scene, kT),
         "theory": compared,
         "energy_drift": finite(drift),
         "momentum_drift": finite(statistics.momentum_drift),
