@@ -31,7 +31,7 @@ from helpers.faulty import (
 
 import carom
 from carom.errors import CaromWarning, FileError, InputError, OverlapError
-from carom.models import own
+from carom.models import Bonds, own
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.wells import SquareWell
 from carom.models.motions.gravity import Gravity
@@ -402,6 +402,7 @@ class DeepWell(SquareWell):
 
 
 def test_models_without_fault_are_accepted():
+    assert carom.check(Bonds([(0, 1), (2, 3)], outer=1.5)).passed
     explain(carom.Scene([[1.0, 1.0]], 4.0, interaction=Parity()))  # one component alone
     for fields in (
         {"interaction": Parity()},

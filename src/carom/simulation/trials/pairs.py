@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from carom import checks
-from carom.errors import OverlapError
+from carom.errors import CaromError, OverlapError
 from carom.models import model_checks
 from carom.models.questions.interaction import core_square, growth, interaction_time, jump, mass
 from carom.models.questions.motion import meeting_time, push_direction
@@ -112,7 +112,9 @@ class PairTrial:
             found = self._value.steps_of(
                 np.array([[min(i, j), max(i, j)]]), np.array([distance]), particles.species, diameter
             )
-        except OverlapError:  # inside a core, or beyond a bond
+        except CaromError as error:  # inside a core, or beyond a bond
+            if hasattr(self._value, "step_of") and not isinstance(error, OverlapError):
+                raise
             return None
         return int(found[0])
 
