@@ -224,8 +224,10 @@ def record_of(x: np.ndarray, v: np.ndarray) -> Any:
 
 
 @contextmanager
-def in_plain_python(value: Any) -> Iterator[None]:
+def in_plain_python(value: Any, hint: str = "") -> Iterator[None]:
     """Ask the functions of a ``value`` in plain Python, as compiled code computes: without errors of floats.
+
+    The ``hint`` is what may help where an index is out of bounds.
 
     Raises
     ------
@@ -241,4 +243,6 @@ def in_plain_python(value: Any) -> Iterator[None]:
         raise InputError(
             f"{type(value).__name__} fails where Carom asks it in plain Python: {type(error).__name__}: "
             f"{error}; its functions must run in Python as they do when compiled."
+            + hint
+            * isinstance(error, IndexError)
         ) from error
