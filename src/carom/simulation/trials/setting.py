@@ -197,13 +197,16 @@ def carried(motion: Any, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.nda
 
 
 def time_of(question: Callable[..., Any], *arguments: Any) -> float:
-    """Return the time that a model answers to a ``question``, or NEVER where Python finds no number."""
+    """Return the time that a model answers to a ``question`` of ``arguments``; NEVER for NaN."""
     t = number_of(question, *arguments)
     return NEVER if math.isnan(t) else t
 
 
 def number_of(question: Callable[..., Any], *arguments: Any) -> float:
-    """Return the number that a model answers to a ``question``, the first of several."""
+    """Return the number, the first of several, that a model answers to a ``question`` of ``arguments``.
+
+    It raises InputError as :func:`carom.checks.answer` does.
+    """
     return float(checks.answer(question, *arguments)[0])
 
 
