@@ -126,10 +126,7 @@ def collisions_of(per_particle: float, n: int) -> int:
 def answer(question: Callable[..., Any], model: Any, *arguments: Any) -> tuple[Any, ...]:
     """Return the numbers that a ``model`` answers, NaN where Python finds none: compiled code goes on.
 
-    Raises
-    ------
-    InputError
-        If it does not answer as many numbers as are asked for.
+    It raises InputError where they are not as many as are asked for with the ``arguments``.
     """
     wanted = PARTS.get(question.__name__, "a number")
     count = wanted.count(",") + 1

@@ -361,6 +361,8 @@ def test_a_value_is_a_frozen_dataclass():
     assert repr(Well(1, 1.5, depth=2)) == "Well(core=1.0, edge=1.5, depth=2.0)"
     assert Floor(0.5).name == "Floor"
     assert Floor(0.5, name="bottom").name == "bottom"
+    ground = {"__module__": __name__, "closest": lambda self, x, axis: 0.0, "name": "ground"}
+    assert own.obstacle(type("Odd", (), ground))().name == "ground"
     assert dataclasses.replace(Falling([0, 1]), g=(1.0, 2.0)).g == (1.0, 2.0)
     with pytest.raises(dataclasses.FrozenInstanceError):
         Cores(1.0).diameter = 2.0
@@ -549,6 +551,7 @@ def assigns_at_the_end(self, block):
             "(self, rr, rv), found the parameters (self, rr, *",
         ),
         (Floor, {"gap": 3.0}, "written def gap(self, positions, radii, box, periodic), found 3.0."),
+        (Floor, {"is_periodic": lambda self: True}, "and no anchor: give it def anchor(self, axis)."),
         (Floor, {"is_periodic": True}, "must be written def is_periodic(self), found the boolean true."),
         (Bath, {"pace": 1.0}, "pace of Odd must be written def pace(self, scene), found 1.0."),
         (
@@ -597,6 +600,11 @@ def shaken(path):
             "between -1 and 1, found 7",
         ),
         (carom.check, odd(Falling, position=lambda self, axis, x, v, t: None)((0.0,)), "found nothing."),
+        (
+            carom.check,
+            odd(Bath, kick=lambda self, i, mass, x, v, time: -v)(1.0, 1.0, 1),
+            "kick of Odd returns a ndarray; expected nothing: write the new velocity into v",
+        ),
         (
             carom.check,
             odd(Falling, exit_time=lambda self, axis, x, v, low, high: 1.0)((0.0,)),

@@ -46,14 +46,9 @@ class Prepared:
     ):
         code = getattr(make, "__code__", None)
         if code is None or code.co_argcount != 2:
+            found = checks.describe(make) if code is None else f"{code.co_argcount} parameters"
             raise InputError(
-                "An array of a model is made by a method, def name(self, particles), found "
-                + (
-                    checks.describe(make)
-                    if code is None
-                    else f"{code.co_argcount} parameters of {make.__name__}"
-                )
-                + "."
+                f"An array of a model is made by a method, def name(self, particles), found {found}."
             )
         self.make, self.each, self.remembers, self.times = make, each, remembers, times
         self.size, self.power = size, power

@@ -81,7 +81,7 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     if kind is OBSTACLE and "name" not in meanings:
         meanings["name"] = Meaning("text")
         cls.__annotations__ = {**inspect.get_annotations(cls), "name": str}
-        setattr(cls, "name", cls.__name__)  # noqa: B010 (a type checker knows no such name)
+        setattr(cls, "name", getattr(cls, "name", cls.__name__))  # noqa: B010 (a type checker knows no such name)
     if kind is OBSTACLE and hasattr(cls, "closest"):
         kind = CONVEX
         for name, follows in (("gap", gap_of), ("outline", outline_of), ("surface", outline_of)):
@@ -150,6 +150,8 @@ def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str
             )
     if kind is OBSERVER and isinstance(there["add"], FunctionType):
         _refuse_writing("add", cls, there["add"])
+    if "is_periodic" in found and "anchor" not in found:
+        raise InputError(f"{cls.__name__} has is_periodic, and no anchor: give it def anchor(self, axis).")
     if kind is OBSERVER and not found:
         raise InputError(f"{cls.__name__} is an observer and has none of {', '.join(kind.questions)}.")
     return found

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from carom import checks
+from carom.errors import InputError
 from carom.models.drives import kick, next_time
 from carom.models.questions.particles import NEVER
 from carom.simulation.trials.setting import TOLERANCE, Record, Setting, number_of
@@ -37,7 +39,11 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
             return
         x, v = flown(setting, x, v, left)
         time = max(next_kick, time)
-        kick(drive, i, mass, x, v, time)
+        if (returned := kick(drive, i, mass, x, v, time)) is not None:
+            raise InputError(
+                f"kick of {type(drive).__name__} returns {checks.describe(returned)}; expected nothing: "
+                "write the new velocity into v, v[axis] = ..."
+            )
         record.note("kick", setting.dimension, np.isfinite(v).all(), **facts, after=v.copy())
         if not np.isfinite(v).all():
             return

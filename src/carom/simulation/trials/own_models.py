@@ -96,8 +96,8 @@ def refuse_pair_and_motion(value: Any, scene: Scene, system: System, setting: Se
         for _ in range(TRIED):
             try_flight(setting, flight_record, rng)
         others = {each: failure for each, failure in flight_record.failures.items() if each[0] != "relative"}
-        if others or not own_pair:
-            refuse(type(system.motion).__name__, Record(failures=others or flight_record.failures))
+        found = others if own_pair else flight_record.failures
+        refuse(type(system.motion).__name__, Record(failures=found))
     if pairs:
         trial = PairTrial(system.interaction, copied(pair), setting, record, system.diameter)
         for k, (i, j) in zip(range(ATTEMPTS), itertools.cycle(pairs), strict=False):
