@@ -659,6 +659,27 @@ def test_a_convex_obstacle_with_a_wrong_answer_is_refused(method, words):
         carom.Scene([[1.0, 1.0]], 8.0, walls=True, obstacles=[body])
 
 
+@pytest.mark.parametrize(
+    ("value", "condition"),
+    [
+        (odd(Tired, elastic=True)(0.9, 0.1), "elastic"),
+        (odd(Bath, kick=lambda self, i, mass, x, v, time: None)(1.0, 1.0, 1), "later"),
+    ],
+)
+def test_what_a_law_says_of_itself_and_a_kick_after_which_none_is_due_are_tried(value, condition):
+    assert {failure.condition for failure in carom.check(value, dimensions=(2,)).failures} == {condition}
+
+
+def test_a_memory_with_a_unit_of_time_holds_floats():
+    @own.drive
+    class Late(Bath):
+        last: own.Time = own.memory(0)
+        seen = own.memory(0)
+
+    model = Late(1.0, 1.0, 1).model(prepare(FLUID, np.zeros((60, 2))).particles)
+    assert (model.last.dtype, model.seen.dtype) == (np.float64, np.int64)
+
+
 def test_check_says_that_a_last_step_without_a_core_has_a_negative_end():
     found = carom.check(Well(0.0, 1.5, 1.0), dimensions=(1,))
     assert {failure.condition for failure in found.failures} >= {"IV"}

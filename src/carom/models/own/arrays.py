@@ -57,7 +57,8 @@ class Prepared:
         """Return it for a value and its particles, as compiled code knows it: without the ghost."""
         found = self.make(value, particles)
         if isinstance(found, np.ndarray) and found.dtype.kind in "biuf":
-            return np.array(found, dtype=kind_of(found), order="C")
+            whole = not (self.power or self.times)  # what has a unit of time is no count
+            return np.array(found, dtype=kind_of(found) if whole else np.float64, order="C")
         if isinstance(found, np.ndarray | str) or self.remembers:
             what = f"an array of {found.dtype}" if isinstance(found, np.ndarray) else checks.describe(found)
             wanted = "an array of numbers" if self.remembers else "a number, numbers or an array of them"

@@ -45,6 +45,7 @@ SENTENCES = {
     "exit": "exit_time is when the coordinate leaves the interval",
     "images": "components meet across the faces of the box as they do inside",
     "part": "the part that is exchanged is a number of at least 1/2 (all is lost)",
+    "elastic": "a law with elastic = True exchanges all, the part 1",
     "gain": "a contact adds no energy, unless the value has adds_energy = True",
     "encounter": "a component is apart from an obstacle, by its gap, until it meets it, and touches it then",
     "outward": "outward is a unit vector away from the obstacle, against which the component flies",
