@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import math
 import numbers
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,15 @@ MOST_COLLISIONS = 2.0**62
 
 #: Relative errors below this are refused: they would take about 1e18 independent blocks.
 FINEST_ERROR = 1e-9
+
+
+PARTS = {
+    "jump": "a, b, virial",
+    "step_jump": "a, b, virial, step, kind",
+    "exit_time": "the time, and 1 at the upper end or 0",
+    "meeting_time": "the time, and whether it is clamped",
+}
+"""What is answered to questions that ask for several numbers, with a comma between two."""
 
 
 def needed(module: str, what: str, install: str) -> Any:
@@ -112,6 +121,25 @@ def integer(value: Any, name: str, *, low: int, high: int | None = None) -> int:
 def collisions_of(per_particle: float, n: int) -> int:
     """Return the pair collisions of n particles, at most the number that can be counted."""
     return round(min(0.5 * n * min(per_particle, MOST_COLLISIONS), MOST_COLLISIONS))
+
+
+def answer(question: Callable[..., Any], model: Any, *arguments: Any) -> tuple[Any, ...]:
+    """Return the numbers that a ``model`` answers, NaN where Python finds none: compiled code goes on.
+
+    It raises InputError where they are not as many as are asked for with the ``arguments``.
+    """
+    wanted = PARTS.get(question.__name__, "a number")
+    count = wanted.count(",") + 1
+    try:
+        found = question(model, *arguments)
+    except (ArithmeticError, ValueError):
+        return (math.nan,) * count
+    each = found if count > 1 and isinstance(found, tuple) else (found,)
+    if len(each) != count or any(np.ndim(x) or np.asarray(x).dtype.kind not in "biuf" for x in each):
+        raise InputError(
+            f"{question.__name__} of {type(model).__name__} must return {wanted}, found {describe(found)}."
+        )
+    return each
 
 
 def positive(value: Any, name: str) -> float:

@@ -361,6 +361,8 @@ def test_a_value_is_a_frozen_dataclass():
     assert repr(Well(1, 1.5, depth=2)) == "Well(core=1.0, edge=1.5, depth=2.0)"
     assert Floor(0.5).name == "Floor"
     assert Floor(0.5, name="bottom").name == "bottom"
+    ground = {"__module__": __name__, "closest": lambda self, x, axis: 0.0, "name": "ground"}
+    assert own.obstacle(type("Odd", (), ground))().name == "ground"
     assert dataclasses.replace(Falling([0, 1]), g=(1.0, 2.0)).g == (1.0, 2.0)
     with pytest.raises(dataclasses.FrozenInstanceError):
         Cores(1.0).diameter = 2.0
@@ -489,14 +491,17 @@ def shows(self, i, j, rr, rv, now):
         ({"jump": None}, "Odd is an interaction and has no jump: give it def jump(self, i, j, rr, rv, now)."),
         ({"jump": None, "jmp": Cores.jump}, "has no jump, but jmp: give it"),
         ({"reach": None}, "Odd is an interaction and has no reach: give it def reach(self, scene)."),
-        ({"reach": short}, "reach of Odd must be written def reach(self, scene)."),
+        (
+            {"reach": short},
+            "reach of Odd must be written def reach(self, scene), found the parameters (self, i,",
+        ),
         ({"sum": own.memory(0, "many")}, "The memory sum has as many items as the field many, which is no"),
         ({"__annotations__": {"_d": float}}, "The field _d of Odd begins with an underscore: leave that out"),
         (
             {"jump": short},
             "must be written def jump(self, i, j, rr, rv, now), found the parameters (self, i,",
         ),
-        ({"contact_tme": short}, "a method contact_tme, which nobody asks; did you mean contact_time?"),
+        ({"contact_tme": short}, "Odd has contact_tme, which nobody asks; did you mean contact_time?"),
         ({"jump": calls, "helped": short}, "jump of Odd calls the method helped, which compiled code cannot"),
         (
             {"jump": asks},
@@ -516,6 +521,171 @@ def test_a_class_with_a_fault_is_refused_where_it_is_decorated(body, words):
         own.interaction(cores(**body))
 
 
+def odd(base, **body):
+    """Return a class with other methods or facts than one without fault."""
+    body = {"__module__": __name__, "__annotations__": {}, **body}
+    return getattr(own, base._own.kind.decorator)(type("Odd", (base,), body))
+
+
+def assigns(self, event):
+    self.hits = 0
+
+
+def assigns_at_the_end(self, block):
+    self.hits = 0
+
+
+@pytest.mark.parametrize(
+    ("base", "body", "words"),
+    [
+        (Cores, {"__init__": assigns}, "Odd has __init__: leave it out."),
+        (Cores, {"__annotations__": {"a": own.Array}, "a": np.ones(2)}, "not those of a dataclass: mutable"),
+        (Cores, {"conserves": True}, "written def conserves(self, diameter), found the boolean true."),
+        (Cores, {"penetrabel": True}, "Odd has penetrabel, which nobody asks; did you mean penetrable?"),
+        (Well, {"events": own.memory(0)}, "The events of steps is an array of Carom's own: give the field"),
+        (Falling, {"conserves": lambda self: False}, "(self, axis), found the parameters (self)."),
+        (Falling, {"straight": lambda self: False}, "must be written straight = ..., found the parameters"),
+        (
+            Tired,
+            {"transfer": lambda self, rr, *, rv: 1.0},
+            "(self, rr, rv), found the parameters (self, rr, *",
+        ),
+        (Floor, {"gap": 3.0}, "written def gap(self, positions, radii, box, periodic), found 3.0."),
+        (Floor, {"is_periodic": lambda self: True}, "and no anchor: give it def anchor(self, axis)."),
+        (Floor, {"is_periodic": True}, "must be written def is_periodic(self), found the boolean true."),
+        (Bath, {"pace": 1.0}, "pace of Odd must be written def pace(self, scene), found 1.0."),
+        (
+            Tally,
+            {"result": lambda self, block: 0.0},
+            "written def result(self), found the parameters (self, b",
+        ),
+        (Tally, {"at_pair": assigns}, "at_pair of Odd assigns to .hits, and fields and arrays stay what"),
+        (Tally, {"add": assigns_at_the_end}, "add of Odd assigns to .hits, and fields and arrays stay what"),
+        (Swing, {"lowest": lambda self: 0.0}, "must be written lowest = ..., found the parameters (self)."),
+    ],
+)
+def test_a_wrong_declaration_of_each_kind_is_refused_in_a_sentence(base, body, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        odd(base, **body)
+
+
+def shaken(path):
+    return Plane((0.0, 1.0), 0.5, "floor", shake=path)
+
+
+@pytest.mark.usefixtures("plain")
+@pytest.mark.parametrize(
+    ("ask", "value", "words"),
+    [
+        (
+            carom.check,
+            odd(Cores, jump=lambda self, i, j, rr, rv, now: (1.0, 2.0))(1.0),
+            "a, b, virial, found a",
+        ),
+        (carom.check, odd(Cores, core_square=lambda self, i, j, now: None)(1.0), "a number, found nothing."),
+        (
+            carom.check,
+            odd(Cores, p=own.prepared(lambda self, particles: "a"))(1.0),
+            "array of them, found the",
+        ),
+        (
+            carom.check,
+            odd(Cores, p=own.memory(lambda self, particles: 1.0))(1.0),
+            "an array of numbers, found 1",
+        ),
+        (carom.check, odd(Well, step_of=lambda self, distance: 0.5)(1.0, 1.5, 1.0), "must be an integer"),
+        (
+            carom.check,
+            odd(Well, step_of=lambda self, distance: 7)(1.0, 1.5, 1.0),
+            "between -1 and 1, found 7",
+        ),
+        (carom.check, odd(Falling, position=lambda self, axis, x, v, t: None)((0.0,)), "found nothing."),
+        (
+            carom.check,
+            odd(Bath, kick=lambda self, i, mass, x, v, time: -v)(1.0, 1.0, 1),
+            "kick of Odd returns a ndarray; expected nothing: write the new velocity into v",
+        ),
+        (
+            carom.check,
+            odd(Falling, exit_time=lambda self, axis, x, v, low, high: 1.0)((0.0,)),
+            "exit_time of Odd must return the time, and 1 at the upper end or 0, found 1.0.",
+        ),
+        (carom.check, odd(Tired, transfer=lambda self, rr, rv: "a")(0.9, 0.1), "a number, found the string"),
+        (
+            carom.check,
+            odd(Bath, next_time=lambda self, i, x, v, time: (1.0,))(1.0, 1.0, 1),
+            "a number, found",
+        ),
+        (
+            carom.check,
+            odd(Floor, encounter=lambda self, x, v, radius, growth: (1.0, 2.0))(0.5),
+            "encounter of Odd",
+        ),
+        (
+            lambda value: value.gap(np.ones((3, 2)), np.ones(3), (8.0, 8.0), (False, False)),
+            odd(Floor, gap=lambda self, positions, radii, box, periodic: positions)(0.5),
+            "gap of Odd must return 3 distances, one a particle, found the shape (3, 2).",
+        ),
+        (shaken, odd(Swing, place=lambda self, t: None)(0.2, 3.0), "place of Odd must return a number"),
+        (shaken, odd(Swing, lowest="a")(0.2, 3.0), "lowest of Odd must be a number, found the string 'a'."),
+        (
+            lambda value: carom.Simulation(FLUID.replace(drive=value)),
+            odd(Bath, pace=lambda self, scene: None)(1.0, 1.0, 1),
+            "pace(scene) of Odd must be a number, found nothing.",
+        ),
+        (
+            lambda value: carom.Simulation(FLUID.replace(interaction=value)),
+            odd(Well, energies=lambda self: ("a", "b"))(1.0, 1.5, 1.0),
+            "energies() of Odd must return one energy for each of at least two steps, found ('a', 'b').",
+        ),
+    ],
+)
+def test_a_wrong_answer_is_refused_in_a_sentence_that_names_its_method(ask, value, words):
+    with pytest.raises(InputError, match=re.escape(words)):
+        ask(value)
+
+
+@pytest.mark.parametrize(
+    ("method", "words"),
+    [
+        ({"closest": lambda self, x, axis: x}, "closest of Odd must return a number, found a list of 2."),
+        ({"rounding": lambda self: -1.0}, "rounding() of Odd must be at least 0, found -1.0."),
+    ],
+)
+def test_a_convex_obstacle_with_a_wrong_answer_is_refused(method, words):
+    bodies = {"closest": lambda self, x, axis: 4.0, **method}
+    body = own.obstacle(type("Odd", (), {"__module__": __name__, **bodies}))()
+    with pytest.raises(InputError, match=re.escape(words)):
+        carom.Scene([[1.0, 1.0]], 8.0, walls=True, obstacles=[body])
+
+
+@pytest.mark.parametrize(
+    ("value", "condition"),
+    [
+        (odd(Tired, elastic=True)(0.9, 0.1), "elastic"),
+        (odd(Bath, kick=lambda self, i, mass, x, v, time: None)(1.0, 1.0, 1), "later"),
+    ],
+)
+def test_what_a_law_says_of_itself_and_a_kick_after_which_none_is_due_are_tried(value, condition):
+    assert {failure.condition for failure in carom.check(value, dimensions=(2,)).failures} == {condition}
+
+
+def test_a_memory_with_a_unit_of_time_holds_floats():
+    @own.drive
+    class Late(Bath):
+        last: own.Time = own.memory(0)
+        seen = own.memory(0)
+
+    model = Late(1.0, 1.0, 1).model(prepare(FLUID, np.zeros((60, 2))).particles)
+    assert (model.last.dtype, model.seen.dtype) == (np.float64, np.int64)
+
+
+def test_check_says_that_a_last_step_without_a_core_has_a_negative_end():
+    found = carom.check(Well(0.0, 1.5, 1.0), dimensions=(1,))
+    assert {failure.condition for failure in found.failures} >= {"IV"}
+    assert "A last step that does not end inwards has the end low = -1" in str(found)
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [
@@ -528,6 +698,9 @@ def test_a_class_with_a_fault_is_refused_where_it_is_decorated(body, words):
         (lambda: own.per_particle("colour"), "per_particle() takes one of radii, diameters, masses, species"),
         (lambda: own.memory("0"), "memory() starts with a number, found the string '0'."),
         (lambda: own.memory(0, ("a", "b")), "memory() takes how many items it has"),
+        (lambda: own.memory(0, -3), "or the name of one field that holds an int; found -3."),
+        (lambda: own.prepared(1.0), "is made by a method, def name(self, particles), found 1.0."),
+        (lambda: carom.check(Tally(-1)), "floors of Tally must be at least 0, found -1."),
         (lambda: own.interaction(3), "own.interaction decorates a class, found 3."),
         (lambda: FLUID.replace(interaction=Cores), "found the class Cores, not a value of it"),
         (lambda: FLUID.replace(motion=Cores(1.0)), "found Cores, which is made with own.interaction."),
@@ -580,7 +753,7 @@ class Few:
 
 
 def test_check_tells_an_observer_of_events():
-    with pytest.raises(InputError, match="Few fails where Carom asks it in plain Python: IndexError"):
+    with pytest.raises(InputError, match=r"Few fails where .* Python: IndexError.* says dimensions=\(2,\)\."):
         carom.check(Few())
 
 

@@ -31,6 +31,7 @@ from helpers.faulty import (
 
 import carom
 from carom.errors import CaromWarning, FileError, InputError, OverlapError
+from carom.models import Bonds, own
 from carom.models.contacts.losses import Loss
 from carom.models.interactions.wells import SquareWell
 from carom.models.motions.gravity import Gravity
@@ -134,6 +135,11 @@ def test_a_reach_that_is_too_small_and_a_gap_of_the_wrong_sign_are_named():
     assert "encounter" in conditions(Floor(sense=-1.0))
 
 
+@own.motion
+class Strays(Drag):
+    exit_time = None
+
+
 def test_a_simulation_tries_a_model_in_its_scene():
     falling = OPEN.replace(motion=Gravity((0.0, -1.0)))
     heavy = np.where(np.arange(SCENE.n) == 17, 2.0, 1.0)
@@ -143,6 +149,7 @@ def test_a_simulation_tries_a_model_in_its_scene():
     for scene, condition in (
         (SCENE.replace(interaction=Mine("unlike"), mass=heavy), "virial"),  # of one component among many
         (SCENE.replace(motion=Drag(0.1), interaction=DragCores(0.2)), "relative"),
+        (SCENE.replace(motion=Strays(0.1), interaction=DragCores(0.1)), "exit"),
         (SCENE.replace(motion=Curved(images=False)), "images"),
         (SCENE.replace(motion=Flying("bends")), "uniform"),
         (OPEN.replace(motion=Flying(part=0.5)), "encounter"),
@@ -395,6 +402,7 @@ class DeepWell(SquareWell):
 
 
 def test_models_without_fault_are_accepted():
+    assert carom.check(Bonds([(0, 1), (2, 3)], outer=1.5)).passed
     explain(carom.Scene([[1.0, 1.0]], 4.0, interaction=Parity()))  # one component alone
     for fields in (
         {"interaction": Parity()},

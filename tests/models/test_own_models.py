@@ -102,7 +102,7 @@ def test_the_page_runs_as_it_stands(tmp_path):
     assert lines[-2:] == ["False ['V', 'momentum', 'virial']", "UnlikeCores"]
 
 
-LENGTHS = {"UnlikeCores": 12, "Well": 20, "Floor": 8, "OneWay": 12, "Viscoelastic": 12}
+LENGTHS = {"UnlikeCores": 12, "Well": 20, "Floor": 8, "Bath": 14, "Viscoelastic": 12}
 
 
 @pytest.mark.parametrize("name", LENGTHS)

@@ -209,3 +209,10 @@ def test_the_keyword_that_is_meant_is_said():
         carom.RDF(bin=10)
     with pytest.raises(InputError, match="it is called rmax"):
         carom.RDF(cutoff=2.0)
+
+
+def test_rows_of_unequal_length_have_no_mean():
+    with pytest.raises(
+        InputError, match=r"add\(\) returned a list of 2 first; expected a number, or an array"
+    ):
+        carom.observables.averages([[[1.0], [1.0, 2.0]]] * 4)

@@ -64,6 +64,33 @@ class Contacts(own.Study[ContactSpec]):
         return own.Table(Row, rows, flagged=lambda each: abs(each.deviation) > 5.0)
 
 
+def in_two_parts(task, look):
+    before = look.kept.exists()
+    sim = (
+        carom.Simulation.load(look.kept) if before else carom.Simulation(carom.Scene.crystal(32, 0.3), seed=1)
+    )
+    sim.run(time=0.5)
+    if not before:
+        sim.save(look.kept)
+        raise RuntimeError("the machine was switched off")
+    return {"g": [sim.time, 1.0]}
+
+
+@dataclass(frozen=True, repr=False)
+class Long(Contacts):
+    long = True
+    measure = staticmethod(in_two_parts)
+
+
+def test_a_long_task_goes_on_where_it_kept_its_state(plain, tmp_path):
+    study = Long(ContactSpec(packing_fraction=(0.3,)))
+    with pytest.warns(carom.CaromWarning, match="switched off"):
+        study.run(executor="serial", out=tmp_path)
+    assert len(list(tmp_path.glob("tasks/*.h5"))) == 1
+    assert study.run(executor="serial", out=tmp_path).records[0]["result"]["g"][0] == 1.0
+    assert not list(tmp_path.glob("tasks/*.h5"))
+
+
 @pytest.mark.filterwarnings("ignore::carom.CaromWarning")
 def test_a_study_in_sixty_lines_has_folder_resume_table_picture_and_page(plain, tmp_path):
     first = Contacts(ContactSpec(packing_fraction=(0.1,), time=1.0)).run(executor="serial", out=tmp_path)

@@ -98,18 +98,19 @@ def averages(values: Sequence[Any]) -> Any:
     InputError
         If the values are not real numbers, or differ in shape.
     """
-    if any(np.iscomplexobj(value) for value in values):
-        raise InputError(
-            "add() returned a complex number, which has no error bar of its own; return its real and "
-            "imaginary part, or its square, as an array."
-        )
     try:
-        series = np.asarray(values, dtype=np.float64)
+        turned = any(np.iscomplexobj(value) for value in values)
+        series = np.asarray([0.0] if turned else values, dtype=np.float64)
     except (TypeError, ValueError):
         raise InputError(
             f"add() returned {checks.describe(values[0])} first; expected a number, or an array of the "
             "same shape each time, or None and a method result()."
         ) from None
+    if turned:
+        raise InputError(
+            "add() returned a complex number, which has no error bar of its own; return its real and "
+            "imaginary part, or its square, as an array."
+        )
     if series.ndim == 1:
         return blocking(series)
     flat = series.reshape(len(series), -1)

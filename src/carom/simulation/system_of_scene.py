@@ -43,7 +43,8 @@ def driven_speed_of(scene: Scene) -> float:
     if hasattr(scene.motion, "pace"):
         paces.append(float(scene.motion.pace(scene.diameter)))
     if scene.drive is not None and hasattr(scene.drive, "pace"):
-        paces.append(float(scene.drive.pace(scene)))
+        name = f"pace(scene) of {type(scene.drive).__name__}"
+        paces.append(checks.number(scene.drive.pace(scene), name, low=0.0))
     return max(paces, default=0.0)
 
 

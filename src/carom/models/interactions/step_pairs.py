@@ -52,7 +52,10 @@ class StepPairs(NamedTuple):
 
 @inner
 def end_of_step(low, high, rr, rv, vv):
-    """Return the time until r.r is ``low``, if it gets there, or else ``high``; not negative, or NEVER."""
+    """Return the time until r.r is ``low``, if it gets there, or else ``high``; not negative, or NEVER.
+
+    A step that does not end inwards has a negative ``low``, one that does not end outwards ``high = NEVER``.
+    """
     # One root serves both ends: the inner one if the pair falls on it, else the outer one.
     above_low = rr - low
     falls = (rv < 0.0) & (rv * rv - vv * above_low >= 0.0)

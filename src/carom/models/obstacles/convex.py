@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from carom import checks
 from carom.compiling.registry import answers, inner, optional, room_for
 from carom.errors import InputError
 from carom.models import fields
@@ -134,6 +135,9 @@ def convex(kind: Any) -> Any:
 def gap_of(value: Any, positions: Any, radii: Any, box: Any, periodic: Any) -> np.ndarray:
     """Return the distance of each surface from the nearest image of what says its closest point [length]."""
     body, d = value.model(), len(box)
+    radius = checks.number(rounding(body), f"rounding() of {type(value).__name__}", low=0.0)
+    if len(positions):
+        checks.answer(closest, body, tuple(positions[0].tolist()), 0)
     repeats = np.logical_and(periodic, is_periodic(body))
     # The anchor may lie in another box.
     home = [np.floor(anchor(body, axis) / box[axis]) if repeats[axis] else 0.0 for axis in range(d)]
@@ -143,7 +147,7 @@ def gap_of(value: Any, positions: Any, radii: Any, box: Any, periodic: Any) -> n
             x = tuple(each.tolist())
             r = [x[axis] - closest(body, x, axis) for axis in range(d)]
             nearest[k] = min(nearest[k], float(np.linalg.norm(r)))
-    return nearest - rounding(body) - radii
+    return nearest - radius - radii
 
 
 def outline_of(value: Any, box: Sequence[float], periodic: Sequence[bool]) -> list[Hull]:

@@ -27,6 +27,7 @@ from carom.errors import InputError
 from carom.models.fields import FIELD, Value
 from carom.models.questions import path
 from carom.models.questions.memory import parameter
+from carom.models.questions.path import pace, place
 from carom.units import TimeUnit
 
 
@@ -65,12 +66,15 @@ def check_path(path: Any, name: str) -> Any:
             "shake must be a path, which has lowest, highest, acceleration, period and model, such as "
             f"Sine(0.2, period=1.5); found {checks.describe(path)}."
         )
-    bounds = (path.lowest, path.highest, path.acceleration, path.period)
-    if not all(math.isfinite(x) for x in bounds) or bounds[0] > bounds[1] or bounds[3] <= 0.0:
+    names = ("lowest", "highest", "acceleration", "period")
+    bounds = [checks.number(getattr(path, each), f"{each} of {type(path).__name__}") for each in names]
+    if bounds[0] > bounds[1] or bounds[3] <= 0.0:
         raise InputError(
-            "A path must have finite bounds: lowest <= highest, acceleration, and a period > 0 (longer "
-            f"than the run, where it does not repeat itself); found {bounds}."
+            "A path must have lowest <= highest, and a period > 0 (longer than the run, where it does not "
+            f"repeat itself); found {bounds}."
         )
+    for question in (place, pace):
+        checks.answer(question, path.model(TimeUnit()), 0.0)
     return path
 
 

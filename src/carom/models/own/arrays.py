@@ -44,14 +44,27 @@ class Prepared:
         size: str | None = None,
         power: int = 0,
     ):
+        code = getattr(make, "__code__", None)
+        if code is None or code.co_argcount != 2:
+            found = checks.describe(make) if code is None else f"{code.co_argcount} parameters"
+            raise InputError(
+                f"An array of a model is made by a method, def name(self, particles), found {found}."
+            )
         self.make, self.each, self.remembers, self.times = make, each, remembers, times
         self.size, self.power = size, power
 
     def made(self, value: Any, particles: Any) -> Any:
         """Return it for a value and its particles, as compiled code knows it: without the ghost."""
         found = self.make(value, particles)
-        if isinstance(found, np.ndarray):
-            return np.array(found, dtype=kind_of(found), order="C")
+        if isinstance(found, np.ndarray) and found.dtype.kind in "biuf":
+            whole = not (self.power or self.times)  # what has a unit of time is no count
+            return np.array(found, dtype=kind_of(found) if whole else np.float64, order="C")
+        if isinstance(found, np.ndarray | str) or self.remembers:
+            what = f"an array of {found.dtype}" if isinstance(found, np.ndarray) else checks.describe(found)
+            wanted = "an array of numbers" if self.remembers else "a number, numbers or an array of them"
+            raise InputError(
+                f"{self.make.__name__} of {type(value).__name__} must return {wanted}, found {what}."
+            )
         if isinstance(found, bool | int | np.integer):
             return int(found)
         return float(found) if isinstance(found, float | np.floating) else found
@@ -159,14 +172,13 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
         return Prepared(start, remembers=True, times=times)
     if isinstance(start, bool) or not isinstance(start, int | float):
         raise InputError(f"memory() starts with a number, found {checks.describe(start)}.")
-    lengths = size if isinstance(size, tuple) else (size,)
-    if not (
-        size is None or isinstance(size, str) or all(isinstance(each, int | np.integer) for each in lengths)
-    ):
-        raise InputError(
-            "memory() takes how many items it has: an int, a tuple of them, or the name of one field "
-            f"that holds an int; found {checks.describe(size)}."
-        )
+    if not (size is None or isinstance(size, str)):
+        lengths = size if isinstance(size, tuple) else (size,)
+        if not lengths or not all(isinstance(each, int | np.integer) and each >= 0 for each in lengths):
+            raise InputError(
+                "memory() takes how many items it has: an int, a tuple of them, or the name of one field "
+                f"that holds an int; found {size!r}."
+            )
     kind = np.float64 if isinstance(start, float) else np.int64
 
     def make(value: Any, particles: Any) -> np.ndarray:
@@ -174,7 +186,7 @@ def memory(start: Any, size: int | str | tuple[int, ...] | None = None, *, times
         if size is None:
             shape = len(particles.radii)
         elif isinstance(size, str):
-            shape = getattr(value, size)
+            shape = checks.integer(getattr(value, size), f"{size} of {type(value).__name__}", low=0)
         return np.full(shape, start, kind)
 
     named = size if isinstance(size, str) else None

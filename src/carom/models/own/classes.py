@@ -61,6 +61,12 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
         raise InputError(f"own.{kind.decorator} decorates a class, found {cls!r}.")
     if kind is INTERACTION and any(hasattr(cls, name) for name in STEPPED.required):
         kind = STEPPED
+    for name in ("__init__", "__slots__"):
+        if name in vars(cls):
+            raise InputError(
+                f"{cls.__name__} has {name}: leave it out. Its fields are annotated names, `contact: float`, "
+                "and __post_init__(self) may check them."
+            )
     before = getattr(cls, "_own", None)
     own_meanings = fields.meanings(cls, names)
     meanings = {**(before.meanings if before else {}), **own_meanings}
@@ -75,7 +81,7 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
     if kind is OBSTACLE and "name" not in meanings:
         meanings["name"] = Meaning("text")
         cls.__annotations__ = {**inspect.get_annotations(cls), "name": str}
-        setattr(cls, "name", cls.__name__)  # noqa: B010 (a type checker knows no such name)
+        setattr(cls, "name", getattr(cls, "name", cls.__name__))  # noqa: B010 (a type checker knows no such name)
     if kind is OBSTACLE and hasattr(cls, "closest"):
         kind = CONVEX
         for name, follows in (("gap", gap_of), ("outline", outline_of), ("surface", outline_of)):
@@ -107,46 +113,72 @@ def made(cls: Any, kind: Kind, names: Mapping[str, Any]) -> Any:
 
 def _methods(cls: type, kind: Kind, meanings: Mapping[str, Meaning]) -> dict[str, Callable[..., Any]]:
     """Return the methods of a class that are compiled."""
-    found: dict[str, Callable[..., Any]] = {}
-    for name, question in kind.questions.items():
-        function = inspect.getattr_static(cls, name, None)
-        if not isinstance(function, FunctionType):
+    compiled = {name: signature(name, question) for name, question in kind.questions.items()}
+    there = {name: inspect.getattr_static(cls, name, None) for name in (*compiled, *kind.asked, *kind.may)}
+    found = {name: there[name] for name in compiled if isinstance(there[name], FunctionType)}
+    read = {name for function in found.values() for name in _reads(function)}
+    for name, wanted in {**kind.may, **kind.asked, **compiled}.items():
+        if (
+            there[name] is None
+            or name in meanings
+            or (name in compiled and name not in found and name in read)
+        ):
             continue
-        code, wanted = function.__code__, signature(name, question)
-        given: tuple[str, ...] = code.co_varnames[: code.co_argcount]
-        if given[1:] != wanted[1:] or code.co_flags & (inspect.CO_VARARGS | inspect.CO_VARKEYWORDS):
+        given = _parameters(there[name])
+        if (given or ())[1:] != wanted[1:] if name in found else not _takes(there[name], wanted):
             raise InputError(
-                f"{name} of {cls.__name__} must be written def {name}({', '.join(wanted)}), found the "
-                f"parameters ({', '.join(given)})."
+                f"{name} of {cls.__name__} must be written {_written(name, wanted)}, found "
+                + (checks.describe(there[name]) if given is None else f"the parameters ({', '.join(given)})")
+                + "."
             )
-        found[name] = function
-    written = [name for name, each in vars(cls).items() if isinstance(each, FunctionType) and name[0] != "_"]
-    wanted_in = {name: signature(name, kind.questions[name]) for name in kind.required} | kind.asked
-    for name, wanted in wanted_in.items():
-        if name in found or (name in kind.asked and (hasattr(cls, name) or name in meanings)):
-            function = inspect.getattr_static(cls, name, None)  # one that is asked in Python
-            if isinstance(function, FunctionType) and function.__code__.co_argcount != len(wanted):
-                raise InputError(f"{name} of {cls.__name__} must be written def {name}({', '.join(wanted)}).")
+    written = [name for name in vars(cls) if name[0] != "_" and name not in meanings and name not in there]
+    for name in (*kind.required, *kind.asked):
+        if there[name] is not None or name in meanings or (name == "step_of" and hasattr(cls, "steps_of")):
             continue
-        if name == "step_of" and hasattr(cls, "steps_of"):
-            continue
-        alike = meant.nearest(name, [each for each in written if each not in found])
-        how = f"def {name}({', '.join(wanted)})" if wanted else name
+        alike = meant.nearest(name, written)
         raise InputError(
             f"{cls.__name__} is {with_article(kind.name)} and has no {name}"
             + (f", but {alike}" if alike else "")
-            + f": give it {how}."
+            + f": give it {_written(name, {**compiled, **kind.asked}[name])}."
         )
+    for name in written:
+        alike = meant.nearest(name, there, MISSPELT)
+        if alike and name not in read and isinstance(getattr(cls, name), FunctionType | bool):
+            raise InputError(
+                f"{cls.__name__} has {name}, which nobody asks; did you mean {alike}? Else give it a name "
+                "that is less alike."
+            )
+    if kind is OBSERVER and isinstance(there["add"], FunctionType):
+        _refuse_writing("add", cls, there["add"])
+    if "is_periodic" in found and "anchor" not in found:
+        raise InputError(f"{cls.__name__} has is_periodic, and no anchor: give it def anchor(self, axis).")
     if kind is OBSERVER and not found:
         raise InputError(f"{cls.__name__} is an observer and has none of {', '.join(kind.questions)}.")
-    for name in written:
-        alike = meant.nearest(name, kind.questions, MISSPELT)
-        if name not in found and alike and name not in kind.asked:
-            raise InputError(
-                f"{cls.__name__} has a method {name}, which nobody asks; did you mean {alike}? Else give "
-                "it a name that is less alike."
-            )
     return found
+
+
+def _written(name: str, wanted: tuple[str, ...]) -> str:
+    return f"def {name}({', '.join(wanted)})" if wanted else f"{name} = ..."
+
+
+def _parameters(value: Any) -> tuple[str, ...] | None:
+    """Return the parameters of a method, a star for others than plain ones; None of what is none."""
+    if not isinstance(value, FunctionType):
+        return None
+    code = value.__code__
+    others = code.co_kwonlyargcount or code.co_flags & (inspect.CO_VARARGS | inspect.CO_VARKEYWORDS)
+    return code.co_varnames[: code.co_argcount] + ("*",) * bool(others)
+
+
+def _takes(value: Any, wanted: tuple[str, ...]) -> bool:
+    """Tell whether a method can be called with these parameters; a fact, whether it is no method."""
+    if not wanted or not isinstance(value, FunctionType):
+        return callable(value) == bool(wanted)
+    try:
+        inspect.signature(value).bind(*wanted)
+    except TypeError:
+        return False
+    return True
 
 
 def _completed(
@@ -168,27 +200,54 @@ def _completed(
             if name not in meanings:
                 found.setdefault(name, per_particle(name))
     if kind is STEPPED:
-        found["energy"] = Prepared(_energies, power=-2)
-        found["events"] = Prepared(
-            lambda value, particles: np.zeros((_rows(value), 4), np.int64), remembers=True
+        for name, each in OF_STEPS.items():
+            if name in meanings or found.get(name, each) is not each:
+                raise InputError(
+                    f"The {name} of steps is an array of Carom's own: give the field or array {name} another "
+                    "name."
+                )
+            found[name] = each
+    return found
+
+
+def _energies(value: Any) -> np.ndarray:
+    """Return the energy of each step, checked [energy]."""
+    given = value.energies()
+    try:
+        found = np.asarray(given, np.float64)
+    except (TypeError, ValueError):
+        found = np.zeros(0)
+    if found.ndim != 1 or len(found) < 2 or np.isnan(found).any():
+        raise InputError(
+            f"energies() of {type(value).__name__} must return one energy for each of at least two steps, "
+            f"found {given!r}."
         )
     return found
 
 
-def _rows(value: Any) -> int:
-    return 1 << step_bits(len(value.energies()))
-
-
-def _energies(value: Any, particles: Particles) -> np.ndarray:
-    energies = np.asarray(value.energies(), np.float64)
-    if energies.ndim != 1 or len(energies) < 2:
-        raise InputError(
-            f"energies() of {type(value).__name__} must return one energy for each of at least two steps, "
-            f"found {value.energies()!r}."
-        )
-    padded = np.full(_rows(value), NEVER)
+def _padded(value: Any, particles: Particles) -> np.ndarray:
+    energies = _energies(value)
+    padded = np.full(1 << step_bits(len(energies)), NEVER)
     padded[: len(energies)] = energies
     return padded
+
+
+def _no_events(value: Any, particles: Particles) -> np.ndarray:
+    return np.zeros((1 << step_bits(len(_energies(value))), 4), np.int64)
+
+
+OF_STEPS = {"energy": Prepared(_padded, power=-2), "events": Prepared(_no_events, remembers=True)}
+"""Arrays that every interaction with steps has."""
+
+
+def _refuse_writing(name: str, cls: type, function: Callable[..., Any]) -> None:
+    """Raise InputError where a method assigns to an attribute: the engine's tuples have none to assign to."""
+    for step in dis.get_instructions(function):
+        if step.opname == "STORE_ATTR":
+            raise InputError(
+                f"{name} of {cls.__name__} assigns to .{step.argval}, and fields and arrays stay what they "
+                f"are: write into an array of own.memory(...), self.{step.argval}[i] = ..."
+            )
 
 
 def _reads(function: Callable[..., Any]) -> Iterator[str]:
@@ -213,6 +272,7 @@ def _constants(
     """Return the numbers of a class that its compiled methods read."""
     found = {}
     for question, function in methods.items():
+        _refuse_writing(question, cls, function)
         for name in _reads(function):
             label = f"{question} of {cls.__name__}"
             value = getattr(cls, name, None)
@@ -381,7 +441,10 @@ def _value(cls: Any, definition: Own, compiled: Any) -> Any:
         added |= {name: each for name, each in _of_steps().items() if name not in written}
     for name, each in added.items():
         setattr(cls, name, each)
-    return dataclasses.dataclass(frozen=True, eq=False)(cls)
+    try:
+        return dataclasses.dataclass(frozen=True, eq=False)(cls)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"The fields of {cls.__name__} are not those of a dataclass: {error}.") from None
 
 
 def _of_obstacle(cls: Any, definition: Own) -> dict[str, Any]:
@@ -400,7 +463,19 @@ def _of_obstacle(cls: Any, definition: Own) -> dict[str, Any]:
     def check(self, box, periodic):
         return None
 
-    found: dict[str, Any] = {} if hasattr(cls, "check") else {"check": check}
+    written = cls.gap
+
+    def gap(self, positions, *args):
+        found = written(self, positions, *args)
+        if np.shape(found) != (len(positions),):
+            shown = f"the shape {np.shape(found)}" if np.ndim(found) else checks.describe(found)
+            raise InputError(
+                f"gap of {cls.__name__} must return {len(positions)} distances, one a particle, found "
+                f"{shown}."
+            )
+        return np.asarray(found, np.float64)
+
+    found: dict[str, Any] = {"gap": gap} | ({} if hasattr(cls, "check") else {"check": check})
     alive = any(registry.answers(question, definition.compiled) for question in LIVE)
     alive |= any(each.each or each.remembers for each in definition.parts.values())
     alive |= any(each.power or each.word == "per particle" for each in definition.meanings.values())
@@ -412,11 +487,14 @@ def _of_steps() -> dict[str, Any]:
 
     def steps(self, particles):
         # Beyond their reach all pairs are on the first.
-        return len(self.energies()), np.zeros((1, 1), np.int64)
+        return len(_energies(self)), np.zeros((1, 1), np.int64)
 
     def steps_of(self, pairs, distances, species, diameter):
-        found = np.array([self.step_of(each) for each in np.asarray(distances).tolist()], np.int64)
-        wrong = np.flatnonzero((found < 0) | (found >= len(self.energies())))
+        name, last = f"step_of(distance) of {type(self).__name__}", len(_energies(self)) - 1
+        given = [self.step_of(each) for each in np.asarray(distances).tolist()]
+        whole = [int(each) if isinstance(each, bool | np.bool_) else each for each in given]
+        found = np.array([checks.integer(each, name, low=-1, high=last) for each in whole], np.int64)
+        wrong = np.flatnonzero(found < 0)
         if len(wrong):
             i, j = (int(k) for k in pairs[wrong[0]])
             raise OverlapError(

@@ -30,6 +30,8 @@ class Kind:
     required: tuple[str, ...]  # those that a class must have
     asked: dict[str, tuple[str, ...]] = field(default_factory=dict)
     """By Carom in Python: parameters of methods, none of facts."""
+    may: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    """What else is asked in Python where the class has it, as ``asked``."""
     ghost: bool = False  # its arrays have an item for the ghost
     converted: bool = True  # to the engine's unit of time
 
@@ -51,6 +53,18 @@ def signature(name: str, question: Any) -> tuple[str, ...]:
 
 REMEMBERED = (memory.shift_epoch, memory.copy_state)
 
+OF_SCENES = {"check": ("self", "scene")}
+
+OF_PAIRS = {
+    **OF_SCENES,
+    "conserves": ("self", "diameter"),
+    "steps": ("self", "particles"),
+    "steps_of": ("self", "pairs", "distances", "species", "diameter"),
+    "penetrable": (),
+    "by_radii": (),
+    "keeps_momentum": (),
+}
+
 INTERACTION = Kind(
     "interaction",
     _named(
@@ -67,6 +81,7 @@ INTERACTION = Kind(
     ),
     ("interaction_time", "jump"),
     {"reach": ("self", "scene")},
+    OF_PAIRS,
     ghost=True,
 )
 STEPPED = Kind(
@@ -84,6 +99,7 @@ STEPPED = Kind(
     ),
     ("step_time", "step_jump"),
     {"reach": ("self", "scene"), "energies": ("self",), "step_of": ("self", "distance")},
+    OF_PAIRS,
     ghost=True,
 )
 MOTION = Kind(
@@ -103,11 +119,13 @@ MOTION = Kind(
         walls.wall_meeting,
     ),
     ("position", "velocity"),
+    may={**OF_SCENES, "conserves": ("self", "axis"), "straight": (), "curved": ()},
 )
 IMPACT = Kind(
     "contact law",
     _named(contact.transfer, contact.exchanged_part, *REMEMBERED),
     ("transfer",),
+    may={**OF_SCENES, "elastic": (), "adds_energy": ()},
     ghost=True,
 )
 OBSTACLE = Kind(
@@ -131,13 +149,33 @@ OBSTACLE = Kind(
     ),
     ("encounter", "outward"),
     {"gap": ("self", "positions", "radii", "box", "periodic")},
+    {
+        "check": ("self", "box", "periodic"),
+        "glides": ("self", "axis"),
+        "area": ("self", "box"),
+        "inside": ("self", "box"),
+        "confines": ("self", "normal"),
+        "outline": ("self", "box", "periodic"),
+        "surface": ("self", "box", "periodic"),
+        "adds_energy": (),
+    },
     ghost=True,
 )
 CONVEX = replace(OBSTACLE, required=("closest",))
 """All else follows from the closest point."""
-DRIVE = Kind("drive", _named(drives.next_time, drives.kick), ("next_time", "kick"), converted=False)
+DRIVE = Kind(
+    "drive",
+    _named(drives.next_time, drives.kick),
+    ("next_time", "kick"),
+    may={**OF_SCENES, "pace": ("self", "scene"), "conserves_momentum": ()},
+    converted=False,
+)
 OBSERVER = Kind(
-    "observer", _named(observer.at_pair, observer.at_obstacle, observer.at_epoch), (), converted=False
+    "observer",
+    _named(observer.at_pair, observer.at_obstacle, observer.at_epoch),
+    (),
+    may={"add": ("self", "block"), "result": ("self",), "begin": ("self", "scene")},
+    converted=False,
 )
 PATH = Kind(
     "path",

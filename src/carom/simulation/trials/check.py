@@ -176,7 +176,7 @@ def check(
         )
     flight = FreeFlight() if motion is None else model_checks.checked("motion", motion)
     record = Record()
-    with in_plain_python(value):
+    with in_plain_python(value, " In which dimensions to try it says dimensions=(2,)." * (given is None)):
         if kind == "obstacle":
             _check_obstacle(value, flight, dimensions, pairs, seed, record)
         else:

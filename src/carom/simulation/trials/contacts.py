@@ -20,5 +20,7 @@ def try_impact(
     for part in (number_of(transfer, law, rr, rv), number_of(exchanged_part, law, i, j, rr, rv, 0.0)):
         facts = {"i": i, "j": j, "distance": distance, "normal_speed": speed, "part": part}
         record.note("part", setting.dimension, part >= 0.5 - TOLERANCE, **facts)
+        if getattr(value, "elastic", False):
+            record.note("elastic", setting.dimension, abs(part - 1.0) <= TOLERANCE, **facts)
         if not getattr(value, "adds_energy", False):
             record.note("gain", setting.dimension, not part > 1.0 + TOLERANCE, **facts)

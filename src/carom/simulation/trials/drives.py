@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from carom import checks
+from carom.errors import InputError
 from carom.models.drives import kick, next_time
 from carom.models.questions.particles import NEVER
 from carom.simulation.trials.setting import TOLERANCE, Record, Setting, number_of
@@ -20,6 +22,7 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
     speed = float(unit.to_scene(setting.speed, -1))
     x, v = rng.uniform(size=setting.dimension) * setting.box, speed * rng.normal(size=setting.dimension)
     mass, time = float(setting.particles.masses[i]), 0.0
+    first = math.inf
     for _ in range(AT_ONCE):
         next_kick = number_of(next_time, drive, i, x, v, time)
         facts = {"i": i, "x": x.copy(), "v": v.copy(), "time": time, "next_time": next_kick}
@@ -37,11 +40,16 @@ def try_drive(drive: Any, setting: Setting, record: Record, rng: np.random.Gener
             return
         x, v = flown(setting, x, v, left)
         time = max(next_kick, time)
-        kick(drive, i, mass, x, v, time)
+        first = min(first, time)
+        if (returned := kick(drive, i, mass, x, v, time)) is not None:
+            raise InputError(
+                f"kick of {type(drive).__name__} returns {checks.describe(returned)}; expected nothing: "
+                "write the new velocity into v, v[axis] = ..."
+            )
         record.note("kick", setting.dimension, np.isfinite(v).all(), **facts, after=v.copy())
         if not np.isfinite(v).all():
             return
-    record.note("later", setting.dimension, time > 0.0, i=i, time=time)
+    record.note("later", setting.dimension, time > first, i=i, time=time)
 
 
 def flown(setting: Setting, x: np.ndarray, v: np.ndarray, time: float) -> tuple[np.ndarray, np.ndarray]:

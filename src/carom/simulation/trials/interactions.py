@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom import checks
 from carom.errors import InputError, OverlapError
 from carom.models import model_checks
 from carom.models.questions.interaction import core_square, jump, mass, radius
@@ -102,9 +103,9 @@ def refuse_short(pair: Any, n: int, step: int | None = None) -> None:
             try:
                 probes.time(pair, i, j, one, one, step)
                 if j < n and step is None and model_checks.answers(jump, pair):
-                    number_of(lambda i=i, j=j: jump(pair, i, j, one, -one, 0.0)[0])
+                    checks.answer(jump, pair, i, j, one, -one, 0.0)
                 elif j < n and step is not None:
-                    number_of(lambda i=i, j=j: step_jump(pair, i, j, step, one, -one, 0.0)[0])
+                    checks.answer(step_jump, pair, i, j, step, one, -one, 0.0)
             except IndexError:
                 raise InputError(short(pair, shortest(pair, n), n)) from None
 
@@ -167,7 +168,8 @@ def refuse_core(pair: Any, kinds: np.ndarray, scene: Scene, system: System) -> N
     speed = float(system.unit.to_kernel(1.0, -1))
     pairs = geometry.near(geometry.wrapped(scene.positions), system.diameter)
     distances = geometry.distances(scene.positions, pairs)
-    core = np.sqrt(probes.by_kind(kinds, pairs, lambda i, j: max(float(core_square(pair, i, j, 0.0)), 0.0)))
+    squares = probes.by_kind(kinds, pairs, lambda i, j: number_of(core_square, pair, i, j, 0.0))
+    core = np.sqrt(np.maximum(squares, 0.0))
     throw = probes.by_kind(
         kinds, pairs, lambda i, j: probes.contact_distance(pair, i, j, system.diameter, speed)
     )

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from carom import checks
 from carom.errors import InputError
 from carom.models import model_checks
 from carom.models.questions.motion import carry, exit_time, meeting_time, position
@@ -49,10 +50,7 @@ def try_flight(setting: Setting, record: Record, rng: np.random.Generator, relat
         record.note("uniform", d, off <= TOLERANCE * size, **facts, off=off)
     for axis in range(d):
         low, high = x[0, axis] + setting.size * (rng.uniform(0.01, 2.0, 2) * (-1.0, 1.0))
-        try:
-            t, up = exit_time(motion, axis, x[0, axis], v[0, axis], low, high)
-        except (ArithmeticError, ValueError):
-            continue
+        t, up = checks.answer(exit_time, motion, axis, x[0, axis], v[0, axis], low, high)
         if not t < NEVER:
             continue
         way = [position(motion, axis, x[0, axis], v[0, axis], s * t) for s in np.linspace(0, 1, 33)]

@@ -19,6 +19,7 @@ from carom.models.questions.obstacle import (
     anchor,
     arrival,
     at_time,
+    encounter,
     is_periodic,
     meeting,
     outward,
@@ -128,8 +129,11 @@ class ObstacleTrial:
     def _time(self, x: np.ndarray, v: np.ndarray, radius: float, now: float) -> float:
         """Return when a component meets the obstacle, in any image of the box in which it stands."""
         best, motion = NEVER, self._setting.motion
+        plain = self._setting.free and not self._moves and model_checks.answers(encounter, self.model)
         for place_ in self._images(x):
-            best = min(best, time_of(meeting, motion, self.model, place_, v, radius, self._growth, now))
+            way = (place_, v, radius, self._growth)
+            asked = (encounter, self.model, *way) if plain else (meeting, motion, self.model, *way, now)
+            best = min(best, time_of(*asked))
         return best
 
     def _images(self, x: np.ndarray) -> Iterator[np.ndarray]:

@@ -95,8 +95,9 @@ def refuse_pair_and_motion(value: Any, scene: Scene, system: System, setting: Se
     if own_motion:
         for _ in range(TRIED):
             try_flight(setting, flight_record, rng)
-        if not own_pair or any(name != "relative" for name, _ in flight_record.failures):
-            refuse(type(system.motion).__name__, flight_record)
+        others = {each: failure for each, failure in flight_record.failures.items() if each[0] != "relative"}
+        found = others if own_pair else flight_record.failures
+        refuse(type(system.motion).__name__, Record(failures=found))
     if pairs:
         trial = PairTrial(system.interaction, copied(pair), setting, record, system.diameter)
         for k, (i, j) in zip(range(ATTEMPTS), itertools.cycle(pairs), strict=False):

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from carom.errors import CaromError
+from carom import checks
+from carom.errors import CaromError, OverlapError
 from carom.models import model_checks
 from carom.models.questions.interaction import core_square, growth, interaction_time, jump, mass
 from carom.models.questions.motion import meeting_time, push_direction
@@ -20,6 +21,7 @@ from carom.simulation.trials.setting import (
     Record,
     Setting,
     direction,
+    number_of,
     record_of,
     same,
     time_of,
@@ -76,7 +78,7 @@ class PairTrial:
         """Return about how near the two come, which is where their ways are to lead [length]."""
         if self._stepped:
             return self._reach
-        core = math.sqrt(max(float(core_square(self._pair, i, j, 0.0)), 0.0))
+        core = math.sqrt(max(number_of(core_square, self._pair, i, j, 0.0), 0.0))
         if self._setting.curved:
             return core
         head_on = probes.contact_distance(self._pair, i, j, self._reach, self._setting.speed)
@@ -110,7 +112,9 @@ class PairTrial:
             found = self._value.steps_of(
                 np.array([[min(i, j), max(i, j)]]), np.array([distance]), particles.species, diameter
             )
-        except CaromError:  # inside a core, or beyond a bond
+        except CaromError as error:  # inside a core, or beyond a bond
+            if hasattr(self._value, "step_of") and not isinstance(error, OverlapError):
+                raise
             return None
         return int(found[0])
 
@@ -128,7 +132,7 @@ class PairTrial:
             a, b = self._setting.particles.masses[[i, j]].tolist()
             return a, b
         if model_checks.answers(mass, self._pair) or hasattr(self._pair, "masses"):
-            return float(mass(self._pair, i)), float(mass(self._pair, j))
+            return number_of(mass, self._pair, i), number_of(mass, self._pair, j)
         return 1.0, 1.0
 
     def _rate(self, i: int, j: int) -> float:
@@ -138,7 +142,7 @@ class PairTrial:
         """Return when two interact that are at places x with velocities v, (2, d), at the time now."""
         pair = self._pair
         if self._setting.curved:
-            contact = math.sqrt(max(float(core_square(pair, i, j, now)), 0.0))
+            contact = math.sqrt(max(number_of(core_square, pair, i, j, now), 0.0))
             me, other = (record_of(*each) for each in zip(x, v, strict=True))
             rate = self._rate(i, j)
             return time_of(
@@ -152,12 +156,10 @@ class PairTrial:
 
     def _jump(self, i: int, j: int, step: int | None, rr: float, rv: float, now: float) -> tuple[Any, ...]:
         rr, rv = np.float64(rr), np.float64(rv)
-        try:
-            if step is None:
-                return tuple(jump(self._pair, i, j, rr, rv, now))
-            return tuple(step_jump(self._pair, i, j, step, rr, rv, now))
-        except (ArithmeticError, ValueError):
-            return math.nan, math.nan, math.nan, *(() if step is None else (step, CORE))
+        if step is None:
+            return checks.answer(jump, self._pair, i, j, rr, rv, now)
+        found = checks.answer(step_jump, self._pair, i, j, step, rr, rv, now)
+        return (*found[:3], step, CORE) if math.isnan(found[3]) else found
 
     def _note(self, condition: str, holds: Any, **numbers: Any) -> None:
         self._record.note(condition, self._setting.dimension, holds, **numbers)
@@ -256,8 +258,8 @@ class PairTrial:
         setting, pair = self._setting, self._pair
 
         def core_at(later: float) -> float:
-            square = core_square(pair, i, j, later) if step is None else step_core_square(pair, step)
-            return math.sqrt(max(float(square), 0.0))
+            asked = (core_square, pair, i, j, later) if step is None else (step_core_square, pair, step)
+            return math.sqrt(max(number_of(*asked), 0.0))
 
         start, u = x[1] - x[0], v[1] - v[0]
         core = core_at(now)

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from carom import checks
 from carom.errors import CaromError, InputError
 from carom.models.motions.free_flight import Inertial
 from carom.models.questions.motion import carry, position, velocity
@@ -44,6 +45,7 @@ SENTENCES = {
     "exit": "exit_time is when the coordinate leaves the interval",
     "images": "components meet across the faces of the box as they do inside",
     "part": "the part that is exchanged is a number of at least 1/2 (all is lost)",
+    "elastic": "a law with elastic = True exchanges all, the part 1",
     "gain": "a contact adds no energy, unless the value has adds_energy = True",
     "encounter": "a component is apart from an obstacle, by its gap, until it meets it, and touches it then",
     "outward": "outward is a unit vector away from the obstacle, against which the component flies",
@@ -63,6 +65,8 @@ HINTS = {
     "images": "meeting_time gets positions in the box and must look at their images itself, or the motion "
     "must keep components away from the faces.",
     "energy": "An interaction that is not to keep it has conserves(diameter), which returns False.",
+    "IV of steps": "A last step that does not end inwards has the end low = -1: 0 is a contact of points.",
+    "exit": "A motion whose coordinates do not move as x + v t answers exit_time.",
     "asked": "The engine asks after every event: draw a random time once, and keep in a memory when it is "
     "due.",
 }
@@ -90,7 +94,8 @@ class Failure:
     def __str__(self) -> str:
         facts = ", ".join(f"{name} = {value}" for name, value in self.numbers.items())
         what = f"{self.condition}: not so that {SENTENCES[self.condition]}; d = {self.dimension}, {facts}"
-        return f"{what}. {HINTS[self.condition]}" if self.condition in HINTS else f"{what}."
+        hint = HINTS.get(f"{self.condition} of steps" if "step" in self.numbers else self.condition)
+        return f"{what}. {hint}" if hint else f"{what}."
 
 
 @dataclass
@@ -187,29 +192,23 @@ def carried(motion: Any, x: np.ndarray, v: np.ndarray, t: float) -> tuple[np.nda
     """Return place and velocity (d,) of one particle in a ``motion`` a time ``t`` later."""
     # What carry leaves out is no number.
     there, then, left = carry(motion, x, v, t, np.full_like(x, np.nan), np.full_like(v, np.nan))
-    places = [position(motion, axis, there[axis], then[axis], left) for axis in range(len(x))]
-    return np.array(places), np.array([velocity(motion, axis, then[axis], left) for axis in range(len(x))])
+    places = [number_of(position, motion, axis, there[axis], then[axis], left) for axis in range(len(x))]
+    speeds = [number_of(velocity, motion, axis, then[axis], left) for axis in range(len(x))]
+    return np.array(places), np.array(speeds)
 
 
 def time_of(question: Callable[..., Any], *arguments: Any) -> float:
-    """Return the time that a ``question`` answers to ``arguments``.
-
-    It is NEVER where Python finds no number: compiled code goes on.
-    """
-    try:
-        answer = question(*arguments)
-    except (ArithmeticError, ValueError):
-        return NEVER
-    t = float(answer[0] if isinstance(answer, tuple) else answer)
+    """Return the time that a model answers to a ``question`` of ``arguments``; NEVER for NaN."""
+    t = number_of(question, *arguments)
     return NEVER if math.isnan(t) else t
 
 
 def number_of(question: Callable[..., Any], *arguments: Any) -> float:
-    """Return the number that a ``question`` answers to ``arguments``, or NaN where Python finds none."""
-    try:
-        return float(question(*arguments))
-    except (ArithmeticError, ValueError):
-        return math.nan
+    """Return the number, the first of several, that a model answers to a ``question`` of ``arguments``.
+
+    It raises InputError as :func:`carom.checks.answer` does.
+    """
+    return float(checks.answer(question, *arguments)[0])
 
 
 def same(a: float, b: float) -> bool:
@@ -229,8 +228,10 @@ def record_of(x: np.ndarray, v: np.ndarray) -> Any:
 
 
 @contextmanager
-def in_plain_python(value: Any) -> Iterator[None]:
+def in_plain_python(value: Any, hint: str = "") -> Iterator[None]:
     """Ask the functions of a ``value`` in plain Python, as compiled code computes: without errors of floats.
+
+    The ``hint`` is what may help where an index is out of bounds.
 
     Raises
     ------
@@ -246,4 +247,6 @@ def in_plain_python(value: Any) -> Iterator[None]:
         raise InputError(
             f"{type(value).__name__} fails where Carom asks it in plain Python: {type(error).__name__}: "
             f"{error}; its functions must run in Python as they do when compiled."
+            + hint
+            * isinstance(error, IndexError)
         ) from error
