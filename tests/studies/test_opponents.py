@@ -86,19 +86,6 @@ def test_the_skin_changes_nothing_but_the_time():
     assert all([tuple(sorted(pair)) for pair in order] == first for order in orders)
 
 
-def test_stepping_in_single_precision_keeps_single_digits():
-    positions, velocities, box = start(100, 2, 0.5)
-    double, single = (
-        Stepper(positions, velocities, box, step=0.01, skin=0.2, single=single) for single in (False, True)
-    )
-    double.run(10)
-    single.run(10)
-    away = np.abs(single.positions - double.positions).max()
-    assert 1e-9 < away < 1e-4
-    # Ten steps of some roundings of a coordinate.
-    assert single.velocities.dtype == np.float64
-
-
 def test_the_force_between_pseudo_hard_spheres_is_the_slope_of_their_potential():
     def energy(r):
         system = PseudoHardSpheres(

@@ -23,8 +23,8 @@ is short enough, the pairs are treated one by one. With 0 all pairs are, which i
 class ListedSpheres(ABC):
     """Equal spheres (n, d) in a periodic box, and the list of their pairs; a subclass moves them.
 
-    Compiled code has floats of type ``real`` in arrays (d, n), neighbours in space beside each other, and
-    adds to the sums in ``tally`` (k,).
+    Compiled code has arrays (d, n), neighbours in space beside each other, and adds to the sums in ``tally``
+    (k,).
     """
 
     def __init__(
@@ -36,18 +36,16 @@ class ListedSpheres(ABC):
         step: float,
         diameter: float,
         mass: float,
-        real: Any,
         tally: np.ndarray,
         settings: dict[str, Any],
     ):
-        self.real: Any = real
         self._settings = settings  # of the subclass, but for the skin
         self.box = np.array(box, dtype=np.float64)
         self.step, self.diameter, self.mass = float(step), float(diameter), float(mass)
         positions = np.asarray(positions, dtype=np.float64)
         self._order = order_in_cells(positions, self.box)
-        self._x: Any = np.ascontiguousarray(positions[self._order].T, dtype=real)
-        self._v: Any = np.ascontiguousarray(np.asarray(velocities)[self._order].T, dtype=real)
+        self._x: Any = np.ascontiguousarray(positions[self._order].T)
+        self._v: Any = np.ascontiguousarray(np.asarray(velocities, dtype=np.float64)[self._order].T)
         self._images = np.zeros(self._x.shape, dtype=np.int64)
         self._listed = self._x.copy()
         self._pairs = PairList(self.box, self._x.shape[1])
@@ -64,12 +62,12 @@ class ListedSpheres(ABC):
     @property
     def positions(self) -> np.ndarray:
         """Unwrapped centres (n, d) [length]."""
-        return self._back(self._x.astype(np.float64) + self._images * self.box[:, None])
+        return self._back(self._x + self._images * self.box[:, None])
 
     @property
     def velocities(self) -> np.ndarray:
         """Velocities (n, d) [length / time]."""
-        return self._back(self._v.astype(np.float64))
+        return self._back(self._v)
 
     @property
     def bytes(self) -> int:
@@ -93,19 +91,18 @@ class ListedSpheres(ABC):
         The list is valid for at least so many ``steps`` of the fastest sphere.
         """
         box = self.box[:, None]
-        turns = np.floor(self._x.astype(np.float64) / box)
+        turns = np.floor(self._x / box)
         # Rounding may leave a sphere slightly outside, which the list allows.
-        self._x -= (turns * box).astype(self.real)
+        self._x -= turns * box
         self._images += turns.astype(np.int64)
         self._listed = self._x.copy()
-        fastest = math.sqrt(float((self._v.astype(np.float64) ** 2).sum(axis=0).max()))
+        fastest = math.sqrt(float((self._v**2).sum(axis=0).max()))
         self._slack = skin * self.diameter + 2.0 * steps * fastest * self.step
-        # Eight roundings of a coordinate allow for the precision of float32.
-        doubt = 8.0 * float(np.finfo(self.real).eps) * float(self.box.max())
+        doubt = 8.0 * float(np.finfo(np.float64).eps) * float(self.box.max())  # roundings of a coordinate
         reach = contact + self._slack + doubt
         self._pairs.renew(self._x, reach)
         if 2.0 * reach > self.box.min():
-            self._slack = float(np.finfo(self.real).max)  # all pairs are listed
+            self._slack = float(np.finfo(np.float64).max)  # all pairs are listed
 
     def _tuned(self, skin: float | None) -> float:
         """Return the given skin; by default find the fastest skin by trial, and set its chunk size."""

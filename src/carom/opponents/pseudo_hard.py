@@ -50,7 +50,6 @@ class PseudoHardSpheres(ListedSpheres):
             step=float(step) * float(diameter) * math.sqrt(float(mass) / self.epsilon),
             diameter=diameter,
             mass=mass,
-            real=np.float64,
             # Integrals of the virial and of the kinetic energy; smallest distance squared; potential energy.
             tally=np.array([0.0, 0.0, float(np.max(box)) ** 2, 0.0]),
             settings={"step": step, "kT": kT, "diameter": diameter, "mass": mass},

@@ -19,8 +19,7 @@ from carom.opponents.pairs import compile_kept
 class Stepper(ListedSpheres):
     """Equal hard spheres in a periodic box of at least two diameters, advanced by a fixed ``step`` [time].
 
-    With ``single`` it computes in float32; ``skin`` [diameters] is that of the list of pairs, by default the
-    fastest.
+    ``skin`` [diameters] is that of the list of pairs, by default the fastest.
     """
 
     def __init__(
@@ -32,7 +31,6 @@ class Stepper(ListedSpheres):
         step: float,
         diameter: float = 1.0,
         mass: float = 1.0,
-        single: bool = False,
         skin: float | None = None,
     ):
         super().__init__(
@@ -42,9 +40,8 @@ class Stepper(ListedSpheres):
             step=step,
             diameter=diameter,
             mass=mass,
-            real=np.float32 if single else np.float64,
             tally=np.array([0.0, 0.0, float(diameter) ** 2]),  # collisions, virial, smallest distance squared
-            settings={"step": step, "diameter": diameter, "mass": mass, "single": single},
+            settings={"step": step, "diameter": diameter, "mass": mass},
         )
         self._log_pairs, self._log_times = np.empty((0, 2), np.int64), np.empty(0)
         self.skin = self._tuned(skin)
@@ -68,8 +65,6 @@ class Stepper(ListedSpheres):
         """Make ``steps`` steps; with ``log`` return the time and the two components of each collision."""
         found: list[tuple[float, int, int]] = []
         move = _move(len(self.box))
-        real = self.real
-        box = self.box.astype(real)
         left = steps
         while left:
             if self._slack < 0.0:
@@ -78,9 +73,8 @@ class Stepper(ListedSpheres):
             if len(self._log_times) != room:
                 self._log_pairs, self._log_times = np.empty((room, 2), np.int64), np.empty(room)
             made, logged = move(
-                self._x, self._v, self._listed, self._pairs.first, self._pairs.second, box, 1 / box,
-                real(self.step), left, real(self.diameter**2), real(self._slack), self._tally,
-                self._log_pairs, self._log_times, self._chunk,
+                self._x, self._v, self._listed, self._pairs.first, self._pairs.second, self.box,
+                1.0 / self.box, self.step, left, self.diameter**2, self._slack, self._tally, self._log_pairs, self._log_times, self._chunk,
             )  # fmt: skip
             for k in range(logged):
                 i, j = (int(self._order[one]) for one in self._log_pairs[k])
@@ -125,15 +119,15 @@ def _move(dimension: int) -> Any:
         logged = 0
         hits = np.empty(16, np.int64)
         ago = np.empty(16, np.float64)
-        fastest = box[0] * 0
+        fastest = 0.0
         safe = np.int64(0)  # steps during which the list surely stays valid
         for made in range(steps):
             if safe == 0:
-                furthest = box[0] * 0
-                fastest = box[0] * 0
+                furthest = 0.0
+                fastest = 0.0
                 for i in range(n):
-                    moved = box[0] * 0
-                    speed = box[0] * 0
+                    moved = 0.0
+                    speed = 0.0
                     for a in range(D):
                         r = x[a, i] - listed[a, i]
                         moved += r * r
@@ -158,7 +152,7 @@ def _move(dimension: int) -> Any:
                 for k in range(begin, end if chunk > 0 else begin):
                     p = np.uint64(first[k])
                     q = np.uint64(second[k])
-                    rr = box[0] * 0
+                    rr = 0.0
                     for a in range(D):
                         r = x[a, q] - x[a, p]
                         r -= box[a] * np.rint(r * inverse[a])
@@ -169,7 +163,7 @@ def _move(dimension: int) -> Any:
                 for k in range(begin, end):
                     p = np.uint64(first[k])
                     q = np.uint64(second[k])
-                    rr = box[0] * 0
+                    rr = 0.0
                     for a in range(D):
                         r = x[a, q] - x[a, p]
                         r -= box[a] * np.rint(r * inverse[a])
@@ -200,8 +194,8 @@ def _move(dimension: int) -> Any:
                 k = hits[h]
                 p = np.uint64(first[k])
                 q = np.uint64(second[k])
-                rr = box[0] * 0
-                rv = box[0] * 0
+                rr = 0.0
+                rv = 0.0
                 for a in range(D):
                     r = x[a, q] - x[a, p]
                     r -= box[a] * np.rint(r * inverse[a])
@@ -215,8 +209,8 @@ def _move(dimension: int) -> Any:
                     r -= box[a] * np.rint(r * inverse[a])
                     v[a, p] += factor * r
                     v[a, q] -= factor * r
-                mine = box[0] * 0
-                other = box[0] * 0
+                mine = 0.0
+                other = 0.0
                 for a in range(D):
                     mine += v[a, p] * v[a, p]
                     other += v[a, q] * v[a, q]

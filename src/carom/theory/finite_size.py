@@ -75,19 +75,7 @@ def speed_factor(degrees_of_freedom: float) -> float:
 def crystal_finite_size_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
     """``Z_N - Z`` of N particles that form one crystal in a periodic box, to leading order in 1 / N.
 
-    Parameters
-    ----------
-    packing_fraction : float or array
-        eta of the crystal.
-    n : int
-        Number of particles N.
-    equation : callable
-        Z of the infinite crystal.
-
-    Raises
-    ------
-    InputError
-        If a packing fraction is not in [0, 1), or n is less than 1.
+    Parameters and errors are those of :func:`finite_size_shift`.
 
     Notes
     -----
@@ -104,19 +92,7 @@ def crystal_finite_size_shift(packing_fraction: Any, n: int, equation: Equation)
 def constant_pressure_shift(packing_fraction: Any, n: int, equation: Equation) -> Any:
     """``P <V> / N kT`` at constant pressure less Z_N in a box of that mean volume, to leading order in 1 / N.
 
-    Parameters
-    ----------
-    packing_fraction : float or array
-        eta of the mean volume.
-    n : int
-        Number of particles N.
-    equation : callable
-        Z of infinitely many particles.
-
-    Raises
-    ------
-    InputError
-        If a packing fraction is not in [0, 1), or n is less than 1.
+    Parameters and errors are those of :func:`finite_size_shift`.
 
     Notes
     -----

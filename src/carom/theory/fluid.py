@@ -28,10 +28,7 @@ def carnahan_starling(packing_fraction: Any) -> Any:
 def kolafa_labik_malijevsky(packing_fraction: Any) -> Any:
     """Z of hard spheres (d = 3), Kolafa, Labik and Malijevsky: within 1e-4 of simulation in the fluid.
 
-    Parameters
-    ----------
-    packing_fraction : float or array
-        eta of the spheres.
+    Parameters are those of :func:`carnahan_starling`.
 
     Notes
     -----
@@ -58,10 +55,7 @@ def kolafa_labik_malijevsky(packing_fraction: Any) -> Any:
 def pieprzyk(packing_fraction: Any) -> Any:
     """Z of hard spheres (d = 3), Kolafa-Labik-Malijevsky refitted by Pieprzyk et al.: the best one.
 
-    Parameters
-    ----------
-    packing_fraction : float or array
-        eta of the spheres.
+    Parameters are those of :func:`carnahan_starling`.
 
     Notes
     -----
@@ -107,10 +101,7 @@ def henderson(packing_fraction: Any) -> Any:
 def santos_lopez_de_haro_yuste(packing_fraction: Any) -> Any:
     """Z of hard disks (d = 2), Santos, Lopez de Haro and Yuste: exact B_2, and a pole at close packing.
 
-    Parameters
-    ----------
-    packing_fraction : float or array
-        eta of the disks.
+    Parameters are those of :func:`henderson`.
 
     Notes
     -----

@@ -46,15 +46,7 @@ def speedy(packing_fraction: Any) -> Any:
 def almarza(packing_fraction: Any) -> Any:
     """Z of the fcc crystal of hard spheres (d = 3), Almarza: the best one at melting.
 
-    Parameters
-    ----------
-    packing_fraction : float or array
-        eta of the crystal, from 0.49 to below close packing.
-
-    Raises
-    ------
-    InputError
-        If a packing fraction is not in this range.
+    Parameters and errors are those of :func:`speedy`.
 
     Notes
     -----
@@ -82,15 +74,7 @@ def almarza(packing_fraction: Any) -> Any:
 def hall(packing_fraction: Any) -> Any:
     """Z of the fcc crystal of hard spheres (d = 3), Hall: the classic fit.
 
-    Parameters
-    ----------
-    packing_fraction : float or array
-        eta of the crystal, from 0.49 to below close packing.
-
-    Raises
-    ------
-    InputError
-        If a packing fraction is not in this range.
+    Parameters and errors are those of :func:`speedy`.
 
     Notes
     -----

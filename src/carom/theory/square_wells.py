@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-CRITICAL = {1.25: (0.764, 0.370), 1.375: (0.974, 0.355), 1.5: (1.2172, 0.3079), 1.75: (1.811, 0.284)}
-"""Critical kT [depth of the well] and density [1 / diameter^3] by the range of the well [diameter]. 1.5:
-Singh, Kofke and Errington, J. Chem. Phys. 119, 3405 (2003); the others: Vega, de Miguel, Rull, Jackson and
-McLure, J. Chem. Phys. 96, 2296 (1992), to 1 % in kT and 13 % in density."""
+CRITICAL = {1.5: (1.2172, 0.3079)}
+"""Critical kT [depth of the well] and density [1 / diameter^3] by the range of the well [diameter]: Singh, Kofke
+and Errington, J. Chem. Phys. 119, 3405 (2003)."""
 
 
 def gas_and_liquid(well: float, kT: float) -> tuple[float, float] | None:
