@@ -81,7 +81,13 @@ REPLACED = {"250:1": "6:1", r"code \d+": "code 5", r"(--target .*=(\+-)?)[\de.-]
 READ = {"benchmarking.md", "evidence.md"}
 """Pages with tables of hours: their options are read, and the same commands run on other pages."""
 
-PLAIN = ("carom code [0-9]", "carom pack", "carom run -d", "carom run .*toml", "carom run .*--event-log")
+PLAIN = (
+    "carom code [0-9]",
+    "carom pack",
+    "carom run -d",
+    "carom run (bed|mixture|hunt)",
+    "carom run .*--event-log",
+)
 """Commands of kinds that no other test compiles: so small that plain Python takes less than compiling."""
 
 CANNOT = {
@@ -129,7 +135,9 @@ def commands(page):
     """Return the commands of a page, one a line: those of its blocks, and of scripts for Slurm."""
     scripts = [block for block in blocks(page, "text") if block.startswith("#")]
     lines = "\n".join([*blocks(page, "bash"), *scripts]).splitlines()
-    return [each for line in lines for each in re.split(" +&& ", re.split(r"(?:^| +)#", line)[0]) if each]
+    return [
+        each for line in lines for each in re.split(r"(?<!\]) +&& ", re.split(r"(?:^| +)#", line)[0]) if each
+    ]
 
 
 def smaller(command: str, page: Path) -> str:
