@@ -76,7 +76,7 @@ SMALLER = {
 """What is added to a command that begins so, the longest fit: a size that takes seconds."""
 
 REPLACED = {"250:1": "6:1", r"code \d+": "code 5", r"(--target .*=(\+-)?)[\de.-]+": r"\g<1>0.5"}
-"""Numbers that nothing added would replace: points, counts of a species, and the error that a plan aims at."""
+"""Numbers that nothing added would replace: points, counts of a species, the error that a plan aims at."""
 
 READ = {"benchmarking.md", "evidence.md"}
 """Pages with tables of hours: their options are read, and the same commands run on other pages."""
