@@ -71,6 +71,7 @@ SMALLER = {
     "carom transport .*--relative-error": f"{STUDY} --eta 0.1 --relative-error 0.5",
     "pytest .*-k": "--collect-only -q -n 0 -p no:cacheprovider",
     "python examples": "--smoke",
+    "python tests/benchmarks/files.py": "1000",
     "python mean_free_path.py(?! --h)": "--n 10 --ratio 1 -j 1",
 }
 """What is added to a command that begins so, the longest fit: a size that takes seconds."""
