@@ -1,4 +1,4 @@
-"""The Python of every page and the commands of some run, as typed, and print what the page shows.
+"""The Python of every page runs, as typed, and prints what the page shows.
 
 Some blocks need what a page does not show: a simulation, a file, a cluster. ``BEFORE`` makes it. What only
 has to be small for the test is made small there, too.
@@ -12,15 +12,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from helpers.pages import EVERY, ROOT, blocks
 from typer.testing import CliRunner
 
 from carom.cli import app
 from carom.scene_file.scene_file import SceneFile
 from carom.studies import CodeSpec, StudySpec
-
-ROOT = Path(__file__).parents[2]
-EVERY = [ROOT / "README.md", *sorted(ROOT.joinpath("docs").rglob("*.md"))]
-EVERY = [page for page in EVERY if not {"_build", "classes", "gallery"} & set(page.parts)]
 
 ELSEWHERE = {"models.md"}
 """Its test looks at what its models do, too."""
@@ -70,11 +67,6 @@ distributed.Client = lambda address: contextlib.nullcontext(None)
 __name__ = "page"
 """,
 }
-
-
-def blocks(page: Path, language: str) -> list[str]:
-    """Return the blocks of a page in one language."""
-    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text(encoding="utf-8"), re.M | re.S)
 
 
 PAGES = [page for page in EVERY if page.name not in ELSEWHERE and blocks(page, "python")]
@@ -142,59 +134,6 @@ def test_the_python_of_a_page_runs_in_turn_and_prints_what_the_page_shows(page, 
     for at, line in enumerate(code.splitlines(), 1):
         if comment := re.search(r"^ *print\(.*\)  # (-?\d+\.\d+|\(.*?\))(?=[ ,:;]|$)", line):
             assert agrees(said[at], comment[1]), (line, said[at])
-
-
-MADE = {
-    "files.md": """
-carom run
-carom export carom-run start.data
-cut -d " " -f -4 carom-run/trajectory.extxyz | sed 2~34s/.*// > argon.xyz
-carom export carom-run dump.lammpstrj
-gzip -k dump.lammpstrj
-""",
-    "quickstart.md": "",
-    "range-rules.md": "carom init hunt.toml --template rules",
-}
-"""Pages whose commands run, and what makes the files of which they speak."""
-
-SMALLER = {
-    "run": "--n 32 --equilibration 2 -c 5 --frames 9",
-    "run hunt.toml": "--equilibration 0 --time 0.1 --frames 9",
-    "run start": "--equilibration 2 -c 5 --frames 9 --out again",
-}
-"""What is added to a command that begins so, the longest fit: a size that plain Python does in seconds."""
-
-SHELL = """
-set -e
-carom() { python -m carom "$@"; }
-export NUMBA_DISABLE_JIT=1 BROWSER=true
-"""
-
-
-def smaller(line: str) -> str:
-    """Return a command of a page, at a size that takes seconds."""
-    line = re.split(" +#", line)[0]
-    fits = [begin for begin in SMALLER if re.match(f"carom {begin}", line)]
-    return re.sub("(?= > |$)", f" {SMALLER[max(fits, key=len)]}", line, count=1) if fits else line
-
-
-@pytest.mark.ci
-@pytest.mark.parametrize("name", MADE)
-def test_the_commands_of_a_page_run_in_turn_and_print_what_the_page_shows(name, tmp_path):
-    page = ROOT / "docs" / name
-    lines = "\n".join([MADE[name], *blocks(page, "bash")]).splitlines()
-    # The first block of the first page installs Carom, as CI does.
-    script = SHELL + "".join(f"{smaller(line)}\n" for line in lines if not line.startswith("pip install"))
-    done = subprocess.run(
-        ["bash", "-xc", script], cwd=tmp_path, capture_output=True, text=True, timeout=600, check=False
-    )
-    assert done.returncode == 0, done.stderr[-3000:]
-    # A smaller size has other numbers. What Python prints, and an error, have tests of their own.
-    printed = re.sub(r"\d[\d.e-]*", "#", done.stdout)
-    for output in blocks(page, "text"):
-        if not output.startswith(("Error", "from")):
-            for line in output.splitlines():
-                assert re.sub(r"\d[\d.e-]*", "#", line) in printed
 
 
 @pytest.mark.parametrize("page", [page for page in EVERY if blocks(page, "toml")], ids=lambda page: page.name)
