@@ -80,28 +80,6 @@ def test_the_error_of_stepping_shrinks_with_the_step(scene):
     assert errors[-1] < errors[0] / 100
 
 
-@pytest.mark.parametrize(
-    ("change", "says"),
-    [
-        ({"step": 0.0}, "positive"),
-        ({"step": math.nan}, "positive"),
-        ({"box": [10.0]}, "2 edges"),
-        ({"box": [10.0, 1.5]}, "at least two diameters"),
-        ({"velocities": [[0.0, 0.0]]}, r"\(n, d\)"),
-    ],
-)
-def test_stepping_refuses_what_it_cannot_do(change, says):
-    arguments = {
-        "positions": [[1.0, 1.0], [3.0, 3.0]],
-        "velocities": [[1.0, 0.0], [0.0, 1.0]],
-        "box": [10.0, 10.0],
-        "step": 0.1,
-        **change,
-    }
-    with pytest.raises(InputError, match=says):
-        SteppedSystem(**arguments)
-
-
 # What is asked.
 
 

@@ -74,7 +74,8 @@ class Stepper(ListedSpheres):
                 self._log_pairs, self._log_times = np.empty((room, 2), np.int64), np.empty(room)
             made, logged = move(
                 self._x, self._v, self._listed, self._pairs.first, self._pairs.second, self.box,
-                1.0 / self.box, self.step, left, self.diameter**2, self._slack, self._tally, self._log_pairs, self._log_times, self._chunk,
+                1.0 / self.box, self.step, left, self.diameter**2, self._slack, self._tally,
+                self._log_pairs, self._log_times, self._chunk,
             )  # fmt: skip
             for k in range(logged):
                 i, j = (int(self._order[one]) for one in self._log_pairs[k])

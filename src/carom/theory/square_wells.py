@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 CRITICAL = {1.5: (1.2172, 0.3079)}
-"""Critical kT [depth of the well] and density [1 / diameter^3] by the range of the well [diameter]: Singh, Kofke
-and Errington, J. Chem. Phys. 119, 3405 (2003)."""
+"""Critical kT [depth of the well] and density [1 / diameter^3] by the range of the well [diameter]: Singh,
+Kofke and Errington, J. Chem. Phys. 119, 3405 (2003)."""
 
 
 def gas_and_liquid(well: float, kT: float) -> tuple[float, float] | None:

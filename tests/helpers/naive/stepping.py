@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from carom.errors import InputError
 from carom.reference.naive import Collision
 
 SKIN = 0.3
@@ -21,41 +20,10 @@ SKIN = 0.3
 
 
 class SteppedSystem:
-    """Equal hard spheres in a periodic box, advanced by a fixed time step.
+    """Equal hard spheres (n, d) in a periodic box of edges of two diameters or more, by a fixed step.
 
-    Parameters
-    ----------
-    positions, velocities : (n, d) array_like
-        Centers [length] and velocities [length / time].
-    box : sequence of d floats
-        Edges [length], each at least two diameters: every sphere is met under its nearest image.
-    step : float
-        The time step [time].
-    diameter, mass : float
-        Of every sphere [length], [mass].
-
-    Attributes
-    ----------
-    positions, velocities : (n, d) arrays
-        Unwrapped centers, and velocities, at the present.
-    steps : int
-        Steps made; the time is ``steps * step``.
-    collisions : int
-    virial : float
-        Sum of ``r_ij . dp_ij`` [energy], with the separation found.
-    worst_overlap : float
-        Deepest overlap found after a step [diameters].
-
-    Raises
-    ------
-    InputError
-        If a shape or a number does not fit.
-
-    Examples
-    --------
-    >>> system = SteppedSystem([[1.0, 1.0], [2.5, 1.0]], [[1.0, 0.0], [0.0, 0.0]], [10.0, 10.0], step=0.125)
-    >>> [(c.i, c.j) for c in system.run(8)], system.worst_overlap
-    ([(0, 1)], 0.125)
+    ``virial`` is the sum of ``r_ij . dp_ij`` [energy] with the separation found, ``worst_overlap`` the
+    deepest found after a step [diameters].
     """
 
     def __init__(
@@ -71,17 +39,6 @@ class SteppedSystem:
         self.positions = np.array(positions, dtype=float)
         self.velocities = np.array(velocities, dtype=float)
         self.box = np.array(box, dtype=float)
-        if self.positions.ndim != 2 or self.velocities.shape != self.positions.shape:
-            raise InputError(
-                f"positions have shape {self.positions.shape}, velocities {self.velocities.shape}; "
-                "both must be (n, d)."
-            )
-        if self.box.shape != self.positions.shape[1:] or not (self.box >= 2.0 * diameter).all():
-            raise InputError(
-                f"box is {box!r}; expected {self.positions.shape[1]} edges of at least two diameters."
-            )
-        if not (math.isfinite(step) and step > 0.0 and diameter > 0.0 and mass > 0.0):
-            raise InputError("step, diameter and mass must be positive and finite.")
         self.step, self.diameter, self.mass = float(step), float(diameter), float(mass)
         self.steps = self.collisions = 0
         self.virial = self.worst_overlap = 0.0
@@ -93,11 +50,6 @@ class SteppedSystem:
     def time(self) -> float:
         """The present [time]."""
         return self.steps * self.step
-
-    @property
-    def pairs(self) -> int:
-        """Number of pairs that are checked after each step."""
-        return len(self._pairs)
 
     def run(self, steps: int) -> list[Collision]:
         """Make a number of steps and return the collisions, in the order in which they were processed.

@@ -136,17 +136,7 @@ def chains(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
 def rings(count: int, length: int, first: int = 0) -> list[tuple[int, int]]:
     """Return the bonds of ``count`` rings of ``length`` particles each, numbered consecutively.
 
-    Parameters
-    ----------
-    count, length : int
-        Number of rings, and of particles in each.
-    first : int
-        Index of the first particle.
-
-    Raises
-    ------
-    InputError
-        If ``count`` is less than 1, or ``length`` less than 3.
+    Parameters and errors are those of :func:`chains`; a ring has at least 3 particles.
     """
     count, length = checks.integer(count, "count", low=1), checks.integer(length, "length", low=3)
     ends = [(first + k * length, first + (k + 1) * length - 1) for k in range(count)]
