@@ -119,9 +119,6 @@ def pseudo_inverse(matrix: np.ndarray) -> np.ndarray:
 
 
 def least_squares(columns: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the coefficients (m,) of few ``columns`` (n, m) whose sum is nearest to ``values`` (n,).
-
-    The columns are of the order of one, and not nearly dependent unless one is zero.
-    """
+    """Return the coefficients (m,) of few independent ``columns`` (n, m) nearest to ``values`` (n,)."""
     products = np.sum(columns[:, :, None] * columns[:, None, :], axis=0)
     return np.asarray(np.sum(pseudo_inverse(products) * np.sum(columns * values[:, None], axis=0), axis=1))

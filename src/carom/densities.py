@@ -54,10 +54,7 @@ def reduced_density(
     limit: float | None = None,
     where: str = "any packing",
 ) -> float:
-    """Return the number of spheres per diameter^d, from the packing fraction or from that density.
-
-    ``limit``, the highest packing fraction of the structure ``where``, is by default the densest known one.
-    """
+    """Return the spheres per diameter^d, from packing fraction or density, at most that of a ``limit``."""
     if (packing_fraction is None) == (density is None):
         found = "neither" if density is None else "both"
         raise InputError(f"Give exactly one of packing_fraction and density, found {found}.")

@@ -7,11 +7,7 @@ from typing import Any
 
 
 def compiled(function: Callable[..., Any], signature: Any) -> Any:
-    """Return a function compiled for one signature, or loaded from Numba's cache of an earlier process.
-
-    Processes that write at once write the same. Division by zero gives infinity, as in NumPy. Other threads
-    can run.
-    """
+    """Return a function compiled for one signature, kept on disk; 1 / 0 is infinity, as in NumPy."""
     from carom.compiling.compile_listeners import compiling
     from carom.compiling.dispatch import STRICT  # and with it all that may be inlined
 

@@ -124,10 +124,7 @@ def require_at_most_three(dimension: int, format_name: str) -> None:
 
 
 def momenta(velocities: np.ndarray, masses: np.ndarray) -> np.ndarray:
-    """Return momenta that, divided by the mass, give the velocities exactly where that is possible.
-
-    ``(m * v) / m`` can miss v by one unit in the last place; a neighbour of ``m * v`` often gives it.
-    """
+    """Return momenta that, divided by the mass, give the velocities exactly where that is possible."""
     mass = masses[:, np.newaxis]
     result = velocities * mass
     # The bounds are finite, so that no finite momentum becomes infinite.

@@ -30,10 +30,7 @@ FILES = (".json", ".csv", ".txt", ".html", ".png", ".pdf", ".svg")
 
 
 def command_of(name: str, asked: type[Spec], kind: Callable[[], Any]) -> Callable[..., None]:
-    """Return the command of a study: its options are the fields of ``asked``, its folder is ``carom-NAME``.
-
-    ``kind`` returns the class when the command runs: its import takes longer than the help.
-    """
+    """Return the command of a study, with the options of ``asked``; ``kind`` imports its class late."""
 
     def run(
         study: Path | None, out: Path, report: bool, pictures: bool, as_json: bool, quiet: bool = False,

@@ -25,10 +25,7 @@ INTERRUPTED = 130
 
 
 def friendly(command: Callable[..., None]) -> Callable[..., None]:
-    """Print errors of a command as one sentence each, and its warnings as one line each.
-
-    Unexpected exceptions are bugs and keep their traceback.
-    """
+    """Print errors of a command as sentences, warnings as lines; a bug keeps its traceback."""
 
     @functools.wraps(command)
     def wrapped(*arguments: Any, **options: Any) -> None:
@@ -43,10 +40,7 @@ def friendly(command: Callable[..., None]) -> Callable[..., None]:
 
 @contextlib.contextmanager
 def told() -> Iterator[None]:
-    """Turn what the body raises, if it is no bug, into a sentence on standard error and an exit code.
-
-    Errors of the system that reach this place are those of the output: files have a :class:`FileError`.
-    """
+    """Turn what the body raises, if no bug, into a sentence on standard error and an exit code."""
     code = 0
     try:
         yield

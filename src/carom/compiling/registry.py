@@ -52,10 +52,7 @@ def approximate(function):
 
 
 def required(function):
-    """Make a function, which is only a docstring, a question that every model of its kind must answer.
-
-    Answers are registered with ``@function.register``, and have the same parameters.
-    """
+    """Make a function, only a docstring, a question that all models of its kind must answer."""
 
     @wraps(function)
     def unanswered(model, *args):

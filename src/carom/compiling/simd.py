@@ -226,10 +226,7 @@ def _filled(builder, value):
 
 
 def copy_words(members, cell, start, words, total, bits, code):
-    """Write ``member << bits | code`` of eight from ``start`` to ``words`` at ``total``.
-
-    The last of the eight may be the next cell's.
-    """
+    """Write ``member << bits | code`` of eight, the last of another cell, to ``words`` at ``total``."""
     cell_capacity = members.shape[1]
     offset = int(cell) * cell_capacity + int(start)
     for k in range(LANES):

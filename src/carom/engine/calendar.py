@@ -378,10 +378,7 @@ def effort(state):
 
 @inner
 def choose_due(calendar, state, start_index, end):
-    """Put those of a block that are due in the window on the heap; return the earliest time due.
-
-    They are in no order. No branch: each would be a toss.
-    """
+    """Put those of a block that are due on the heap, without a branch; return the earliest time due."""
     event_time, component = calendar.event_time, calendar.component
     until = calendar.control[0].end
     earliest = NEVER

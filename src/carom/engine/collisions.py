@@ -80,10 +80,7 @@ def collide(model, state, neighbors, tally, i, ref, now):
 
 @inner
 def new_epoch(model, state, neighbors):
-    """Begin the next epoch: advance everybody to it, reduce times by its length, compute contacts anew.
-
-    Return whether all must be scheduled again, for a new lattice or new neighbours.
-    """
+    """Begin the next epoch, times less by its length; tell whether all must be scheduled again."""
     clock = state.clock[0]
     length = clock.length
     for i in range(np.uint64(len(state.partner))):

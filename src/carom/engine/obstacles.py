@@ -292,10 +292,7 @@ def reflect_component(model, state, i, number, now):
 
 @inner
 def reflect(live, model, state, i, number, now):
-    """Give i its velocity after the contact; return the momentum along the normal.
-
-    That of a wall is in the room for an image.
-    """
+    """Give i its velocity after the contact; return the momentum along the normal."""
     obstacles = model.obstacles
     me = state.rows[i]
     if live is None:

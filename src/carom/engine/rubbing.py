@@ -67,10 +67,7 @@ def _mobility_of_pinned_cores(pair: PinnedCores, impact, i):
 
 @optional
 def rub_obstacle(obstacle, impact, model, state, i, now):
-    """Exchange momentum along the surfaces of an obstacle and i; by default they are smooth.
-
-    The new velocity of i is in the obstacles' room.
-    """
+    """Exchange momentum along the surfaces of an obstacle and i; by default they are smooth."""
     return
 
 

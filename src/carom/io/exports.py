@@ -54,10 +54,7 @@ def _kinds(frame: Frame) -> np.ndarray:
 
 
 def _dump(frame: Frame, k: int, file: TextIO) -> None:
-    """Write one frame of a dump, with the number of the frame in place of a time step.
-
-    LAMMPS may write the time, too, as an item that MDAnalysis cannot read.
-    """
+    """Write one frame of a dump; its number is the time step, as MDAnalysis cannot read the time."""
     # Axes that a frame lacks are periodic, as LAMMPS needs them in two dimensions.
     flags = [*frame.periodic, *[True] * (3 - frame.dimension)]
     images = np.zeros((frame.n, frame.dimension), np.int32) if frame.images is None else frame.images

@@ -44,11 +44,7 @@ class InteractionRange(NamedTuple):
 
     @property
     def zone(self) -> int:
-        """Depth of a zone on either side of its border, in layers.
-
-        Two events touch the same if one looks at what the other touches. A component loses its partner to one
-        event only.
-        """
+        """Depth of a zone on either side of its border, in layers: events there may touch the same."""
         return self.read + self.write
 
     @property

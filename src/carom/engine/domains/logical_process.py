@@ -122,10 +122,7 @@ def make_history(events: int, dimension: int) -> np.ndarray:
 def make_process(
     engine: Engine, k: int, slabs: Slabs, channels: Channels, lp_events: LpEvents, spins_before_yield: int
 ) -> LogicalProcess:
-    """Return an engine as process k sees it, its calendar yet to be laid out.
-
-    ``spins_before_yield`` are refusals after which its thread lets another have the core.
-    """
+    """Return an engine as process k sees it, which yields its core after ``spins_before_yield``."""
     processes, dimension = len(slabs.masks), len(slabs.conflict_range)
     state = engine.state._replace(clock=clone(engine.state.clock))
     scratch = SCRATCH[type(engine.neighbors)]

@@ -155,10 +155,7 @@ def no_straggler_at_border(calendar, side, i, now):
 
 @inner
 def no_straggler(calendar, i, now):
-    """Return whether this process has processed nothing later near component i; and note it.
-
-    Late can be only what follows from an event of another process.
-    """
+    """Note component i, and return whether this process has processed nothing later near it."""
     lp, history = calendar.lp[0], calendar.history
     entry = np.uint64(lp.processed & (HISTORY_LENGTH - 1))
     if now < lp.local_time:

@@ -265,10 +265,7 @@ def approach(everybody, model, state, i, j, now, at_plane):
 
 @inner
 def exact_meeting(everybody, model, state, i, j, now, avoided):
-    """Return a time shortly before i and j touch first, and that time, or NEVER in this epoch.
-
-    A contact of i with the one ``avoided`` does not count if it is now.
-    """
+    """Return a time shortly before i and j touch, and when, or NEVER; if ``avoided``, not now."""
     flight = everybody.flight
     dimension = len(everybody.inverse)
     me = state.rows[i]
@@ -364,10 +361,7 @@ def _cross_of_all_pairs(neighbors: Everybody | Pairs, motion, boundary, state, i
 
 @inner
 def choose(everybody, model, state, tally, i):
-    """Give i its first contact with one of no earlier event, if it has a later event; tell whether.
-
-    Those whom the two leave then have no event.
-    """
+    """Give i its first contact, if earlier than its event; whom the two leave then have no event."""
     rows = state.rows
     k, _ = best_of(everybody.contacts, state, i, True)
     if k < 0 or contact_of(everybody.contacts, i, k).event_time >= rows[i].event_time:

@@ -130,10 +130,7 @@ def half_square(window, lists, to, since, axis):
 
 @inner
 def pull(window, lists, to, since, axis):
-    """Return the factor of a coordinate in the product of a way with a move, and its change in the window.
-
-    The factor is that of the middle of the window.
-    """
+    """Return a coordinate's factor in a way times a move, mid-window, and its change in the window."""
     step = grid_difference(lists, to, since, axis)
     spread = 0.0
     if window is None:

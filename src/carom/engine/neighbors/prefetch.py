@@ -42,10 +42,7 @@ def prefetch_event(neighbors, motion, boundary, state, i, step):
 
 @optional
 def prefetch_first(neighbors, boundary, state, i):
-    """Ask for what the next event, of component i, touches first, into the first-level cache.
-
-    It is asked for when the event before it begins. By default nothing is: with sectors it gains nothing.
-    """
+    """Ask for what the next event, of component i, touches first; with sectors for nothing."""
     return
 
 

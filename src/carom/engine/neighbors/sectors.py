@@ -213,10 +213,7 @@ def sector_of(sectors, i):
 
 @inner
 def neighbor_rows(sectors, i):
-    """Put the first sectors of the 3^(d - 1) rows around i into ``neighbor_cells``; return how many.
-
-    Return also the three sectors (below, place, above) of each.
-    """
+    """Put the first sectors of the rows around i into ``neighbor_cells``; return count and threes."""
     neighbor_cells = sectors.neighbor_cells
     neighbor_cells[0] = 0
     count = np.int64(1)

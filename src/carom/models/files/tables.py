@@ -68,10 +68,7 @@ def holds(value: Any) -> bool:
 
 
 def from_table(values: Any, what: str) -> Any:
-    """Return the value of a table; an impact may be a restitution alone.
-
-    ``what`` is one of ``KINDS``.
-    """
+    """Return the value of a table, ``what`` being one of ``KINDS``; an impact may be a restitution alone."""
     if what == "impact" and isinstance(values, int | float):
         return as_impact(values)
     one = with_article(what)

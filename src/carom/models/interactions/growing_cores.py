@@ -79,9 +79,6 @@ class GrowingCores(NamedTuple):
 
 @inner
 def growing(radii, rate, rr, rv, vv, now):
-    """Return c, b, a of ``c + 2 b t + a t^2 = 0`` at the contact of two growing cores.
-
-    ``radii`` is the sum of their radii at the beginning of the epoch, ``rate`` the sum of their rates.
-    """
+    """Return c, b, a of ``c + 2 b t + a t^2 = 0`` at the contact, of the sums of radii and rates."""
     contact = radii + rate * now
     return rr - contact * contact, rv - contact * rate, vv - rate * rate

@@ -116,10 +116,7 @@ def _digest(source: bytes) -> str:
 
 
 def _run(name: str, path: str, source: bytes) -> types.ModuleType:
-    """Run the source of a file as a module, once in a process: the same source has the same functions.
-
-    What runs are the bytes whose digest was looked at, whatever happens to the file meanwhile.
-    """
+    """Run the source of a file, the bytes whose digest was looked at, as a module once in a process."""
     module = types.ModuleType(name)
     module.__file__ = path
     sys.modules[name] = module

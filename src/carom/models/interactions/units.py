@@ -232,10 +232,7 @@ def place_other(pair, slot, axis, r, v):
 
 @inner
 def apply(pair, slot, i, v, now):
-    """Do what the rule of unit i has decided: write its velocity into ``v``.
-
-    Return its former kind if it is of another now, or removed; else NOBODY.
-    """
+    """Do what the rule of unit i decided; return its former kind if that has changed, else NOBODY."""
     unit = pair.units[slot]
     pair.asked[pair.told[slot].cause] += 1
     timer = pair.timers[i]

@@ -69,10 +69,7 @@ def next_fall(curve, limit):
 
 @inner
 def bracketed(curve, low, high, newton):
-    """Return where a function that falls from ``low`` to ``high`` is <= 0, but > 0 at the double before.
-
-    ``newton`` is how far from ``low`` the tangent says it is.
-    """
+    """Return where a function falling from ``low`` to ``high`` is <= 0, but > 0 at the double before."""
     t = low + newton
     for _ in range(8):  # quadratic from here: fewer are used
         f, s = value(curve, t), slope(curve, t)

@@ -181,10 +181,7 @@ HALF_TURN_HIGH, HALF_TURN_LOW = 1.57079632673412561417, 6.07710050650619224932e-
 
 @inner
 def cosine_and_sine(angle):
-    """Return cosine and sine of an ``angle`` by arithmetic alone, so that every machine has the same bits.
-
-    Accurate to 1e-16 for angles up to 1e5; polynomials of fdlibm (Sun Microsystems, 1993).
-    """
+    """Return cosine and sine to 1e-16, to angles of 1e5, by arithmetic alone (fdlibm's polynomials)."""
     turns = np.rint(angle * (2.0 / math.pi))
     x = (angle - turns * HALF_TURN_HIGH) - turns * HALF_TURN_LOW
     z = x * x

@@ -153,10 +153,7 @@ class Dressed(Declared):
         return replace(self, loss=self.loss.at(speed)) if isinstance(self.loss, Restitution) else self
 
     def drawing_apart(self, before: Sequence[Any], given: Sequence[Any]) -> Dressed:
-        """Return a hot obstacle with a seed that none of those ``before`` it has, else two would throw alike.
-
-        Its own where possible, otherwise one that no obstacle ``given`` has.
-        """
+        """Return a hot obstacle with a seed of its own, or one that none ``before`` or ``given`` has."""
         used_seeds = _seeds(before)
         if self.kT is None or self.seed not in used_seeds:
             return self

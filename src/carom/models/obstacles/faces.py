@@ -83,10 +83,7 @@ def standing_walls(obstacles: Sequence[Any], box: Sequence[float], periodic: Seq
 def refuse_hidden(
     obstacles: Sequence[Any], box: Sequence[float], periodic: Sequence[bool], radius: float
 ) -> None:
-    """Raise InputError if no particle can meet an obstacle, or one lets centres out of the box.
-
-    ``radius`` is that of the smallest component.
-    """
+    """Raise InputError if no particle of a ``radius`` meets an obstacle, or one lets centres out."""
     for obstacle in obstacles:
         if _is_hidden(obstacle, box, periodic):
             raise InputError(
