@@ -1,16 +1,18 @@
 """Constant pressure: exact distributions of the volume, bits that nothing changes, files, what is refused."""
 
+import json
 import math
 
 import numpy as np
 import pytest
 
 import carom
-from carom.errors import InputError
+from carom.errors import FileError, InputError
+from carom.io import checkpoint
 from carom.models import Ball, Gravity, SquareWell
 from carom.models.drives import Langevin
 from carom.observables.statistics import blocking
-from carom.simulation.moves.barostat import volume_sums
+from carom.simulation.moves.barostat import VolumeMoves, volume_sums
 from carom.theory import pieprzyk
 
 SLOW = pytest.mark.slow
@@ -102,6 +104,17 @@ def test_moves_of_the_volume_have_the_same_bits_however_the_run_is_cut(plain, tm
     assert whole.scene.box == tuple(frames[-1].box) != tuple(frames[0].box)
     assert whole.statistics.energy_drift < 1e-13
     assert whole.statistics.worst_overlap < 1e-12
+
+
+def test_a_checkpoint_whose_step_was_changed_to_more_than_one_is_refused(plain, tmp_path):
+    path = tmp_path / "npt.h5"
+    at_pressure(mixture(), 2.0, interval=0.3).save(path)
+    arrays, attributes = checkpoint.load(path)
+    moves = json.loads(attributes["volume_moves"])
+    moves[VolumeMoves._fields.index("step")] = 1e300
+    checkpoint.save(path, arrays, {**attributes, "volume_moves": json.dumps(moves)})
+    with pytest.raises(FileError, match="the step of its barostat is above 1"):
+        carom.Simulation.load(path)
 
 
 def test_particles_whose_engine_has_another_unit_of_time_have_the_same_boxes_and_sums(plain):

@@ -195,6 +195,8 @@ def load(
         run_state.sweeps = sweeps
         run_state.oscillation = oscillation_of(scene, stage)
         run_state.volume_moves = _moves_of(attributes, "volume_moves", VolumeMoves, Barostat)
+        if run_state.volume_moves and run_state.volume_moves.step > 1.0:
+            raise ValueError("the step of its barostat is above 1")
         run_state.counted = soundness.whole(attributes, "counted", 0, LAST_EPOCH)
         epoch, offset = (
             soundness.whole(attributes, "epoch", 0, LAST_EPOCH),

@@ -20,7 +20,8 @@ _ESTIMATE = records.table(
 )
 
 _THEORY = records.table(
-    {"name": records.text, **dict.fromkeys(("Z", "Z_infinite", "contact_value"), _NUMBER)}
+    {"name": records.text, **dict.fromkeys(("Z", "Z_infinite", "contact_value"), _NUMBER)},
+    later={"errors": records.number(low=0.0, open_low=True)},
 )
 
 _ALIKE = {
@@ -52,7 +53,7 @@ SUMMARY = records.table(
         "frames_with_overlaps": records.optional(_COUNT),
         "swaps": records.optional(records.table({"tried": _COUNT, "accepted": _COUNT})),
         "barostat": records.optional(
-            records.table({"pressure": _POSITIVE, "tried": _COUNT, "accepted": _COUNT})
+            records.table({"pressure": _POSITIVE, "step": _POSITIVE, "tried": _COUNT, "accepted": _COUNT})
         ),
         **dict.fromkeys(("U", "temperature", "volume"), records.optional(_ESTIMATE)),
     },
