@@ -206,7 +206,7 @@ def time_of(question: Callable[..., Any], *arguments: Any) -> float:
 def number_of(question: Callable[..., Any], *arguments: Any) -> float:
     """Return the number, the first of several, that a model answers to a ``question`` of ``arguments``.
 
-    It raises InputError as :func:`carom.checks.answer` does.
+    It raises InputError as ``checks.answer`` does.
     """
     return float(checks.answer(question, *arguments)[0])
 
