@@ -434,8 +434,8 @@ def _(clock: Clock, i, x, v, time):
         if clock.due[i] <= time:
             clock.due[i] = time + clock.draw(i, time)
         return clock.due[i]
-    if clock.kind == "a place ahead":  # moves towards it at the same speed
-        return time + ((7.0 - x[0]) / v[0]) % (20.0 / abs(v[0]))
+    if clock.kind == "a place ahead":  # moves towards it at the same speed, and on from there
+        return time + ((7.0 - x[0]) / v[0] - 1e-6) % (20.0 / abs(v[0])) + 1e-6
     if clock.kind == "a turn":
         return 0.25 * (math.floor(time / 0.25 + 1e-9) + 1.0)
     if clock.kind == "drawn by the question":
