@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import time
+from dataclasses import replace
 from types import SimpleNamespace
 from unittest import mock
 
@@ -241,6 +242,11 @@ def test_a_study_without_theory_draws_every_species():
     assert len(right.containers) == 1
     assert not outside(figure)
     assert "Enskog" not in left.get_ylabel() + right.get_ylabel()
+    unknown = Coefficient.of(replace(half, mean=math.nan), (2.0, 4.0), times=(1.0,), running=(half,))
+    row.enskog, row.quantities = True, lambda: {"shear_viscosity": (unknown, 1.0)}
+    left, right = pictures.study([row]).axes
+    assert [each.get_text() for each in left.texts] == ["not known yet"]
+    assert len(right.containers) == 1
 
 
 def test_replicas_of_unequal_pressure_have_the_bulk_viscosity_of_each():

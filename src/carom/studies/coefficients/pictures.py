@@ -30,8 +30,8 @@ WIDEST = 0.15
 def study(rows: list[Coefficients]) -> Figure:
     """Draw the coefficients over Enskog's against packing fraction, and the running shear viscosity.
 
-    In two dimensions, and where there is no theory of Enskog, the running self-diffusion replaces the
-    coefficients.
+    In two dimensions, where there is no theory of Enskog, and where no coefficient is known yet, the running
+    self-diffusion replaces the coefficients.
     """
     from matplotlib.figure import Figure
 
@@ -39,7 +39,8 @@ def study(rows: list[Coefficients]) -> Figure:
     left, right = figure.subplots(1, 2)
     for axes in (left, right):
         axes.spines[["top", "right"]].set_visible(False)
-    if all(row.exists for row in rows) and any(row.enskog for row in rows):
+    known = any(math.isfinite(c.mean) for row in rows for c, _ in row.quantities().values())
+    if known and all(row.exists for row in rows) and any(row.enskog for row in rows):
         _against_density(left, rows)
     else:
         _with_time(left, rows, "self_diffusion")
@@ -82,6 +83,8 @@ def _with_time(axes: Axes, rows: list[Coefficients], name: str) -> None:
 
     It is divided by Enskog's, where all points have one.
     """
+    from matplotlib.ticker import LogFormatter
+
     several = len({row.n for row in rows}) > 1
     divided = all(row.enskog for row in rows)
     curves = [
@@ -106,7 +109,11 @@ def _with_time(axes: Axes, rows: list[Coefficients], name: str) -> None:
                     at = [t / row.mean_free_time for t in c.window]
                     axes.plot(at, [c.mean / enskog] * 2, lw=4.0, alpha=0.3, color=f"C{k % 10}")
     axes.set_xscale("log")
+    for which in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):
+        which(LogFormatter())
     axes.set_xlabel("time / mean free time")
     axes.set_ylabel(f"running {NAMES[name]}" + (" / Enskog's" if divided else ""))
     if axes.has_data():
-        axes.legend(fontsize=8, frameon=False)
+        axes.legend(loc="lower right", fontsize=8, frameon=False)
+    else:
+        axes.text(0.5, 0.5, "not known yet", transform=axes.transAxes, ha="center")
