@@ -422,4 +422,4 @@ def _contact_inset(axes: Axes, distribution: RDFResult, implied: Estimate | None
     inset.set_xlim(0.97, 1.25)
     inset.set_title("contact value g(σ⁺)", fontsize=8.5, y=TOP)
     inset.tick_params(labelsize=7.5)
-    inset.legend(fontsize=7.5, frameon=False, loc="upper right", handletextpad=0.2)
+    inset.legend(fontsize=7.5, frameon=False, loc="best", handletextpad=0.2)
