@@ -77,6 +77,11 @@ def synonym(name: str, known: Iterable[str]) -> str | None:
     return next((plain[one] for one in same if one in plain), None)
 
 
+def named(name: str, known: Iterable[str]) -> str | None:
+    """Return the name itself if it is known, else the known one for the same thing, or None."""
+    return name if name in known else synonym(name, known)
+
+
 def nearest(name: str, known: Iterable[str], alike: float = ALIKE) -> str | None:
     """Return the known name that is spelt most alike, or None."""
     names = {each.lower(): each for each in sorted(known)}
@@ -101,7 +106,7 @@ def suggestion(
     names, others, gone = sorted({*known} - NO_KEYWORDS), elsewhere or {}, gone or {}
     if name in gone:
         return f"; {gone[name]}"
-    if called and (one := name if name in called else synonym(name, called)):
+    if called and (one := named(name, called)):
         return f"; it is called {called[one]}"
     if one := synonym(name, names):
         return f"; it is called {one}"
@@ -109,9 +114,9 @@ def suggestion(
         return f"; {gone[one]}"
     if one := nearest(name, names, SPELT):
         return f"; did you mean {one}"
-    if one := name if name in others else synonym(name, others):
+    if one := named(name, others):
         return f"; {one} is a keyword of {others[one]}"
-    if one := name if name in NOWHERE else synonym(name, NOWHERE):
+    if one := named(name, NOWHERE):
         return f"; {NOWHERE[one]}"
     if one := nearest(name, [*names, *others, *gone]):
         where = "" if one in names else f", a keyword of {others[one]}" if one in others else f"; {gone[one]}"

@@ -54,14 +54,14 @@ class Command(TyperCommand):
         """Return where a word that is no option stands, or why nowhere; else ""."""
         from carom.scene_file.sections import RunSpec, SceneSpec
 
-        if one := word if word in meant.NOWHERE else meant.synonym(word, meant.NOWHERE):
+        if one := meant.named(word, meant.NOWHERE):
             return meant.NOWHERE[one].capitalize()
-        reads = "scene" in {each.name for each in self.params}
-        for spec in (SceneSpec, RunSpec)[: 2 * reads if self.name == "run" else reads]:
+        if "scene" not in {each.name for each in self.params}:
+            return ""
+        for spec in (SceneSpec, RunSpec) if self.name == "run" else (SceneSpec,):
             gone = {name: text for name, text in spec.gone.items() if "give " in text}
-            if one := word if word in gone else meant.synonym(word, gone):
+            if one := meant.named(word, gone):
                 return f"In [{spec.section}] of a scene file {gone[one]}"
-            keys = [*fields_of(spec)]
-            if one := word if word in keys else meant.synonym(word, keys):
+            if one := meant.named(word, [*fields_of(spec)]):
                 return f"A scene file has {one}, in [{spec.section}]"
         return ""

@@ -103,7 +103,7 @@ def columns_around(grid: Grid, offsets: np.ndarray) -> np.ndarray:
 def stretch(turn, level, window, least, height):
     """Return which cells of a column are in a window around a level and not below ``least``: from, to.
 
-    In turn 0 those in the window itself, then its periodic images beyond the top and beyond the bottom.
+    In turn 0 those in the window itself, then the images of those below the bottom and above the top.
     """
     below, above = level - window, level + window + 1
     if turn == 0:

@@ -247,6 +247,5 @@ def in_plain_python(value: Any, hint: str = "") -> Iterator[None]:
         raise InputError(
             f"{type(value).__name__} fails where Carom asks it in plain Python: {type(error).__name__}: "
             f"{error}; its functions must run in Python as they do when compiled."
-            + hint
-            * isinstance(error, IndexError)
+            f"{hint if isinstance(error, IndexError) else ''}"
         ) from error
