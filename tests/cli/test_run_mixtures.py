@@ -17,7 +17,7 @@ from carom.observables.rdf import PartialRDF, species_of
 from carom.pictures import plots
 from carom.pictures.plots import partial_rdf as draw
 from carom.scene_file.scene_file import SceneFile
-from carom.studies.phase import ENDS, _mixture_theory, note
+from carom.studies.phase import ENDS, _mixture_theory, remark
 
 BINARY = """
 [scene]
@@ -175,10 +175,10 @@ def test_theory_ends_where_its_equation_of_equal_spheres_does(monkeypatch):
     scene = scene_of([1.0] * 8 + [0.5] * 8)
     monkeypatch.setitem(theory.FREEZING, 3, 0.5 * scene.packing_fraction)
     assert names_of(scene) == ["BMCSL"]
-    assert note(None, scene, 1.0) is None
+    assert remark(None, scene) == ""
     monkeypatch.setitem(ENDS, "BMCSL", 0.6 * scene.packing_fraction)
     assert names_of(scene) == []
-    assert note(None, scene, 1.0).startswith("BMCSL ends at packing fraction")
+    assert remark(None, scene).startswith("BMCSL ends at packing fraction")
     # And where nobody knows one: the run is not lost.
     seven = Scene([[1.0] * 7, [3.0] * 7], 5.0, diameter=[1.0, 0.5])
     assert names_of(seven) == []

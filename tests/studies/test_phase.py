@@ -19,10 +19,10 @@ from carom.studies.coefficients.spec import TransportSpec
 from carom.studies.phase import (
     _theory,
     compared,
+    doubt,
     expected,
     finite_size_shift,
     lines,
-    note,
     of_infinite_size,
     phase_of,
 )
@@ -31,43 +31,44 @@ from carom.studies.runs.report import _phase
 
 CRYSTAL, GONE = 0.15, 2.0
 
+SPHERES = ["Carnahan-Starling", "Pieprzyk et al."]
+FCC = ["Speedy (fcc)", "Almarza (fcc)"]
+
 
 @pytest.mark.parametrize(
-    ("d", "eta", "initial", "distance", "name", "equations", "said"),
+    ("d", "eta", "initial", "distance", "name", "equations", "doubt", "remark"),
     [
-        (3, 0.45, "fcc", GONE, "fluid", ["Carnahan-Starling", "Pieprzyk et al."], ""),
-        (3, 0.45, "fcc", CRYSTAL, "fluid", ["Carnahan-Starling", "Pieprzyk et al."], "near where they began"),
-        (3, 0.55, "fcc", CRYSTAL, "solid", ["Speedy (fcc)", "Almarza (fcc)"], "fcc crystal"),
-        (3, 0.55, "dn", CRYSTAL, "solid", ["Speedy (fcc)", "Almarza (fcc)"], "fcc crystal"),
-        (3, 0.55, "cubic", CRYSTAL, "solid", [], "a crystal or a glass"),
-        (3, 0.55, "random", CRYSTAL, "solid", [], "a crystal or a glass"),
-        (4, 0.35, "dn", CRYSTAL, "solid", [], "a crystal or a glass"),
-        (3, 0.52, "random", GONE, "fluid", ["Carnahan-Starling", "Pieprzyk et al."], "metastable"),
-        (2, 0.70, "triangular", GONE, "coexistence", [], "side by side"),
-        (2, 0.71, "random", CRYSTAL, "coexistence", [], "side by side"),
-        (2, 0.75, "triangular", CRYSTAL, "solid", [], "crystal or a glass"),
-        (2, 0.6, "random", GONE, "fluid", ["Henderson", "Padé of ten virials"], ""),
-        (2, 0.65, "random", GONE, "fluid", [], "end at packing fraction 0.6"),
-        (
-            3,
-            0.58,
-            "random",
-            GONE,
-            "fluid",
-            ["Carnahan-Starling"],
-            "Pieprzyk et al. end at packing fraction 0.55",
-        ),
-        (1, 0.70, "cubic", CRYSTAL, "fluid", ["Tonks (exact)"], ""),
+        (3, 0.45, "fcc", GONE, "fluid", SPHERES, "", ""),
+        (3, 0.45, "fcc", CRYSTAL, "fluid", SPHERES, "near where they began", ""),
+        (3, 0.52, "fcc", CRYSTAL, "solid", FCC, "fcc crystal", ""),
+        (3, 0.55, "fcc", CRYSTAL, "solid", FCC, "", "fcc crystal"),
+        (3, 0.55, "dn", CRYSTAL, "solid", FCC, "", "fcc crystal"),
+        (3, 0.55, "cubic", CRYSTAL, "solid", [], "a crystal or a glass", ""),
+        (3, 0.55, "random", CRYSTAL, "solid", [], "a crystal or a glass", ""),
+        (4, 0.35, "dn", CRYSTAL, "solid", [], "a crystal or a glass", ""),
+        (3, 0.52, "random", GONE, "fluid", SPHERES, "metastable", ""),
+        (2, 0.70, "triangular", GONE, "coexistence", [], "side by side", ""),
+        (2, 0.71, "random", CRYSTAL, "coexistence", [], "side by side", ""),
+        (2, 0.75, "triangular", CRYSTAL, "solid", [], "crystal or a glass", ""),
+        (2, 0.6, "random", GONE, "fluid", ["Henderson", "Padé of ten virials"], "", ""),
+        (2, 0.65, "random", GONE, "fluid", [], "", "end at packing fraction 0.6"),
+        (3, 0.58, "random", GONE, "fluid", SPHERES[:1], "metastable", "Pieprzyk et al. end at packing"),
+        (1, 0.70, "cubic", CRYSTAL, "fluid", ["Tonks (exact)"], "", ""),
     ],
 )
-def test_the_phase_decides_what_a_run_is_compared_with(d, eta, initial, distance, name, equations, said):
+def test_the_phase_decides_what_a_run_is_compared_with(
+    d, eta, initial, distance, name, equations, doubt, remark
+):
+    """Where an equation ends, and a crystal beyond melting, are no doubts about equilibrium."""
+
     class Dense:
         dimension, packing_fraction = d, eta
 
     found = phase_of(Dense, initial, distance)
     assert (found.name, list(found.equations)) == (name, equations)
-    assert said in found.note
-    assert bool(said) == bool(found.note)
+    for said, part in ((found.doubt, doubt), (found.remark, remark)):
+        assert part in said
+        assert bool(said) == bool(part)
 
 
 @pytest.mark.parametrize("eta", [0.7, 0.7 + 1e-16, 7 * 0.1, math.nextafter(0.7, 0.0)])
@@ -154,6 +155,6 @@ def test_few_spheres_have_a_lower_pressure_than_many_and_the_report_takes_it_off
 )
 def test_wells_in_which_gas_and_liquid_are_known_to_coexist_say_so(density, kT, well, dimension, known):
     scene = carom.Scene.random(100, dimension=dimension, density=density, diameter=1.0, interaction=well)
-    said = note(None, scene, kT)
+    said = doubt(None, scene, kT)
     assert bool(said) is known
     assert not known or "Gas and liquid of these wells coexist" in said

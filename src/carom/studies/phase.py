@@ -37,7 +37,8 @@ class Phase(NamedTuple):
 
     name: str  # "fluid", "solid" or "coexistence"
     equations: dict[str, Equation]  # equations of state to compare its Z with, the best one last
-    note: str  # a caveat, in a sentence; or ""
+    doubt: str = ""  # what speaks against its equilibrium, in a sentence
+    remark: str = ""  # what else is to be known of the comparison
 
 
 def phase_of(scene: Scene | MeanBox, initial: str, distance: float) -> Phase:
@@ -50,13 +51,9 @@ def phase_of(scene: Scene | MeanBox, initial: str, distance: float) -> Phase:
     freezing, melting = theory.FREEZING.get(d, 1.0), theory.MELTING.get(d, 1.0)
     stays = d > 1 and distance < STUCK
     if theory.is_stable_fluid(d, eta):
-        note = ""
-        if stays:
-            note = (
-                "The particles still are near where they began: it may be no fluid yet. Equilibrate longer."
-            )
+        early = "The particles still are near where they began: it may be no fluid yet. Equilibrate longer."
         shown, ends = _in_range(d, eta)
-        return Phase("fluid", shown, note or ends)
+        return Phase("fluid", shown, early if stays else "", ends)
     beyond = f"Packing fraction {eta:.4g} is beyond freezing ({freezing:g})"
     if d == 2 and eta < melting:
         return Phase(
@@ -67,14 +64,12 @@ def phase_of(scene: Scene | MeanBox, initial: str, distance: float) -> Phase:
         )
     if not stays:
         shown, ends = _in_range(d, eta)
-        note = f"{beyond}: a metastable fluid, if it did not freeze; the equations are those of the fluid."
-        return Phase("fluid", shown, f"{note} {ends}".rstrip())
+        doubt = f"{beyond}: a metastable fluid, if it did not freeze; the equations are those of the fluid."
+        return Phase("fluid", shown, doubt, ends)
     if d == 3 and initial in ("fcc", "dn"):
-        return Phase(
-            "solid",
-            {"Speedy (fcc)": theory.speedy, "Almarza (fcc)": theory.almarza},
-            f"{beyond}, and the particles are where they began: it is compared with the fcc crystal.",
-        )
+        said = f"{beyond}, and the particles are where they began: it is compared with the fcc crystal."
+        known: dict[str, Equation] = {"Speedy (fcc)": theory.speedy, "Almarza (fcc)": theory.almarza}
+        return Phase("solid", known, remark=said) if eta >= melting else Phase("solid", known, said)
     return Phase(
         "solid",
         {},
@@ -179,21 +174,27 @@ def lines(rows: list[dict[str, Any]]) -> dict[str, float]:
     return {row["name"]: row["Z"] for row in rows if row["Z"] is not None}
 
 
-def note(phase: Phase | None, scene: Scene, kT: float) -> str | None:
-    """Return the caveats on the phase and the size of the box, on wells, or on the equation of a mixture."""
+def doubt(phase: Phase | None, scene: Scene, kT: float) -> str | None:
+    """Return what the phase, the size of the box or wells say against equilibrium."""
     if phase is None:
-        known = _mixture_equations(scene)
-        name = max(known, key=lambda name: known[name][0], default="")
-        if name and scene.packing_fraction > known[name][0]:
-            return _ended(f"{name} ends", known[name][0])
-        return _note_on_wells(scene, kT)
+        return _doubt_of_wells(scene, kT)
     small = ""
     if phase.name == "fluid":
         small = finite_size_doubt(scene.packing_fraction, scene.n, scene.dimension)
-    return " ".join(filter(None, (phase.note, small))) or None
+    return " ".join(filter(None, (phase.doubt, small))) or None
 
 
-def _note_on_wells(scene: Scene, kT: float) -> str | None:
+def remark(phase: Phase | None, scene: Scene) -> str:
+    """Return which equations of state end before the scene, or which crystal it is compared with."""
+    if phase is not None:
+        return phase.remark
+    known = _mixture_equations(scene)
+    name = max(known, key=lambda name: known[name][0], default="")
+    past = name and scene.packing_fraction > known[name][0]
+    return _ended(f"{name} ends", known[name][0]) if past else ""
+
+
+def _doubt_of_wells(scene: Scene, kT: float) -> str | None:
     """Return a sentence where gas and liquid of particles with wells are known to coexist."""
     wells = scene.interaction
     if scene.dimension != 3 or not isinstance(wells, SquareWell) or not wells.depth > 0.0:
@@ -225,7 +226,7 @@ def of_infinite_size(
     if pressure is None or pressure.n == 1 or phase.name == "coexistence":
         return None
     try:
-        with unwarned():  # the note on the phase has the same text
+        with unwarned():  # the doubt about the phase has the same text
             return pressure.infinite_size()
     except InputError:
         return None

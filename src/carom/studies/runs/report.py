@@ -331,7 +331,14 @@ def _summary(
         "without_rdf": reason,
         "remarks": [*doubts, *([other] if early else []), *parts.remarks],
         "note": " ".join(
-            filter(None, ((missing or "") if pressure is None else pressure.note, "" if early else other))
+            filter(
+                None,
+                (
+                    (missing or "") if pressure is None else pressure.note,
+                    "" if early else other,
+                    phases.remark(phase, scene),
+                ),
+            )
         ),
         "obstacles": borne,
         "layers": parts.of("layers", lambda: _layers(facts), none),
@@ -341,7 +348,7 @@ def _summary(
         "barostat": None if moves is None else constant_pressure.settings(moves),
         "spared_contacts": sim.statistics.spared_contacts,
         "phase": None if phase is None else phase.name,
-        "phase_note": phases.note(phase, scene, kT),
+        "phase_note": phases.doubt(phase, scene, kT),
         "theory": compared,
         "energy_drift": finite(drift),
         "momentum_drift": finite(statistics.momentum_drift),
