@@ -14,7 +14,7 @@ import numpy as np
 from carom.cells import Grid, SortedCells
 from carom.errors import InputError
 from carom.jit import compiled
-from carom.scene.nearby import WIDE, columns_around, crowded, near_pairs, put_squares, stretch
+from carom.scene.nearby import WIDE, columns_around, crowded, near_pairs, put_spans, put_squares
 from carom.scene.overlaps import Room
 from carom.theory import ball_volume
 
@@ -115,7 +115,8 @@ def _keep(places, starts, order, height, around, windows, period, limit, who):
     # First the components around a cell; then, for one component, squared distances and those in reach.
     them, rows = np.empty((dimension, order.size)), np.empty(order.size, np.uint32)
     squares, near, names = np.empty(order.size), np.empty(order.size), np.empty(order.size, np.uint32)
-    round_the_end = not math.isinf(period[dimension - 1])
+    begins = np.empty(3 * windows.size, np.int64)
+    ends = np.empty(3 * windows.size, np.int64)
     for column in range(around.shape[0]):
         for level in range(height):
             start, end = starts[column * height + level], starts[column * height + level + 1]
@@ -125,21 +126,15 @@ def _keep(places, starts, order, height, around, windows, period, limit, who):
             if not lacking:
                 continue
             total = np.uint64(0)
-            for step in range(windows.size):
-                other = around[column, step]
-                if other < 0:
-                    continue
-                for turn in range(3 if round_the_end else 1):
-                    a, b = stretch(turn, level, windows[step], 0, height)
-                    if a < b:
-                        begin = np.uint64(starts[other * height + a])
-                        size = np.uint64(starts[other * height + b]) - begin
-                        for axis in range(dimension):
-                            for j in range(size):
-                                them[axis, total + j] = places[axis, begin + j]
-                        for j in range(size):
-                            rows[total + j] = begin + j
-                        total += size
+            parts = put_spans(begins, ends, starts, column, level, around, windows, False, height, period)
+            for part in range(parts):
+                begin, size = np.uint64(begins[part]), np.uint64(ends[part] - begins[part])
+                for axis in range(dimension):
+                    for j in range(size):
+                        them[axis, total + j] = places[axis, begin + j]
+                for j in range(size):
+                    rows[total + j] = begin + j
+                total += size
             for i in range(start, end):
                 mine = order[i]
                 if who[mine, count - 1] >= 0:

@@ -19,7 +19,7 @@ from carom.cells import Grid, SortedCells
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.jit import compiled
-from carom.scene.nearby import columns_around, put_squares, stretch
+from carom.scene.nearby import columns_around, put_spans, put_squares
 from carom.scene.overlaps import room_of_frame
 
 WORTH_THREADS = 2_000_000
@@ -204,39 +204,25 @@ def _count(
     visited from the lower number. Indices are unsigned: a sign test would prevent vectorisation.
     """
     # Stretches of memory near a cell: at most three for each column around, and the cell itself.
-    begins = np.empty(3 * windows.size + 1, np.uint64)
-    sizes = np.empty(3 * windows.size + 1, np.uint64)
+    begins = np.empty(3 * windows.size + 1, np.int64)
+    ends = np.empty(3 * windows.size + 1, np.int64)
     squares = np.empty(theirs.shape[1])
     slots = np.empty(theirs.shape[1], np.uint32)
     origin, bins, top = edges[0], edges.size - 1, float(counts.size - 2)
-    round_the_end = not math.isinf(period[-1])
     for column in range(first, last):
         for level in range(height):
             start, end = starts[column * height + level], starts[column * height + level + 1]
             if start == end:
                 continue
-            parts = 0
-            for step in range(windows.size):
-                other = around[column, step]
-                if other < 0 or (alike and other < column):
-                    continue
-                least = level + 1 if alike and other == column else 0
-                for turn in range(3 if round_the_end else 1):
-                    a, b = stretch(turn, level, windows[step], least, height)
-                    if a < b:
-                        begins[parts] = others[other * height + a]
-                        sizes[parts] = others[other * height + b] - others[other * height + a]
-                        parts += 1
-            if alike:
-                parts += 1
+            parts = put_spans(begins, ends, others, column, level, around, windows, alike, height, period)
             for i in range(start, end):
                 if alike:
                     begins[parts - 1] = i + 1
-                    sizes[parts - 1] = end - i - 1
                 found = np.uint64(0)
                 for part in range(parts):
-                    put_squares(squares, found, ours, np.uint64(i), theirs, begins[part], sizes[part], period)
-                    found += sizes[part]
+                    begin, size = np.uint64(begins[part]), np.uint64(ends[part] - begins[part])
+                    put_squares(squares, found, ours, np.uint64(i), theirs, begin, size, period)
+                    found += size
                 doubtful = np.uint64(0)
                 for j in range(found):
                     place = (math.sqrt(squares[j]) - origin) * scale

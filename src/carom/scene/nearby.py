@@ -114,6 +114,31 @@ def stretch(turn, level, window, least, height):
 
 
 @inner
+def put_spans(begins, ends, starts, column, level, around, windows, alike, height, period):
+    """Put where the components near a cell begin and end in memory; return how many stretches there are.
+
+    If both sets are the same (``alike``), cells of lower number are left out, and the cell itself is last.
+    """
+    parts = 0
+    turns = 1 if math.isinf(period[-1]) else 3
+    for step in range(windows.size):
+        other = around[column, step]
+        if other < 0 or (alike and other < column):
+            continue
+        least = level + 1 if alike and other == column else 0
+        for turn in range(turns):
+            a, b = stretch(turn, level, windows[step], least, height)
+            if a < b:
+                begins[parts], ends[parts] = starts[other * height + a], starts[other * height + b]
+                parts += begins[parts] < ends[parts]
+    if alike:
+        cell = column * height + level
+        begins[parts], ends[parts] = starts[cell], starts[cell + 1]
+        parts += 1
+    return parts
+
+
+@inner
 def put_squares(squares, at, ours, i, theirs, begin, size, period):
     """Put the squared distances of component i from ``size`` others, nearest images, from ``at`` on."""
     x, edge = ours[0, i], period[0]
@@ -155,27 +180,13 @@ def _list(ours, theirs, starts, others, us, them, alike, height, around, windows
     begins = np.empty(3 * windows.size + 1, np.int64)
     ends = np.empty(3 * windows.size + 1, np.int64)
     squares = np.empty(them.size)
-    round_the_end = not math.isinf(period[-1])
     count = 0
     for column in range(around.shape[0]):
         for level in range(height):
             start, end = starts[column * height + level], starts[column * height + level + 1]
             if start == end:
                 continue
-            parts = 0
-            for step in range(windows.size):
-                other = around[column, step]
-                if other < 0 or (alike and other < column):
-                    continue
-                least = level + 1 if alike and other == column else 0
-                for turn in range(3 if round_the_end else 1):
-                    a, b = stretch(turn, level, windows[step], least, height)
-                    if a < b:
-                        begins[parts], ends[parts] = others[other * height + a], others[other * height + b]
-                        parts += begins[parts] < ends[parts]
-            if alike:
-                begins[parts], ends[parts] = start, end
-                parts += 1
+            parts = put_spans(begins, ends, others, column, level, around, windows, alike, height, period)
             for i in range(start, end):
                 if alike:
                     begins[parts - 1] = i + 1
