@@ -21,7 +21,7 @@ from carom.models import Ball, Plane, SphericalContainer
 from carom.models.contacts.losses import Loss
 from carom.models.contacts.restitution import Restitution
 from carom.models.obstacles.paths import Sine
-from carom.simulation.measuring import mechanics, stretches
+from carom.simulation.measuring import stretches
 from helpers import mixtures
 from helpers.oracle_scenes import NUDGE, ROUNDINGS, moving, oracle_of
 
@@ -130,7 +130,6 @@ def sums_of(sim) -> dict[str, np.ndarray]:
     }
     if sim.scene.species is not None:
         found["collisions by species"] = sim.collisions_by_species
-        found["virial by species"] = mechanics.virial_by_species(sim._state)
     return {name: np.atleast_1d(values) for name, values in found.items()}
 
 
@@ -147,15 +146,12 @@ def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarra
     n = scene.n
     kinds = np.zeros(n, int) if scene.species is None else scene.species
     counts = np.zeros((kinds.max() + 1,) * 2, int)
-    virials = np.array([[oracle.arithmetic.number(0)] * len(counts)] * len(counts))
-    spared, virial = 0, oracle.virial
+    spared = 0
     for event in islice(oracle, case.count):
         if event.j >= n:
             continue
         a, b = sorted((kinds[event.i], kinds[event.j]))
         counts[a, b] += 1
-        virials[a, b] += oracle.virial - virial
-        virial = oracle.virial
         spared += scene.impact.restitution < 1.0 and is_elastic(oracle, event)
     last, end = oracle.time, coming(oracle)
     mirror = np.triu(np.ones(counts.shape, bool), 1)
@@ -172,10 +168,9 @@ def expected(case: Case, nudge: float = 0.0) -> tuple[float, dict[str, np.ndarra
         "contacts that surfaces spared or lifted": np.zeros(2 * oracle.hits.size, int),
         "threshold": scene.impact.elastic_below or 0.0,
         "collisions by species": counts + (counts * mirror).T,
-        "virial by species": virials + (virials * mirror).T,
     }
     if scene.species is None:
-        del found["collisions by species"], found["virial by species"]
+        del found["collisions by species"]
     return end, {name: np.atleast_1d(values) for name, values in found.items()}
 
 

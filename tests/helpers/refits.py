@@ -36,7 +36,7 @@ from carom.models.copies import copied
 from carom.models.motions.gravity import leaving
 from carom.models.questions.memory import Field, fields_of
 from carom.observables.energy import without_potential
-from carom.simulation.measuring import mechanics, readings, stretches
+from carom.simulation.measuring import readings, stretches
 
 N = 6
 
@@ -448,7 +448,6 @@ def seen(sim):
         found["volumes"] = np.array(sums.volumes), (1, 1, -1)
     if sim.scene.species is not None:
         found["collisions by species"] = sim.collisions_by_species, 0
-        found["virial by species"] = mechanics.virial_by_species(sim._state), -1
     if without_potential(sim.scene) is None:
         found["potential energy"] = sim.potential_energy, -2
     if sim.scene.pinned is not None:

@@ -14,7 +14,7 @@ from carom.io.events import read_events
 from carom.models import Ball
 from carom.models.contacts.restitution import Restitution
 from carom.observables import HelfandCurrents
-from carom.simulation.measuring import mechanics, stretches
+from carom.simulation.measuring import stretches
 from carom.studies.packings import compression
 from carom.studies.packings.compression import points
 
@@ -48,7 +48,6 @@ def sums_of(sim):
         "impacts": sim.obstacles,
         "spared": sim.statistics.spared_contacts,
         "by species": sim.collisions_by_species.tolist(),
-        "virial by species": mechanics.virial_by_species(sim._state).tolist(),
         "kT": sim.kT,
         "positions": sim.frame().positions.tolist(),
         "images": sim.frame().images.tolist(),

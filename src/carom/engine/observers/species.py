@@ -1,4 +1,4 @@
-"""Collisions and virial of every pair of species."""
+"""Collisions of every pair of species."""
 
 from __future__ import annotations
 
@@ -13,20 +13,18 @@ from carom.models.questions.memory import kept
 
 @answering(interface)
 class BySpecies(NamedTuple):
-    """What collisions add up to for every pair of species."""
+    """How many collisions every pair of species had."""
 
     kinds: np.ndarray  # species, (n + 1,) int64: the array of the cores, where they have one
     collisions: Annotated[np.ndarray, kept()]  # (K, K) int64, in the rows of the smaller index
-    virial: Annotated[np.ndarray, kept(-1)]  # (K, K) float64, likewise
 
     def count_pair(self, i, j, virial):
         a = min(self.kinds[i], self.kinds[j])
         b = max(self.kinds[i], self.kinds[j])
         self.collisions[a, b] += 1
-        self.virial[a, b] += virial
 
 
 def make_by_species(kinds: np.ndarray) -> BySpecies:
-    """Return empty sums for components of the species ``kinds``, (n + 1,)."""
+    """Return counts of zero for components of the species ``kinds``, (n + 1,)."""
     count = int(kinds.max()) + 1
-    return BySpecies(kinds, np.zeros((count, count), np.int64), np.zeros((count, count)))
+    return BySpecies(kinds, np.zeros((count, count), np.int64))

@@ -307,26 +307,12 @@ def pinned_impulse(run_state: RunState) -> np.ndarray:
 
 def collisions_by_species(run_state: RunState) -> np.ndarray:
     """Return the pair collisions of every pair of species, (K, K), symmetric."""
-    return _symmetric(_by_species(run_state).collisions, species_count(run_state.scene))
-
-
-def virial_by_species(run_state: RunState) -> np.ndarray:
-    """Return the virial of every pair of species, (K, K), symmetric [mass length^2 / time]."""
-    virial = run_state.unit.to_scene(_by_species(run_state).virial, -1)
-    return _symmetric(virial, species_count(run_state.scene))
-
-
-def _by_species(run_state: RunState):
     from carom.engine.observers.species import BySpecies
 
     sums = run_state.observer(BySpecies)
     if sums is None:
         raise InputError("The scene has no species: give it species=.")
-    return sums
-
-
-def _symmetric(sums: np.ndarray, count: int) -> np.ndarray:
-    """Return sums of every pair of ``count`` species; the engine knows none after the last that occurs."""
-    whole = np.zeros((count, count), sums.dtype)
-    whole[: len(sums), : len(sums)] = sums + np.triu(sums, 1).T
+    counts, count = sums.collisions, species_count(run_state.scene)
+    whole = np.zeros((count, count), np.int64)  # the engine knows no species after the last that occurs
+    whole[: len(counts), : len(counts)] = counts + np.triu(counts, 1).T
     return whole
