@@ -25,6 +25,7 @@ import statistics
 import subprocess
 import tempfile
 import time
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import NamedTuple
@@ -173,7 +174,9 @@ def write_sph(scene: carom.Scene, path: Path) -> None:
 
 
 def edmd_rate(program: Path, start: Path, seconds: float) -> float:
-    """Return the collisions per CPU second of one of EDMD's programs, from the first unit of time on."""
+    """Return the collisions per CPU second of one of EDMD's programs, from the first unit of time on; 0 where
+    it ends before, as dense spheres with a wide shell do.
+    """
     with tempfile.TemporaryDirectory() as folder:
         shutil.copy(start, Path(folder) / "init.sph")
         run = subprocess.Popen([program], cwd=folder, stdout=subprocess.PIPE, text=True)
@@ -190,12 +193,11 @@ def edmd_rate(program: Path, start: Path, seconds: float) -> float:
         finally:
             run.kill()
             run.communicate()
-    raise SystemExit(f"{program} ended before it had run for {seconds} s.")
+    return 0.0
 
 
-def beside_edmd(checkout: Path, given: argparse.Namespace, folder: Path) -> list[dict]:
-    """Return a row for each state: the fastest program of EDMD, and Carom in turn with it."""
-    rows = []
+def beside_edmd(checkout: Path, given: argparse.Namespace, folder: Path) -> Iterator[dict]:
+    """Yield a row for each state: the fastest program of EDMD, and Carom in turn with it."""
     for state in states(tuple(given.sizes), tuple(given.scenes)):
         scene = melted(state)
         start = folder / "start.sph"
@@ -211,8 +213,7 @@ def beside_edmd(checkout: Path, given: argparse.Namespace, folder: Path) -> list
             (carom_rate(scene, given.seconds), edmd_rate(programs[fastest], start, given.seconds))
             for _ in range(given.turns)
         ]
-        rows.append(row(state, str(fastest), pairs))
-    return rows
+        yield row(state, str(fastest), pairs)
 
 
 # DynamO -------------------------------------------------------------------------------------------------
@@ -226,12 +227,12 @@ def seconds_of(*command: object) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def beside_dynamo(programs: Path, given: argparse.Namespace, folder: Path) -> list[dict]:
-    """Return a row for each density of 4000 square wells, all events counted.
+def beside_dynamo(programs: Path, given: argparse.Namespace, folder: Path) -> Iterator[dict]:
+    """Yield a row for each density of 4000 square wells, all events counted.
 
     DynamO's CPU time is that of a long run less that of a short one, so that its files do not count.
     """
-    rows, events = [], 100_000
+    events = 100_000
     mod, run = programs / "dynamod", programs / "dynarun"
     for density in (0.3, 0.5):
         state = folder / f"{density}.xml"
@@ -252,8 +253,7 @@ def beside_dynamo(programs: Path, given: argparse.Namespace, folder: Path) -> li
             out = ("-E", "-o", folder / "out.xml", "--out-data-file", folder / "data.xml", state)
             long, short = (seconds_of(run, "-c", count, *out) for count in (events + 1000, 1000))
             pairs.append((carom_rate(scene, given.seconds), events / (long - short)))
-        rows.append(row(State("square wells", scene.packing_fraction, scene.n), "DynamO", pairs))
-    return rows
+        yield row(State("square wells", scene.packing_fraction, scene.n), "DynamO", pairs)
 
 
 # Results ------------------------------------------------------------------------------------------------
@@ -351,10 +351,11 @@ def main() -> None:
     rows = {key(found): found for found in json.loads(given.results.read_text())}
     with tempfile.TemporaryDirectory() as folder:
         for compare, where in ((beside_edmd, given.edmd), (beside_dynamo, given.dynamo)):
-            if where is not None:
-                rows |= {key(found): found for found in compare(where.resolve(), given, Path(folder))}
+            for each in compare(where.resolve(), given, Path(folder)) if where is not None else ():
+                rows[key(each)] = each
+                lines = ",\n".join(json.dumps(rows[place]) for place in sorted(rows))
+                given.results.write_text(f"[\n{lines}\n]\n")
     found = [rows[place] for place in sorted(rows)]
-    given.results.write_text("[\n" + ",\n".join(json.dumps(each) for each in found) + "\n]\n")
     print(table(found))
     if given.results.resolve() == STORED:
         write_table(PAGE, "peers", table(found))
