@@ -9,9 +9,9 @@ import pytest
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "_extensions"))
-from example_groups import GROUPS, IMAGES, THUMBNAILS, own_pictures
+from example_groups import GROUPS, IMAGES, SUFFIXES, THUMBNAILS, own_pictures
 from execution import AT_FULL_SIZE, package_digest, result_of
-from pictures import AS_THEY_ARE, Failed, darkened
+from pictures import Failed, darkened
 from thumbnails import PARTS, SIZE, bold, thumbnail
 
 SCRIPT = '''"""Count the runs, and draw one point."""
@@ -81,10 +81,18 @@ def test_every_example_has_a_place_a_title_and_a_picture():
     assert without == set(GROUPS["Recipes"])
 
 
-def test_every_figure_has_a_dark_one_with_its_hues_on_a_dark_ground():
-    images = [path for path in IMAGES.rglob("*.png") if not path.stem.startswith(AS_THEY_ARE)]
-    light = {path.stem for path in images if not path.stem.endswith("-dark")}
-    assert {f"{name}-dark" for name in light} == {path.stem for path in images} - light
+def test_every_picture_has_a_dark_ground_in_the_dark_theme():
+    images = {path for path in IMAGES.rglob("*") if path.suffix in SUFFIXES}
+    dark = {path for path in images if path.stem.endswith("-dark")}
+    for path in images - dark:
+        own = path.with_name(f"{path.stem}-dark.png")
+        shown = np.asarray(Image.open(own if own in dark else path).convert("L"))
+        assert (shown > 230).mean() < 0.2, f"{path.name} is a white card"
+        dark.discard(own)
+    assert dark == set(), "dark pictures that no page shows"
+
+
+def test_a_dark_figure_keeps_its_hues():
     paper = Image.new("RGB", (4, 1), "white")
     for k, ink in enumerate([(0, 0, 0), (192, 57, 43), (31, 78, 121)]):
         paper.putpixel((k + 1, 0), ink)
