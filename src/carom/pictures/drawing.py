@@ -175,9 +175,8 @@ def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -
     """3D: shaded spheres and obstacles in parallel projection, with the edges of the box."""
     from matplotlib.colors import to_rgb
 
-    # A style of matplotlib may have a dark ground.
     figure: Any = axes.get_figure(root=True)
-    ground = np.array(to_rgb(figure.get_facecolor()), dtype=np.float32)
+    ground = np.array(to_rgb(figure.get_facecolor()), dtype=np.float32)  # dark in some styles
     image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles, ground=ground)
     # Pixel by pixel: resampling would take as long as drawing.
     left = (round(figure.bbox.width) - image.shape[1]) // 2

@@ -17,7 +17,7 @@ from carom.bridges.palette import colours_of
 from carom.frame import Frame
 from carom.models.questions.obstacle import Obstacle
 from carom.pictures.hidden import visible
-from carom.pictures.shapes import Shapes, shapes_of
+from carom.pictures.shapes import shapes_of
 
 FINE = 2
 """Pixels of the buffer per pixel of the picture, along each axis; they make edges smooth."""
@@ -27,8 +27,7 @@ BAND = 64 * FINE
 
 GROUND = np.array([1.0, 1.0, 1.0], dtype=np.float32)
 INK = np.array([0.2, 0.24, 0.29], dtype=np.float32)
-CHALK = np.array([0.72, 0.75, 0.78], dtype=np.float32)
-"""Lines on a dark ground."""
+CHALK = np.array([0.72, 0.75, 0.78], dtype=np.float32)  # on a dark ground
 STONE = (0.66, 0.64, 0.6)
 # Unit vectors towards the light, and half-way between light and eye, the normal of a highlight. They are
 # Python floats, so that pixels stay float32.
@@ -95,17 +94,13 @@ def rendered(
     """Return a picture of a frame, (height, width, 3) uint8; one and two dimensions are seen from above.
 
     Obstacles are drawn if they have an outline or a surface (:mod:`carom.pictures.shapes`). ``colours`` (n,
-    3) are red, green and blue from 0 to 1; by default those of the species. So is the ``ground``, into which
-    what is far fades.
+    3) are red, green and blue from 0 to 1; by default those of the species.
     """
     fine = replace(camera, width=FINE * camera.width, height=FINE * camera.height, scale=FINE * camera.scale)
     if colours is None:
         kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
         colours = np.array(colours_of(int(kinds.max()) + 1))[kinds]
-    if frame.dimension > 1:
-        shapes = shapes_of(obstacles, frame.box, frame.periodic)
-    else:
-        shapes = Shapes(np.empty((0, 4)), np.empty((0, 2, 3)), np.empty((0, 3, 3)))
+    shapes = shapes_of(obstacles if frame.dimension > 1 else (), frame.box, frame.periodic)
     places = np.concatenate([embed(upright(frame)), shapes.spheres[:, :3]])
     radii = np.concatenate([0.5 * frame.diameters, shapes.spheres[:, 3]]) * fine.scale
     tints = np.concatenate([colours, np.tile(STONE, (len(shapes.spheres), 1))]).astype(np.float32)
