@@ -55,6 +55,16 @@ def test_an_example_runs_once_until_it_or_carom_changes(script, tmp_path):
     assert len(list(kept.iterdir())) == 1, "results of what was before are kept no longer"
 
 
+def test_a_rendered_example_runs_once_for_each_theme(script, tmp_path):
+    ground = 'plt.rcParams["figure.facecolor"]'
+    script = script.rename(script.with_name("crystal.py"))
+    script.write_text(f"{script.read_text()}\nimport matplotlib.pyplot as plt\nprint({ground})\n")
+    made = result_of(script, "one Carom", tmp_path / "kept")
+    names = {f"crystal-point{ending}" for ending in (".gif", ".png", "-dark.png")}
+    assert {path.name for path in made.pictures} == names
+    assert made.printed.endswith("white\n")
+
+
 def test_an_example_that_fails_leaves_nothing_that_looks_like_a_result(script, tmp_path):
     script.write_text(script.read_text() + "\nraise ValueError('on purpose')\n")
     for _ in range(2):
