@@ -16,7 +16,7 @@ from pathlib import Path
 
 from example_groups import EXAMPLES, GROUPS, IMAGES, THUMBNAILS, own_pictures
 from execution import Result, results
-from pictures import Failed
+from pictures import Failed, store_dark
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
 from sphinx.util import logging
@@ -88,7 +88,8 @@ def page(script: Path, made: Result | None) -> str:
         first,
     )
     if made is not None:
-        fresh = shown([f"{MADE}/{picture.name}" for picture in made.pictures], made.printed, first)
+        light = [f"{MADE}/{each.name}" for each in made.pictures if not each.stem.endswith("-dark")]
+        fresh = shown(light, made.printed, first)
         if made.full or not stored:
             stored = fresh
         else:
@@ -149,6 +150,7 @@ def write_pages(app: Sphinx) -> None:
     for result in made.values():
         for picture in result.pictures:
             shutil.copy2(picture, folder / MADE)
+    store_dark(folder / MADE)
     wanted = {folder / f"{script.stem}.md": page(script, made.get(script.stem)) for script in scripts}
     for path in set(folder.glob("*.md")) - set(wanted):
         path.unlink()

@@ -1,6 +1,6 @@
 """Run examples at full size and store what the gallery shows: pictures and printed lines.
 
-``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``, or ``viewer`` for its two
+``python docs/_extensions/pictures.py NAME [NAME ...]``, as ``lorentz_gas``, or ``viewer`` for its
 pictures, which Chromium takes. Each picture gets at most 900 pixels and 256 colours, and as many fewer as
 keep it below 150 kB. Thumbnails for cards, and beside each picture one for the dark theme, are made of them:
 ``pictures.py dark`` makes those of all again.
@@ -28,8 +28,10 @@ MOST = 150_000
 
 DARK = np.array([19.0, 20.0, 22.0])
 """The dark theme's ground."""
-AS_THEY_ARE = ("viewer", "crystal", "fluid-in-ten-lines", "caps")
-"""Beginnings of names of pictures with light and shade, which are the same in both themes."""
+STYLE = Path(__file__).with_name("dark.mplstyle")
+"""The same for matplotlib."""
+RENDERED = ("viewer", "crystal", "fluid-in-ten-lines", "caps-on-a-sphere")
+"""Beginnings of names of pictures with light and shade: for the dark theme they are drawn again."""
 
 
 class Failed(Exception):
@@ -42,7 +44,7 @@ def executed(script: Path, folder: Path, *arguments: str) -> tuple[dict[str, Pat
     Returns
     -------
     pictures : dict of str to Path
-        What it drew, by the names under which the gallery keeps them.
+        What it drew, by the names under which the gallery keeps them; if it is rendered, on both grounds.
     printed : str
         What it printed. Paths begin at the folder.
 
@@ -51,9 +53,20 @@ def executed(script: Path, folder: Path, *arguments: str) -> tuple[dict[str, Pat
     Failed
         If the example ends with an error.
     """
+    pictures, printed = _executed(script, folder, arguments)
+    if script.stem.replace("_", "-").startswith(RENDERED):
+        dark, _ = _executed(script, folder / "dark", arguments, {"MATPLOTLIBRC": str(STYLE)})
+        pictures |= {f"{Path(name).stem}-dark.png": path for name, path in dark.items()}
+    return pictures, printed
+
+
+def _executed(
+    script: Path, folder: Path, arguments: tuple[str, ...], variables: dict[str, str] | None = None
+) -> tuple[dict[str, Path], str]:
+    """Return what an example drew with environment variables, and what it printed."""
     folder.mkdir(parents=True)
     command = [sys.executable, str(script), *arguments, "--out", str(folder / "results")]
-    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    environment = {**os.environ, "MPLBACKEND": "Agg", **(variables or {})}
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True)
     if done.returncode:
         raise Failed(f"{' '.join(command)} failed:\n{done.stderr[-2000:]}")
@@ -103,10 +116,10 @@ def darkened(picture: Image.Image) -> Image.Image:
     return Image.fromarray(np.clip(mixed, 0.0, 255.0).round().astype(np.uint8))
 
 
-def store_dark() -> None:
-    """Store the dark one beside every figure."""
-    for path in IMAGES.rglob("*.png"):
-        if not path.stem.startswith(AS_THEY_ARE) and not path.stem.endswith("-dark"):
+def store_dark(folder: Path = IMAGES) -> None:
+    """Store the dark one beside every figure of a folder."""
+    for path in folder.rglob("*.png"):
+        if not path.stem.startswith(RENDERED) and not path.stem.endswith("-dark"):
             dark = darkened(Image.open(path))
             dark.quantize(128, dither=Image.Dither.NONE).save(
                 path.with_name(f"{path.stem}-dark.png"), optimize=True
@@ -124,7 +137,7 @@ def store(name: str) -> None:
 
 
 def store_viewer() -> None:
-    """Store what the viewer shows of a replay of disks, and of a slab of a mixture in the dark theme."""
+    """Store what the viewer shows of a replay of disks, and of a slab of a mixture, in both themes."""
     import carom
 
     disks = carom.Scene.random(100, 0.5, dimension=2, seed=1)
@@ -136,19 +149,20 @@ def store_viewer() -> None:
         with carom.Simulation(disks, seed=1, event_log=log) as sim:
             sim.run(collisions=2000)
         views = {
-            "viewer": (carom.view(log, title="100 disks"), "time=2.3&chosen=12&dark=0"),
+            "viewer": (carom.view(log, title="100 disks"), "time=2.3&chosen=12"),
             "viewer-slab": (
                 carom.view(frames, title="200 spheres of two species"),
-                "frame=8&chosen=20&colour=speed&slab=y&thick=0.7&dark=1",
+                "frame=8&chosen=20&colour=speed&slab=y&thick=0.7",
             ),
         }
         for name, (view, look) in views.items():
-            picture = Path(folder, f"{name}.png")
-            command = ["chromium", "--headless=new", "--no-sandbox", "--use-angle=swiftshader"]
-            command += ["--window-size=900,600", "--virtual-time-budget=4000", f"--screenshot={picture}"]
-            page = view.save(picture.with_suffix(".html")).as_uri()
-            subprocess.run([*command, f"{page}#{look}"], check=True, capture_output=True)
-            shrink(picture, IMAGES / picture.name)
+            page = view.save(Path(folder, f"{name}.html")).as_uri()
+            for dark, ending in enumerate(("", "-dark")):
+                picture = Path(folder, f"{name}{ending}.png")
+                command = ["chromium", "--headless=new", "--no-sandbox", "--use-angle=swiftshader"]
+                command += ["--window-size=900,600", "--virtual-time-budget=4000", f"--screenshot={picture}"]
+                subprocess.run([*command, f"{page}#{look}&dark={dark}"], check=True, capture_output=True)
+                shrink(picture, IMAGES / picture.name)
 
 
 if __name__ == "__main__":

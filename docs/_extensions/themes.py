@@ -1,13 +1,17 @@
 """Pictures for the dark theme: each beside its light one, of which a page shows the one of its theme.
 
-``NAME-dark.png`` beside ``NAME.png`` is found by itself, in pages and on cards. ``pictures.py`` makes it.
+``NAME-dark.png`` beside ``NAME.png`` is found by itself, in pages and on cards. ``pictures.py`` makes it;
+of the figures of a notebook, which a build unpacks, it is made here.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from docutils import nodes
+from pictures import darkened
+from PIL import Image
 from sphinx.application import Sphinx
 from sphinx.transforms import SphinxTransform
 
@@ -23,7 +27,12 @@ class Themes(SphinxTransform):
             light = Path(image["uri"])
             dark = light.with_name(f"{light.stem}-dark.png")
             root = Path(self.app.srcdir) if light.is_absolute() else folder
-            if light.suffix == ".png" and (root / str(dark).lstrip("/")).exists():
+            found = root / str(dark).lstrip("/")
+            if "jupyter_execute" in light.parts and not found.exists():
+                picture = Image.open(found.with_name(light.name))
+                if np.mean(np.asarray(picture.convert("L")) > 230) > 0.8:  # lines on white paper
+                    darkened(picture).save(found)
+            if light.suffix == ".png" and found.exists():
                 other = image.deepcopy()
                 other["uri"] = dark.as_posix()
                 image["classes"].append("only-light")

@@ -12,6 +12,7 @@ import numpy as np
 from example_groups import IMAGES, THUMBNAILS
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from pictures import RENDERED
 from PIL import Image, ImageDraw
 
 SIZE = (480, 300)
@@ -32,10 +33,10 @@ class Part(NamedTuple):
 
 
 PARTS = {
-    "fluid_in_ten_lines": Part("fluid-in-ten-lines", (60, 55, 560, 640)),
+    "fluid_in_ten_lines": Part("fluid-in-ten-lines", (42, 95, 558, 625)),
     "equation_of_state": Part("equation-of-state", (90, 30, 895, 428), (r"$\eta$", "$Z$"), (92, 0, 400, 150)),
     "finite_size": Part("finite-size", (657, 19, 888, 224), ("$1/N$", "$Z$")),
-    "crystal": Part("crystal", (0, 30, 700, 747)),
+    "crystal": Part("crystal", (50, 100, 550, 615)),
     "square_well": Part("square-well", (441, 38, 722, 310)),
     "depletion": Part("depletion", (107, 38, 529, 335), ("$r$", "$w/kT$"), (415, 40, 529, 115)),
     "transport": Part(
@@ -51,7 +52,7 @@ PARTS = {
     ),
     "disks_27": Part("disks-27", (110, 260, 750, 660)),
     "disks_2000": Part("disks-2000", (300, 53, 543, 205)),
-    "caps_on_a_sphere": Part("caps-on-a-sphere", (0, 0, 480, 480)),
+    "caps_on_a_sphere": Part("caps-on-a-sphere", (0, 0, 600, 600)),
     "billiards": Part("billiards", (182, 10, 675, 205)),
     "lorentz_gas": Part("lorentz-gas", (14, 6, 490, 300)),
     "four_balls": Part("four-balls", (18, 30, 307, 318)),
@@ -90,16 +91,16 @@ def bold(pixels: np.ndarray) -> np.ndarray:
     return np.take_along_axis(around, darkest[None, ..., None], axis=0)[0]
 
 
-def thumbnail(part: Part) -> Image.Image:
-    """Return the thumbnail of a part of a stored picture."""
-    whole = Image.open(IMAGES / f"{part.picture}.png").convert("RGB")
+def thumbnail(part: Part, ending: str = "") -> Image.Image:
+    """Return the thumbnail of a part of a stored picture, the dark one if its ``ending`` says so."""
+    whole = Image.open(IMAGES / f"{part.picture}{ending}.png").convert("RGB")
     if part.legend:
         ImageDraw.Draw(whole).rectangle(part.legend, fill="white")
     cut = whole.crop(part.box)
     if part.axes is None:
         scale = min(side / length for side, length in zip(SIZE, cut.size, strict=True))
         cut = cut.resize(tuple(round(scale * length) for length in cut.size), Image.Resampling.LANCZOS)
-        paper = Image.new("RGB", SIZE, "white")
+        paper = Image.new("RGB", SIZE, whole.getpixel((0, 0)))
         paper.paste(cut, tuple((side - length) // 2 for side, length in zip(SIZE, cut.size, strict=True)))
         return paper
     figure = Figure(figsize=(SIZE[0] / 100, SIZE[1] / 100), dpi=100, layout="constrained")
@@ -119,5 +120,6 @@ def store_thumbnails() -> None:
     """Store the thumbnail of every card."""
     THUMBNAILS.mkdir(exist_ok=True)
     for name, part in PARTS.items():
-        path = THUMBNAILS / f"{name.replace('_', '-')}.png"
-        thumbnail(part).quantize(64, dither=Image.Dither.NONE).save(path, optimize=True)
+        for ending in ("", "-dark") if part.picture.startswith(RENDERED) else ("",):
+            path = THUMBNAILS / f"{name.replace('_', '-')}{ending}.png"
+            thumbnail(part, ending).quantize(64, dither=Image.Dither.NONE).save(path, optimize=True)

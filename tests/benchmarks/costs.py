@@ -146,9 +146,9 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
     ball = carom.models.obstacles.Ball((0.0, 0.0, 0.0), 1e-3)
     return {
         "plain": (plain, {"tuning": BARE}),
-        "images": (plain, {}),
+        "image counts": (plain, {}),
         "single precision": (plain, {"tuning": carom.Tuning(images=False, precision="single")}),
-        "diameters and masses of their own": (
+        "a diameter and a mass for each particle": (
             plain.replace(diameter=hair),
             {"tuning": BARE},
         ),
@@ -168,19 +168,19 @@ def scenes() -> dict[str, tuple[carom.Scene, dict]]:
             carom.Scene(plain.positions + 0.25, plain.box, diameter=0.98, obstacles=(ball,)),
             {"tuning": BARE},
         ),
-        "a square well": (
+        "square well": (
             plain.replace(interaction=SquareWell(1.5, 1.0)),
             {"tuning": BARE},
         ),
         "a tenth pinned": (plain.replace(pinned=np.arange(0, n, 10)), {"tuning": BARE}),
-        "sectors instead of lists": (plain, {"tuning": carom.Tuning(images=False, neighbors="sectors")}),
-        "a field, by sectors": (
+        "sectors": (plain, {"tuning": carom.Tuning(images=False, neighbors="sectors")}),
+        "gravity": (
             plain.replace(motion=Gravity((0.0, 0.0, -1e-9))),
             {"tuning": BARE},
         ),
         "growth": (plain.replace(diameter=0.99), {"tuning": BARE, "growth": 1e-9}),
         "event log": (plain, {"tuning": BARE, "event_log": True}),
-        "currents": (plain, {"tuning": BARE, "observers": [HelfandCurrents()]}),
+        "currents of momentum and heat": (plain, {"tuning": BARE, "observers": [HelfandCurrents()]}),
     }
 
 

@@ -9,8 +9,10 @@ import pytest
 from helpers.drawn import bars, outside, segments, strange_bars
 from helpers.estimates import estimate
 from helpers.frames import frame_of as frame
+from matplotlib import rc_context
 from matplotlib.collections import EllipseCollection, PolyCollection
 from matplotlib.figure import Figure
+from PIL import Image
 
 from carom import theory
 from carom.block import Block
@@ -200,6 +202,16 @@ def test_near_spheres_are_drawn_over_far_ones():
     assert picture[2] > picture[0]
     near, far = (rendered(frame([x], (10.0, 10.0, 10.0)), camera)[middle].mean() for x in pair)
     assert far > near
+
+
+def test_spheres_stand_on_the_ground_of_the_style_and_their_box_can_be_seen_on_it(tmp_path):
+    box = frame([[0.0, 0.0, 0.0]], (10.0, 10.0, 10.0))
+    for name, ground in {"white": 255, "black": 0}.items():
+        with rc_context({"figure.facecolor": name}):
+            plots.snapshot(box, path=tmp_path / "box.png")
+        shown = np.asarray(Image.open(tmp_path / "box.png").convert("L")).astype(int)[60:]
+        assert np.median(shown) == ground
+        assert (abs(shown - ground) > 150).sum() > 1000, "edges of the box"
 
 
 def test_rods_between_walls_are_drawn_once_each_where_they_are():

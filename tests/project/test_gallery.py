@@ -9,9 +9,9 @@ import pytest
 from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parents[2] / "docs" / "_extensions"))
-from example_groups import GROUPS, IMAGES, THUMBNAILS, own_pictures
+from example_groups import GROUPS, IMAGES, SUFFIXES, THUMBNAILS, own_pictures
 from execution import AT_FULL_SIZE, package_digest, result_of
-from pictures import AS_THEY_ARE, Failed, darkened
+from pictures import Failed, darkened
 from thumbnails import PARTS, SIZE, bold, thumbnail
 
 SCRIPT = '''"""Count the runs, and draw one point."""
@@ -55,6 +55,16 @@ def test_an_example_runs_once_until_it_or_carom_changes(script, tmp_path):
     assert len(list(kept.iterdir())) == 1, "results of what was before are kept no longer"
 
 
+def test_a_rendered_example_runs_once_for_each_theme(script, tmp_path):
+    ground = 'plt.rcParams["figure.facecolor"]'
+    script = script.rename(script.with_name("crystal.py"))
+    script.write_text(f"{script.read_text()}\nimport matplotlib.pyplot as plt\nprint({ground})\n")
+    made = result_of(script, "one Carom", tmp_path / "kept")
+    names = {f"crystal-point{ending}" for ending in (".gif", ".png", "-dark.png")}
+    assert {path.name for path in made.pictures} == names
+    assert made.printed.endswith("white\n")
+
+
 def test_an_example_that_fails_leaves_nothing_that_looks_like_a_result(script, tmp_path):
     script.write_text(script.read_text() + "\nraise ValueError('on purpose')\n")
     for _ in range(2):
@@ -81,10 +91,18 @@ def test_every_example_has_a_place_a_title_and_a_picture():
     assert without == set(GROUPS["Recipes"])
 
 
-def test_every_figure_has_a_dark_one_with_its_hues_on_a_dark_ground():
-    images = [path for path in IMAGES.rglob("*.png") if not path.stem.startswith(AS_THEY_ARE)]
-    light = {path.stem for path in images if not path.stem.endswith("-dark")}
-    assert {f"{name}-dark" for name in light} == {path.stem for path in images} - light
+def test_every_picture_has_a_dark_ground_in_the_dark_theme():
+    images = {path for path in IMAGES.rglob("*") if path.suffix in SUFFIXES}
+    dark = {path for path in images if path.stem.endswith("-dark")}
+    for path in images - dark:
+        own = path.with_name(f"{path.stem}-dark.png")
+        shown = np.asarray(Image.open(own if own in dark else path).convert("L"))
+        assert (shown > 230).mean() < 0.2, f"{path.name} is a white card"
+        dark.discard(own)
+    assert dark == set(), "dark pictures that no page shows"
+
+
+def test_a_dark_figure_keeps_its_hues():
     paper = Image.new("RGB", (4, 1), "white")
     for k, ink in enumerate([(0, 0, 0), (192, 57, 43), (31, 78, 121)]):
         paper.putpixel((k + 1, 0), ink)

@@ -173,9 +173,10 @@ def draw_projection(axes: Axes, frame: Frame) -> None:
 
 def draw_spheres(axes: Axes, frame: Frame, obstacles: Sequence[Obstacle] = ()) -> None:
     """3D: shaded spheres and obstacles in parallel projection, with the edges of the box."""
-    image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles)
-    # Pixel by pixel: resampling would take as long as drawing.
     figure: Any = axes.get_figure(root=True)
+    ground = np.array(figure.get_facecolor()[:3], dtype=np.float32)  # dark in some styles
+    image = rendered(frame, Camera.on(frame, SIZE), obstacles=obstacles, ground=ground)
+    # Pixel by pixel: resampling would take as long as drawing.
     left = (round(figure.bbox.width) - image.shape[1]) // 2
     # Strip by strip, because matplotlib takes 100 bytes and more for each pixel that it copies.
     for top in range(0, len(image), STRIP):

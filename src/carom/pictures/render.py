@@ -17,7 +17,7 @@ from carom.bridges.palette import colours_of
 from carom.frame import Frame
 from carom.models.questions.obstacle import Obstacle
 from carom.pictures.hidden import visible
-from carom.pictures.shapes import Shapes, shapes_of
+from carom.pictures.shapes import shapes_of
 
 FINE = 2
 """Pixels of the buffer per pixel of the picture, along each axis; they make edges smooth."""
@@ -27,6 +27,7 @@ BAND = 64 * FINE
 
 GROUND = np.array([1.0, 1.0, 1.0], dtype=np.float32)
 INK = np.array([0.2, 0.24, 0.29], dtype=np.float32)
+CHALK = np.array([0.72, 0.75, 0.78], dtype=np.float32)  # on a dark ground
 STONE = (0.66, 0.64, 0.6)
 # Unit vectors towards the light, and half-way between light and eye, the normal of a highlight. They are
 # Python floats, so that pixels stay float32.
@@ -99,10 +100,7 @@ def rendered(
     if colours is None:
         kinds = np.zeros(frame.n, dtype=np.int64) if frame.species is None else frame.species
         colours = np.array(colours_of(int(kinds.max()) + 1))[kinds]
-    if frame.dimension > 1:
-        shapes = shapes_of(obstacles, frame.box, frame.periodic)
-    else:
-        shapes = Shapes(np.empty((0, 4)), np.empty((0, 2, 3)), np.empty((0, 3, 3)))
+    shapes = shapes_of(obstacles if frame.dimension > 1 else (), frame.box, frame.periodic)
     places = np.concatenate([embed(upright(frame)), shapes.spheres[:, :3]])
     radii = np.concatenate([0.5 * frame.diameters, shapes.spheres[:, 3]]) * fine.scale
     tints = np.concatenate([colours, np.tile(STONE, (len(shapes.spheres), 1))]).astype(np.float32)
@@ -118,6 +116,7 @@ def rendered(
     squares = (radii**2).astype(np.float32)
     extents = np.floor(centres[:, :2] - radii[:, None]), np.ceil(centres[:, :2] + radii[:, None]) + 1
     faces = [fine.seen(corners) for corners in shapes.triangles]
+    ink = INK if ground.mean() > 0.5 else CHALK
     lines = [(fine.seen(ends), wide) for ends, wide in edges_of(frame)]
     lines += [(fine.seen(ends), 1) for ends in shapes.segments]
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
@@ -127,7 +126,7 @@ def rendered(
         for corners in faces:
             _face(image, depth, top, corners, opacity=0.9 if flat else 0.3)
         for ends, wide in lines:
-            _line(image, depth, top, ends, wide)
+            _line(image, depth, top, ends, wide, ink)
         picture[top // FINE : (top + BAND) // FINE] = _mean(image)
     return picture
 
@@ -253,7 +252,9 @@ def edges_of(frame: Frame) -> list[tuple[np.ndarray, int]]:
     return result
 
 
-def _line(image: np.ndarray, depth: np.ndarray, top: int, ends: np.ndarray, wide: int) -> None:
+def _line(
+    image: np.ndarray, depth: np.ndarray, top: int, ends: np.ndarray, wide: int, ink: np.ndarray
+) -> None:
     """Draw a line (2, 3) of the width ``wide`` [pixels of the picture] in a band, where nothing hides it."""
     reach = range(-(wide * FINE) // 2 + 1, (wide * FINE) // 2 + 1)
     first, last = sorted(ends[:, 1].tolist())
@@ -268,7 +269,7 @@ def _line(image: np.ndarray, depth: np.ndarray, top: int, ends: np.ndarray, wide
             kept = (x >= 0) & (x < image.shape[1]) & (y >= 0) & (y < image.shape[0])
             x, y, z = x[kept], y[kept], points[kept, 2]
             free = z >= depth[y, x] - (1.0 if np.isfinite(z).all() else 0.0)
-            image[y[free], x[free]] = INK
+            image[y[free], x[free]] = ink
 
 
 def _face(image: np.ndarray, depth: np.ndarray, top: int, corners: np.ndarray, opacity: float) -> None:
