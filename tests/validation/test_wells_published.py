@@ -19,17 +19,9 @@ INF = math.inf
 
 @dataclass(frozen=True)
 class Published:
-    """A run at constant energy by another program.
-
-    Attributes
-    ----------
-    source : str
-    events : int
-        Length of their run. Ours is cut into stretches of this length: their errors are the scatter of these.
-    energy : float
-        Kinetic plus potential energy of one component; theirs does not change.
-    values : dict
-        What they print, by the names of `observed`. "kT" is twice the kinetic energy over d N.
+    """A run of ``events`` events at constant energy by another program: kinetic plus potential ``energy`` of
+    one component, and the ``values`` that it prints, by the names of `observed` ("kT" is twice the kinetic
+    energy over d N).
     """
 
     source: str
