@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 from scipy.spatial import cKDTree
 
 import carom
@@ -125,15 +126,7 @@ def test_positions_outside_of_walls_are_refused():
 
 
 def test_a_mixture_is_read_once_and_has_the_counts_of_each_pair_alone():
-    scene = carom.Scene.random(
-        species=[
-            carom.Species(count=40),
-            carom.Species(count=60, diameter=0.5),
-            carom.Species(count=1, diameter=0.8),
-        ],
-        packing_fraction=0.2,
-        seed=1,
-    )
+    scene = mixture([40, 60, 1], diameters=[1.0, 0.5, 0.8], packing_fraction=0.2, seed=1)
     rng = np.random.default_rng(0)
     frames = []
     for k in range(3):

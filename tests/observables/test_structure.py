@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
 import carom
 from carom.errors import InputError
@@ -11,12 +12,7 @@ from carom.observables import RDF, DensityProfile, Dynamics
 
 @pytest.mark.usefixtures("unscheduled")
 def test_a_profile_of_a_species_that_is_not_there_is_refused():
-    scene = carom.Scene.random(
-        species=[carom.Species(count=5), carom.Species(count=5, diameter=0.5)],
-        packing_fraction=0.05,
-        dimension=2,
-        seed=1,
-    )
+    scene = mixture([5, 5], diameters=[1.0, 0.5], packing_fraction=0.05, dimension=2, seed=1)
     frame = carom.Simulation(scene, seed=0).frame()
     DensityProfile(species=1).add(frame)
     with pytest.raises(InputError, match="species is 2; known are 0, 1"):
@@ -111,12 +107,7 @@ def test_error_bars_of_running_coordination_are_the_scatter_of_runs():
 
 
 def test_running_coordination_of_two_species_counts_each_others_neighbours():
-    scene = carom.Scene.random(
-        species=[carom.Species("a", count=20), carom.Species("b", count=40)],
-        dimension=3,
-        packing_fraction=0.2,
-        seed=1,
-    )
+    scene = mixture([20, 40], names=["a", "b"], dimension=3, packing_fraction=0.2, seed=1)
     still = np.zeros_like(scene.positions)
     frame = Frame(
         0.0, 0, scene.positions, still, scene.box, scene.diameters, scene.masses, species=scene.species,

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
-import carom
 from carom.errors import InputError
 from carom.frame import Frame
 from carom.observables import BondOrder, neighbors
@@ -62,12 +62,7 @@ def test_one_neighbour_fewer_than_there_are_others_is_everybody():
 
 
 def test_the_order_of_a_species_between_walls_is_that_of_its_own_pairs():
-    scene = carom.Scene.random(
-        species=[carom.Species(count=150), carom.Species(count=150, diameter=0.5)],
-        dimension=2,
-        packing_fraction=0.4,
-        seed=1,
-    )
+    scene = mixture([150, 150], diameters=[1.0, 0.5], dimension=2, packing_fraction=0.4, seed=1)
     still = np.zeros_like(scene.positions)
     frame = Frame(
         0.0, 0, scene.positions, still, scene.box, scene.diameters, scene.masses, species=scene.species,

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from helpers.mixtures import mixture
 
 import carom
 from carom.errors import CaromWarning
@@ -76,11 +77,7 @@ def scene_of_thin():
 
 
 def scene_of_mixture():
-    places = carom.Scene.random(
-        species=[carom.Species(count=100), carom.Species(count=3900, diameter=0.5, mass=0.125)],
-        packing_fraction=0.3,
-        seed=5,
-    )
+    places = mixture([100, 3900], diameters=[1.0, 0.5], masses=[1.0, 0.125], packing_fraction=0.3, seed=5)
     assert places.box[0] == pytest.approx(10.083897274776522, rel=1e-12)  # theirs
     cores = [[1.0, 0.75], [0.75, 0.5]]
     table = StepTable([[Steps([core, 1.5 * core], [INF, -1.0]) for core in row] for row in cores])

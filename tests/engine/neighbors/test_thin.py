@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 from helpers.marks import slow
+from helpers.mixtures import mixture
 from helpers.oracle import assert_equal_to_oracle, moving
 from helpers.oracle_scenes import case, check, placed
 
@@ -46,12 +47,7 @@ def test_so_it_does_for_sizes_and_masses_of_their_own(box):
 @pytest.mark.slow
 def test_so_it_does_for_a_contact_matrix():
     contact = [[1.0, 0.65], [0.65, 0.6]]
-    scene = carom.Scene.random(
-        species=[carom.Species(count=4), carom.Species(count=4, diameter=0.6)],
-        contact=contact,
-        box=(8.0, 9.0),
-        seed=30,
-    )
+    scene = mixture([4, 4], diameters=[1.0, 0.6], contact=contact, box=(8.0, 9.0), seed=30)
     check(case(moving(scene, 5)), "all")
 
 
