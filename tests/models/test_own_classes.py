@@ -2,13 +2,11 @@
 
 import dataclasses
 import math
-import os
 import re
-import subprocess
-import sys
 
 import numpy as np
 import pytest
+from helpers.scripts import python
 
 import carom
 from carom import seeds
@@ -836,16 +834,7 @@ def test_code_of_a_class_in_a_module_is_kept_on_disk_until_it_changes(tmp_path):
     (tmp_path / "probe.py").write_text(PROBE)
 
     def said():
-        done = subprocess.run(
-            [sys.executable, "-B", "probe.py"],
-            cwd=tmp_path,
-            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        assert done.returncode == 0, done.stderr
-        return done.stdout.strip()
+        return python("-B", "probe.py", cwd=tmp_path, NUMBA_CACHE_DIR=str(tmp_path / "cache")).strip()
 
     assert [said(), said()] == ["compiled 3.0", "loaded 3.0"]
     (tmp_path / "walls.py").write_text(MODULE.replace("STRENGTH = 2.0", "STRENGTH = 4.0"))

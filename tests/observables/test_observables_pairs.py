@@ -2,14 +2,12 @@
 
 import dataclasses
 import itertools
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from helpers.mixtures import mixture
+from helpers.scripts import python
 from scipy.spatial import cKDTree
 
 import carom
@@ -184,12 +182,5 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path):
         "print(distance_counts(cells, None, np.array([0.0, 0.25, 0.5]))[0].tolist())"
     )
     # Neither the package's folder nor a home is offered: a folder below a file cannot be made.
-    environment = {
-        **os.environ,
-        "NUMBA_CACHE_DIR": str(blocked / "cache"),
-        "PYTHONPATH": str(Path(carom.__file__).parents[1]),
-    }
-    done = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=300
-    )
-    assert done.stdout.strip() == "[1, 0]", done.stderr
+    places = {"NUMBA_CACHE_DIR": str(blocked / "cache"), "PYTHONPATH": str(Path(carom.__file__).parents[1])}
+    assert python("-c", code, **places).strip() == "[1, 0]"

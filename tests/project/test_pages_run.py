@@ -5,14 +5,12 @@ has to be small for the test is made small there, too.
 """
 
 import json
-import os
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from helpers.pages import EVERY, ROOT, blocks
+from helpers.scripts import python
 from typer.testing import CliRunner
 
 from carom.cli import app
@@ -119,15 +117,7 @@ def test_the_python_of_a_page_runs_in_turn_and_prints_what_the_page_shows(page, 
         code += block
         shown.append((range(first, code.count("\n") + 1), output))
     (tmp_path / "page.py").write_text(code, encoding="utf-8")
-    done = subprocess.run(
-        [sys.executable, "page.py"],
-        cwd=tmp_path,
-        env={**os.environ, "MPLBACKEND": "Agg"},
-        capture_output=True,
-        text=True,
-        timeout=600,
-    )
-    assert done.returncode == 0, done.stderr
+    python("page.py", cwd=tmp_path, MPLBACKEND="Agg")
     said = {int(k): v for k, v in json.loads((tmp_path / "said.json").read_text()).items()}
     for lines, output in shown:
         assert not output or "".join(said.get(k, "") for k in lines) == output

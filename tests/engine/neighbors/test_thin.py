@@ -1,9 +1,6 @@
 """Thin systems: paths through many images of the box, beside the oracle, and what is chosen for them."""
 
 import json
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -11,6 +8,7 @@ from helpers.marks import slow
 from helpers.mixtures import mixture
 from helpers.oracle import assert_equal_to_oracle, moving
 from helpers.oracle_scenes import case, check, placed
+from helpers.scripts import python
 
 import carom
 from carom.engine.neighbors import plan as scheme, sizes
@@ -184,14 +182,7 @@ def test_contacts_that_find_no_room_are_found_again():
     """
     told = []
     for room in (16, 1):
-        done = subprocess.run(
-            [sys.executable, "-W", "ignore", "-c", CROWDED, str(room)],
-            env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
-            capture_output=True,
-            text=True,
-            check=True,
-        )
-        told.append(np.array(json.loads(done.stdout)))
+        told.append(np.array(json.loads(python("-W", "ignore", "-c", CROWDED, room, NUMBA_DISABLE_JIT="1"))))
     np.testing.assert_allclose(told[1][1:], told[0][1:], rtol=0.0, atol=1e-5)
     assert told[1][0] > told[0][0]  # who has lost one searches again, by an advancement
 
