@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from helpers import beside_mdanalysis
+from helpers.frames import at_rest
 from helpers.mixtures import mixed, mixture
 
 import carom
@@ -126,10 +127,7 @@ def test_walls_and_frames_without_species_are_refused():
     plain = Frame(0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses)
     with pytest.raises(InputError, match="no species"):
         RDF(pair=(0, 1)).over([plain])
-    walled = Frame(
-        0.0, 0, scene.positions, scene.positions, scene.box, scene.diameters, scene.masses,
-        periodic=(True, False),
-    )  # fmt: skip
+    walled = at_rest(scene, periodic=(True, False), species=None)
     with pytest.raises(InputError, match="Axis 1 of the box has walls"):
         RDF().over([walled])
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.frames import at_rest
 from helpers.mixtures import mixture
 from helpers.scripts import python
 from scipy.spatial import cKDTree
@@ -130,18 +131,7 @@ def test_a_mixture_is_read_once_and_has_the_counts_of_each_pair_alone():
     for k in range(3):
         # Any valid frame will do: the scene's own, moved as a whole.
         x = np.mod(scene.positions + rng.random(3) * scene.box, scene.box)
-        frames.append(
-            Frame(
-                float(k),
-                0,
-                x,
-                np.zeros_like(x),
-                scene.box,
-                scene.diameters,
-                scene.masses,
-                species=scene.species,
-            )
-        )
+        frames.append(dataclasses.replace(at_rest(scene, float(k)), positions=x))
     passes = []
 
     def once():
