@@ -9,6 +9,7 @@ import re
 from pathlib import Path
 
 import pytest
+from helpers.marks import slow
 from helpers.pages import EVERY, ROOT, blocks
 from helpers.scripts import python
 from typer.testing import CliRunner
@@ -101,10 +102,8 @@ def agrees(printed: str, shown: str) -> bool:
 @pytest.mark.ci
 @pytest.mark.parametrize(
     "page",
-    [
-        pytest.param(page, id=page.name, marks=[pytest.mark.slow] if page.name in LONG else [])
-        for page in PAGES
-    ],
+    [slow(page) if page.name in LONG else page for page in PAGES],
+    ids=[page.name for page in PAGES],
 )
 def test_the_python_of_a_page_runs_in_turn_and_prints_what_the_page_shows(page, tmp_path):
     (tmp_path / "noting.py").write_text(NOTING, encoding="utf-8")
